@@ -1,0 +1,1 @@
+"""Messages and what carries them: CAN, Modbus, serial lines, wires."""

@@ -1,0 +1,1 @@
+"""CAN: frames, the bus model, and what carries them."""

@@ -1,0 +1,1 @@
+"""Modbus: requests and responses, and the lines that carry them."""

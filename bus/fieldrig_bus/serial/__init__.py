@@ -1,0 +1,1 @@
+"""Serial lines: bytes, control lines, baud rates."""

@@ -1,0 +1,1 @@
+"""What answers: devices and the plants behind them."""

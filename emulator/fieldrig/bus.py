@@ -1,0 +1,172 @@
+"""What a bus is to the rig.
+
+Two sorts.  A **model bus** is a passive model of the medium: messages go in with their instants, deliveries come out
+with theirs.  Under virtual time the rig runs the model; under real time a hub does, in a process that the devices
+attach to, and there outsiders come in by the bus's ports.  A **direct bus** is a medium that exists outside
+(SocketCAN, UDP, Zenoh); each device's process has its own end of it, under real time only.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, Protocol, TypeVar
+
+from fieldrig.clock import Clock
+from fieldrig.link import Link
+
+if TYPE_CHECKING:
+    from fieldrig.device import Tool
+
+M = TypeVar("M")
+Time = Literal["real", "virtual"]
+
+
+class Delivery(NamedTuple, Generic[M]):
+    """One message that reached its receivers at one instant.  Every delivery is a line of the trace."""
+
+    time_ns: int
+    sender: str
+    message: M
+    receivers: Sequence[str]
+    """Members that were interested, in the order of joining; may be empty."""
+
+
+class BusModel(ABC, Generic[M]):
+    """The medium as a function of time.  Reads no clock; the same calls give the same deliveries.
+
+    Instants given to `submit` may lie before ones given earlier (a member's process was late to tell), never
+    before a delivery that was already collected; what would be earlier happens as soon as it can.
+    """
+
+    @abstractmethod
+    def join(self, member: str) -> None:
+        """A new end of the bus.  It hears nothing until it listens."""
+
+    @abstractmethod
+    def leave(self, member: str) -> None:
+        """The member is gone, and what it had not yet sent with it."""
+
+    @abstractmethod
+    def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        """From now on deliver what `interest` says (None: all) to the member."""
+
+    @abstractmethod
+    def submit(self, now_ns: int, member: str, message: M) -> None:
+        """The member asked for `message` to be sent at `now_ns`."""
+
+    @abstractmethod
+    def next_ns(self) -> int | None:
+        """The earliest instant at which something arrives; None while nothing is under way."""
+
+    @abstractmethod
+    def collect(self, now_ns: int) -> list[Delivery[M]]:
+        """Everything that arrives at or before `now_ns` and was not collected yet, in order of time."""
+
+    def statistics(self) -> dict[str, float]:
+        """Counters for `fieldrig status`, by name with unit."""
+        return {}
+
+
+class Hub(Protocol):
+    """What a port of a model bus sees of the hub that runs it (real time)."""
+
+    clock: Clock
+
+    def join(self, member: str) -> Link[Any]:
+        """A new member in this process.  ValueError if the name is taken."""
+
+    def leave(self, member: str) -> None: ...
+
+    def path(self, name: str) -> Path:
+        """A path in the rig's run folder, which is there."""
+
+
+class Port(ABC):
+    """A way for outsiders into a model bus: a TCP protocol, a pty, a real interface."""
+
+    @abstractmethod
+    async def open(self, hub: Hub) -> None:
+        """Be reachable when this returns.  BusError, with its remedy, if the address can't be had."""
+
+    @abstractmethod
+    async def close(self) -> None:
+        """Leave no socket, pty link or task behind."""
+
+
+class Attachment(Protocol):
+    """What a direct bus gets to make one device's end of itself (real time)."""
+
+    clock: Clock
+    member: str
+
+    def path(self, name: str) -> Path:
+        """A path in the rig's run folder."""
+
+    def deliver(self, handler: Any, message: Any) -> None:
+        """Call `handler(message)` as an event of its own, at the clock's present instant."""
+
+    def heard(self, sender: str, message: Any) -> None:
+        """Put a message into the trace.  Call it for what this member sends (each message is traced once)."""
+
+    def session(self) -> Any:
+        """This process's Zenoh session, open."""
+
+
+class Bus(ABC, Generic[M]):
+    """One bus of a rig, made from its name and settings.  Making it opens nothing."""
+
+    about: ClassVar[str] = ""
+    """One line for `fieldrig devices`."""
+    times: ClassVar[frozenset[Time]]
+    family: ClassVar[str]
+    """What its messages are, for traces: can, modbus, serial, wires, ring."""
+    messages: ClassVar[tuple[type, ...]]
+    """The types its links carry; `fieldrig check` compares them with what a device's parameter asks for."""
+
+    def __init__(self, name: str, settings: Any) -> None:
+        self.name = name
+        self.settings = settings
+
+    @abstractmethod
+    def encode(self, message: M) -> bytes:
+        """The message as bytes, for other processes and traces."""
+
+    @abstractmethod
+    def decode(self, data: bytes) -> M:
+        """The inverse of `encode`.  ValueError for anything else."""
+
+    @abstractmethod
+    def show(self, message: M) -> str:
+        """The message as one short line for a person."""
+
+    def tools(self, run: Path) -> "list[Tool]":
+        """Lines to copy that reach this bus with foreign tools; `run` is the rig's run folder."""
+        return []
+
+
+class ModelBus(Bus[M]):
+    """A bus whose medium is our model."""
+
+    @abstractmethod
+    def model(self) -> BusModel[M]:
+        """A fresh model, with nothing under way."""
+
+    def ports(self) -> Sequence[Port]:
+        """The ways in for outsiders that the settings ask for (real time only)."""
+        return ()
+
+    @property
+    def attach(self) -> str | None:
+        """`tcp://host:port` where the hub also listens for device processes; None: the Unix socket is enough."""
+        return getattr(self.settings, "attach", None)
+
+
+class DirectBus(Bus[M]):
+    """A bus whose medium is there without us."""
+
+    @abstractmethod
+    async def open(self, at: Attachment) -> Link[M]:
+        """One device's end.  BusError, with its remedy, if the medium can't be had."""
+
+    @abstractmethod
+    async def close(self, member: str) -> None: ...

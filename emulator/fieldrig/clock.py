@@ -1,0 +1,104 @@
+"""Time as an interface: what a device may know of it, and a clock that a test or a rig moves by hand.
+
+Time is an integer of nanoseconds.  Two clocks keep this contract: `VirtualClock` here, and
+`fieldrig.real_clock.RealClock`, which follows the computer's.
+"""
+
+import heapq
+from collections.abc import Callable
+from typing import Protocol
+
+US = 1_000  # ns
+MS = 1_000_000  # ns
+S = 1_000_000_000  # ns
+
+
+class Timer:
+    """One action asked for at one instant; `cancel` it as often as you like."""
+
+    __slots__ = ("action", "when_ns")
+
+    def __init__(self, when_ns: int, action: Callable[[], None]) -> None:
+        self.when_ns = when_ns
+        self.action: Callable[[], None] | None = action
+
+    def cancel(self) -> None:
+        self.action = None
+
+
+class Clock(Protocol):
+    def now_ns(self) -> int:
+        """The instant of the event that is being handled: the same value all through one reaction.
+
+        Under real time it is the instant at which the message arrived or the timer was due, so that a
+        device whose timers ask for `now_ns() + period` does not drift.
+        """
+
+    def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        """Call `action` once at `when_ns`, or as soon as may be if that is past.
+
+        Actions asked for the same instant are called in the order of asking.
+        """
+
+
+class TimerQueue:
+    """The wishes of one clock, earliest first; equal times in order of asking."""
+
+    __slots__ = ("_asked", "_heap")
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[int, int, Timer]] = []
+        self._asked = 0
+
+    def add(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        timer = Timer(when_ns, action)
+        self._asked += 1
+        heapq.heappush(self._heap, (when_ns, self._asked, timer))
+        return timer
+
+    def next_ns(self) -> int | None:
+        """When the earliest timer is due that was not cancelled; None without one."""
+        heap = self._heap
+        while heap and heap[0][2].action is None:
+            heapq.heappop(heap)
+        return heap[0][0] if heap else None
+
+    def pop_due(self, now_ns: int) -> Timer | None:
+        """The earliest timer due at or before `now_ns`, taken out; None without one."""
+        next_ns = self.next_ns()
+        if next_ns is None or next_ns > now_ns:
+            return None
+        return heapq.heappop(self._heap)[2]
+
+
+class VirtualClock:
+    """Stands still until it is moved; then the actions due on the way are called at their instants."""
+
+    __slots__ = ("_now_ns", "_timers")
+
+    def __init__(self, now_ns: int = 0) -> None:
+        self._now_ns = now_ns
+        self._timers = TimerQueue()
+
+    def now_ns(self) -> int:
+        return self._now_ns
+
+    def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        return self._timers.add(max(when_ns, self._now_ns), action)
+
+    def next_ns(self) -> int | None:
+        """The earliest wish of anybody; None if nobody has one."""
+        return self._timers.next_ns()
+
+    def set_to(self, now_ns: int) -> None:
+        """Move the hands to an instant before which nothing is due, without calling anything."""
+        self._now_ns = now_ns
+
+    def advance_to(self, until_ns: int) -> None:
+        """Call everything due up to and including `until_ns`, and stand there."""
+        while (timer := self._timers.pop_due(until_ns)) is not None:
+            self._now_ns = timer.when_ns
+            action, timer.action = timer.action, None
+            if action is not None:
+                action()
+        self._now_ns = max(self._now_ns, until_ns)

@@ -1,0 +1,64 @@
+"""What a device is to the rig.
+
+A device is built with its clock and links, then only reacts: no socket, thread, sleep, loop, `time` or `random`
+of its own.  The rig builds it by the names of its constructor's parameters:
+
+    clock: Clock              always there
+    name: str                 its name in the rig file
+    settings: MySettings      a `Settings` model of the keys its `kind` has in the rig file
+    store: Store              its non-volatile memory
+    random: Random            seeded from the rig's seed and the device's name
+
+Every other parameter is a link, `can: Link[CanFrame]`, and is named under `links:` in the rig file; with the
+default None it may be left out, as `list[Link[M]]` it takes one bus or several.  A device asks for what it uses.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+from fieldrig.bus import Bus
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One value of a device that people and programs may read, and write if `write` is there.
+
+    `write` raises ValueError, with what would be right, for a value it can't take.
+    """
+
+    read: Callable[[], Value]
+    write: Callable[[Value], None] | None = None
+    unit: str = ""
+    about: str = ""
+
+
+class Tool(NamedTuple):
+    """A line to copy and paste that reaches a device or a bus with a foreign tool."""
+
+    label: str
+    line: str
+
+
+class Device:
+    """Base of all devices.  Subclasses connect handlers in `__init__` and act from `start` on."""
+
+    about: ClassVar[str] = ""
+    """One line for `fieldrig devices`."""
+
+    def start(self) -> None:
+        """Power on.  Called once, when every link is up."""
+
+    def stop(self) -> None:
+        """Orderly end of the rig; a killed process never gets here, so nothing may depend on it."""
+
+    def points(self) -> Mapping[str, Point]:
+        """What `fieldrig get`, `set` and `watch` see, by key."""
+        return {}
+
+    @classmethod
+    def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+        """Lines that reach this device from outside; `links` holds its buses by the names of its parameters."""
+        return []

@@ -1,0 +1,60 @@
+"""What a device keeps over power-off: its non-volatile memory, one blob of bytes.
+
+Nothing saved is lost when a process is killed: written aside, flushed to the disk, renamed over.
+"""
+
+import os
+from pathlib import Path
+from typing import Protocol
+
+
+class Store(Protocol):
+    def load(self) -> bytes | None:
+        """What was saved last; None if nothing ever was."""
+
+    def save(self, data: bytes) -> None:
+        """Keep `data`.  When this returns it survives SIGKILL and power-off; before, the old data does."""
+
+
+class MemoryStore:
+    """Keeps in memory: for virtual time and tests, where a power cycle is a new device on the old store."""
+
+    def __init__(self, data: bytes | None = None) -> None:
+        self._data = data
+
+    def load(self) -> bytes | None:
+        return self._data
+
+    def save(self, data: bytes) -> None:
+        self._data = data
+
+
+class FileStore:
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def load(self) -> bytes | None:
+        try:
+            return self._path.read_bytes()
+        except FileNotFoundError:
+            return None
+
+    def save(self, data: bytes) -> None:
+        replace_file(self._path, data)
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Put `data` in the place of `path` in one step: a reader, or a kill, sees the old file or the new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(path.name + ".new")
+    with aside.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    aside.replace(path)
+    if hasattr(os, "O_DIRECTORY"):  # the rename itself; Windows has no such call
+        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
