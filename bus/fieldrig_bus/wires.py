@@ -1,12 +1,119 @@
-"""Wires: named signals with units between devices and plants."""
+"""Wires: named signals with units between devices and plants.
 
+A wire has one driver and any number of listeners; it keeps its value, so whoever listens later hears the present one.
+A signal arrives at the instant at which it was driven.  A device's interest is the names it listens to.
+"""
+
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from fieldrig.bus import BusModel, Delivery, ModelBus, Time
+from fieldrig.settings import Settings
+from pydantic import Field
 
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """The present value of one wire: digital as bool, analog as a number in `unit` (SI, "" for a digital one)."""
+    """The present value of one wire: digital as bool, analog as a number in `unit` (SI or %, "" for a digital one)."""
 
     name: str
     value: bool | int | float
     unit: str = ""
+
+
+def encode(signal: Signal) -> bytes:
+    return json.dumps([signal.name, signal.value, signal.unit], separators=(",", ":"), allow_nan=False).encode()
+
+
+def decode(data: bytes) -> Signal:
+    """ValueError for anything that `encode` doesn't write."""
+    fields = json.loads(data)
+    match fields:
+        case [str(name), bool() | int() | float() as value, str(unit)] if value == value and abs(value) != float("inf"):
+            return Signal(name, value, unit)
+    raise ValueError(f"not a signal: {data!r}")
+
+
+class WiresModel(BusModel[Signal]):
+    def __init__(self) -> None:
+        self._interests: dict[str, frozenset[str] | None] = {}  # None: every name
+        self._present: dict[str, tuple[str, Signal]] = {}  # name: driver and value
+        self._due: list[Delivery[Signal]] = []
+
+    def join(self, member: str) -> None:
+        self._interests[member] = frozenset()
+
+    def leave(self, member: str) -> None:
+        self._interests.pop(member, None)
+
+    def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        names = None if interest is None else frozenset(map(str, interest))
+        self._interests[member] = names
+        for name, (driver, signal) in self._present.items():
+            if driver != member and (names is None or name in names):
+                self._due.append(Delivery(now_ns, driver, signal, (member,)))
+
+    def submit(self, now_ns: int, member: str, message: Signal) -> None:
+        self._present[message.name] = (member, message)
+        receivers = [
+            name
+            for name, names in self._interests.items()
+            if name != member and (names is None or message.name in names)
+        ]
+        self._due.append(Delivery(now_ns, member, message, receivers))
+
+    def next_ns(self) -> int | None:
+        return self._due[0].time_ns if self._due else None
+
+    def collect(self, now_ns: int) -> list[Delivery[Signal]]:
+        due, self._due = self._due, []
+        return due
+
+    def statistics(self) -> dict[str, float]:
+        return {"wires": float(len(self._present))}
+
+
+class WiresSettings(Settings):
+    pass
+
+
+class WiresHubSettings(Settings):
+    attach: str | None = Field(None, description="tcp://host:port where devices of other machines attach")
+    connect: str | None = Field(None, description="tcp://host:port of the hub, as device processes see it")
+
+
+class _Wires(ModelBus[Signal]):
+    family: ClassVar[str] = "wires"
+    messages: ClassVar[tuple[type, ...]] = (Signal,)
+
+    def encode(self, message: Signal) -> bytes:
+        return encode(message)
+
+    def decode(self, data: bytes) -> Signal:
+        return decode(data)
+
+    def show(self, message: Signal) -> str:
+        value = message.value
+        text = str(value) if isinstance(value, bool | int) else f"{value:.6g}"
+        return f"{message.name} = {text} {message.unit}".rstrip()
+
+    def model(self) -> WiresModel:
+        return WiresModel()
+
+
+class WiresVirtual(_Wires):
+    about: ClassVar[str] = "signals between devices and plants, in virtual time"
+    times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
+
+    def __init__(self, name: str, settings: WiresSettings) -> None:
+        super().__init__(name, settings)
+
+
+class WiresHub(_Wires):
+    about: ClassVar[str] = "signals between devices and plants, in real time through a hub"
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+
+    def __init__(self, name: str, settings: WiresHubSettings) -> None:
+        super().__init__(name, settings)

@@ -70,7 +70,8 @@ class BusModel(ABC, Generic[M]):
 class Hub(Protocol):
     """What a port of a model bus sees of the hub that runs it (real time)."""
 
-    clock: Clock
+    @property
+    def clock(self) -> Clock: ...
 
     def join(self, member: str) -> Link[Any]:
         """A new member in this process.  ValueError if the name is taken."""
@@ -96,8 +97,11 @@ class Port(ABC):
 class Attachment(Protocol):
     """What a direct bus gets to make one device's end of itself (real time)."""
 
-    clock: Clock
-    member: str
+    @property
+    def clock(self) -> Clock: ...
+
+    @property
+    def member(self) -> str: ...
 
     def path(self, name: str) -> Path:
         """A path in the rig's run folder."""

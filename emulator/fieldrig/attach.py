@@ -1,0 +1,121 @@
+"""A device's end of a bus whose hub runs in another process."""
+
+import asyncio
+import json
+import logging
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from fieldrig.bus import ModelBus
+from fieldrig.clock import S
+from fieldrig.errors import BusError
+from fieldrig.hub_wire import Kind, Records, pack, socket_path
+from fieldrig.net import split_address
+from fieldrig.real_clock import RealClock
+
+log = logging.getLogger(__name__)
+
+
+class RemoteLink(asyncio.Protocol):
+    """Keeps handler and interest over a lost hub; `connect` again when it is back.  Between, nothing is carried."""
+
+    def __init__(
+        self, bus: ModelBus[Any], member: str, clock: RealClock, run: Path, on_lost: Callable[[str], None]
+    ) -> None:
+        self._bus, self._member, self._clock, self._run, self._on_lost = bus, member, clock, run, on_lost
+        self._encode, self._decode = bus.encode, bus.decode
+        self._handler: Callable[[Any], None] | None = None
+        self._interest: Sequence[object] | None = None
+        self._transport: asyncio.Transport | None = None
+        self._records = Records()
+        self._offset_ns = 0  # our clock less the hub's: 0 on one machine
+        self._welcome: asyncio.Future[None] | None = None
+
+    def send(self, message: Any) -> None:
+        transport = self._transport
+        if transport is None:
+            log.debug("%s: %s has no hub; dropped %r", self._bus.name, self._member, message)
+            return
+        asked_ns = self._clock.now_ns() - self._offset_ns
+        transport.write(pack(Kind.MESSAGE, asked_ns, self._encode(message)))
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        self._handler, self._interest = handler, interest
+        self._listen()
+
+    async def connect(self) -> None:
+        """Attach to the hub.  BusError if it is not there, or refuses."""
+        loop = asyncio.get_running_loop()
+        self._welcome = loop.create_future()
+        self._records = Records()
+        address = getattr(self._bus.settings, "connect", None) or self._bus.attach
+        path = socket_path(self._run, self._bus)
+        try:
+            if getattr(self._bus.settings, "connect", None) is None and path.exists():
+                transport, _ = await loop.create_unix_connection(lambda: self, str(path))
+            elif address is not None:
+                host, port = split_address(address)
+                transport, _ = await loop.create_connection(lambda: self, host, port)
+            else:
+                raise FileNotFoundError(f"no socket {path}")
+        except OSError as cause:
+            raise BusError(
+                f"{self._bus.name}: no hub answers: {cause}", "start the process that runs this bus first"
+            ) from cause
+        hello = {"bus": self._bus.name, "member": self._member}
+        transport.write(pack(Kind.HELLO, time.monotonic_ns(), json.dumps(hello).encode()))
+        try:
+            await self._welcome
+        except BusError:
+            transport.abort()
+            raise
+        self._transport = transport
+        if self._handler is not None:
+            self._listen()
+
+    async def close(self) -> None:
+        if self._transport is not None:
+            self._transport.close()
+            self._transport = None
+
+    def data_received(self, data: bytes) -> None:
+        handle_at, decode, offset_ns = self._clock.handle_at, self._decode, self._offset_ns
+        for kind, instant_ns, body in self._records.feed(data):
+            if kind == Kind.MESSAGE:
+                if self._handler is not None:
+                    handle_at(instant_ns + offset_ns, self._handler, decode(body))
+            elif self._welcome is not None and not self._welcome.done():
+                self._on_answer(kind, json.loads(body))
+
+    def connection_lost(self, cause: Exception | None) -> None:
+        was_attached, self._transport = self._transport is not None, None
+        if self._welcome is not None and not self._welcome.done():
+            self._welcome.set_exception(BusError(f"{self._bus.name}: the hub closed the line: {cause}"))
+        elif was_attached:
+            self._on_lost(f"{self._bus.name}: the hub is gone")
+
+    def _on_answer(self, kind: int, answer: dict[str, Any]) -> None:
+        assert self._welcome is not None
+        if kind == Kind.HELLO:
+            offset_ns = time.monotonic_ns() - int(answer["now_ns"])
+            # Clocks of one machine agree; another machine's may be off by its whole time since boot.
+            self._offset_ns = offset_ns if abs(offset_ns) > S else 0
+            self._welcome.set_result(None)
+        else:
+            self._welcome.set_exception(BusError(f"{self._bus.name}: {answer.get('why', 'refused')}"))
+
+    def _listen(self) -> None:
+        if self._transport is not None:
+            body = json.dumps(None if self._interest is None else list(self._interest)).encode()
+            self._transport.write(pack(Kind.LISTEN, time.monotonic_ns(), body))
+
+
+async def attach(
+    bus: ModelBus[Any], member: str, clock: RealClock, run: Path, on_lost: Callable[[str], None]
+) -> RemoteLink:
+    """A link to a hub that runs.  BusError, with its remedy, if it doesn't."""
+    link = RemoteLink(bus, member, clock, run, on_lost)
+    await link.connect()
+    return link

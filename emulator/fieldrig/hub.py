@@ -1,0 +1,139 @@
+"""Runs one model bus in real time: members of this process, members in other processes, ports for outsiders.
+
+What a member sends carries the instant at which it was asked for, so the hop to the hub hides behind the time the
+medium takes.  A member may lag by `LAG_LIMIT_NS` at the most; later it counts as asked for now.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from fieldrig.bus import Delivery, ModelBus
+from fieldrig.clock import MS, Timer
+from fieldrig.hub_server import HubServer
+from fieldrig.link import Link
+from fieldrig.real_clock import RealClock
+
+LAG_LIMIT_NS = 2 * MS
+
+
+class LocalLink:
+    """A member in the hub's own process."""
+
+    def __init__(self, hub: "LocalHub", member: str) -> None:
+        self._hub, self._member = hub, member
+        self.handler: Callable[[Any], None] | None = None
+
+    def send(self, message: Any) -> None:
+        self._hub.submit(self._hub.clock.now_ns(), self._member, message)
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        self.handler = handler
+        self._hub.listen(self._member, interest)
+
+    def deliver(self, delivery: Delivery[Any]) -> None:
+        if self.handler is not None:
+            self._hub.clock.handle_at(delivery.time_ns, self.handler, delivery.message)
+
+
+class LocalHub:
+    def __init__(
+        self,
+        bus: ModelBus[Any],
+        clock: RealClock,
+        run: Path,
+        on_delivery: Callable[[Delivery[Any]], None] | None = None,
+    ) -> None:
+        self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
+        self.model = bus.model()
+        self._run = run
+        self._members: dict[str, Callable[[Delivery[Any]], None]] = {}
+        self._ports: list[Any] = []
+        self._server: HubServer | None = None
+        self._timer: Timer | None = None
+        self._is_collecting = False
+
+    def path(self, name: str) -> Path:
+        path = self._run / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def join(self, member: str) -> Link[Any]:
+        link = LocalLink(self, member)
+        self.join_as(member, link.deliver)
+        return link
+
+    def join_as(self, member: str, deliver: Callable[[Delivery[Any]], None]) -> None:
+        """A member that is called with whole deliveries.  ValueError if the name is taken."""
+        if member in self._members:
+            raise ValueError(f"{self.bus.name} already has a member {member!r}")
+        self._members[member] = deliver
+        self.model.join(member)
+
+    def leave(self, member: str) -> None:
+        if self._members.pop(member, None) is not None:
+            self.model.leave(member)
+
+    def listen(self, member: str, interest: Sequence[Any] | None) -> None:
+        self.model.listen(self.clock.now_ns(), member, interest)
+        self.carry()
+
+    def submit(self, asked_ns: int, member: str, message: Any) -> None:
+        self.model.submit(asked_ns, member, message)
+        if not self._is_collecting:
+            self.carry()
+
+    def submit_late(self, asked_ns: int, member: str, message: Any) -> None:
+        """The same, from a member whose word of time is not trusted beyond `LAG_LIMIT_NS`.  Call `carry` after."""
+        now_ns = self.clock.now_ns()
+        self.model.submit(min(max(asked_ns, now_ns - LAG_LIMIT_NS), now_ns), member, message)
+
+    def carry(self) -> None:
+        """Hand over everything that has arrived by now, and come back when the next thing does."""
+        if self._is_collecting:
+            return
+        self._is_collecting = True
+        try:
+            model, members = self.model, self._members
+            next_ns = model.next_ns()
+            while next_ns is not None and next_ns <= (now_ns := self.clock.now_ns()):
+                for delivery in model.collect(now_ns):
+                    for receiver in delivery.receivers:
+                        deliver = members.get(receiver)
+                        if deliver is not None:
+                            deliver(delivery)
+                    if self.on_delivery is not None:
+                        self.on_delivery(delivery)
+                next_ns = model.next_ns()
+        finally:
+            self._is_collecting = False
+        self._wake_at(next_ns)
+
+    async def open(self, serve: bool = True) -> None:
+        """Open the ports, and with `serve` the sockets to which devices in other processes attach."""
+        try:
+            if serve:
+                self._server = HubServer(self)
+                await self._server.open()
+            for port in self.bus.ports():
+                self._ports.append(port)
+                await port.open(self)
+        except BaseException:
+            await self.close()
+            raise
+
+    async def close(self) -> None:
+        self._wake_at(None)
+        while self._ports:
+            await self._ports.pop().close()
+        if self._server is not None:
+            await self._server.close()
+            self._server = None
+
+    def _wake_at(self, next_ns: int | None) -> None:
+        timer = self._timer
+        if timer is not None and timer.action is not None:
+            if timer.when_ns == next_ns:
+                return
+            timer.cancel()
+        self._timer = None if next_ns is None else self.clock.call_at(next_ns, self.carry)

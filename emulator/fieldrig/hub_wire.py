@@ -1,0 +1,66 @@
+"""The stream between a hub and a member in another process, over a Unix socket or TCP.
+
+Records both ways: kind (1 byte), instant (8, ns of the sender's clock), length of the body (4), body; little endian.
+
+    kind       member to hub                     hub to member
+    HELLO      JSON {"bus", "member"}            JSON {"now_ns"}: welcome, with the hub's clock
+    LISTEN     JSON interest or null             -
+    MESSAGE    asked for at the instant          delivered at the instant
+    REFUSED    -                                 JSON {"why"}: and the stream ends
+"""
+
+import struct
+from collections.abc import Iterator
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from fieldrig.bus import Bus
+
+HEADER: Final = struct.Struct("<BqI")
+LONGEST_BODY: Final = 1 << 20
+
+
+class Kind(IntEnum):
+    HELLO = 0
+    LISTEN = 1
+    MESSAGE = 2
+    REFUSED = 3
+
+
+class Record(NamedTuple):
+    kind: int
+    instant_ns: int
+    body: bytes
+
+
+def pack(kind: int, instant_ns: int, body: bytes) -> bytes:
+    return HEADER.pack(kind, instant_ns, len(body)) + body
+
+
+class Records:
+    """Cuts a stream into records.  ValueError from `feed` for a body longer than a hub ever sends."""
+
+    __slots__ = ("_rest",)
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> Iterator[Record]:
+        if self._rest:
+            data = self._rest + data
+        start, size, end = 0, HEADER.size, len(data)
+        while end - start >= size:
+            kind, instant_ns, length = HEADER.unpack_from(data, start)
+            if length > LONGEST_BODY:
+                raise ValueError(f"a record of {length} bytes")
+            stop = start + size + length
+            if stop > end:
+                break
+            yield Record(kind, instant_ns, data[start + size : stop])
+            start = stop
+        self._rest = data[start:]
+
+
+def socket_path(run: Path, bus: Bus[Any]) -> Path:
+    return run / f"{bus.name}.sock"

@@ -1,0 +1,27 @@
+"""Addresses as people write them: `host:port`, `tcp://host:port`, `[::1]:5020`."""
+
+import errno
+from urllib.parse import urlsplit
+
+
+def split_address(address: str) -> tuple[str, int]:
+    """Host and port.  ValueError, with what would be right, for anything else; port 0 to 65535."""
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    try:
+        port = parts.port
+    except ValueError:
+        port = None
+    if parts.scheme != "tcp" or not parts.hostname or port is None or parts.path:
+        raise ValueError(f"{address!r} is no address: write host:port, such as 127.0.0.1:5020")
+    return parts.hostname, port
+
+
+def bind_remedy(cause: OSError) -> str:
+    """What to do when an address can't be listened on."""
+    if cause.errno == errno.EADDRINUSE:
+        return "another program, or another rig, listens there: stop it, or choose another port in the rig file"
+    if cause.errno == errno.EACCES:
+        return "ports below 1024 need rights: choose one above, such as 5020"
+    if cause.errno == errno.EADDRNOTAVAIL:
+        return "that address is not one of this machine: 127.0.0.1 always is"
+    return "choose another address in the rig file"

@@ -1,0 +1,119 @@
+"""The computer's clock as a Clock: CLOCK_MONOTONIC, kept to some tens of microseconds by a timerfd.
+
+A device takes no time: while an event is handled, `now_ns()` is the instant of that event, not of the CPU.  So a
+periodic timer does not drift, and what is sent carries the instant at which it was asked for; a bus hub uses that to
+hide the hops between processes behind frame times.
+"""
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig import timerfd
+from fieldrig.clock import MS, Timer, TimerQueue
+
+STALL_NS = 20 * MS
+"""An event handled later than this counts as happening now: a machine that stood still does not replay its past."""
+
+_ARMED_LATER = -1  # while timers are being called: arm once, when all are done
+
+
+class RealClock:
+    """All methods belong to the loop's thread."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._timers = TimerQueue()
+        self._instant_ns: int | None = None
+        self._latest_ns = 0  # time never runs backwards between two events
+        self._armed_ns: int | None = None
+        self._fired = 0
+        self._late_ns = 0
+        self._worst_ns = 0
+        self._fd: timerfd.TimerFd | None = None
+        self._handle: asyncio.TimerHandle | None = None
+        if timerfd.is_available():
+            self._fd = timerfd.TimerFd()
+            loop.add_reader(self._fd.fd, self._on_readable)
+
+    def now_ns(self) -> int:
+        instant_ns = self._instant_ns
+        return time.monotonic_ns() if instant_ns is None else instant_ns
+
+    def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        timer = self._timers.add(when_ns, action)
+        if self._armed_ns is None or when_ns < self._armed_ns:
+            self._arm(when_ns)
+        return timer
+
+    def handle(self, action: Callable[..., None], *arguments: Any) -> None:
+        """Call `action` as an event of its own, at the present."""
+        self.handle_at(time.monotonic_ns(), action, *arguments)
+
+    def handle_at(self, instant_ns: int, action: Callable[..., None], *arguments: Any) -> None:
+        """Call `action` as an event that happened at `instant_ns`; a stall apart, that is what `now_ns` says.
+
+        Inside another event (a link within this process) it is part of that event.
+        """
+        if self._instant_ns is not None:
+            action(*arguments)
+            return
+        now_ns = time.monotonic_ns()
+        if not now_ns - STALL_NS < instant_ns <= now_ns:
+            instant_ns = now_ns
+        self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
+        try:
+            action(*arguments)
+        finally:
+            self._instant_ns = None
+
+    def lateness(self) -> dict[str, float]:
+        """How late timers were since the last call: `timers`, `mean_us`, `worst_us`."""
+        fired, mean_us = self._fired, self._late_ns / 1e3 / max(self._fired, 1)
+        report = {"timers": float(fired), "mean_us": mean_us, "worst_us": self._worst_ns / 1e3}
+        self._fired = self._late_ns = self._worst_ns = 0
+        return report
+
+    def close(self) -> None:
+        if self._fd is not None:
+            self._loop.remove_reader(self._fd.fd)
+            self._fd.close()
+            self._fd = None
+        if self._handle is not None:
+            self._handle.cancel()
+
+    def _arm(self, when_ns: int) -> None:
+        self._armed_ns = when_ns
+        if self._fd is not None:
+            self._fd.arm(when_ns)
+            return
+        if self._handle is not None:
+            self._handle.cancel()
+        self._handle = self._loop.call_later(max(when_ns - time.monotonic_ns(), 0) / 1e9, self._on_due)
+
+    def _on_readable(self) -> None:
+        if self._fd is not None:
+            self._fd.clear()
+            self._on_due()
+
+    def _on_due(self) -> None:
+        self._armed_ns = _ARMED_LATER
+        pop_due = self._timers.pop_due
+        now_ns = time.monotonic_ns()
+        try:
+            while (timer := pop_due(now_ns)) is not None:
+                late_ns = now_ns - timer.when_ns
+                self._fired += 1
+                self._late_ns += late_ns
+                self._worst_ns = max(self._worst_ns, late_ns)
+                action, timer.action = timer.action, None
+                if action is not None:
+                    instant_ns = timer.when_ns if late_ns < STALL_NS else now_ns
+                    self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
+                    action()
+        finally:
+            self._instant_ns = self._armed_ns = None
+            next_ns = self._timers.next_ns()
+            if next_ns is not None:
+                self._arm(next_ns)

@@ -1,0 +1,20 @@
+"""Every message of a rig, with time, bus and sender."""
+
+from dataclasses import dataclass
+
+from fieldrig.bus import Bus, Delivery
+
+
+@dataclass(frozen=True, slots=True)
+class TraceEntry:
+    time_ns: int
+    """Virtual time from the start of the rig; under real time CLOCK_MONOTONIC."""
+    bus: str
+    family: str
+    sender: str
+    data: bytes
+    """The message, as `Bus.encode` of its bus writes it."""
+
+
+def entry_of(bus: "Bus[object]", delivery: "Delivery[object]") -> TraceEntry:
+    return TraceEntry(delivery.time_ns, bus.name, bus.family, delivery.sender, bus.encode(delivery.message))
