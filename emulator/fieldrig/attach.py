@@ -11,7 +11,7 @@ from typing import Any
 from fieldrig.bus import ModelBus
 from fieldrig.clock import S
 from fieldrig.errors import BusError
-from fieldrig.hub_wire import Kind, Records, pack, socket_path
+from fieldrig.hub_wire import Kind, Records, pack, socket_name
 from fieldrig.net import split_address
 from fieldrig.real_clock import RealClock
 
@@ -51,7 +51,7 @@ class RemoteLink(asyncio.Protocol):
         self._welcome = loop.create_future()
         self._records = Records()
         address = getattr(self._bus.settings, "connect", None) or self._bus.attach
-        path = socket_path(self._run, self._bus)
+        path = self._run / socket_name(self._bus)
         try:
             if getattr(self._bus.settings, "connect", None) is None and path.exists():
                 transport, _ = await loop.create_unix_connection(lambda: self, str(path))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fieldrig.bus import Delivery
 from fieldrig.errors import BusError
-from fieldrig.hub_wire import Kind, Records, pack, socket_path
+from fieldrig.hub_wire import Kind, Records, pack, socket_name
 from fieldrig.net import bind_remedy, split_address
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class HubServer:
     def __init__(self, hub: "LocalHub") -> None:
         self._hub = hub
         self._servers: list[asyncio.Server] = []
-        self._path = socket_path(hub.path("."), hub.bus)
+        self._path = hub.path(socket_name(hub.bus))
         self.streams: set[MemberStream] = set()
 
     async def open(self) -> None:

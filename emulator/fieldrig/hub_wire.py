@@ -12,7 +12,6 @@ Records both ways: kind (1 byte), instant (8, ns of the sender's clock), length 
 import struct
 from collections.abc import Iterator
 from enum import IntEnum
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
@@ -62,5 +61,6 @@ class Records:
         self._rest = data[start:]
 
 
-def socket_path(run: Path, bus: Bus[Any]) -> Path:
-    return run / f"{bus.name}.sock"
+def socket_name(bus: Bus[Any]) -> str:
+    """The hub's Unix socket in the run folder."""
+    return f"{bus.name}.sock"

@@ -1,0 +1,78 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fieldrig_bus.wires import Signal, WiresModel, decode, encode
+
+
+def test_a_signal_reaches_those_who_listen_to_its_name() -> None:
+    model = WiresModel()
+    for member in ("pump", "tank", "panel"):
+        model.join(member)
+    model.listen(0, "tank", ["pump.run"])
+    model.listen(0, "panel", None)
+    model.submit(5, "pump", Signal("pump.run", True))
+    model.submit(5, "pump", Signal("pump.speed", 50, "%"))
+    first, second = model.collect(5)
+    assert (first.time_ns, first.sender, list(first.receivers)) == (5, "pump", ["tank", "panel"])
+    assert list(second.receivers) == ["panel"]
+    assert model.next_ns() is None
+
+
+def test_who_listens_later_hears_the_present_value() -> None:
+    model = WiresModel()
+    model.join("tank")
+    model.submit(1, "tank", Signal("tank.level", 1.0, "m"))
+    model.submit(2, "tank", Signal("tank.level", 2.0, "m"))
+    model.collect(2)
+    model.join("panel")
+    model.listen(9, "panel", ["tank.level"])
+    assert model.next_ns() == 9
+    (delivery,) = model.collect(9)
+    assert (delivery.message.value, list(delivery.receivers)) == (2.0, ["panel"])
+
+
+def test_a_driver_does_not_hear_itself() -> None:
+    model = WiresModel()
+    model.join("tank")
+    model.listen(0, "tank", None)
+    model.submit(1, "tank", Signal("tank.level", 1.0, "m"))
+    (delivery,) = model.collect(1)
+    assert list(delivery.receivers) == []
+
+
+def test_a_signal_crosses_processes_as_json() -> None:
+    assert encode(Signal("tank.level", 1.5, "m")) == b'["tank.level",1.5,"m"]'
+    assert decode(b'["pump.run",true,""]') == Signal("pump.run", True)
+
+
+SIGNALS = st.builds(
+    Signal,
+    name=st.text(),
+    value=st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False),
+    unit=st.text(max_size=8),
+)
+
+
+@given(SIGNALS)
+def test_every_signal_comes_back(signal: Signal) -> None:
+    back = decode(encode(signal))
+    assert back == signal
+    assert type(back.value) is type(signal.value)
+
+
+@pytest.mark.parametrize("data", [b"", b"null", b"[]", b'["a",NaN,""]', b'["a",1e999,""]', b'[1,2,"m"]', b"\xff"])
+def test_anything_else_is_refused(data: bytes) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        decode(data)
+
+
+@given(st.binary())
+def test_garbage_is_refused_with_a_value_error(data: bytes) -> None:
+    try:
+        signal = decode(data)
+    except ValueError:
+        return
+    assert math.isfinite(signal.value)

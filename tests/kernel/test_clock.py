@@ -1,0 +1,117 @@
+import asyncio
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fieldrig.clock import MS, S, TimerQueue, VirtualClock
+from fieldrig.real_clock import STALL_NS, RealClock
+
+
+def test_virtual_time_stands_still_until_it_is_moved() -> None:
+    clock = VirtualClock()
+    called: list[int] = []
+    clock.call_at(5, lambda: called.append(clock.now_ns()))
+    assert clock.now_ns() == 0
+    clock.advance_to(4)
+    assert called == []
+    clock.advance_to(10)
+    assert called == [5]
+    assert clock.now_ns() == 10
+
+
+def test_equal_times_are_called_in_order_of_asking() -> None:
+    clock = VirtualClock()
+    called: list[str] = []
+    for name in "abc":
+        clock.call_at(7, lambda name=name: called.append(name))  # type: ignore[misc]  # a default keeps the loop's value
+    clock.advance_to(7)
+    assert called == ["a", "b", "c"]
+
+
+def test_what_is_past_is_called_at_the_present() -> None:
+    clock = VirtualClock(100)
+    called: list[int] = []
+    clock.call_at(50, lambda: called.append(clock.now_ns()))
+    clock.advance_to(100)
+    assert called == [100]
+
+
+def test_a_cancelled_timer_is_not_called_and_no_wish() -> None:
+    clock = VirtualClock()
+    timer = clock.call_at(5, lambda: pytest.fail("cancelled"))
+    timer.cancel()
+    timer.cancel()
+    assert clock.next_ns() is None
+    clock.advance_to(10)
+
+
+@given(st.lists(st.integers(0, 1_000), max_size=50))
+def test_timers_come_out_sorted_and_stable(asked: list[int]) -> None:
+    queue = TimerQueue()
+    order: list[tuple[int, int]] = []
+    for place, when_ns in enumerate(asked):
+        queue.add(when_ns, lambda when_ns=when_ns, place=place: order.append((when_ns, place)))  # type: ignore[misc]  # as above
+    while (timer := queue.pop_due(1_000)) is not None:
+        assert timer.action is not None
+        timer.action()
+    assert order == sorted((when_ns, place) for place, when_ns in enumerate(asked))
+
+
+def test_a_real_period_does_not_drift_and_time_stands_within_an_event() -> None:
+    instants: list[int] = []
+
+    async def tick_five_times() -> int:
+        clock = RealClock(asyncio.get_running_loop())
+        done = asyncio.Event()
+        start_ns = clock.now_ns() + MS
+
+        def tick() -> None:
+            instants.append(clock.now_ns())
+            assert clock.now_ns() == instants[-1]
+            if len(instants) == 5:
+                done.set()
+            else:
+                clock.call_at(clock.now_ns() + MS, tick)
+
+        clock.call_at(start_ns, tick)
+        await done.wait()
+        assert clock.lateness()["timers"] == 5
+        clock.close()
+        return start_ns
+
+    start_ns = asyncio.run(tick_five_times())
+    late_from = next((place for place, instant in enumerate(instants) if instant != start_ns + place * MS), 5)
+    if late_from < 5:  # a machine that stood still for STALL_NS takes up from the present
+        assert instants[late_from] - (start_ns + late_from * MS) >= STALL_NS
+
+
+def test_a_real_event_happens_at_its_own_instant_unless_that_is_long_past() -> None:
+    async def handle() -> list[int]:
+        clock = RealClock(asyncio.get_running_loop())
+        seen: list[int] = []
+        now_ns = time.monotonic_ns()
+        for instant_ns in (now_ns - MS, now_ns - 2 * MS, now_ns - S, now_ns + S):
+            clock.handle_at(instant_ns, lambda: seen.append(clock.now_ns() - now_ns))
+        clock.close()
+        return seen
+
+    at_its_own, not_backwards, too_old, not_yet = asyncio.run(handle())
+    assert at_its_own == not_backwards == -MS
+    assert 0 <= too_old <= not_yet < S
+
+
+def test_an_earlier_timer_overtakes_one_that_is_armed() -> None:
+    async def overtake() -> list[str]:
+        clock = RealClock(asyncio.get_running_loop())
+        done = asyncio.Event()
+        called: list[str] = []
+        later = clock.call_at(clock.now_ns() + 3600 * S, lambda: called.append("later"))
+        clock.call_at(clock.now_ns() + MS, lambda: (called.append("sooner"), done.set())[0])
+        await done.wait()
+        later.cancel()
+        clock.close()
+        return called
+
+    assert asyncio.run(overtake()) == ["sooner"]

@@ -1,0 +1,192 @@
+"""A hub carries a bus between members of its own process and of others."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fieldrig.attach import attach
+from fieldrig.bus import Delivery
+from fieldrig.errors import BusError
+from fieldrig.hub import LocalHub
+from fieldrig.hub_wire import HEADER, Kind, Records, pack
+from fieldrig.real_clock import RealClock
+from fieldrig_bus.wires import Signal, WiresHub, WiresHubSettings
+
+pytestmark = pytest.mark.system
+
+RUN = Signal("pump.run", True)
+
+
+class HubBench:
+    def __init__(self, run: Path, attach_at: str | None = None) -> None:
+        self.clock = RealClock(asyncio.get_running_loop())
+        self.run = run
+        self.bus = WiresHub("wires", WiresHubSettings(attach=attach_at))
+        self.trace: list[Delivery[Any]] = []
+        self.hub = LocalHub(self.bus, self.clock, run, on_delivery=self.trace.append)
+        self.lost: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+
+    async def remote(self, member: str) -> Any:
+        return await attach(self.bus, member, self.clock, self.run, self.lost.set_result)
+
+    async def close(self) -> None:
+        await self.hub.close()
+        self.clock.close()
+
+
+class Listener:
+    """Collects what a link hears; `heard(n)` waits for n messages."""
+
+    def __init__(self, link: Any, interest: list[str] | None = None) -> None:
+        self.messages: list[Signal] = []
+        self._changed = asyncio.Event()
+        link.on_receive(self._on_message, interest)
+
+    def _on_message(self, message: Signal) -> None:
+        self.messages.append(message)
+        self._changed.set()
+
+    async def heard(self, count: int) -> list[Signal]:
+        async with asyncio.timeout(20):
+            while len(self.messages) < count:
+                self._changed.clear()
+                await self._changed.wait()
+        return self.messages
+
+
+def test_members_here_and_elsewhere_hear_each_other(tmp_path: Path) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        await bench.hub.open()
+        here = bench.hub.join("here")
+        there = await bench.remote("there")
+        at_home, away = Listener(here), Listener(there)
+        here.send(RUN)
+        assert await away.heard(1) == [RUN]
+        there.send(Signal("tank.level", 1.5, "m"))
+        assert await at_home.heard(1) == [Signal("tank.level", 1.5, "m")]
+        assert [delivery.sender for delivery in bench.trace if delivery.receivers] == ["here", "there"]
+        await there.close()
+        await bench.close()
+
+    asyncio.run(scene())
+
+
+def test_who_leaves_may_come_again_and_a_taken_name_is_refused(tmp_path: Path) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        await bench.hub.open()
+        first = await bench.remote("pump")
+        with pytest.raises(BusError, match="already has a member 'pump'"):
+            await bench.remote("pump")
+        await first.close()
+        async with asyncio.timeout(20):
+            while True:  # until the hub has seen the first one leave
+                try:
+                    again = await bench.remote("pump")
+                    break
+                except BusError:
+                    await asyncio.sleep(0)
+        await again.close()
+        await bench.close()
+
+    asyncio.run(scene())
+
+
+def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(tmp_path: Path) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        await bench.hub.open()
+        link = await bench.remote("panel")
+        listener = Listener(link, ["pump.run"])
+        await bench.hub.close()
+        async with asyncio.timeout(20):
+            assert "gone" in await bench.lost
+        link.send(RUN)  # into the void: no error
+        second = LocalHub(bench.bus, bench.clock, tmp_path)
+        await second.open()
+        await link.connect()
+        pump = second.join("pump")
+        pump.send(Signal("pump.speed", 1, "%"))
+        pump.send(RUN)
+        assert await listener.heard(1) == [RUN]
+        await link.close()
+        await second.close()
+        await bench.close()
+
+    asyncio.run(scene())
+
+
+def test_devices_attach_over_tcp_too_and_a_taken_port_is_refused_with_the_remedy(
+    tmp_path: Path, free_port: int
+) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path / "hub", f"tcp://127.0.0.1:{free_port}")
+        await bench.hub.open()
+        link = await attach(bench.bus, "far", bench.clock, tmp_path / "elsewhere", print)
+        listener = Listener(link)
+        bench.hub.join("here").send(RUN)
+        assert await listener.heard(1) == [RUN]
+        other = LocalHub(bench.bus, bench.clock, tmp_path / "other")
+        with pytest.raises(BusError, match="choose another port"):
+            await other.open()
+        await link.close()
+        await bench.close()
+
+    asyncio.run(scene())
+
+
+def test_no_hub_is_an_error_with_a_remedy(tmp_path: Path) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        with pytest.raises(BusError, match="start the process that runs this bus first"):
+            await bench.remote("pump")
+        await bench.close()
+
+    asyncio.run(scene())
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [
+        b"GET / HTTP/1.1\r\n\r\n",
+        pack(Kind.MESSAGE, 0, b"[]"),
+        pack(Kind.HELLO, 0, b"{}"),
+        pack(Kind.HELLO, 0, b'{"bus":"wires","member":"x"}') + pack(Kind.MESSAGE, 0, b"nonsense"),
+        HEADER.pack(Kind.HELLO, 0, 0xFFFFFFFF),
+    ],
+)
+def test_a_stranger_that_talks_nonsense_is_put_off_and_the_bus_goes_on(tmp_path: Path, garbage: bytes) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        await bench.hub.open()
+        reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))
+        writer.write(garbage)
+        async with asyncio.timeout(20):
+            try:
+                while await reader.read(4096):
+                    pass
+            except ConnectionResetError:
+                pass
+        writer.close()
+        listener = Listener(await bench.remote("panel"))
+        bench.hub.join("here").send(RUN)
+        assert await listener.heard(1) == [RUN]
+        await bench.close()
+
+    asyncio.run(scene())
+
+
+@given(st.lists(st.tuples(st.sampled_from(list(Kind)), st.integers(-(1 << 63), (1 << 63) - 1), st.binary())), st.data())
+def test_records_survive_any_cut_of_the_stream(records: list[tuple[Kind, int, bytes]], data: st.DataObject) -> None:
+    stream = b"".join(pack(*record) for record in records)
+    cutter, seen = Records(), []
+    while stream:
+        cut = data.draw(st.integers(1, len(stream)))
+        seen += list(cutter.feed(stream[:cut]))
+        stream = stream[cut:]
+    assert seen == records
