@@ -1,0 +1,108 @@
+"""TCP ways in: an address as a setting, a server that takes its connections with it, a member for each client."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Annotated, Any, cast
+
+from pydantic import AfterValidator, Field
+
+from fieldrig.bus import Hub
+from fieldrig.errors import BusError
+from fieldrig.link import Link
+from fieldrig.net import bind_remedy, split_address
+
+MOST_UNREAD = 256 * 1024
+"""Bytes kept for a client that doesn't read; what comes on top is lost to it."""
+
+
+def _checked(address: str) -> str:
+    split_address(address)
+    return address
+
+
+Address = Annotated[
+    str,
+    AfterValidator(_checked),
+    Field(description="host:port, such as 127.0.0.1:5020; port 0 takes a free one"),
+]
+"""`host:port` in settings; `split_address` takes it apart."""
+
+
+class Connection(asyncio.Protocol):
+    """One client.  A subclass says in `data_received` what its bytes mean."""
+
+    transport: asyncio.Transport
+
+    def __init__(self, server: "TcpServer") -> None:
+        self.server = server
+        self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.is_full = False
+        """The client doesn't read: `MOST_UNREAD` bytes wait for it."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = cast(asyncio.Transport, transport)  # uvloop's is one by its methods, not by its class
+        self.transport.set_write_buffer_limits(high=MOST_UNREAD)
+        self.server.connections.add(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.server.connections.discard(self)
+        self.lost.set_result(None)
+
+    def pause_writing(self) -> None:
+        self.is_full = True
+
+    def resume_writing(self) -> None:
+        self.is_full = False
+
+    def write(self, data: bytes) -> None:
+        """Send `data`, or lose it whole when the client doesn't read."""
+        if not self.is_full:
+            self.transport.write(data)
+
+
+class TcpServer:
+    """Listens at `address`; `make` builds the protocol of each connection."""
+
+    def __init__(self, address: str, make: Callable[["TcpServer"], Connection]) -> None:
+        self.address = address
+        self.connections: set[Connection] = set()
+        self._make = make
+        self._server: asyncio.Server | None = None
+
+    @property
+    def port(self) -> int:
+        """The port that is listened at; while closed, the one that was asked for."""
+        if self._server is not None and self._server.sockets:
+            return int(self._server.sockets[0].getsockname()[1])
+        return split_address(self.address)[1]
+
+    async def open(self) -> None:
+        """BusError, with its remedy, if the address can't be had."""
+        host, port = split_address(self.address)
+        loop = asyncio.get_running_loop()
+        try:
+            self._server = await loop.create_server(lambda: self._make(self), host, port)
+        except OSError as cause:
+            raise BusError(f"can't listen at {self.address}: {cause}", bind_remedy(cause)) from cause
+
+    async def close(self) -> None:
+        if self._server is None:
+            return
+        self._server.close()
+        connections = list(self.connections)
+        for connection in connections:
+            connection.transport.abort()
+        await asyncio.gather(*(connection.lost for connection in connections))
+        await self._server.wait_closed()
+        self._server = None
+
+
+def join_as_outsider(hub: Hub, prefix: str) -> tuple[str, Link[Any]]:
+    """Join with the lowest number that is free: `socketcand:1`, `socketcand:2`."""
+    number = 1
+    while True:
+        member = f"{prefix}:{number}"
+        try:
+            return member, hub.join(member)
+        except ValueError:
+            number += 1

@@ -1,0 +1,119 @@
+import asyncio
+import functools
+import socket
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from fieldrig.clock import VirtualClock
+from fieldrig.errors import BusError
+from fieldrig.settings import Settings
+from fieldrig.testing import RecordedLink
+from fieldrig_bus.net import Address, Connection, TcpServer, join_as_outsider
+
+pytestmark = pytest.mark.system
+
+
+class Keys(Settings):
+    listen: Address
+
+
+class Echo(Connection):
+    def data_received(self, data: bytes) -> None:
+        self.write(data)
+
+
+def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    @functools.wraps(test)
+    def run(**fixtures: Any) -> None:
+        asyncio.run(test(**fixtures))
+
+    return run
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:5020", "localhost:0", "[::1]:29536", "tcp://127.0.0.1:1"])
+def test_addresses_that_are_some(address: str) -> None:
+    assert Keys(listen=address).listen == address
+
+
+@pytest.mark.parametrize(
+    "address", ["", "5020", "127.0.0.1", "127.0.0.1:", ":x", "host:70000", "host:1/path", "udp://a:1"]
+)
+def test_addresses_that_are_none_are_refused_with_what_is_right(address: str) -> None:
+    with pytest.raises(ValidationError, match=r"write host:port, such as 127\.0\.0\.1:5020"):
+        Keys(listen=address)
+
+
+@in_loop
+async def test_server_takes_its_connections_with_it() -> None:
+    server = TcpServer("127.0.0.1:0", Echo)
+    await server.open()
+    loop = asyncio.get_running_loop()
+    with socket.socket() as client:
+        client.setblocking(False)
+        await loop.sock_connect(client, ("127.0.0.1", server.port))
+        await loop.sock_sendall(client, b"hi")
+        assert await loop.sock_recv(client, 2) == b"hi"
+        await server.close()
+        with pytest.raises(ConnectionResetError):
+            await loop.sock_recv(client, 2)
+    assert server.connections == set()
+    await server.close()
+
+
+@in_loop
+async def test_address_that_is_taken_is_named_with_the_remedy() -> None:
+    first = TcpServer("127.0.0.1:0", Echo)
+    await first.open()
+    second = TcpServer(f"127.0.0.1:{first.port}", Echo)
+    with pytest.raises(BusError, match=rf"127\.0\.0\.1:{first.port}") as caught:
+        await second.open()
+    assert "stop it, or choose another port" in caught.value.remedy
+    await second.close()
+    await first.close()
+
+
+@in_loop
+async def test_client_that_does_not_read_loses_what_it_can_not_take() -> None:
+    server = TcpServer("127.0.0.1:0", Echo)
+    await server.open()
+    client = socket.create_connection(("127.0.0.1", server.port))
+    async with asyncio.timeout(10):
+        while not server.connections:
+            await asyncio.sleep(0.001)
+    (connection,) = server.connections
+    for _ in range(1000):
+        connection.write(bytes(65536))
+    assert connection.is_full
+    assert connection.transport.get_write_buffer_size() < 1_000_000
+    client.close()
+    await server.close()
+
+
+class Members:
+    """A hub as far as its names go."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.names: set[str] = set()
+
+    def join(self, member: str) -> RecordedLink[Any]:
+        if member in self.names:
+            raise ValueError(member)
+        self.names.add(member)
+        return RecordedLink()
+
+    def leave(self, member: str) -> None:
+        self.names.discard(member)
+
+    def path(self, name: str) -> Any:
+        raise NotImplementedError
+
+
+def test_outsiders_get_the_lowest_free_number() -> None:
+    hub = Members()
+    assert [join_as_outsider(hub, "socketcand")[0] for _ in range(2)] == ["socketcand:1", "socketcand:2"]
+    hub.leave("socketcand:1")
+    assert join_as_outsider(hub, "socketcand")[0] == "socketcand:1"
