@@ -6,6 +6,9 @@ RigError              anything a user can mend; printed without a traceback
 └── ControlError      no rig answers, or it refuses
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 
 class RigError(Exception):
     """Something outside our code is wrong; `remedy` says what to do next."""
@@ -14,6 +17,30 @@ class RigError(Exception):
         super().__init__(f"{what}\n  {remedy}" if remedy else what)
         self.what = what
         self.remedy = remedy
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """One thing that is wrong in a configuration, and what would be right."""
+
+    file: str
+    line: int | None
+    key: str
+    what: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}" if self.line is not None else self.file
+        head = ": ".join(part for part in (place, self.key, self.what) if part)
+        return f"{head}\n    {self.remedy}" if self.remedy else head
+
+
+class ConfigError(RigError):
+    """Wrong configuration, with every mistake found."""
+
+    def __init__(self, mistakes: Sequence[Mistake]) -> None:
+        super().__init__("\n".join(str(mistake) for mistake in mistakes))
+        self.mistakes = list(mistakes)
 
 
 class BusError(RigError):

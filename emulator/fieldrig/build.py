@@ -1,0 +1,50 @@
+"""Devices made from their entries in a configuration: each gets what its constructor names, and nothing else."""
+
+from collections.abc import Mapping
+from random import Random
+from typing import Any
+
+from fieldrig.clock import Clock, VirtualClock
+from fieldrig.config import DeviceEntry, RigConfig
+from fieldrig.device import Device
+from fieldrig.errors import ConfigError, Mistake, RigError
+from fieldrig.kinds import constructor_parameters, link_parameters
+from fieldrig.link import Link
+from fieldrig.store import MemoryStore, Store
+from fieldrig.testing import RecordedLink
+
+Links = Mapping[str, Link[Any] | list[Link[Any]]]
+
+
+def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store, seed: int) -> Device:
+    """ConfigError, naming the device, if the device finds its settings or the files they name wrong."""
+    offered = {
+        **{name: None for name, link in link_parameters(entry.cls).items() if not link.required},
+        "clock": clock,
+        "name": entry.name,
+        "settings": entry.settings,
+        "store": store,
+        "random": Random(f"{seed}/{entry.name}"),
+        **links,
+    }
+    asked = constructor_parameters(entry.cls)
+    try:
+        return entry.cls(**{name: offered[name] for name in asked if name in offered})
+    except (RigError, ValueError, OSError) as cause:
+        what, remedy = (cause.what, cause.remedy) if isinstance(cause, RigError) else (str(cause), "")
+        raise ConfigError([Mistake("", None, f"devices.{entry.name}", what, remedy)]) from cause
+
+
+def try_devices(config: RigConfig) -> list[Mistake]:
+    """What the devices themselves find wrong, each built once on links that lead nowhere."""
+    mistakes: list[Mistake] = []
+    for entry in config.devices.values():
+        links: dict[str, Link[Any] | list[Link[Any]]] = {
+            name: [RecordedLink[Any]() for _ in buses] if name in entry.many else RecordedLink[Any]()
+            for name, buses in entry.links.items()
+        }
+        try:
+            build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=config.seed)
+        except ConfigError as wrong:
+            mistakes += wrong.mistakes
+    return mistakes

@@ -1,0 +1,89 @@
+"""Where the data of a rig comes from: its file, the files that it extends, and overrides from the command line."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fieldrig.errors import Mistake
+from fieldrig.yaml_source import Mark, Source, read
+
+SECTIONS = ("buses", "devices")
+
+
+def gather(path: Path, overrides: Sequence[str]) -> Source:
+    """Everything laid over each other; never raises for what is wrong in it."""
+    source = _file(path, ())
+    for override in overrides:
+        _override(source, override)
+    return source
+
+
+def _file(path: Path, extended_by: tuple[Path, ...]) -> Source:
+    try:
+        source = read(path.read_text(encoding="utf-8"), str(path))
+    except (OSError, ValueError) as cause:
+        what = "it is not UTF-8 text" if isinstance(cause, ValueError) else _reason(cause)
+        return Source(mistakes=[Mistake(str(path), None, "", f"can't be read: {what}", "")])
+    if not isinstance(source.data, dict) or "extends" not in source.data:
+        return source
+    base = _base(source, path, (*extended_by, path.resolve()))
+    if base is None:
+        return source
+    return Source(
+        data=_over(base.data, source.data, 0),
+        marks={**base.marks, **source.marks},
+        mistakes=[*base.mistakes, *source.mistakes],
+    )
+
+
+def _base(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Source | None:
+    name = source.data["extends"]
+    place = source.marks[("extends",)]
+    if not isinstance(name, str):
+        source.mistakes.append(Mistake(*place, "extends", "it takes one file", "right would be extends: other.yaml"))
+        return None
+    file = path.parent / name
+    if not file.is_file():
+        source.mistakes.append(Mistake(*place, "extends", f"no such file: {file}", "it is relative to this file"))
+        return None
+    if file.resolve() in extended_by:
+        source.mistakes.append(Mistake(*place, "extends", f"{name} extends this file in turn", "take one away"))
+        return None
+    return _file(file, extended_by)
+
+
+def _reason(cause: OSError) -> str:
+    return cause.strerror or str(cause)
+
+
+def _over(base: Any, over: Any, depth: int) -> Any:
+    """`over` laid over `base`; at depth 2 stand the buses and devices."""
+    if not isinstance(base, dict) or not isinstance(over, dict) or (depth == 2 and "kind" in over):
+        return over
+    merged = dict(base)
+    for key, value in over.items():
+        if depth == 1 and value is None:
+            merged.pop(key, None)
+        else:
+            merged[key] = _over(base[key], value, depth + 1) if key in base else value
+    return merged
+
+
+def _override(source: Source, override: str) -> None:
+    key, equals, text = override.partition("=")
+    file = f"--set {override}"
+    value = read(text, file)
+    if value.mistakes or not equals or not isinstance(source.data, dict):
+        source.mistakes.append(
+            Mistake(file, None, "", "this can't be set", "right would be --set buses.can0.bitrate=250000")
+        )
+        return
+    path = tuple(key.split("."))
+    place = source.data
+    for part in path[:-1]:
+        place = place.setdefault(part, {})
+        if not isinstance(place, dict):
+            source.mistakes.append(Mistake(file, None, key, f"{part} holds no keys", "name a key of the rig file"))
+            return
+    place[path[-1]] = value.data
+    source.marks[path] = Mark(file, None)

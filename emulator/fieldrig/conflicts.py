@@ -1,0 +1,70 @@
+"""Entries of a rig file that are right each by itself, but not together."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from fieldrig.settings import Settings
+from fieldrig.yaml_source import KeyPath
+
+if TYPE_CHECKING:
+    from fieldrig.config import BusEntry, DeviceEntry
+
+ADDRESS = re.compile(r"(?:(?P<scheme>[a-z-]+)(?:://|/))?(?P<host>\[[0-9a-fA-F:.]+\]|[\w.-]*|\*):(?P<port>[0-9]{1,5})")
+LOOPBACK = {"localhost": "127.0.0.1", "[::1]": "127.0.0.1"}
+ANY_HOST = {"", "*", "0.0.0.0", "[::]"}
+OUTGOING = ("connect", "remote", "peer", "target")
+"""A key with one of these in its name says where to go, not where to listen."""
+
+Conflict = tuple[KeyPath, str, str]
+
+
+def conflicts(
+    buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]", control: str | None
+) -> Iterator[Conflict]:
+    yield from _same_ports(buses, control)
+    yield from _same_node_ids(buses, devices)
+
+
+def _same_ports(buses: "Mapping[str, BusEntry]", control: str | None) -> Iterator[Conflict]:
+    """Two that want to listen on the same port, as far as it can be told from the form of the settings."""
+    taken: list[tuple[bool, str, str, str]] = []
+    places = [(("control",), control)] if control is not None else []
+    for name, entry in buses.items():
+        places += _texts(entry.bus.settings, ("buses", name))
+    for path, text in places:
+        match = ADDRESS.fullmatch(text)
+        if match is None or int(match["port"]) == 0:
+            continue
+        is_udp, host, port = match["scheme"] == "udp", LOOPBACK.get(match["host"], match["host"]), match["port"]
+        for other_udp, other_host, other_port, where in taken:
+            if (is_udp, port) == (other_udp, other_port) and (host == other_host or ANY_HOST & {host, other_host}):
+                yield path, f"port {port} is taken by {where}", "give each a port of its own"
+                break
+        taken.append((is_udp, host, port, ".".join(str(part) for part in path)))
+
+
+def _texts(value: Any, path: KeyPath) -> list[tuple[KeyPath, str]]:
+    if isinstance(value, str):
+        return [(path, value)]
+    if isinstance(value, Settings):
+        keys = [key for key in type(value).model_fields if not any(word in key for word in OUTGOING)]
+        return [found for key in keys for found in _texts(getattr(value, key), (*path, key))]
+    if isinstance(value, list | tuple):
+        return [found for index, item in enumerate(value) for found in _texts(item, (*path, index))]
+    return []
+
+
+def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]") -> Iterator[Conflict]:
+    """Two nodes with one number on one CAN bus (CiA 301 has no answer to that)."""
+    taken: dict[tuple[str, int], str] = {}
+    for name, device in devices.items():
+        node_id = getattr(device.settings, "node_id", None)
+        linked = {bus for names in device.links.values() for bus in names}
+        for bus in sorted(bus for bus in linked & buses.keys() if buses[bus].bus.family == "can"):
+            if not isinstance(node_id, int):
+                continue
+            other = taken.setdefault((bus, node_id), name)
+            if other != name:
+                what = f"node {node_id} on {bus} is {other} already"
+                yield ("devices", name, "node_id"), what, "give each node of a bus a number of its own"

@@ -1,0 +1,192 @@
+"""The kinds of buses and devices: found by name, asked for their settings and links.
+
+A kind is a name that an installed package has under the entry points "fieldrig.buses" or "fieldrig.devices", or
+`package.module:Class`, a class of the user's own.  Only what a rig file names is imported.
+"""
+
+import importlib
+import inspect
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+from fieldrig.bus import Bus, Time
+from fieldrig.device import Device
+from fieldrig.errors import RigError
+from fieldrig.link import Link
+from fieldrig.settings import Settings
+
+BUSES = "fieldrig.buses"
+DEVICES = "fieldrig.devices"
+
+INJECTED = frozenset({"self", "clock", "name", "settings", "store", "random"})
+"""Parameters of a device that are not links."""
+
+
+class Kind(NamedTuple):
+    name: str
+    about: str
+
+
+@dataclass(frozen=True, slots=True)
+class LinkParameter:
+    """A parameter of a device's constructor that takes a link, or several."""
+
+    name: str
+    required: bool
+    many: bool
+    messages: tuple[type, ...]
+    """What it sends and understands; empty: anything."""
+
+    def fits(self, carried: tuple[type, ...]) -> bool:
+        """Whether a bus that carries these types carries all that the device may send."""
+        return all(issubclass(message, carried) for message in self.messages)
+
+
+def find_bus(kind: str) -> type[Bus[Any]]:
+    """RigError, with the closest names, for a kind that is not there."""
+    found: type[Bus[Any]] = _find(kind, BUSES, Bus)
+    return found
+
+
+def find_device(kind: str) -> type[Device]:
+    """RigError, with the closest names, for a kind that is not there."""
+    found: type[Device] = _find(kind, DEVICES, Device)
+    return found
+
+
+def list_buses() -> list[Kind]:
+    return list(_listed(BUSES, Bus))
+
+
+def list_devices() -> list[Kind]:
+    return list(_listed(DEVICES, Device))
+
+
+def bus_kinds_for(time: Time, family: str) -> list[str]:
+    """The installed kinds of a family of buses that run with this time."""
+    return [name for name in installed(BUSES) if _is_for(name, time, family)]
+
+
+@cache
+def installed(group: str) -> dict[str, EntryPoint]:
+    """The kinds of one group by name, not yet imported."""
+    return {point.name: point for point in sorted(entry_points(group=group), key=lambda point: point.name)}
+
+
+def settings_model(cls: type) -> type[Settings]:
+    """The model that the annotation of the parameter `settings` names; an empty one without it."""
+    model = _hints(cls).get("settings")
+    return model if isinstance(model, type) and issubclass(model, Settings) else Settings
+
+
+def link_parameters(cls: type[Device]) -> dict[str, LinkParameter]:
+    """The links a device takes, in the order of its constructor."""
+    hints = _hints(cls)
+    return {
+        name: _link_parameter(cls, parameter, hints.get(name))
+        for name, parameter in constructor_parameters(cls).items()
+        if name not in INJECTED
+    }
+
+
+def constructor_parameters(cls: type) -> dict[str, inspect.Parameter]:
+    """Named parameters of the constructor, without self."""
+    variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    parameters = inspect.signature(cls.__init__).parameters  # type: ignore[misc]  # only read, never called
+    return {name: one for name, one in parameters.items() if one.kind not in variadic and name != "self"}
+
+
+def _find(kind: str, group: str, base: type[Any]) -> Any:
+    if ":" in kind:
+        return _of_class(kind, _import(kind), base)
+    point = installed(group).get(kind)
+    if point is None:
+        raise RigError(f'there is no kind "{kind}"', _closest(kind, list(installed(group))))
+    return _of_class(kind, _import(point.value), base)
+
+
+def _closest(kind: str, names: list[str]) -> str:
+    close = get_close_matches(kind, names, n=3, cutoff=0.5)
+    own = 'or "module:Class" for one of your own'
+    return f"did you mean {' or '.join(close)}?" if close else f"there are: {', '.join(names)}; {own}"
+
+
+def _import(reference: str) -> object:
+    """What `package.module:Class` names."""
+    module_name, _, class_name = reference.partition(":")
+    if not all(part.isidentifier() for part in (*module_name.split("."), class_name)):
+        raise RigError(f'"{reference}" is not a class', 'right would be "package.module:Class"')
+    try:
+        module = importlib.import_module(module_name)
+    except (ImportError, SyntaxError) as cause:
+        where = "the module must lie in the folder of the rig file or be installed in this Python"
+        raise RigError(f"{module_name} can't be imported: {cause}", where) from cause
+    if not hasattr(module, class_name):
+        classes = [name for name, value in vars(module).items() if isinstance(value, type)]
+        close = get_close_matches(class_name, classes, n=1)
+        raise RigError(f"{module_name} has no {class_name}", f"did you mean {close[0]}?" if close else "")
+    return getattr(module, class_name)
+
+
+def _of_class(kind: str, found: object, base: type[Any]) -> Any:
+    if isinstance(found, type) and issubclass(found, base):
+        return found
+    raise RigError(f'"{kind}" is not a {base.__name__.lower()}', f"it must be a subclass of {_path(base)}")
+
+
+def _is_for(name: str, time: Time, family: str) -> bool:
+    try:
+        cls = find_bus(name)
+    except RigError:  # an optional library is missing
+        return False
+    return cls.family == family and time in cls.times
+
+
+def _path(cls: type) -> str:
+    return f"{cls.__module__}.{cls.__qualname__}"
+
+
+def _listed(group: str, base: type[Any]) -> Iterator[Kind]:
+    for name in installed(group):
+        try:
+            yield Kind(name, _find(name, group, base).about)
+        except RigError as broken:
+            yield Kind(name, f"({broken.what})")
+
+
+def _hints(cls: type) -> dict[str, Any]:
+    try:
+        return get_type_hints(cls.__init__)  # type: ignore[misc]  # only read, never called
+    except NameError as cause:
+        raise RigError(f"the constructor of {_path(cls)} can't be read: {cause}", "import what it names") from cause
+
+
+def _link_parameter(cls: type, parameter: inspect.Parameter, hint: Any) -> LinkParameter:
+    choices = [choice for choice in _union(hint) if choice is not type(None)]
+    is_optional = parameter.default is not inspect.Parameter.empty or len(choices) < len(_union(hint))
+    hint = choices[0] if len(choices) == 1 else None
+    is_many = get_origin(hint) is list
+    if is_many:
+        (hint,) = get_args(hint)
+    if hint is not Link and get_origin(hint) is not Link:
+        known = ", ".join(sorted(INJECTED - {"self"}))
+        raise RigError(
+            f"the parameter {parameter.name} of {_path(cls)} is not a link",
+            f"right would be a Link[...] or one of {known}",
+        )
+    return LinkParameter(parameter.name, not is_optional, is_many, _messages(get_args(hint)))
+
+
+def _messages(arguments: tuple[Any, ...]) -> tuple[type, ...]:
+    """The classes in `Link[A | B]`; none for `Link[Any]` and a bare `Link`."""
+    choices = [get_origin(choice) or choice for argument in arguments for choice in _union(argument)]
+    return tuple(choices) if all(isinstance(choice, type) and choice is not Any for choice in choices) else ()
+
+
+def _union(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)

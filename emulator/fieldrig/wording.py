@@ -1,0 +1,166 @@
+"""What pydantic found wrong with settings, in words for the person who wrote the rig file.
+
+Says what stands there and what would be right, the latter from the JSON Schema of the model, which is made only
+when something is wrong.
+"""
+
+import json
+from collections.abc import Iterator
+from difflib import get_close_matches
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from fieldrig.settings import Settings
+from fieldrig.yaml_source import KeyPath
+
+TYPES = {
+    "integer": "a whole number",
+    "number": "a number",
+    "string": "a text",
+    "boolean": "true or false",
+    "array": "a list",
+    "object": "a mapping of keys to values",
+    "null": "null",
+}
+
+
+class Finding(NamedTuple):
+    """One mistake: where below the validated mapping, what is wrong, what would be right."""
+
+    path: KeyPath
+    what: str
+    remedy: str
+
+
+def explain(
+    error: ValidationError, data: Any, model: type[Settings], other_keys: tuple[str, ...] = ()
+) -> list[Finding]:
+    """One finding per place.  `other_keys` are allowed beside those of the model."""
+    schema = model.model_json_schema()
+    found: dict[KeyPath, Finding] = {}
+    deeper: set[KeyPath] = set()
+    for one in error.errors(include_url=False):
+        path = _path_in(data, one["loc"], one["type"])
+        deeper.update(path[:length] for length in range(len(path)))
+        if path not in found:
+            found[path] = _finding(dict(one), path, data, schema, other_keys)
+    # A union complains of each of its choices; what lies deepest belongs to the choice that was meant.
+    return [finding for path, finding in found.items() if path not in deeper]
+
+
+def closest(word: object, known: list[str]) -> str:
+    """`did you mean ...?`, or all that is known."""
+    close = get_close_matches(str(word), known, n=1)
+    return f"did you mean {close[0]}?" if close else f"there are: {', '.join(known)}" if known else "there are none"
+
+
+def show(value: Any) -> str:
+    """A value as it would stand in YAML, cut short."""
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _finding(one: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> Finding:
+    if one["type"] == "extra_forbidden":
+        known = _keys_at(schema, path[:-1]) + (list(other_keys) if len(path) == 1 else [])
+        return Finding(path, "there is no such key", closest(path[-1], known))
+    wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path)))
+    remedy = f"right would be {wanted}" if wanted else ""
+    if one["type"] == "missing":
+        return Finding(path, "this key is missing", remedy)
+    if one["type"] in ("value_error", "assertion_error"):
+        return Finding(path, str(one["ctx"]["error"]), remedy if path else "")
+    there = _value_at(data, path)
+    return Finding(path, f"{show(there)} doesn't fit", remedy or f"it says: {one['msg']}")
+
+
+def _path_in(data: Any, location: tuple[int | str, ...], error_type: str) -> KeyPath:
+    """The location without the names of union branches, which are no keys of the data."""
+    path: list[Any] = []
+    for position, part in enumerate(location):
+        key = _key_in(data, part)
+        if key is not None:
+            path.append(key)
+            data = data[key]
+        elif error_type == "missing" and position == len(location) - 1:
+            path.append(part)
+    return tuple(path)
+
+
+def _key_in(data: Any, part: int | str) -> Any:
+    if isinstance(data, dict):
+        return next((key for key in data if key == part or str(key) == part), None)
+    if isinstance(data, list) and isinstance(part, int) and part < len(data):
+        return part
+    return None
+
+
+def _value_at(data: Any, path: KeyPath) -> Any:
+    for part in path:
+        data = data[part]
+    return data
+
+
+def _keys_at(schema: Any, path: KeyPath) -> list[str]:
+    return [key for part in _schemas_at(schema, schema, path) for key in part.get("properties", ())]
+
+
+def _schemas_at(part: Any, root: Any, path: KeyPath) -> Iterator[Any]:
+    """Every schema that may apply at a path, through references and choices."""
+    if not isinstance(part, dict):
+        return
+    if "$ref" in part:
+        target = root["$defs"][part["$ref"].rsplit("/", 1)[-1]]
+        yield from _schemas_at({**target, **{key: part[key] for key in part if key != "$ref"}}, root, path)
+        return
+    choices = part.get("anyOf") or part.get("oneOf") or part.get("allOf")
+    if choices and (path or "description" not in part):
+        for choice in choices:
+            yield from _schemas_at(choice, root, path)
+    elif not path:
+        yield part
+    else:
+        yield from _schemas_at(_child(part, path[0]), root, path[1:])
+
+
+def _child(part: dict[str, Any], key: Any) -> Any:
+    if isinstance(key, int) and "items" in part:
+        return part["items"]
+    if isinstance(key, int) and key < len(part.get("prefixItems", ())):
+        return part["prefixItems"][key]
+    return part.get("properties", {}).get(key, part.get("additionalProperties"))
+
+
+def _words(part: dict[str, Any], root: Any) -> str:
+    """`a whole number from 1 to 127 (the node id)`"""
+    choices = part.get("anyOf") or part.get("oneOf")
+    if choices:
+        leaves = [leaf for choice in choices for leaf in _schemas_at(choice, root, ())]
+        words = " or ".join(dict.fromkeys(_words(leaf, root) for leaf in leaves))
+    elif "enum" in part:
+        words = " or ".join(str(value) for value in part["enum"])
+    elif "const" in part:
+        words = str(part["const"])
+    else:
+        words = TYPES.get(part.get("type", ""), "") + _limits(part)
+    about = part.get("description", "").split("\n\n")[0] if part.get("type") != "object" else ""
+    return f"{words} ({about})" if words and about else words or about
+
+
+def _limits(part: dict[str, Any]) -> str:
+    low, high = part.get("minimum"), part.get("maximum")
+    if low is not None and high is not None:
+        return f" from {low} to {high}"
+    words = {
+        "minimum": "of at least {}",
+        "maximum": "of at most {}",
+        "exclusiveMinimum": "above {}",
+        "exclusiveMaximum": "below {}",
+        "minLength": "of at least {} characters",
+        "maxLength": "of at most {} characters",
+        "minItems": "of at least {} items",
+        "maxItems": "of at most {} items",
+        "pattern": "of the form {}",
+    }
+    return "".join(f" {words[key].format(part[key])}" for key in words if key in part)
