@@ -57,8 +57,7 @@ async def test_server_takes_its_connections_with_it() -> None:
         await loop.sock_sendall(client, b"hi")
         assert await loop.sock_recv(client, 2) == b"hi"
         await server.close()
-        with pytest.raises(ConnectionResetError):
-            await loop.sock_recv(client, 2)
+        assert await loop.sock_recv(client, 2) == b""
     assert server.connections == set()
     await server.close()
 
