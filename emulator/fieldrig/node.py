@@ -1,0 +1,140 @@
+"""One device under virtual time: `step(until_ns, deliveries)` gives what it sent, and when it wants to be called again.
+
+A node is local, or remote in a process of its own (`remote_node`), with the same result.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+from fieldrig.build import build_device
+from fieldrig.clock import VirtualClock
+from fieldrig.config import DeviceEntry
+from fieldrig.device import Device, Point, Value
+from fieldrig.errors import ControlError
+from fieldrig.link import Link
+from fieldrig.store import Store
+
+BusName = str
+Deliveries = Sequence[tuple[BusName, Any]]
+
+
+class Stepped(NamedTuple):
+    """What came of one step."""
+
+    listens: list[tuple[BusName, Sequence[Any] | None]]
+    """Changes of interest; they hold before anything in `sent` arrives."""
+    sent: list[tuple[BusName, Any]]
+    next_ns: int | None
+
+
+class Node(Protocol):
+    """`begin` and `finish` are the two halves of a step, so that nodes in other processes step at the same time."""
+
+    def begin(self, until_ns: int, deliveries: Deliveries) -> None: ...
+
+    def finish(self) -> Stepped: ...
+
+    def keys(self) -> dict[str, str]:
+        """The keys of the device's points, each with its unit."""
+
+    def get(self, key: str) -> Value:
+        """ControlError for a key that isn't there."""
+
+    def set(self, key: str, value: Value) -> None:
+        """ControlError for a key that isn't there or can't be written, or a value that it can't take."""
+
+    def stop(self) -> None: ...
+
+
+class NodeLink:
+    """An end of a bus under virtual time: keeps what is sent until the step is over."""
+
+    __slots__ = ("_bus", "_node", "handler")
+
+    def __init__(self, node: "EventNode", bus: BusName) -> None:
+        self._node, self._bus = node, bus
+        self.handler: Callable[[Any], None] | None = None
+
+    def send(self, message: Any) -> None:
+        self._node.sent.append((self._bus, message))
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        self.handler = handler
+        self._node.listens.append((self._bus, interest))
+
+
+class EventNode:
+    """A clock and links that only move in steps; what reacts to them may be a device, or a test."""
+
+    def __init__(self, now_ns: int = 0) -> None:
+        self.clock = VirtualClock(now_ns)
+        self.sent: list[tuple[BusName, Any]] = []
+        self.listens: list[tuple[BusName, Sequence[Any] | None]] = []
+        self._links: dict[BusName, NodeLink] = {}
+
+    def link(self, bus: BusName) -> NodeLink:
+        """This node's end of `bus`; the same one at every call."""
+        if bus not in self._links:
+            self._links[bus] = NodeLink(self, bus)
+        return self._links[bus]
+
+    def begin(self, until_ns: int, deliveries: Deliveries) -> None:
+        clock, links = self.clock, self._links
+        if deliveries:
+            clock.set_to(until_ns)
+            for bus, message in deliveries:
+                handler = links[bus].handler
+                if handler is not None:
+                    handler(message)
+        clock.advance_to(until_ns)
+
+    def finish(self) -> Stepped:
+        stepped = Stepped(self.listens, self.sent, self.clock.next_ns())
+        self.listens, self.sent = [], []
+        return stepped
+
+
+class LocalNode(EventNode):
+    """A device in this process."""
+
+    def __init__(self, entry: DeviceEntry, seed: int, store: Store) -> None:
+        super().__init__()
+        links: dict[str, Link[Any] | list[Link[Any]]] = {
+            parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
+            for parameter, buses in entry.links.items()
+        }
+        self.device: Device = build_device(entry, clock=self.clock, links=links, store=store, seed=seed)
+        self.device.start()
+
+    def keys(self) -> dict[str, str]:
+        return {key: point.unit for key, point in self.device.points().items()}
+
+    def get(self, key: str) -> Value:
+        return read_point(self.device.points(), key)
+
+    def set(self, key: str, value: Value) -> None:
+        write_point(self.device.points(), key, value)
+
+    def stop(self) -> None:
+        self.device.stop()
+
+
+def read_point(points: Mapping[str, Point], key: str) -> Value:
+    return _point(points, key).read()
+
+
+def write_point(points: Mapping[str, Point], key: str, value: Value) -> None:
+    point = _point(points, key)
+    if point.write is None:
+        raise ControlError(f"{key} can only be read")
+    try:
+        point.write(value)
+    except ValueError as cause:
+        raise ControlError(f"{key} can't be {value!r}: {cause}") from cause
+
+
+def _point(points: Mapping[str, Point], key: str) -> Point:
+    try:
+        return points[key]
+    except KeyError:
+        raise ControlError(f"there is no {key!r} here", "`fieldrig get DEVICE` lists the keys") from None

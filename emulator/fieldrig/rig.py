@@ -1,0 +1,192 @@
+"""Nodes, buses and one clock from one configuration, under virtual time.
+
+The rig is the only scheduler.  It moves to the earliest wish of anybody; there it hands out what arrives, in the order
+of the configuration, lets the nodes react, gives what they sent to the buses, and repeats until nothing is left at this
+instant.  The same seed gives the same bytes on every bus, with all nodes in this process or each in its own.
+"""
+
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any, Self
+
+from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
+from fieldrig.config import RigConfig
+from fieldrig.device import Value
+from fieldrig.errors import ControlError, RigError
+from fieldrig.node import EventNode, LocalNode, Node, Stepped
+from fieldrig.remote_node import RemoteNode
+from fieldrig.store import MemoryStore, Store
+
+LONGEST_INSTANT = 10_000
+"""Rounds of reactions without time passing, after which devices are taken to answer each other for ever."""
+
+OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
+
+
+class Rig:
+    """Close it, or use it in a `with`: nodes in processes of their own end then."""
+
+    def __init__(
+        self, config: RigConfig, on_delivery: OnDelivery | None = None, stores: Mapping[str, Store] | None = None
+    ) -> None:
+        """RigError if a device can't be built.  `stores` keeps devices' memories, by device, over a power cycle."""
+        self.config = config
+        self.now_ns = 0
+        self.on_delivery = on_delivery
+        self.buses: dict[str, ModelBus[Any]] = {}
+        self._models: dict[str, BusModel[Any]] = {}
+        for name, bus_entry in config.buses.items():
+            if not isinstance(bus_entry.bus, ModelBus):
+                raise RigError(f"{name}: {bus_entry.kind} has no model to run under virtual time")
+            self.buses[name] = bus_entry.bus
+            self._models[name] = bus_entry.bus.model()
+        self._nodes: dict[str, Node] = {}
+        self._outside: dict[str, EventNode] = {}
+        self._wishes: dict[str, int | None] = {}
+        try:
+            self._build(stores or {})
+        except BaseException:
+            self.close()
+            raise
+
+    def next_ns(self) -> int | None:
+        """The instant at which something happens next; None if nothing ever will."""
+        self._take_from_outside()
+        earliest = None
+        for wish in self._wishes.values():
+            if wish is not None and (earliest is None or wish < earliest):
+                earliest = wish
+        for model in self._models.values():
+            arrival = model.next_ns()
+            if arrival is not None and (earliest is None or arrival < earliest):
+                earliest = arrival
+        return None if earliest is None else max(earliest, self.now_ns)
+
+    def step(self) -> bool:
+        """Go to the next instant at which something happens, and let it happen.  False if nothing ever will."""
+        next_ns = self.next_ns()
+        if next_ns is not None:
+            self._run_instant(next_ns)
+        return next_ns is not None
+
+    def run_until(self, until_ns: int) -> None:
+        """Let everything happen up to and including `until_ns`, and stand there."""
+        while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
+            self._run_instant(next_ns)
+        self.now_ns = max(self.now_ns, until_ns)
+        for node in self._outside.values():
+            node.clock.set_to(self.now_ns)
+
+    def attach(self, member: str) -> EventNode:
+        """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
+        if member in self._nodes or member in self._outside:
+            raise RigError(f"the rig already has a member {member!r}", "choose another name")
+        node = EventNode(self.now_ns)
+        self._outside[member] = node
+        self._wishes[member] = None
+        for model in self._models.values():
+            model.join(member)
+        return node
+
+    def keys(self, device: str) -> dict[str, str]:
+        """The keys of a device's points, each with its unit."""
+        return self._node(device).keys()
+
+    def get(self, device: str, key: str) -> Value:
+        return self._node(device).get(key)
+
+    def set(self, device: str, key: str, value: Value) -> None:
+        """Write a point, at the present instant."""
+        node = self._node(device)
+        self._step({device: node}, self.now_ns, {})
+        node.set(key, value)
+        self._step({device: node}, self.now_ns, {})
+
+    def statistics(self, bus: str) -> dict[str, float]:
+        return self._models[bus].statistics()
+
+    def close(self) -> None:
+        """Stop every device, the last started first."""
+        while self._nodes:
+            self._nodes.popitem()[1].stop()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def _build(self, stores: Mapping[str, Store]) -> None:
+        config = self.config
+        for name, entry in config.devices.items():
+            store = stores.get(name) or MemoryStore()
+            if config.processes == "each":
+                self._nodes[name] = RemoteNode(entry, config.seed, store, self.buses)
+            else:
+                self._nodes[name] = LocalNode(entry, config.seed, store)
+            for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
+                self._models[bus].join(name)
+        self._step(self._nodes, 0, {})
+
+    def _node(self, device: str) -> Node:
+        try:
+            return self._nodes[device]
+        except KeyError:
+            raise ControlError(f"the rig has no device {device!r}", f"it has: {', '.join(self._nodes)}") from None
+
+    def _run_instant(self, now_ns: int) -> None:
+        self.now_ns = now_ns
+        for _ in range(LONGEST_INSTANT):
+            inbox = self._arrivals(now_ns)
+            stirred: dict[str, Node | EventNode] = {}
+            for group in (self._nodes, self._outside):
+                for name, node in group.items():
+                    wish = self._wishes[name]
+                    if name in inbox or (wish is not None and wish <= now_ns):
+                        stirred[name] = node
+            if not stirred:
+                return
+            self._step(stirred, now_ns, inbox)
+        raise RigError(
+            f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other for ever without time passing",
+            "give one of them a turnaround time, or the bus a bit rate",
+        )
+
+    def _arrivals(self, now_ns: int) -> dict[str, list[tuple[str, Any]]]:
+        inbox: dict[str, list[tuple[str, Any]]] = {}
+        for bus, model in self._models.items():
+            arrival_ns = model.next_ns()
+            if arrival_ns is None or arrival_ns > now_ns:
+                continue
+            for delivery in model.collect(now_ns):
+                if self.on_delivery is not None:
+                    self.on_delivery(self.buses[bus], delivery)
+                for receiver in delivery.receivers:
+                    inbox.setdefault(receiver, []).append((bus, delivery.message))
+        return inbox
+
+    def _step(
+        self,
+        nodes: Mapping[str, Node | EventNode],
+        now_ns: int,
+        inbox: Mapping[str, list[tuple[str, Any]]],
+    ) -> None:
+        for name, node in nodes.items():
+            node.begin(now_ns, inbox.get(name, ()))
+        self._take({name: node.finish() for name, node in nodes.items()}, now_ns)
+
+    def _take(self, steps: Mapping[str, Stepped], now_ns: int) -> None:
+        """Everybody listens before anybody is heard."""
+        models = self._models
+        for name, stepped in steps.items():
+            self._wishes[name] = stepped.next_ns
+            for bus, interest in stepped.listens:
+                models[bus].listen(now_ns, name, interest)
+        for name, stepped in steps.items():
+            for bus, message in stepped.sent:
+                models[bus].submit(now_ns, name, message)
+
+    def _take_from_outside(self) -> None:
+        """What a test sent or asked for between steps."""
+        if self._outside:
+            self._take({name: node.finish() for name, node in self._outside.items()}, self.now_ns)

@@ -1,0 +1,70 @@
+"""Small devices on wires, for the tests of the rig; a module of its own so that other processes can import it."""
+
+from collections.abc import Mapping
+from random import Random
+
+from fieldrig.clock import MS, Clock
+from fieldrig.device import Device, Point, Value
+from fieldrig.link import Link
+from fieldrig.settings import Settings
+from fieldrig.store import Store
+from fieldrig_bus.wires import Signal
+
+
+class DiceSettings(Settings):
+    period_ms: int = 10
+
+
+class Dice(Device):
+    """Throws a number every period, and counts over a power cycle."""
+
+    def __init__(
+        self, clock: Clock, name: str, settings: DiceSettings, store: Store, random: Random, wires: Link[Signal]
+    ) -> None:
+        self._clock, self._name, self._settings, self._wires = clock, name, settings, wires
+        self._store, self._random = store, random
+        self._throws = int.from_bytes(store.load() or b"", "little")
+
+    def start(self) -> None:
+        self._throw()
+
+    def points(self) -> Mapping[str, Point]:
+        return {"throws": Point(lambda: self._throws, self._set_throws, unit="1")}
+
+    def _set_throws(self, value: Value) -> None:
+        if not isinstance(value, int) or value < 0:
+            raise ValueError("throws are counted from 0")
+        self._throws = value
+        self._wires.send(Signal(f"{self._name}.throws", value))
+
+    def _throw(self) -> None:
+        self._throws += 1
+        self._store.save(self._throws.to_bytes(4, "little"))
+        self._wires.send(Signal(f"{self._name}.thrown", self._random.randint(1, 6)))
+        self._clock.call_at(self._clock.now_ns() + self._settings.period_ms * MS, self._throw)
+
+
+class Adder(Device):
+    """Adds up what is thrown anywhere, and says so at the same instant."""
+
+    def __init__(self, wires: Link[Signal]) -> None:
+        self._wires, self._sum = wires, 0
+        wires.on_receive(self._on_signal, ["one.thrown", "two.thrown"])
+
+    def _on_signal(self, signal: Signal) -> None:
+        self._sum += int(signal.value)
+        self._wires.send(Signal("adder.sum", self._sum))
+
+
+class Squabbler(Device):
+    """Answers the other one at once, for ever."""
+
+    def __init__(self, name: str, wires: Link[Signal]) -> None:
+        self._name, self._wires = name, wires
+        wires.on_receive(self._on_signal)
+
+    def start(self) -> None:
+        self._wires.send(Signal(self._name, 0))
+
+    def _on_signal(self, signal: Signal) -> None:
+        self._wires.send(Signal(self._name, signal.value + 1))

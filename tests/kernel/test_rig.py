@@ -1,0 +1,153 @@
+"""Virtual time: one scheduler, the same bytes for the same seed, in one process or many."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig.bus import Bus, Delivery
+from fieldrig.clock import MS, S
+from fieldrig.config import from_dict
+from fieldrig.errors import ControlError, RigError
+from fieldrig.pytest_plugin import RigMaker
+from fieldrig.rig import Rig
+from fieldrig.store import MemoryStore
+from fieldrig_bus.wires import Signal
+
+HERE = Path(__file__).parent
+WIRES = {"wires": "wires"}
+
+
+def dice_rig(**changes: Any) -> dict[str, Any]:
+    return {
+        "time": "virtual",
+        "seed": 7,
+        "buses": {"wires": {"kind": "wires.virtual"}},
+        "devices": {
+            "one": {"kind": "rig_kinds:Dice", "links": WIRES},
+            "two": {"kind": "rig_kinds:Dice", "links": WIRES, "period_ms": 7},
+            "adder": {"kind": "rig_kinds:Adder", "links": WIRES},
+        },
+        **changes,
+    }
+
+
+class Trace:
+    def __init__(self) -> None:
+        self.lines: list[tuple[int, str, str, bytes]] = []
+
+    def __call__(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        self.lines.append((delivery.time_ns, bus.name, delivery.sender, bus.encode(delivery.message)))
+
+
+def trace_of(until_ns: int, **changes: Any) -> list[tuple[int, str, str, bytes]]:
+    trace = Trace()
+    with Rig(from_dict(dice_rig(**changes), HERE), trace) as rig:
+        rig.run_until(until_ns)
+    return trace.lines
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
+    first = trace_of(1 * S)
+    assert len(first) > 400
+    assert first == trace_of(1 * S)
+    assert first != trace_of(1 * S, seed=8)
+
+
+@pytest.mark.system
+def test_one_process_per_device_gives_the_same_bytes() -> None:
+    assert trace_of(100 * MS, processes="each") == trace_of(100 * MS)
+
+
+def test_reactions_happen_at_the_instant_in_the_order_of_the_configuration() -> None:
+    assert [(when_ns, sender) for when_ns, _, sender, _ in trace_of(10 * MS)] == [
+        (0, "one"), (0, "two"), (0, "adder"), (0, "adder"),
+        (7 * MS, "two"), (7 * MS, "adder"),
+        (10 * MS, "one"), (10 * MS, "adder"),
+    ]  # fmt: skip
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.integers(1, 40 * MS), min_size=1, max_size=8))
+def test_it_does_not_matter_in_which_strides_time_is_moved(strides: list[int]) -> None:
+    trace = Trace()
+    with Rig(from_dict(dice_rig(), HERE), trace) as rig:
+        for stride_ns in strides:
+            rig.run_until(rig.now_ns + stride_ns)
+    assert trace.lines == trace_of(sum(strides))
+
+
+def test_a_rig_goes_from_instant_to_instant_in_single_steps() -> None:
+    with Rig(from_dict(dice_rig(), HERE)) as rig:
+        instants = []
+        for _ in range(5):
+            assert rig.step()
+            instants.append(rig.now_ns)
+        assert instants == [0, 7 * MS, 10 * MS, 14 * MS, 20 * MS]
+
+
+def test_a_rig_of_nothing_stands_still() -> None:
+    with Rig(from_dict({"time": "virtual", "buses": {}, "devices": {}}, HERE)) as rig:
+        assert rig.next_ns() is None
+        assert not rig.step()
+        rig.run_until(5)
+        assert rig.now_ns == 5
+
+
+def test_a_member_from_outside_hears_and_speaks(fieldrig_rig: RigMaker) -> None:
+    rig = Rig(from_dict(dice_rig(), HERE))
+    bench = rig.attach("bench")
+    heard: list[tuple[int, Signal]] = []
+    wires = bench.link("wires")
+    wires.on_receive(lambda signal: heard.append((bench.clock.now_ns(), signal)), ["adder.sum"])
+    rig.run_until(0)
+    sum_at_start = int(heard[-1][1].value)
+    rig.run_until(5 * MS)
+    wires.send(Signal("one.thrown", 100))
+    rig.run_until(5 * MS)
+    assert heard[-1] == (5 * MS, Signal("adder.sum", sum_at_start + 100))
+    with pytest.raises(RigError, match="already has a member 'bench'"):
+        rig.attach("bench")
+    rig.close()
+
+
+@pytest.mark.parametrize("processes", ["one", pytest.param("each", marks=pytest.mark.system)])
+def test_points_are_read_and_written(processes: str) -> None:
+    with Rig(from_dict(dice_rig(processes=processes), HERE)) as rig:
+        rig.run_until(25 * MS)
+        assert rig.keys("one") == {"throws": "1"}
+        assert rig.get("one", "throws") == 3
+        rig.set("one", "throws", 40)
+        rig.run_until(30 * MS)
+        assert rig.get("one", "throws") == 41
+        with pytest.raises(ControlError, match="throws can't be -1: throws are counted from 0"):
+            rig.set("one", "throws", -1)
+        with pytest.raises(ControlError, match="no 'thorws' here"):
+            rig.get("one", "thorws")
+        with pytest.raises(ControlError, match="no device 'three'"):
+            rig.get("three", "throws")
+
+
+def test_what_a_point_sends_when_it_is_written_arrives() -> None:
+    trace = Trace()
+    with Rig(from_dict(dice_rig(), HERE), trace) as rig:
+        rig.run_until(25 * MS)
+        rig.set("one", "throws", 40)
+        rig.run_until(25 * MS)
+    assert trace.lines[-1] == (25 * MS, "wires", "one", b'["one.throws",40,""]')
+
+
+def test_memory_is_kept_over_a_power_cycle() -> None:
+    stores = {"one": MemoryStore()}
+    for expected in (3, 6):
+        with Rig(from_dict(dice_rig(), HERE), stores=stores) as rig:
+            rig.run_until(25 * MS)
+            assert rig.get("one", "throws") == expected
+
+
+def test_devices_that_answer_each_other_for_ever_are_named() -> None:
+    squabblers = {name: {"kind": "rig_kinds:Squabbler", "links": WIRES} for name in ("ping", "pong")}
+    with Rig(from_dict(dice_rig(devices=squabblers), HERE)) as rig, pytest.raises(RigError, match="ping, pong"):
+        rig.run_until(1)
