@@ -1,0 +1,206 @@
+"""Control messages between a rig, its processes and its tools: JSON over Zenoh.
+
+Keys, all under `fieldrig/<rig>/`:
+
+    rig/<verb>                queries to the rig: status, join, stop, restart, pause, run, step
+    process/<name>/status     query to one process
+    device/<name>/<verb>      queries to the process that hosts the device: keys, get, set
+    bus/<name>/status         query to the process that runs the bus
+    alive/<process>           liveliness token: gone the instant the process is
+    ready/<process>           said once by a process whose devices have started
+    event                     what the rig has to tell
+    trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while somebody listens
+
+Zenoh calls back on threads of its own; everything here is handed to the loop.
+"""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from typing import Any, Final, Self
+
+from fieldrig.endpoint import close, connect, zenoh
+from fieldrig.errors import ControlError
+
+VERSION: Final = 1
+"""Of the messages; `status` tells it."""
+
+Answer = Callable[[str, Any], Awaitable[Any]]
+"""Handles a query: its last key part (the verb) and its payload.  A ControlError is the negative answer."""
+
+
+def key(rig: str, *parts: str) -> str:
+    return "/".join(("fieldrig", rig, *parts))
+
+
+class Control:
+    """One session under asyncio.  All methods belong to the loop's thread."""
+
+    def __init__(self, session: zenoh.Session, rig: str) -> None:
+        self.session, self.rig = session, rig
+        self._loop = asyncio.get_running_loop()
+        self._kept: list[Any] = []  # what is declared lives as long as its object
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._is_open = True
+
+    def serve(self, path: str, answer: Answer) -> None:
+        """Answer the queries to `path`, which ends in a verb, or in `*` for any."""
+        place = key(self.rig, path).rpartition("/")[0]  # the asker's key may have stars in it, an answer's may not
+
+        def on_query(query: zenoh.Query) -> None:
+            self._hand_over(self._start, query, place, answer)
+
+        self._keep(self.session.declare_queryable(key(self.rig, path), _directly(on_query)))
+
+    def tell(self, path: str, message: Any) -> None:
+        """Say something to whoever listens."""
+        self.session.put(key(self.rig, path), json.dumps(message))
+
+    def listen_to(self, path: str, handler: Callable[[str, Any], None]) -> None:
+        """Call `handler(last key part, message)` with what is told."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            self._hand_over(handler, _last_part(sample.key_expr), json.loads(sample.payload.to_bytes()))
+
+        self._keep(self.session.declare_subscriber(key(self.rig, path), _directly(on_sample)))
+
+    def show_life(self, path: str) -> None:
+        """Be seen at `path` for as long as this process lives."""
+        self._keep(self.session.liveliness().declare_token(key(self.rig, path)))
+
+    def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None:
+        """Call `handler(last key part, is alive)` for all who are there, come, and go."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            is_alive = sample.kind == zenoh.SampleKind.PUT
+            self._hand_over(handler, _last_part(sample.key_expr), is_alive)
+
+        life = self.session.liveliness()
+        self._keep(life.declare_subscriber(key(self.rig, path), _directly(on_sample), history=True))
+
+    def stream(self, path: str, on_listeners: Callable[[bool], None]) -> zenoh.Publisher:
+        """A publisher that knows whether anybody listens: `on_listeners` is called whenever that changes."""
+        publisher = self.session.declare_publisher(key(self.rig, path))
+
+        def on_matching(status: zenoh.MatchingStatus) -> None:
+            self._hand_over(on_listeners, status.matching)
+
+        self._keep(publisher, publisher.declare_matching_listener(_directly(on_matching)))
+        # The binding calls it a bool in its stubs; it is a MatchingStatus.
+        status: Any = publisher.matching_status
+        on_listeners(status.matching)
+        return publisher
+
+    async def ask(self, path: str, message: Any, timeout_s: float) -> Any:
+        """The answer to one query.  ControlError if it is negative, or nobody answers in time."""
+        answered: asyncio.Future[zenoh.Reply | None] = self._loop.create_future()
+
+        def settle(reply: zenoh.Reply | None) -> None:
+            if not answered.done():
+                answered.set_result(reply)
+
+        self.session.get(
+            key(self.rig, path),
+            _directly(lambda reply: self._hand_over(settle, reply), lambda: self._hand_over(settle, None)),
+            payload=json.dumps(message),
+            timeout=timeout_s,
+        )
+        reply = await answered
+        if reply is None:
+            raise ControlError(f"nobody answers to {path}", "the rig may have been stopped")
+        return _message_of(reply)
+
+    async def close(self) -> None:
+        self._is_open = False
+        for task in tuple(self._tasks):
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._kept.clear()
+        close(self.session)
+
+    def _keep(self, *declared: Any) -> None:
+        self._kept.extend(declared)
+
+    def _hand_over(self, action: Callable[..., object], *arguments: Any) -> None:
+        """From a thread of Zenoh's to the loop; at the end of the process the loop may be gone already."""
+        if self._is_open:
+            try:
+                self._loop.call_soon_threadsafe(action, *arguments)
+            except RuntimeError:
+                self._is_open = False
+
+    def _start(self, query: zenoh.Query, place: str, answer: Answer) -> None:
+        task = self._loop.create_task(_answer(query, place, answer))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+async def _answer(query: zenoh.Query, place: str, answer: Answer) -> None:
+    verb = _last_part(query.key_expr)
+    with query:
+        try:
+            payload = query.payload
+            message = json.loads(payload.to_bytes()) if payload is not None else None
+            reply = await answer(verb, message)
+        except ControlError as refusal:
+            query.reply_err(json.dumps({"what": refusal.what, "remedy": refusal.remedy}))
+        except ValueError as cause:
+            query.reply_err(json.dumps({"what": f"not understood: {cause}", "remedy": ""}))
+        else:
+            query.reply(f"{place}/{verb}", json.dumps(reply))
+
+
+class Client:
+    """A tool's view of the one rig at an endpoint, without a loop of its own."""
+
+    def __init__(self, endpoint: str) -> None:
+        self.session = connect(endpoint)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        close(self.session)
+
+    def ask(self, path: str, message: Any = None, timeout_s: float = 5.0) -> Any:
+        """ControlError if the answer is negative or there is none."""
+        for reply in self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s):
+            return _message_of(reply)
+        raise ControlError(f"nobody answers to {path}", "the rig may be stopping, or too busy")
+
+    def ask_all(self, path: str, message: Any = None, timeout_s: float = 5.0) -> dict[str, Any]:
+        """Every positive answer to a path with a `*` in it, by the key part where the star stands."""
+        place = key("*", path).split("/").index("*", 2)
+        replies = self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s)
+        return {
+            str(reply.ok.key_expr).split("/")[place]: json.loads(reply.ok.payload.to_bytes())
+            for reply in replies
+            if reply.ok is not None
+        }
+
+    def listen_to(self, path: str) -> "zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]":
+        return self.session.declare_subscriber(key("*", path), zenoh.handlers.FifoChannel(10_000))
+
+
+def _message_of(reply: zenoh.Reply) -> Any:
+    if reply.ok is not None:
+        return json.loads(reply.ok.payload.to_bytes())
+    error = reply.err
+    body = error.payload.to_bytes() if error is not None else b""
+    try:
+        refusal = json.loads(body)
+        what, remedy = refusal["what"], refusal["remedy"]
+    except (ValueError, KeyError, TypeError):
+        what, remedy = body.decode(errors="replace"), ""
+    raise ControlError(what, remedy)
+
+
+def _directly(
+    callback: Callable[[Any], None], drop: Callable[[], None] | None = None
+) -> "zenoh.handlers.Callback[Any]":
+    """Called on Zenoh's own thread, instead of one more thread for every declaration."""
+    return zenoh.handlers.Callback(callback, drop, indirect=False)
+
+
+def _last_part(key_expr: zenoh.KeyExpr) -> str:
+    return str(key_expr).rpartition("/")[2]

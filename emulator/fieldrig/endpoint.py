@@ -1,0 +1,146 @@
+"""Where a rig's control messages go: opening Zenoh sessions that nobody else can come upon.
+
+The rig listens at one endpoint and routes; processes and tools connect to it.  No scouting of any kind.  Away from
+loopback both ends need the same token in the environment variable FIELDRIG_TOKEN.
+"""
+
+import asyncio
+import hashlib
+import ipaddress
+import json
+import os
+import socket
+import tempfile
+from pathlib import Path
+from typing import Any, Final
+
+# One thread for the whole Zenoh runtime instead of a handful; control messages need no more.
+os.environ.setdefault(
+    "ZENOH_RUNTIME",
+    "(app: (worker_threads: 1), acc: (handover: app), tx: (handover: app), rx: (handover: app), net: (handover: app))",
+)
+
+import zenoh as zenoh  # which reads ZENOH_RUNTIME when it is loaded; others take it from here
+
+from fieldrig.errors import ControlError
+
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
+TOKEN_VARIABLE: Final = "FIELDRIG_TOKEN"
+_USER: Final = "fieldrig"
+_RETRY_S: Final = 0.05
+
+
+def is_local(endpoint: str) -> bool:
+    """Whether nobody outside this machine can reach the endpoint."""
+    protocol, _, address = endpoint.partition("/")
+    if protocol == "unixsock-stream":
+        return True
+    host = address.partition("?")[0].rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def listen(endpoint: str) -> zenoh.Session:
+    """The rig's own session.  ControlError if the endpoint is taken or would be open to anybody."""
+    token = _token()
+    if token is None and not is_local(endpoint):
+        raise ControlError(
+            f"the control endpoint {endpoint} can be reached from other machines",
+            f"set a token in the environment variable {TOKEN_VARIABLE}, for the rig and for its tools,"
+            f" or listen on {DEFAULT_ENDPOINT}",
+        )
+    settings: dict[str, Any] = {"mode": "router", "listen/endpoints": [endpoint]}
+    if token is None:
+        return _open_listening(endpoint, settings)
+    with tempfile.TemporaryDirectory() as folder:  # Zenoh reads the passwords it accepts from a file, once
+        dictionary = Path(folder) / "users"
+        dictionary.write_text(f"{_USER}:{token}\n")
+        settings["transport/auth/usrpwd/dictionary_file"] = str(dictionary)
+        return _open_listening(endpoint, settings)
+
+
+def _open_listening(endpoint: str, settings: dict[str, Any]) -> zenoh.Session:
+    try:
+        return _open(settings)
+    except zenoh.ZError as cause:
+        reason = "another program listens there" if is_answered(endpoint) else str(cause).partition(" at /")[0]
+        raise ControlError(
+            f"can't listen on the control endpoint {endpoint}: {reason}",
+            "stop the rig that runs (`fieldrig status` shows it, `fieldrig stop` stops it), or give this one another"
+            " endpoint, such as --control tcp/127.0.0.1:7448",
+        ) from cause
+
+
+def connect(endpoint: str) -> zenoh.Session:
+    """A session of a process or tool.  ControlError if no rig answers there."""
+    try:
+        return _open({"mode": "client", "connect/endpoints": [endpoint]})
+    except zenoh.ZError as cause:
+        if is_answered(endpoint):
+            raise ControlError(
+                f"what listens at {endpoint} does not let us in",
+                f"the rig may ask for a token: set the environment variable {TOKEN_VARIABLE} to the rig's",
+            ) from cause
+        raise ControlError(
+            f"no rig answers at {endpoint}",
+            f"start one with `fieldrig up FILE`, or name its endpoint with --control or {ENDPOINT_VARIABLE}",
+        ) from cause
+
+
+async def connect_patiently(endpoint: str, patience_s: float) -> zenoh.Session:
+    """The same, for a rig that may still be starting."""
+    loop = asyncio.get_running_loop()
+    give_up_s = loop.time() + patience_s
+    while True:
+        try:
+            return connect(endpoint)
+        except ControlError:
+            if loop.time() > give_up_s:
+                raise
+        await asyncio.sleep(_RETRY_S)
+
+
+def is_answered(endpoint: str) -> bool:
+    """Whether anything listens there."""
+    protocol, _, address = endpoint.partition("/")
+    try:
+        if protocol == "unixsock-stream":
+            with socket.socket(socket.AF_UNIX) as line:
+                line.connect(address)
+            return True
+        host, _, port = address.rpartition(":")
+        socket.create_connection((host.strip("[]"), int(port)), timeout=1).close()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def _token() -> str | None:
+    """The token in letters that Zenoh's `user:password` lines can hold."""
+    token = os.environ.get(TOKEN_VARIABLE)
+    return None if token is None else hashlib.sha256(token.encode()).hexdigest()
+
+
+def _open(settings: dict[str, Any]) -> zenoh.Session:
+    config = zenoh.Config()
+    token = _token()
+    if token is not None:
+        settings |= {"transport/auth/usrpwd/user": _USER, "transport/auth/usrpwd/password": token}
+    settings |= {
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,  # a router waits 0.5 s for others otherwise
+        "timestamping/enabled": False,
+        "transport/shared_memory/enabled": False,
+    }
+    for name, value in settings.items():
+        config.insert_json5(name, json.dumps(value))
+    return zenoh.open(config)
+
+
+def close(session: Any) -> None:
+    """The one place that knows that the stubs give `Session.close` no types."""
+    session.close()

@@ -1,0 +1,207 @@
+"""Control messages over Zenoh: questions, announcements, life signs, streams, and who may listen where."""
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from fieldrig import endpoint as endpoints
+from fieldrig.control import Client, Control
+from fieldrig.errors import ControlError
+
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture
+def endpoint() -> str:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+
+
+@asynccontextmanager
+async def rig_and_process(endpoint: str) -> AsyncIterator[tuple[Control, Control]]:
+    rig = Control(endpoints.listen(endpoint), "lab")
+    try:
+        process = Control(endpoints.connect(endpoint), "lab")
+        try:
+            yield rig, process
+        finally:
+            await process.close()
+    finally:
+        await rig.close()
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    async with asyncio.timeout(10):
+        while not condition():
+            await asyncio.sleep(0.005)
+
+
+async def echo(verb: str, message: Any) -> Any:
+    return {"verb": verb, "message": message}
+
+
+async def refuse(_verb: str, _message: Any) -> Any:
+    raise ControlError("there is no such point", "write one of: level")
+
+
+def test_a_query_is_answered_with_its_verb_and_message(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, process):
+            rig.serve("rig/*", echo)
+            assert await process.ask("rig/step", {"ns": 5}, 5) == {"verb": "step", "message": {"ns": 5}}
+
+    asyncio.run(run())
+
+
+def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, process):
+            process.serve("device/tank/*", refuse)
+            with pytest.raises(ControlError) as refused:
+                await rig.ask("device/tank/get", None, 5)
+            assert refused.value.what == "there is no such point"
+            assert refused.value.remedy == "write one of: level"
+
+    asyncio.run(run())
+
+
+def test_a_question_to_nobody_is_an_error_and_no_wait(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, _process):
+            with pytest.raises(ControlError, match="nobody answers to device/pump/get"):
+                await rig.ask("device/pump/get", None, 60)
+
+    asyncio.run(run())
+
+
+def test_an_answer_may_take_its_time_while_others_are_given(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, process):
+            go = asyncio.Event()
+
+            async def answer(verb: str, _message: Any) -> Any:
+                if verb == "join":
+                    await go.wait()
+                return verb
+
+            rig.serve("rig/*", answer)
+            joining = asyncio.create_task(process.ask("rig/join", None, 30))
+            assert await process.ask("rig/status", None, 5) == "status"
+            assert not joining.done()
+            go.set()
+            assert await joining == "join"
+
+    asyncio.run(run())
+
+
+def test_announcements_reach_who_listens(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, process):
+            heard: list[tuple[str, Any]] = []
+            rig.listen_to("ready/*", lambda name, message: heard.append((name, message)))
+            process.tell("ready/tank", {"pid": 4})
+            await until(lambda: heard == [("tank", {"pid": 4})])
+
+    asyncio.run(run())
+
+
+def test_life_is_seen_when_it_comes_when_it_was_there_and_when_it_goes(endpoint: str) -> None:
+    async def run() -> None:
+        rig = Control(endpoints.listen(endpoint), "lab")
+        first = Control(endpoints.connect(endpoint), "lab")
+        first.show_life("alive/first")
+        seen: list[tuple[str, bool]] = []
+        rig.watch_life("alive/*", lambda name, is_alive: seen.append((name, is_alive)))
+        await until(lambda: ("first", True) in seen)
+        second = Control(endpoints.connect(endpoint), "lab")
+        second.show_life("alive/second")
+        await until(lambda: ("second", True) in seen)
+        await first.close()
+        await until(lambda: ("first", False) in seen)
+        await second.close()
+        await rig.close()
+
+    asyncio.run(run())
+
+
+def test_a_stream_knows_whether_anybody_listens(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, process):
+            listeners: list[bool] = []
+            stream = process.stream("trace/can0", listeners.append)
+            assert listeners == [False]
+            heard: list[Any] = []
+            rig.listen_to("trace/*", lambda bus, batch: heard.append((bus, batch)))
+            await until(lambda: listeners[-1])
+            stream.put("[1]")
+            await until(lambda: heard == [("can0", [1])])
+
+    asyncio.run(run())
+
+
+def test_a_tool_asks_one_or_all(endpoint: str) -> None:
+    async def run() -> None:
+        async with rig_and_process(endpoint) as (rig, process):
+            rig.serve("process/one/*", echo)
+            process.serve("process/two/*", echo)
+
+            def use_tool() -> None:
+                with Client(endpoint) as client:
+                    assert client.ask("process/two/status")["verb"] == "status"
+                    assert sorted(client.ask_all("process/*/status")) == ["one", "two"]
+                    with pytest.raises(ControlError, match="nobody answers"):
+                        client.ask("process/three/status")
+
+            await asyncio.to_thread(use_tool)
+
+    asyncio.run(run())
+
+
+def test_no_rig_is_said_at_once_with_what_to_do(endpoint: str) -> None:
+    with pytest.raises(ControlError, match="no rig answers") as refused:
+        Client(endpoint)
+    assert "fieldrig up" in refused.value.remedy
+
+
+def test_a_taken_endpoint_is_refused(endpoint: str) -> None:
+    with (
+        socket.create_server(("127.0.0.1", int(endpoint.rpartition(":")[2]))),
+        pytest.raises(ControlError, match="another program"),
+    ):
+        endpoints.listen(endpoint)
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/0.0.0.0:7447", "tcp/[::]:7447", "tcp/bench-3:7447", "udp/10.0.0.1:1"])
+def test_without_a_token_nobody_listens_beyond_this_machine(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(endpoints.TOKEN_VARIABLE, raising=False)
+    with pytest.raises(ControlError, match="can be reached from other machines") as refused:
+        endpoints.listen(endpoint)
+    assert endpoints.TOKEN_VARIABLE in refused.value.remedy
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    ["tcp/127.0.0.1:7447", "tcp/localhost:1", "tcp/[::1]:7447", "unixsock-stream//tmp/rig.sock", "tcp/127.8.9.1:5"],
+)
+def test_loopback_is_local(endpoint: str) -> None:
+    assert endpoints.is_local(endpoint)
+
+
+def test_only_the_right_token_opens(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(endpoints.TOKEN_VARIABLE, "open sesame")
+    session = endpoints.listen(endpoint)
+    try:
+        endpoints.close(endpoints.connect(endpoint))
+        monkeypatch.setenv(endpoints.TOKEN_VARIABLE, "guess")
+        with pytest.raises(ControlError, match="does not let us in"):
+            endpoints.connect(endpoint)
+        monkeypatch.delenv(endpoints.TOKEN_VARIABLE)
+        with pytest.raises(ControlError, match=r"does not let us in[^$]*FIELDRIG_TOKEN"):
+            endpoints.connect(endpoint)
+    finally:
+        endpoints.close(session)
