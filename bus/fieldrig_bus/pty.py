@@ -38,6 +38,7 @@ class Pty:
         self._pending = bytearray()
         self._lock = self._master = self._slave = -1
         self._target = ""
+        self._on_bytes: Callable[[bytes], None] = lambda _data: None
 
     def open(self, on_bytes: Callable[[bytes], None]) -> None:
         """Be at `path` when this returns, and call `on_bytes` with whatever clients write.
@@ -60,7 +61,16 @@ class Pty:
         except BusError:
             self.close()
             raise
-        asyncio.get_running_loop().add_reader(self._master, self._on_readable, on_bytes)
+        self._on_bytes = on_bytes
+        self.read_on(True)
+
+    def read_on(self, is_wanted: bool) -> None:
+        """Hear clients, or let what they write wait in the kernel, whose buffer then holds them up."""
+        loop = asyncio.get_running_loop()
+        if is_wanted:
+            loop.add_reader(self._master, self._on_readable)
+        else:
+            loop.remove_reader(self._master)
 
     def write(self, data: bytes) -> None:
         """Hand `data` to whoever reads; all of it or, when the client is too slow or absent, nothing."""
@@ -78,6 +88,16 @@ class Pty:
     def baud(self) -> int | None:
         """The rate that the last client set; None for one without a name of its own."""
         return BAUD.get(termios.tcgetattr(self._slave)[5])
+
+    def set_baud(self, baud: int) -> bool:
+        """What `baud` says until a client sets another.  False if the system has no name for that rate."""
+        code = next((code for code, rate in BAUD.items() if rate == baud), None)
+        if code is None:
+            return False
+        attributes = termios.tcgetattr(self._slave)
+        attributes[4] = attributes[5] = code
+        termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
+        return True
 
     def close(self) -> None:
         """Leave neither descriptor nor link behind.  Closing twice does no harm."""
@@ -125,13 +145,13 @@ class Pty:
         aside.symlink_to(self._target)
         aside.replace(self.path)
 
-    def _on_readable(self, on_bytes: Callable[[bytes], None]) -> None:
+    def _on_readable(self) -> None:
         try:
             data = os.read(self._master, 65536)
         except OSError as fault:  # EAGAIN; EIO cannot be, as we hold a slave end
             log.debug("%s: %s", self.path, fault)
             return
-        on_bytes(data)
+        self._on_bytes(data)
 
     def _on_writable(self) -> None:
         try:

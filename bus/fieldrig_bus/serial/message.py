@@ -4,7 +4,7 @@ A receiver hears `bytes` only, unless its interest names more: any of "data", "l
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,21 @@ class ControlLines:
     rts: bool = True
     ri: bool = False
     dcd: bool | None = None
+
+
+class ModemInputs(NamedTuple):
+    """The inputs of one end of a line, as that end reads them (TIA-232: DTE side)."""
+
+    cts: bool
+    dsr: bool
+    dcd: bool
+    ri: bool
+
+
+def inputs_from(other_end: ControlLines) -> ModemInputs:
+    """What an end reads when the other end of its null-modem line has set `other_end`."""
+    dcd = other_end.dtr if other_end.dcd is None else other_end.dcd
+    return ModemInputs(cts=other_end.rts, dsr=other_end.dtr, dcd=dcd, ri=other_end.ri)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,243 @@
+"""The server's half of the Telnet COM-PORT-OPTION (RFC 2217), as a function of bytes: between one client and one
+end of a serial line.
+
+A request that can't be granted is answered with the value that stays in force (chapter 2).  So are 1.5 stop bits,
+mark and space parity, XON/XOFF, and flow control by DCD, DTR or DSR: this line has none of them.  Hardware flow
+control holds the client's data while CTS is off; the other direction is never held.  Of the line states only a break
+is reported.
+
+pyserial's `rfc2217.PortManager` would be the library for it, but bytes from outside raise in it (a SE without SB, a
+short SET-BAUDRATE, an unknown parity), it leaves requests for DTR, RTS and break unanswered, and it polls.
+"""
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import replace
+
+from fieldrig.clock import MS, Clock
+from fieldrig_bus.serial.codec import format_of
+from fieldrig_bus.serial.end import LineEnd
+from fieldrig_bus.serial.message import Break, ControlLines, Format, ModemInputs, SerialMessage, inputs_from
+from fieldrig_bus.serial.telnet import (
+    BINARY,
+    DO,
+    ECHO,
+    SUPPRESS_GO_AHEAD,
+    WILL,
+    Options,
+    Subnegotiation,
+    TelnetReader,
+    escape,
+    subnegotiation,
+)
+
+COM_PORT_OPTION = 44
+# chapter 1: the client's codes; the server answers with the same plus 100
+SIGNATURE, SET_BAUDRATE, SET_DATASIZE, SET_PARITY, SET_STOPSIZE, SET_CONTROL = range(6)
+NOTIFY_LINESTATE, NOTIFY_MODEMSTATE, SUSPEND, RESUME, LINESTATE_MASK, MODEMSTATE_MASK, PURGE = range(6, 13)
+ANSWER = 100
+
+PARITY = {1: "N", 2: "O", 3: "E"}  # chapter 2, SET-PARITY
+PARITY_CODE = {letter: code for code, letter in PARITY.items()}
+PURGE_RECEIVED, PURGE_SENT, PURGE_BOTH = 1, 2, 3  # chapter 3, PURGE-DATA
+
+# chapter 3, SET-CONTROL
+FLOW_ASKED, FLOW_NONE, FLOW_XON_XOFF, FLOW_HARDWARE = range(4)
+BREAK_ASKED, BREAK_ON, BREAK_OFF, DTR_ASKED, DTR_ON, DTR_OFF, RTS_ASKED, RTS_ON, RTS_OFF = range(4, 13)
+INBOUND_FLOW_ASKED, INBOUND_FLOW_NONE, INBOUND_XON_XOFF, INBOUND_HARDWARE = range(13, 17)
+FLOW_DCD, INBOUND_DTR, FLOW_DSR = 17, 18, 19
+
+BREAK_DETECTED = 16  # chapter 4, NOTIFY-LINESTATE
+DCD, RI, DSR, CTS, DELTA_DCD, RI_ENDED, DELTA_DSR, DELTA_CTS = (128 >> place for place in range(8))  # -MODEMSTATE
+
+MOST_HELD = 64 * 1024
+"""Bytes kept for a client that suspended us; the oldest stay, as in a receive buffer that overran."""
+FASTEST_BAUD = 10_000_000
+
+OUR_OPTIONS = frozenset({BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT_OPTION})
+THEIR_OPTIONS = frozenset({BINARY, SUPPRESS_GO_AHEAD, COM_PORT_OPTION})
+
+
+class ComPort:
+    def __init__(self, end: LineEnd, clock: Clock, write: Callable[[bytes], None]) -> None:
+        self._end, self._clock, self._write = end, clock, write
+        self._reader = TelnetReader()
+        self._options = Options(OUR_OPTIONS, THEIR_OPTIONS, write)
+        self._other_end = ControlLines()
+        self._modem_state = 0  # as it was last told
+        self._flow = FLOW_NONE
+        self._break_began_ns: int | None = None
+        self._is_suspended = False
+        self._held = bytearray()
+        self._masks = {LINESTATE_MASK: 0, MODEMSTATE_MASK: 255}  # chapter 4: what holds until a client says more
+
+    def start(self, other_end: ControlLines) -> None:
+        """A client has connected; `other_end` is the present state of the other end's lines."""
+        self._other_end = other_end
+        for agreement, option in (
+            (DO, ECHO),
+            (DO, SUPPRESS_GO_AHEAD),
+            (DO, BINARY),
+            (WILL, SUPPRESS_GO_AHEAD),
+            (WILL, BINARY),
+            (WILL, COM_PORT_OPTION),
+        ):
+            self._options.ask(agreement, option)
+
+    def stop(self) -> None:
+        """The client has gone; a break that it left on ends."""
+        if self._break_began_ns is not None:
+            self._end_break()
+
+    def from_client(self, data: bytes) -> None:
+        for event in self._reader.feed(data):
+            if type(event) is bytes:
+                self._end.send(event)
+            elif type(event) is Subnegotiation:
+                self._on_subnegotiation(event)
+            else:
+                self._on_negotiation(*event)
+
+    def from_line(self, message: SerialMessage) -> None:
+        if type(message) is bytes:
+            if self._is_suspended:
+                self._held += message[: MOST_HELD - len(self._held)]
+            else:
+                self._write(escape(message))
+        elif type(message) is ControlLines:
+            self._other_end = message
+            self._hold_by_cts()
+            self._notify_modem_state()
+        elif type(message) is Break and self._masks[LINESTATE_MASK] & BREAK_DETECTED:
+            self._answer(NOTIFY_LINESTATE, bytes((BREAK_DETECTED,)))
+
+    def _on_negotiation(self, command: int, option: int) -> None:
+        if self._options.negotiate(command, option) and option == COM_PORT_OPTION:
+            self._notify_modem_state(is_asked=True)  # so that a client that asks nothing knows the state at once
+
+    def _on_subnegotiation(self, message: Subnegotiation) -> None:
+        if message.option != COM_PORT_OPTION or not message.body:
+            return
+        code, value = message.body[0], message.body[1:]
+        if code in _SETTINGS:
+            self._on_setting(code, value)
+        elif code == SIGNATURE:
+            if not value:  # else it is the client's own, which wants no answer
+                self._answer(SIGNATURE, b"fieldrig")
+        elif code == SET_CONTROL:
+            self._answer(SET_CONTROL, bytes((self._control(value[0] if value else FLOW_ASKED),)))
+        elif code in self._masks:
+            self._masks[code] = value[0] if value else self._masks[code]
+            self._answer(code, bytes((self._masks[code],)))
+        elif code == NOTIFY_MODEMSTATE:  # a poll, as pyserial's clients do
+            self._notify_modem_state(is_asked=True)
+        elif code == PURGE and value:
+            self._purge(value[0])
+        elif code in (SUSPEND, RESUME):
+            self._suspend(code == SUSPEND)
+
+    def _on_setting(self, code: int, value: bytes) -> None:
+        width, changed, present = _SETTINGS[code]
+        number = int.from_bytes(value[:width], "big")
+        if number and len(value) >= width:  # 0 asks for the present value
+            with contextlib.suppress(KeyError):  # no such format: it stays, and the answer says so
+                self._end.set_format(changed(self._end.form, number))
+        self._answer(code, present(self._end.form).to_bytes(width, "big"))
+
+    def _control(self, value: int) -> int:
+        """Chapter 3, SET-CONTROL: do it, and give what is in force after that."""
+        end = self._end
+        if value in (FLOW_ASKED, FLOW_NONE, FLOW_XON_XOFF, FLOW_HARDWARE, FLOW_DCD, FLOW_DSR):
+            if value in (FLOW_NONE, FLOW_HARDWARE):
+                self._flow = value
+                self._hold_by_cts()
+            return self._flow
+        if value in (BREAK_ON, BREAK_OFF, BREAK_ASKED):
+            self._set_break(value)
+            return BREAK_OFF if self._break_began_ns is None else BREAK_ON
+        if value in (DTR_ON, DTR_OFF, DTR_ASKED):
+            end.set_dtr(end.lines.dtr if value == DTR_ASKED else value == DTR_ON)
+            return DTR_ON if end.lines.dtr else DTR_OFF
+        if value in (RTS_ON, RTS_OFF, RTS_ASKED):
+            end.set_rts(end.lines.rts if value == RTS_ASKED else value == RTS_ON)
+            return RTS_ON if end.lines.rts else RTS_OFF
+        if INBOUND_FLOW_ASKED <= value <= INBOUND_HARDWARE or value == INBOUND_DTR:
+            return INBOUND_FLOW_NONE
+        return self._flow  # a code that chapter 3 doesn't know
+
+    def _set_break(self, value: int) -> None:
+        if value == BREAK_ON and self._break_began_ns is None:
+            self._break_began_ns = self._clock.now_ns()
+        elif value == BREAK_OFF and self._break_began_ns is not None:
+            self._end_break()
+
+    def _end_break(self) -> None:
+        began_ns, self._break_began_ns = self._break_began_ns, None
+        if began_ns is not None:
+            self._end.send_break(max(1, round((self._clock.now_ns() - began_ns) / MS)))
+
+    def _hold_by_cts(self) -> None:
+        self._end.hold(self._flow == FLOW_HARDWARE and not inputs_from(self._other_end).cts)
+
+    def _purge(self, value: int) -> None:
+        if value in (PURGE_RECEIVED, PURGE_BOTH):
+            self._held.clear()
+        if value in (PURGE_SENT, PURGE_BOTH):
+            self._end.purge()
+        self._answer(PURGE, bytes((value,)))
+
+    def _suspend(self, is_suspended: bool) -> None:
+        self._is_suspended = is_suspended
+        if not is_suspended and self._held:
+            self._write(escape(bytes(self._held)))
+            self._held.clear()
+
+    def _notify_modem_state(self, is_asked: bool = False) -> None:
+        """Chapter 4: the state and what changed in it, within the client's mask, once the option is in force."""
+        if not is_asked and not any(COM_PORT_OPTION in options for options in self._options.in_force.values()):
+            return
+        mask, before = self._masks[MODEMSTATE_MASK], self._modem_state
+        state = self._modem_state = _modem_state(inputs_from(self._other_end))
+        deltas = _deltas(before, state)
+        if is_asked or (before ^ state | deltas) & mask:
+            self._answer(NOTIFY_MODEMSTATE, bytes(((state | deltas) & mask,)))
+
+    def _answer(self, code: int, value: bytes) -> None:
+        self._write(subnegotiation(COM_PORT_OPTION, bytes((code + ANSWER,)) + value))
+
+
+def _modem_state(inputs: ModemInputs) -> int:
+    return inputs.dcd * DCD | inputs.ri * RI | inputs.dsr * DSR | inputs.cts * CTS
+
+
+def _deltas(before: int, now: int) -> int:
+    """Bits 0 to 3 of NOTIFY-MODEMSTATE; the one for RI only at its end ("trailing edge")."""
+    changed = (before ^ now) >> 4
+    return changed & ~(RI_ENDED if now & RI else 0)
+
+
+def _with_baud(form: Format, baud: int) -> Format:
+    if baud > FASTEST_BAUD:
+        raise KeyError(baud)
+    return replace(form, baud=baud)
+
+
+# What a setting changes, row by row as chapter 2 has them: bytes of its value, the changed format, the present value.
+_SETTINGS: dict[int, tuple[int, Callable[[Format, int], Format], Callable[[Format], int]]] = {
+    SET_BAUDRATE: (4, _with_baud, lambda form: form.baud),
+    SET_DATASIZE: (
+        1,
+        lambda form, bits: format_of(form.baud, bits, form.parity, form.stop_bits),
+        lambda form: form.data_bits,
+    ),
+    SET_PARITY: (
+        1,
+        lambda form, code: format_of(form.baud, form.data_bits, PARITY[code], form.stop_bits),
+        lambda form: PARITY_CODE[form.parity],
+    ),
+    SET_STOPSIZE: (
+        1,
+        lambda form, bits: format_of(form.baud, form.data_bits, form.parity, bits),
+        lambda form: form.stop_bits,
+    ),
+}

@@ -1,0 +1,107 @@
+"""An outsider's end of a serial line: what its port knows of it, whichever way the outsider came.
+
+What an outsider sends may come far faster than the line takes it.  It is kept here, fed to the line some
+milliseconds ahead as a UART's FIFO would be, and when much of it is waiting the port is told to read no further.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from fieldrig.clock import MS, Clock, S, Timer
+from fieldrig.link import Link
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
+
+AHEAD_NS = 20 * MS
+"""How far ahead the line is fed; after CTS went off this much is still sent."""
+MOST_WAITING = 4096
+"""Characters from which on the port should not read further."""
+OFF = ControlLines(dtr=False, rts=False)
+
+
+class LineEnd:
+    """`on_room(False)` is called when the outsider should be held, `on_room(True)` when it may go on."""
+
+    def __init__(self, link: Link[SerialMessage], clock: Clock, form: Format, is_paced: bool) -> None:
+        self._link, self._clock, self._is_paced = link, clock, is_paced
+        self._default = self.form = form
+        self.lines = ControlLines()
+        self.on_room: Callable[[bool], None] = lambda _has_room: None
+        self._waiting = bytearray()
+        self._free_ns = 0
+        self._timer: Timer | None = None
+        self._is_held = False
+        self._has_room = True
+
+    def send(self, data: bytes) -> None:
+        self._waiting += data
+        self._feed()
+
+    def hold(self, is_held: bool) -> None:
+        """Keep what comes to be sent (the other end is not ready), or send it after all."""
+        self._is_held = is_held
+        self._feed()
+
+    def purge(self) -> None:
+        """Forget what is not yet on the line."""
+        self._waiting.clear()
+        self._feed()
+
+    def set_lines(self, lines: ControlLines) -> None:
+        if lines != self.lines:
+            self.lines = lines
+            self._link.send(lines)
+
+    def set_dtr(self, dtr: bool) -> None:
+        self.set_lines(replace(self.lines, dtr=dtr))
+
+    def set_rts(self, rts: bool) -> None:
+        self.set_lines(replace(self.lines, rts=rts))
+
+    def set_format(self, form: Format) -> None:
+        if form != self.form:
+            self.form = form
+            self._link.send(form)
+
+    def send_break(self, duration_ms: int) -> None:
+        self._link.send(Break(duration_ms))
+
+    def plug_in(self) -> None:
+        """An outsider is there: its lines go on, as when a program opens a serial port."""
+        self.set_lines(ControlLines())
+
+    def hang_up(self) -> None:
+        """The outsider has gone: its lines go off, and the format is the configured one again."""
+        self._is_held = False
+        self.purge()
+        self.set_format(self._default)
+        self.set_lines(OFF)
+
+    def _feed(self) -> None:
+        """Hand over as much as the line takes in the next `AHEAD_NS`, and come back for the rest."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        waiting = self._waiting
+        if waiting and not self._is_held:
+            if self._is_paced:
+                self._feed_paced(waiting)
+            else:
+                self._link.send(bytes(waiting))
+                waiting.clear()
+        has_room = len(waiting) < MOST_WAITING
+        if has_room != self._has_room:
+            self._has_room = has_room
+            self.on_room(has_room)
+
+    def _feed_paced(self, waiting: bytearray) -> None:
+        now_ns = self._clock.now_ns()
+        begin_ns = max(self._free_ns, now_ns)
+        character_ns = self.form.bits_per_character * S // self.form.baud
+        ahead_ns = now_ns + AHEAD_NS - begin_ns
+        if ahead_ns > 0:
+            portion = bytes(waiting[: max(1, ahead_ns // character_ns)])
+            del waiting[: len(portion)]
+            begin_ns = self._free_ns = begin_ns + len(portion) * character_ns
+            self._link.send(portion)
+        if waiting:
+            self._timer = self._clock.call_at(begin_ns - AHEAD_NS // 2, self._feed)

@@ -1,0 +1,43 @@
+"""What a receiver makes of characters that were sent in another format: the line's bits, sampled at its own rate.
+
+The receiver looks for the start bit (a falling edge), samples each bit in its middle, and takes the character whatever
+its parity and stop bits say, as a UART hands it over with an error flag.  Each chunk of bytes is sampled by itself.
+"""
+
+from fieldrig_bus.serial.message import Format
+
+
+def garbled(data: bytes, sent_as: Format, received_as: Format) -> bytes:
+    return _sampled(_levels(data, sent_as), sent_as.baud, received_as)
+
+
+def _levels(data: bytes, form: Format) -> list[int]:
+    """One level per bit time, least significant data bit first, and an idle character at the end."""
+    levels: list[int] = []
+    for character in data:
+        bits = [character >> place & 1 for place in range(form.data_bits)]
+        parity = {"N": [], "E": [sum(bits) & 1], "O": [1 - (sum(bits) & 1)]}[form.parity]
+        levels += [0, *bits, *parity, *[1] * form.stop_bits]
+    return levels
+
+
+def _sampled(levels: list[int], baud: int, form: Format) -> bytes:
+    """Positions count half bit times of the receiver in units of 1 / (2 * baud * form.baud) s, so they are whole."""
+    half_bit, sent_bit = baud, 2 * form.baud
+    end = len(levels) * sent_bit
+
+    def level(position: int) -> int:
+        return levels[position // sent_bit] if position < end else 1
+
+    received = bytearray()
+    position, before = 0, 1
+    while position < end:
+        now = level(position)
+        if before and not now:
+            middles = [position + half_bit * (3 + 2 * place) for place in range(form.data_bits)]
+            received.append(sum(level(middle) << place for place, middle in enumerate(middles)))
+            stop = position + half_bit * (1 + 2 * (form.bits_per_character - form.stop_bits))
+            position, before = stop, level(stop)
+        else:
+            position, before = (position // sent_bit + 1) * sent_bit, now
+    return bytes(received)

@@ -1,0 +1,71 @@
+"""Serial lines from device to device: `serial.virtual` in virtual time, `serial.line` in real time through a hub.
+
+Every serial bus is such a line; those of the neighbouring files have a port for an outsider besides.
+"""
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from fieldrig.bus import ModelBus, Time
+from fieldrig.clock import US
+from fieldrig.settings import Settings
+from fieldrig_bus.serial import codec
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
+from fieldrig_bus.serial.model import SerialModel
+
+
+class SerialSettings(Settings):
+    baud: int = Field(9600, ge=1, le=10_000_000, description="bits a second, for each end until it says otherwise")
+    data_bits: Literal[5, 6, 7, 8] = 8
+    parity: Literal["N", "E", "O"] = "N"
+    stop_bits: Literal[1, 2] = 1
+    paced: bool = Field(True, description="bytes take their time; false: they arrive at once")
+    chunk_us: int = Field(2000, ge=1, description="bytes are heard in chunks that take this long at most, or singly")
+    garbling: bool = Field(False, description="an end that expects another format than the sender's hears garbage")
+
+    @property
+    def format(self) -> Format:
+        return Format(self.baud, self.data_bits, self.parity, self.stop_bits)
+
+
+class SerialHubSettings(SerialSettings):
+    attach: str | None = Field(None, description="tcp://host:port where devices of other machines attach")
+    connect: str | None = Field(None, description="tcp://host:port of the hub, as device processes see it")
+
+
+class SerialBus(ModelBus[SerialMessage]):
+    """What all serial buses have in common."""
+
+    family: ClassVar[str] = "serial"
+    messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    settings: Any
+
+    def encode(self, message: SerialMessage) -> bytes:
+        return codec.encode(message)
+
+    def decode(self, data: bytes) -> SerialMessage:
+        return codec.decode(data)
+
+    def show(self, message: SerialMessage) -> str:
+        return codec.show(message)
+
+    def model(self) -> SerialModel:
+        settings: SerialSettings = self.settings
+        return SerialModel(settings.format, settings.chunk_us * US, settings.paced, settings.garbling)
+
+
+class SerialVirtual(SerialBus):
+    about: ClassVar[str] = "a serial line between devices, in virtual time"
+    times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
+
+    def __init__(self, name: str, settings: SerialSettings) -> None:
+        super().__init__(name, settings)
+
+
+class SerialLine(SerialBus):
+    about: ClassVar[str] = "a serial line between devices, in real time"
+
+    def __init__(self, name: str, settings: SerialHubSettings) -> None:
+        super().__init__(name, settings)

@@ -1,0 +1,137 @@
+"""A serial line as a function of time: bytes take as long as the sender's format says.
+
+Two ends, each with a transmitter of its own (full duplex).  With more members it is a party line: everyone hears
+everyone else; what talks at the same time does not collide, as if each had a pair of wires of its own.
+
+Bytes arrive in chunks of at most `chunk_ns`, each at the instant at which its last character has arrived; a gap
+between characters that is shorter than a chunk can't be seen.  A format holds for what its sender sends after it.
+Control lines and formats are heard at once, and whoever listens later hears the present ones; until a member has said
+something it counts as `ControlLines()`, DTR and RTS on.  Left out: handshaking; an end that honours CTS waits itself.
+"""
+
+import heapq
+from collections.abc import Sequence
+from typing import Any
+
+from fieldrig.bus import BusModel, Delivery
+from fieldrig.clock import MS, S
+from fieldrig_bus.serial.garble import garbled
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
+
+KINDS: dict[type, str] = {bytes: "data", ControlLines: "lines", Format: "format", Break: "break"}
+BYTES_ONLY = frozenset({"data"})
+
+
+class _End:
+    __slots__ = ("form", "free_ns", "interest", "is_gone", "said")
+
+    def __init__(self, form: Format) -> None:
+        self.form = form
+        self.free_ns = 0  # when its transmitter has sent everything
+        self.interest: frozenset[str] = frozenset()
+        self.said: dict[str, SerialMessage] = {}  # present lines and format, if it ever said them
+        self.is_gone = False
+
+
+class SerialModel(BusModel[SerialMessage]):
+    """`is_paced` False: everything arrives at once.  `is_garbling`: who expects another format hears garbage."""
+
+    def __init__(self, form: Format, chunk_ns: int = 2 * MS, is_paced: bool = True, is_garbling: bool = False) -> None:
+        self._form, self._chunk_ns, self._is_paced, self._is_garbling = form, chunk_ns, is_paced, is_garbling
+        self._ends: dict[str, _End] = {}
+        # instant, order of asking, sender, the message, the only receiver ("": all)
+        self._under_way: list[tuple[int, int, str, SerialMessage, str]] = []
+        self._asked = 0
+        self._collected_ns = 0
+        self._receivers: dict[tuple[str, str], tuple[str, ...]] = {}  # by sender and kind of message
+        self._characters = self._breaks = 0
+
+    def join(self, member: str) -> None:
+        self._ends[member] = _End(self._form)
+        self._receivers.clear()
+
+    def leave(self, member: str) -> None:
+        del self._ends[member]
+        self._receivers.clear()
+        self._under_way = [entry for entry in self._under_way if entry[2] != member and entry[4] != member]
+        heapq.heapify(self._under_way)
+
+    def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        words = BYTES_ONLY if interest is None else frozenset(interest)
+        if unknown := words - set(KINDS.values()):
+            raise ValueError(f"no such interest on a serial line: {sorted(unknown)}; there are {list(KINDS.values())}")
+        self._ends[member].interest = words
+        self._receivers.clear()
+        for other, end in self._ends.items():
+            for kind, message in end.said.items():
+                if other != member and kind in words:
+                    self._add(now_ns, other, message, member)
+
+    def submit(self, now_ns: int, member: str, message: SerialMessage) -> None:
+        end = self._ends[member]
+        if type(message) is bytes:
+            self._characters += len(message)
+            self._send_bytes(now_ns, member, end, message)
+        elif type(message) is Break:
+            self._breaks += 1
+            end.free_ns = max(now_ns, end.free_ns) + (message.duration_ms * MS if self._is_paced else 0)
+            self._add(end.free_ns, member, message)
+        else:
+            if type(message) is Format:
+                end.form = message
+            end.said[KINDS[type(message)]] = message
+            self._add(now_ns, member, message)
+
+    def next_ns(self) -> int | None:
+        return self._under_way[0][0] if self._under_way else None
+
+    def collect(self, now_ns: int) -> list[Delivery[SerialMessage]]:
+        under_way, arrived = self._under_way, []
+        while under_way and under_way[0][0] <= now_ns:
+            time_ns, _, sender, message, only = heapq.heappop(under_way)
+            receivers = (only,) if only else self._receivers_of(sender, KINDS[type(message)])
+            if self._is_garbling and type(message) is bytes:
+                arrived += self._garbled(time_ns, sender, message, receivers)
+            else:
+                arrived.append(Delivery(time_ns, sender, message, receivers))
+            self._collected_ns = time_ns
+        return arrived
+
+    def statistics(self) -> dict[str, float]:
+        return {"characters": float(self._characters), "breaks": float(self._breaks)}
+
+    def _send_bytes(self, now_ns: int, member: str, end: _End, data: bytes) -> None:
+        begin_ns = max(now_ns, end.free_ns)
+        if not self._is_paced:
+            if data:
+                self._add(begin_ns, member, data)
+            return
+        bit_time, baud = end.form.bits_per_character * S, end.form.baud
+        size = max(1, self._chunk_ns * baud // bit_time)
+        for start in range(0, len(data), size):
+            chunk = data[start : start + size]
+            self._add(begin_ns + (start + len(chunk)) * bit_time // baud, member, chunk)
+        end.free_ns = begin_ns + len(data) * bit_time // baud
+
+    def _add(self, when_ns: int, sender: str, message: SerialMessage, only: str = "") -> None:
+        self._asked += 1
+        when_ns = max(when_ns, self._collected_ns)
+        heapq.heappush(self._under_way, (when_ns, self._asked, sender, message, only))
+
+    def _receivers_of(self, sender: str, kind: str) -> tuple[str, ...]:
+        receivers = self._receivers.get((sender, kind))
+        if receivers is None:
+            receivers = tuple(name for name, end in self._ends.items() if name != sender and kind in end.interest)
+            self._receivers[sender, kind] = receivers
+        return receivers
+
+    def _garbled(
+        self, time_ns: int, sender: str, data: bytes, receivers: tuple[str, ...]
+    ) -> list[Delivery[SerialMessage]]:
+        """What each receiver makes of `data` in the format that it expects itself; one delivery for like ones."""
+        sent_as = self._ends[sender].form
+        heard: dict[bytes, list[str]] = {} if receivers else {data: []}
+        for receiver in receivers:
+            form = self._ends[receiver].form
+            heard.setdefault(data if form == sent_as else garbled(data, sent_as, form), []).append(receiver)
+        return [Delivery(time_ns, sender, message, tuple(names)) for message, names in heard.items() if message]

@@ -1,0 +1,97 @@
+"""`serial.rfc2217`: a serial line with one end on a TCP port that also carries its settings, control lines and breaks
+(RFC 2217), for `rfc2217://` clients and everything that knows serial servers.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
+
+from pydantic import Field
+
+from fieldrig.bus import Hub, Port
+from fieldrig.device import Tool
+from fieldrig_bus.net import Address, Connection, join_as_outsider
+from fieldrig_bus.serial.com_port import ComPort
+from fieldrig_bus.serial.end import LineEnd
+from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
+from fieldrig_bus.serial.message import ControlLines, SerialMessage
+from fieldrig_bus.serial.outside import ClientPlace
+
+
+class SerialRfc2217Settings(SerialHubSettings):
+    listen: Address = Field(description="host:port where a client connects")
+
+
+class SerialRfc2217(SerialBus):
+    about: ClassVar[str] = "a serial line with one end on a TCP port, with control lines (RFC 2217)"
+
+    def __init__(self, name: str, settings: SerialRfc2217Settings) -> None:
+        super().__init__(name, settings)
+
+    def ports(self) -> Sequence[Port]:
+        return (Rfc2217Port(self.settings),)
+
+    def tools(self, run: Path) -> list[Tool]:
+        url = f"rfc2217://{self.settings.listen}"
+        return [
+            Tool("terminal", f"pyserial-miniterm {url} {self.settings.baud}"),
+            Tool("from Python", f"serial.serial_for_url({url!r}, {self.settings.baud})"),
+        ]
+
+
+class Rfc2217Port(Port):
+    def __init__(self, settings: SerialRfc2217Settings) -> None:
+        self._settings = settings
+        self.place = ClientPlace(settings.listen, self._client)
+        self._hub: Hub | None = None
+        self._end: LineEnd | None = None
+        self._other_end = ControlLines()
+        self._com_port: ComPort | None = None
+
+    async def open(self, hub: Hub) -> None:
+        self._hub = hub
+        _, link = join_as_outsider(hub, "rfc2217")
+        self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
+        self._end.on_room = self.place.read_on
+        self._end.hang_up()
+        link.on_receive(self._on_line, ("data", "lines", "break"))
+        await self.place.open()
+
+    async def close(self) -> None:
+        await self.place.close()
+
+    def _on_line(self, message: SerialMessage) -> None:
+        if type(message) is ControlLines:
+            self._other_end = message
+        if self._com_port is not None:
+            self._com_port.from_line(message)
+
+    def _client(self, connection: Connection) -> "_TelnetClient":
+        assert self._hub is not None
+        assert self._end is not None
+        com_port = ComPort(self._end, self._hub.clock, connection.write)
+        return _TelnetClient(self, self._end, com_port)
+
+    def begin(self, com_port: ComPort) -> None:
+        self._com_port = com_port
+        com_port.start(self._other_end)
+
+    def end(self) -> None:
+        self._com_port = None
+
+
+class _TelnetClient:
+    """Ties one connection to the line while it lasts."""
+
+    def __init__(self, port: Rfc2217Port, end: LineEnd, com_port: ComPort) -> None:
+        self._port, self._end, self._com_port = port, end, com_port
+        self.received = com_port.from_client
+
+    def started(self) -> None:
+        self._end.plug_in()
+        self._port.begin(self._com_port)
+
+    def ended(self) -> None:
+        self._com_port.stop()
+        self._port.end()
+        self._end.hang_up()

@@ -1,0 +1,75 @@
+"""`serial.tcp`: a serial line with one end on a TCP port, raw bytes both ways, for `socket://` clients and netcat.
+
+It listens, or dials: then it connects to a serial server elsewhere, and again whenever that has gone.  While a client
+is there the other end sees DTR and RTS on.  Left out, as TCP has no way to say it: control lines, formats and breaks.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from fieldrig.bus import Hub, Port
+from fieldrig.device import Tool
+from fieldrig_bus.net import Address, Connection, join_as_outsider
+from fieldrig_bus.serial.end import LineEnd
+from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
+from fieldrig_bus.serial.outside import ClientPlace
+
+
+class SerialTcpSettings(SerialHubSettings):
+    listen: Address | None = Field(None, description="host:port where a client connects")
+    dial: Address | None = Field(None, description="host:port of a serial server to connect to, instead of listening")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.listen is None) == (self.dial is None):
+            raise ValueError("give either listen: host:port or dial: host:port")
+        return self
+
+
+class SerialTcp(SerialBus):
+    about: ClassVar[str] = "a serial line with one end on a TCP port (raw)"
+
+    def __init__(self, name: str, settings: SerialTcpSettings) -> None:
+        super().__init__(name, settings)
+
+    def ports(self) -> Sequence[Port]:
+        return (TcpPort(self.settings),)
+
+    def tools(self, run: Path) -> list[Tool]:
+        address, baud = self.settings.listen, self.settings.baud
+        if address is None:
+            return []
+        return [
+            Tool("terminal", f"pyserial-miniterm socket://{address} {baud}"),
+            Tool("as a local port", f"socat pty,rawer,link=./{self.name} TCP:{address}"),
+        ]
+
+
+class TcpPort(Port):
+    def __init__(self, settings: SerialTcpSettings) -> None:
+        self._settings = settings
+        self.place = ClientPlace(settings.listen or settings.dial or "", self._client, settings.listen is None)
+        self._end: LineEnd | None = None
+
+    async def open(self, hub: Hub) -> None:
+        _, link = join_as_outsider(hub, "tcp")
+        self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
+        self._end.on_room = self.place.read_on
+        self._end.hang_up()
+        link.on_receive(self.place.write)
+        await self.place.open()
+
+    async def close(self) -> None:
+        await self.place.close()
+
+    def _client(self, connection: Connection) -> "_RawClient":
+        assert self._end is not None
+        return _RawClient(self._end)
+
+
+class _RawClient:
+    def __init__(self, end: LineEnd) -> None:
+        self.started, self.received, self.ended = end.plug_in, end.send, end.hang_up
