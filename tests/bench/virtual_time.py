@@ -1,0 +1,71 @@
+"""Virtual time: messages a second in one process and with a process per device; the tank lab against the wall."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+from report import Report, progress
+
+from fieldrig.bus import Bus, Delivery
+from fieldrig.clock import MS, S
+from fieldrig.config import from_dict, load
+from fieldrig.rig import Rig
+
+HERE = Path(__file__).parent
+LAB = HERE.parents[1] / "configs/lab-virtual.yaml"
+RELAYS = 8
+WALL_S = 2.0
+
+
+def relay_rig(processes: str) -> dict[str, Any]:
+    relay = {"kind": "bench_kinds:Relay", "of": RELAYS, "links": {"can": "can0"}}
+    return {
+        "time": "virtual",
+        "processes": processes,
+        "buses": {"can0": {"kind": "can.virtual", "bitrate": 1_000_000}},
+        "devices": {f"relay{number}": {**relay, "number": number} for number in range(RELAYS)},
+    }
+
+
+def run_for_a_while(rig: Rig, stride_ns: int) -> tuple[float, float]:
+    """Wall and virtual seconds that went by."""
+    start_s, start_ns = time.perf_counter(), rig.now_ns
+    while (spent_s := time.perf_counter() - start_s) < WALL_S:
+        rig.run_until(rig.now_ns + stride_ns)
+    return spent_s, (rig.now_ns - start_ns) / S
+
+
+def messages_per_s(processes: str) -> float:
+    count = 0
+
+    def on_delivery(_bus: Bus[Any], _delivery: Delivery[Any]) -> None:
+        nonlocal count
+        count += 1
+
+    with Rig(from_dict(relay_rig(processes), HERE), on_delivery) as rig:
+        rig.run_until(10 * MS)
+        count = 0
+        wall_s, _ = run_for_a_while(rig, 10 * MS)
+    return count / wall_s
+
+
+def run() -> Report:
+    report = Report("Virtual time", f"About {WALL_S:g} s of wall time each.", ("what", "measured", "against", "ratio"))
+    progress("virtual time: one process")
+    one = messages_per_s("one")
+    report.add(f"{RELAYS} nodes on a full CAN bus, one process", f"{one:,.0f} messages/s", "50,000/s", one / 50_000)
+    progress("virtual time: a process per device")
+    each = messages_per_s("each")
+    report.add("the same, one process per device", f"{each:,.0f} messages/s", "one process", each / one)
+    progress("virtual time: the lab")
+    start_s = time.perf_counter()
+    with Rig(load(LAB)) as rig:
+        ready_s = time.perf_counter() - start_s
+        wall_s, virtual_s = run_for_a_while(rig, S)
+    report.add("the tank lab", f"{virtual_s:,.0f} virtual s in {wall_s:.1f} s", "the wall", virtual_s / wall_s)
+    report.add("the tank lab, from file to ready", f"{ready_s:.3f} s", "0.3 s", ready_s / 0.3)
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())
