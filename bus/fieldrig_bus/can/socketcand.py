@@ -1,0 +1,414 @@
+"""The socketcand protocol: outsiders join a CAN bus over TCP, in ASCII.
+
+Source: github.com/linux-can/socketcand, doc/protocol.md, and its daemon where the document is silent: a command that
+nobody knows is answered by `< error unknown command >`, one with wrong parameters is dropped without a word, a wrong
+bus ends the connection.  Clocked by the hub, stamped with the time of day.  Each connection is a member of the bus.
+
+Deviations.  Commands are found across TCP segments, whatever stands between them is skipped, and white space in them
+doesn't matter (the daemon ends the connection).  `< statistics >` counts what this connection heard and sent.
+Left out: the UDP beacon (it is a broadcast, and traffic stays on this machine), bit timing and control mode bits (the
+rig's configuration says them), ISO-TP mode (an unknown command, as in a daemon without it), error frames.
+"""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Sequence
+from enum import Enum, auto
+from typing import Final
+
+from fieldrig.bus import Hub, Port
+from fieldrig.clock import MS, US, Clock, S, Timer
+from fieldrig.link import Link
+from fieldrig_bus.can.acceptance import EXTENDED, REMOTE, received
+from fieldrig_bus.can.broadcast_manager import CyclicJob, Subscription
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, CanFrame, check
+from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+
+log = logging.getLogger(__name__)
+
+LONGEST_COMMAND: Final = 8192  # bytes; a muxfilter of 257 tuples takes 6200
+LONGEST_INTERVAL_NS: Final = 1_000_000_000 * S  # fits every timer
+SHORTEST_STATISTICS_NS: Final = 10 * MS  # the daemon's own grain
+SHORTEST_CYCLE_NS: Final = 50 * US  # about what the shortest frame takes at 1 Mbit/s
+HOLD_NS: Final = 20 * MS
+BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS of linux/can.h
+
+_EXACTLY: Final = EXTENDED_MASK | EXTENDED | REMOTE
+
+
+class Mode(Enum):
+    NO_BUS = auto()
+    BCM = auto()
+    RAW = auto()
+    CONTROL = auto()
+
+
+class Session:
+    """One client: bytes in, bytes out, an end of the bus."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        link: Link[CanFrame],
+        channel: str,
+        write: Callable[[bytes], None],
+        close: Callable[[], None],
+        epoch_ns: int = 0,
+    ) -> None:
+        """`epoch_ns` is the time of day at the clock's zero."""
+        self._clock, self._link, self._channel = clock, link, channel.encode()
+        self._write, self._close, self._epoch_ns = write, close, epoch_ns
+        self._mode = Mode.NO_BUS
+        self._rest = b""
+        self._is_closed = False
+        self._held: list[bytes] | None = None
+        self._jobs: dict[int, CyclicJob] = {}
+        self._subscriptions: dict[int, Subscription] = {}
+        self._timer: Timer | None = None
+        self._counts = [0, 0, 0, 0]  # bytes and frames heard, bytes and frames sent
+        write(b"< hi >")
+
+    def receive(self, data: bytes) -> None:
+        if self._held is not None:
+            self._let_go()
+        data = self._rest + data if self._rest else data
+        position = 0
+        while not self._is_closed:
+            start = data.find(b"<", position)
+            if start < 0:
+                self._rest = b""
+                return
+            stop = data.find(b">", start)
+            if (stop if stop >= 0 else len(data)) - start > LONGEST_COMMAND:
+                self._end_connection()
+            elif stop < 0:
+                self._rest = data[start:]
+                return
+            else:
+                self._on_command(data[start + 1 : stop].split())
+                position = stop + 1
+
+    def end(self) -> None:
+        """The client is gone."""
+        self._is_closed = True
+        self._leave_mode()
+
+    def _on_command(self, words: list[bytes]) -> None:
+        handler = COMMANDS[self._mode].get(words[0]) if words else None
+        if handler is None and self._is_configuration(words):
+            self._write(b"< error configuring interface %b >" % self._channel)
+            self._end_connection()
+        elif handler is None:
+            self._write(b"< error unknown command >")
+        else:
+            try:
+                handler(self, words[1:])
+            except ValueError as fault:
+                log.debug("socketcand: %s: %s", words, fault)
+
+    def _is_configuration(self, words: list[bytes]) -> bool:
+        return self._mode is Mode.NO_BUS and words[:1] == [self._channel] and words[1:2] in ([b"B"], [b"C"])
+
+    def _end_connection(self) -> None:
+        self._is_closed = True
+        self._close()
+
+    # modes
+
+    def _on_open(self, words: list[bytes]) -> None:
+        if words != [self._channel]:
+            self._write(b"< error could not open bus >")
+            self._end_connection()
+        else:
+            self._enter(Mode.BCM)
+
+    def _on_rawmode(self, words: list[bytes]) -> None:
+        self._enter(Mode.RAW)
+        # python-can takes a frame that comes along with the `< ok >` for a wrong answer.
+        self._held = []
+        self._timer = self._clock.call_at(self._clock.now_ns() + HOLD_NS, self._let_go)
+        self._link.on_receive(self._on_frame)
+
+    def _on_bcmmode(self, words: list[bytes]) -> None:
+        self._enter(Mode.BCM)
+
+    def _on_controlmode(self, words: list[bytes]) -> None:
+        self._enter(Mode.CONTROL)
+        self._link.on_receive(self._count)
+
+    def _enter(self, mode: Mode) -> None:
+        self._leave_mode()
+        self._mode = mode
+        self._link.on_receive(self._on_subscribed, [])
+        self._write(b"< ok >")
+
+    def _leave_mode(self) -> None:
+        """Jobs and subscriptions end with the mode they were made in, as with a broadcast manager's socket."""
+        for job in self._jobs.values():
+            job.stop()
+        for subscription in self._subscriptions.values():
+            subscription.stop()
+        self._jobs.clear()
+        self._subscriptions.clear()
+        self._held = None
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _let_go(self) -> None:
+        held, self._held = self._held, None
+        for each in held or ():
+            self._write(each)
+
+    def _on_echo(self, words: list[bytes]) -> None:
+        self._write(b"< echo >")
+
+    # sending
+
+    def _on_send(self, words: list[bytes]) -> None:
+        self._send(_data_frame(words))
+
+    def _on_sendrtr(self, words: list[bytes]) -> None:
+        identifier, length = words
+        is_extended = len(identifier) == 8
+        self._send(check(CanFrame(_number(identifier, 16), b"", is_extended, True, _number(length))))
+
+    def _on_fdsend(self, words: list[bytes]) -> None:
+        identifier, flags, length, *data = words
+        if len(data) != _number(length) or len(data) > FD_LENGTHS[-1]:
+            raise ValueError("the length is not that of the data")
+        size = next(each for each in FD_LENGTHS if each >= len(data))
+        frame = CanFrame(
+            _number(identifier, 16),
+            _bytes(data).ljust(size, b"\0"),
+            is_extended=len(identifier) == 8,
+            is_fd=True,
+            is_bit_rate_switched=bool(_number(flags, 16) & BIT_RATE_SWITCH),
+        )
+        self._send(check(frame))
+
+    def _send(self, frame: CanFrame) -> None:
+        counts = self._counts
+        counts[2] += len(frame.data)
+        counts[3] += 1
+        self._link.send(frame)
+
+    # the broadcast manager
+
+    def _on_add(self, words: list[bytes]) -> None:
+        seconds, microseconds, *rest = words
+        interval_ns, frame = _interval_ns(seconds, microseconds), _data_frame(rest)
+        if interval_ns:
+            interval_ns = max(interval_ns, SHORTEST_CYCLE_NS)
+        self._delete(received(frame))
+        self._jobs[received(frame)] = CyclicJob(self._clock, self._send, frame, interval_ns)
+
+    def _on_update(self, words: list[bytes]) -> None:
+        frame = _data_frame(words)
+        job = self._jobs.get(received(frame))
+        if job is not None:
+            job.frame = frame
+
+    def _on_delete(self, words: list[bytes]) -> None:
+        (identifier,) = words
+        self._delete(_key(identifier))
+
+    def _delete(self, key: int) -> None:
+        job = self._jobs.pop(key, None)
+        if job is not None:
+            job.stop()
+
+    def _on_subscribe(self, words: list[bytes]) -> None:
+        seconds, microseconds, identifier = words
+        self._subscribe(identifier, _interval_ns(seconds, microseconds), ())
+
+    def _on_filter(self, words: list[bytes]) -> None:
+        seconds, microseconds, identifier, *rest = words
+        mask = _data_frame([identifier, *rest]).data
+        self._subscribe(identifier, _interval_ns(seconds, microseconds), [mask])
+
+    def _on_muxfilter(self, words: list[bytes]) -> None:
+        seconds, microseconds, identifier, count, *data = words
+        if not 2 <= _number(count) <= 257 or len(data) != 8 * _number(count):
+            raise ValueError("2 to 257 tuples of 8 bytes")
+        tuples = _bytes(data)
+        masks = [tuples[start : start + 8] for start in range(0, len(tuples), 8)]
+        self._subscribe(identifier, _interval_ns(seconds, microseconds), masks)
+
+    def _subscribe(self, identifier: bytes, interval_ns: int, masks: Sequence[bytes]) -> None:
+        key = _key(identifier)
+        self._unsubscribe(key)
+        self._subscriptions[key] = Subscription(self._clock, self._tell_subscribed, interval_ns, masks)
+        self._listen()
+
+    def _on_unsubscribe(self, words: list[bytes]) -> None:
+        (identifier,) = words
+        self._unsubscribe(_key(identifier))
+        self._listen()
+
+    def _unsubscribe(self, key: int) -> None:
+        subscription = self._subscriptions.pop(key, None)
+        if subscription is not None:
+            subscription.stop()
+
+    def _listen(self) -> None:
+        self._link.on_receive(self._on_subscribed, [(key, _EXACTLY) for key in self._subscriptions])
+
+    def _on_subscribed(self, frame: CanFrame) -> None:
+        self._count(frame)
+        subscription = self._subscriptions.get(received(frame))
+        if subscription is not None and not frame.is_fd:
+            subscription.hear(frame)
+
+    def _tell_subscribed(self, frame: CanFrame) -> None:
+        self._write(f"< frame {_identifier(frame)} {self._stamp()} {frame.data.hex(' ').upper()} >".encode())
+
+    # raw mode
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        self._count(frame)
+        if frame.is_remote:
+            text = f"< rtr {_identifier(frame)} {self._stamp()} {frame.remote_length} >"
+        elif frame.is_fd:
+            flags = BIT_RATE_SWITCH if frame.is_bit_rate_switched else 0
+            text = f"< fdframe {_identifier(frame)} {flags:02X} {self._stamp()} {frame.data.hex().upper()} >"
+        else:
+            text = f"< frame {_identifier(frame)} {self._stamp()} {frame.data.hex().upper()} >"
+        if self._held is None:
+            self._write(text.encode())
+        else:
+            self._held.append(text.encode())
+
+    def _stamp(self) -> str:
+        seconds, microseconds = divmod((self._epoch_ns + self._clock.now_ns()) // US, 1_000_000)
+        return f"{seconds}.{microseconds:06}"
+
+    # control mode
+
+    def _count(self, frame: CanFrame) -> None:
+        counts = self._counts
+        counts[0] += len(frame.data)
+        counts[1] += 1
+
+    def _on_statistics(self, words: list[bytes]) -> None:
+        (interval_ms,) = words
+        interval_ns = min(_number(interval_ms) * MS, LONGEST_INTERVAL_NS)
+        if self._timer is not None:
+            self._timer.cancel()
+        if interval_ns:
+            self._tell_later(max(interval_ns, SHORTEST_STATISTICS_NS))
+
+    def _tell_later(self, interval_ns: int) -> None:
+        def tell() -> None:
+            self._tell_later(interval_ns)
+            self._write(b"< stat %d %d %d %d >" % tuple(self._counts))
+
+        self._timer = self._clock.call_at(self._clock.now_ns() + interval_ns, tell)
+
+
+COMMANDS: Final[dict[Mode, dict[bytes, Callable[[Session, list[bytes]], None]]]] = {
+    Mode.NO_BUS: {b"open": Session._on_open},
+    Mode.BCM: {
+        b"send": Session._on_send,
+        b"sendrtr": Session._on_sendrtr,
+        b"add": Session._on_add,
+        b"update": Session._on_update,
+        b"delete": Session._on_delete,
+        b"subscribe": Session._on_subscribe,
+        b"filter": Session._on_filter,
+        b"muxfilter": Session._on_muxfilter,
+        b"unsubscribe": Session._on_unsubscribe,
+        b"rawmode": Session._on_rawmode,
+        b"controlmode": Session._on_controlmode,
+        b"echo": Session._on_echo,
+    },
+    Mode.RAW: {
+        b"send": Session._on_send,
+        b"sendrtr": Session._on_sendrtr,
+        b"fdsend": Session._on_fdsend,
+        b"bcmmode": Session._on_bcmmode,
+        b"controlmode": Session._on_controlmode,
+        b"echo": Session._on_echo,
+    },
+    Mode.CONTROL: {
+        b"statistics": Session._on_statistics,
+        b"bcmmode": Session._on_bcmmode,
+        b"rawmode": Session._on_rawmode,
+        b"echo": Session._on_echo,
+    },
+}
+
+
+def _number(word: bytes, base: int = 10) -> int:
+    if not word.isalnum():  # int() would take signs and underscores
+        raise ValueError(f"{word!r} is no number")
+    return int(word, base)
+
+
+def _bytes(words: Sequence[bytes]) -> bytes:
+    if words and not b"".join(words).isalnum():
+        raise ValueError(f"{words!r} are no bytes")
+    return bytes([int(word, 16) for word in words])
+
+
+def _interval_ns(seconds: bytes, microseconds: bytes) -> int:
+    return min(_number(seconds) * S + _number(microseconds) * US, LONGEST_INTERVAL_NS)
+
+
+def _data_frame(words: list[bytes]) -> CanFrame:
+    identifier, length, *data = words
+    if len(data) != _number(length):
+        raise ValueError("the length is not that of the data")
+    return check(CanFrame(_number(identifier, 16), _bytes(data), len(identifier) == 8))
+
+
+def _key(identifier: bytes) -> int:
+    """As `received` gives it for a data frame; eight digits are 29 bits."""
+    return received(check(CanFrame(_number(identifier, 16), is_extended=len(identifier) == 8)))
+
+
+def _identifier(frame: CanFrame) -> str:
+    return f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
+
+
+class _Client(Connection):
+    def __init__(self, server: TcpServer, hub: Hub, channel: str) -> None:
+        super().__init__(server)
+        self._hub, self._channel = hub, channel
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        clock = self._hub.clock
+        self._member, link = join_as_outsider(self._hub, "socketcand")
+        epoch_ns = time.time_ns() - clock.now_ns()
+        self._session = Session(clock, link, self._channel, self.write, self.transport.close, epoch_ns)
+
+    def data_received(self, data: bytes) -> None:
+        self._session.receive(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._session.end()
+        self._hub.leave(self._member)
+        super().connection_lost(exc)
+
+
+class SocketcandPort(Port):
+    """Listens at `listen`; clients open the bus as `channel`."""
+
+    def __init__(self, listen: str, channel: str) -> None:
+        self._listen, self._channel = listen, channel
+        self._server: TcpServer | None = None
+
+    @property
+    def port(self) -> int:
+        """The TCP port that is listened at, once open."""
+        assert self._server is not None
+        return self._server.port
+
+    async def open(self, hub: Hub) -> None:
+        self._server = TcpServer(self._listen, lambda server: _Client(server, hub, self._channel))
+        await self._server.open()
+
+    async def close(self) -> None:
+        if self._server is not None:
+            await self._server.close()
