@@ -1,6 +1,16 @@
-"""One CAN frame: classical and FD (ISO 11898-1)."""
+"""One CAN frame: classical and FD (ISO 11898-1).
+
+Left out on purpose: error and overload frames (error counters are an issue of their own), the ESI bit of an FD frame
+(always error active), and classical DLCs of 9 to 15, which mean 8.
+"""
 
 from dataclasses import dataclass
+
+STANDARD_MASK = 0x7FF
+EXTENDED_MASK = 0x1FFF_FFFF
+CLASSICAL_LENGTHS = frozenset(range(9))
+FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+"""Bytes of data, by DLC."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,3 +28,24 @@ class CanFrame:
     remote_length: int = 0
     is_fd: bool = False
     is_bit_rate_switched: bool = False
+
+
+def check(frame: CanFrame) -> CanFrame:
+    """The frame itself, if a bus can carry it; ValueError, with what would be right, if not.
+
+    For the edges where frames come from outside; inside the rig a frame is what its maker says.
+    """
+    widest = EXTENDED_MASK if frame.is_extended else STANDARD_MASK
+    if not 0 <= frame.identifier <= widest:
+        raise ValueError(f"identifier {frame.identifier:#x}: at most {widest:#x} here")
+    if frame.is_fd and frame.is_remote:
+        raise ValueError("there is no remote frame in CAN FD")
+    if frame.is_bit_rate_switched and not frame.is_fd:
+        raise ValueError("only an FD frame switches its bit rate")
+    if frame.is_remote and frame.data:
+        raise ValueError("a remote frame has no data, it asks for remote_length bytes")
+    if not 0 <= frame.remote_length <= (8 if frame.is_remote else 0):
+        raise ValueError(f"remote_length {frame.remote_length}: 0 to 8 in a remote frame, else 0")
+    if len(frame.data) not in (FD_LENGTHS if frame.is_fd else CLASSICAL_LENGTHS):
+        raise ValueError(f"{len(frame.data)} bytes of data: no DLC says that")
+    return frame

@@ -1,0 +1,88 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig_bus.can.codec import decode, encode, show
+from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+
+# By hand from the layout: identifier with flags (4, little endian), length (1), data.
+BYTES = {
+    "23 01 00 00 03 01 02 03": CanFrame(0x123, b"\x01\x02\x03"),
+    "ff 07 00 00 00": CanFrame(0x7FF),
+    "00 f1 fe 98 01 55": CanFrame(0x18FEF100, b"\x55", is_extended=True),
+    "23 01 00 40 08": CanFrame(0x123, is_remote=True, remote_length=8),
+    "01 00 00 c0 00": CanFrame(1, is_extended=True, is_remote=True),
+    "05 00 00 20 0c" + " aa" * 12: CanFrame(5, b"\xaa" * 12, is_fd=True),
+    "05 00 00 a0 81 aa": CanFrame(5, b"\xaa", is_extended=True, is_fd=True, is_bit_rate_switched=True),
+}
+
+
+@pytest.mark.parametrize("text", BYTES)
+def test_a_frame_has_one_form_in_bytes(text: str) -> None:
+    assert encode(BYTES[text]) == bytes.fromhex(text)
+    assert decode(bytes.fromhex(text)) == BYTES[text]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "23 01 00 00",
+        "23 01 00 00 03 01 02",
+        "23 01 00 00 01 01 02",
+        "00 08 00 00 00",  # 12 bits
+        "23 01 00 00 80",  # a switched bit rate without FD
+        "23 01 00 40 09",  # a remote frame that asks for 9
+        "23 01 00 40 01 55",  # a remote frame with data
+        "23 01 00 60 00",  # remote and FD
+        "23 01 00 20 09" + " 00" * 9,  # no DLC says 9
+        "23 01 00 00 09" + " 00" * 9,
+    ],
+)
+def test_other_bytes_are_no_frame(text: str) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        decode(bytes.fromhex(text))
+
+
+@st.composite
+def frames(draw: st.DrawFn) -> CanFrame:
+    is_extended = draw(st.booleans())
+    identifier = draw(st.integers(0, 0x1FFF_FFFF if is_extended else 0x7FF))
+    kind = draw(st.sampled_from(["data", "remote", "fd"]))
+    if kind == "remote":
+        return CanFrame(identifier, b"", is_extended, True, draw(st.integers(0, 8)))
+    length = draw(st.sampled_from(FD_LENGTHS if kind == "fd" else range(9)))
+    data = draw(st.binary(min_size=length, max_size=length))
+    is_fd = kind == "fd"
+    return CanFrame(identifier, data, is_extended, is_fd=is_fd, is_bit_rate_switched=is_fd and draw(st.booleans()))
+
+
+@settings(max_examples=300, deadline=None)
+@given(frames())
+def test_decode_is_the_inverse_of_encode(frame: CanFrame) -> None:
+    assert decode(encode(frame)) == frame
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.binary(max_size=80))
+def test_any_bytes_are_a_sound_frame_or_refused(data: bytes) -> None:
+    try:
+        frame = decode(data)
+    except ValueError:
+        return
+    assert check(frame) is frame
+    assert encode(frame) == data
+
+
+@pytest.mark.parametrize(
+    ("frame", "line"),
+    [
+        (CanFrame(0x123, b"\x01\x02\xab"), "123 [3] 01 02 AB"),
+        (CanFrame(0x7), "007 [0]"),
+        (CanFrame(0x7, is_extended=True), "00000007 [0]"),
+        (CanFrame(0x123, is_remote=True, remote_length=2), "123 [2] remote request"),
+        (CanFrame(0x123, b"\x01", is_fd=True), "123 [01] 01"),
+    ],
+)
+def test_a_person_sees_what_candump_shows(frame: CanFrame, line: str) -> None:
+    assert show(frame) == line
