@@ -1,0 +1,109 @@
+"""`can.hub`: a CAN bus in real time, paced by a process of its own; needs no kernel module and no root.
+
+Outsiders join by the socketcand protocol (python-can has a client) and by the Lawicel ASCII protocol, on a pty
+(`slcand` makes a network device of it) or over TCP.
+"""
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from fieldrig.bus import Port, Time
+from fieldrig.device import Tool
+from fieldrig.net import split_address
+from fieldrig.settings import Settings
+from fieldrig_bus.can.virtual import CanModelBus, CanSettings
+from fieldrig_bus.net import Address
+
+# The Lawicel command S0 to S8, by bit rate: what slcand's -s takes.
+LAWICEL_SPEED = {
+    10_000: 0,
+    20_000: 1,
+    50_000: 2,
+    100_000: 3,
+    125_000: 4,
+    250_000: 5,
+    500_000: 6,
+    800_000: 7,
+    1_000_000: 8,
+}
+
+
+class SlcanSettings(Settings):
+    path: str | None = Field(default=None, min_length=1, description="a pty's link, relative to the run folder")
+    listen: Address | None = Field(default=None, description="host:port")
+
+    @model_validator(mode="after")
+    def _check_there_is_a_way_in(self) -> Self:
+        if self.path is None and self.listen is None:
+            raise ValueError("give a path (a pty), listen (host:port), or both")
+        return self
+
+
+class CanHubSettings(CanSettings):
+    attach: Address | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
+    connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
+    socketcand: Address | None = Field(default=None, description="host:port for the socketcand protocol (python-can)")
+    channel: str | None = Field(
+        default=None, pattern=r"^[^\s<>]+$", description="name of the bus for socketcand; that of the bus if left out"
+    )
+    slcan: SlcanSettings | None = Field(default=None, description="the Lawicel ASCII protocol (slcand, python-can)")
+
+
+class CanHub(CanModelBus):
+    about: ClassVar[str] = "CAN bus with arbitration and exact bit times, in real time; socketcand and slcan join"
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    settings: CanHubSettings
+
+    def __init__(self, name: str, settings: CanHubSettings) -> None:
+        super().__init__(name, settings)
+        self._channel = settings.channel or name
+
+    def ports(self) -> Sequence[Port]:
+        settings, ports = self.settings, list[Port]()
+        if settings.socketcand is not None:
+            from fieldrig_bus.can.socketcand import SocketcandPort  # only the hub's own process has ports
+
+            ports.append(SocketcandPort(settings.socketcand, self._channel))
+        if settings.slcan is not None:
+            from fieldrig_bus.can.lawicel import LawicelPort
+
+            ports.append(LawicelPort(self.name, settings.slcan.path, settings.slcan.listen))
+        return ports
+
+    def python_can(self) -> dict[str, object] | None:
+        """By socketcand, else by Lawicel over TCP; a pty's path is known only with the run folder (see `tools`)."""
+        if self.settings.socketcand is not None:
+            host, port = _reachable(self.settings.socketcand)
+            return {"interface": "socketcand", "channel": self._channel, "host": host, "port": port}
+        if self.settings.slcan is not None and self.settings.slcan.listen is not None:
+            host, port = _reachable(self.settings.slcan.listen)
+            return {"interface": "slcan", "channel": f"socket://{host}:{port}"}
+        return None
+
+    def tools(self, run: Path) -> list[Tool]:
+        settings, tools = self.settings, list[Tool]()
+        if settings.socketcand is not None:
+            host, port = _reachable(settings.socketcand)
+            line = f"-i socketcand -c {shlex.quote(self._channel)} --host={host} --port={port}"
+            tools.append(Tool("watch", f"python -m can.viewer {line}"))
+            tools.append(Tool("log", f"python -m can.logger {line}"))
+        if settings.slcan is not None and settings.slcan.path is not None:
+            pty = shlex.quote(str(run / settings.slcan.path))
+            tools.append(Tool("log by slcan", f"python -m can.logger -i slcan -c {pty}"))
+            speed = "" if settings.bitrate not in LAWICEL_SPEED else f" -s{LAWICEL_SPEED[settings.bitrate]}"
+            device = f"sudo slcand -o -c{speed} $(readlink -f {pty}) slcan0 && sudo ip link set slcan0 up"
+            tools.append(Tool("network device", device))
+        if settings.slcan is not None and settings.slcan.listen is not None:
+            host, port = _reachable(settings.slcan.listen)
+            tools.append(Tool("log by slcan", f"python -m can.logger -i slcan -c socket://{host}:{port}"))
+        return tools
+
+
+def _reachable(address: str) -> tuple[str, int]:
+    """Where a client on this machine finds what listens there."""
+    host, port = split_address(address)
+    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port
