@@ -88,7 +88,7 @@ class CanHub(CanModelBus):
         settings, tools = self.settings, list[Tool]()
         if settings.socketcand is not None:
             host, port = _reachable(settings.socketcand)
-            line = f"-i socketcand -c {shlex.quote(self._channel)} --host={host} --port={port}"
+            line = f"-i socketcand -c {shlex.quote(self._channel)} --bus-kwargs host={host} port={port}"
             tools.append(Tool("watch", f"python -m can.viewer {line}"))
             tools.append(Tool("log", f"python -m can.logger {line}"))
         if settings.slcan is not None and settings.slcan.path is not None:

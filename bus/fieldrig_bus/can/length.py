@@ -1,6 +1,6 @@
 """How many bits a frame takes on the wire, stuff bits and intermission included.
 
-Source: ISO 11898-1:2015, 10.4 (frame formats), 10.4.2.6 (CRC), 10.5 (bit stuffing).  Counted is from the start of
+Source: ISO 11898-1:2015 (frame formats, CRC, bit stuffing).  Counted is from the start of
 frame up to and including the three bits of intermission.  In an FD frame with a switched bit rate the bits from ESI
 to the CRC delimiter count at the data bit rate: the rate switches at the sample points of BRS and CRC delimiter, so
 with the same sample point in both rates the parts that are over and short cancel out exactly.

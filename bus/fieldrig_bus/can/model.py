@@ -1,6 +1,6 @@
 """A CAN bus as a function of time: arbitration by identifier, exact frame times, acceptance filters.
 
-Source: ISO 11898-1:2015, 10.4 (frames) and 10.6 (arbitration).  When the bus becomes free, the frame that wins among
+Source: ISO 11898-1:2015 (frames, medium access by arbitration).  When the bus becomes free, the frame that wins among
 those asked for by then starts; it arrives with the last bit of its end of frame, and three bits later the bus is free
 again.  Time is kept in ticks that divide both bit times, so no rounding adds up; a delivery's instant is rounded up
 to the next nanosecond.

@@ -9,7 +9,7 @@ from fieldrig_bus.can.length import classical_bits, fd_bits
 
 
 def crc15(bits: str) -> str:
-    """ISO 11898-1, 10.4.2.6, as the standard's own shift register."""
+    """ISO 11898-1, as the standard's own shift register."""
     register = [0] * 15
     for bit in bits:
         feedback = int(bit) ^ register[0]
