@@ -10,6 +10,8 @@ from pydantic import ValidationError
 from fieldrig.clock import S
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
+from fieldrig_bus.can.lawicel import LawicelPort
+from fieldrig_bus.can.socketcand import SocketcandPort
 from fieldrig_bus.can.virtual import CanSettings, CanVirtual
 
 RUN = Path("/run/rig 1")
@@ -108,3 +110,16 @@ def test_slcand_gets_no_speed_that_lawicel_does_not_know() -> None:
 
 def test_a_hub_without_ways_in_has_no_lines() -> None:
     assert lines(hub()) == []
+
+
+@pytest.mark.parametrize(
+    ("settings", "ports"),
+    [
+        ({}, []),
+        ({"socketcand": "127.0.0.1:0"}, [SocketcandPort]),
+        ({"slcan": {"path": "slcan0"}}, [LawicelPort]),
+        ({"socketcand": "127.0.0.1:0", "slcan": {"listen": "127.0.0.1:0"}}, [SocketcandPort, LawicelPort]),
+    ],
+)
+def test_a_hub_opens_the_ways_in_that_its_settings_ask_for(settings: dict[str, Any], ports: list[type]) -> None:
+    assert [type(port) for port in hub(**settings).ports()] == ports
