@@ -16,13 +16,19 @@ from fieldrig_bus.serial.model import SerialModel
 
 
 class SerialSettings(Settings):
-    baud: int = Field(9600, ge=1, le=10_000_000, description="bits a second, for each end until it says otherwise")
+    baud: int = Field(
+        default=9600, ge=1, le=10_000_000, description="bits a second, for each end until it says otherwise"
+    )
     data_bits: Literal[5, 6, 7, 8] = 8
     parity: Literal["N", "E", "O"] = "N"
     stop_bits: Literal[1, 2] = 1
-    paced: bool = Field(True, description="bytes take their time; false: they arrive at once")
-    chunk_us: int = Field(2000, ge=1, description="bytes are heard in chunks that take this long at most, or singly")
-    garbling: bool = Field(False, description="an end that expects another format than the sender's hears garbage")
+    paced: bool = Field(default=True, description="bytes take their time; false: they arrive at once")
+    chunk_us: int = Field(
+        default=2000, ge=1, description="bytes are heard in chunks that take this long at most, or singly"
+    )
+    garbling: bool = Field(
+        default=False, description="an end that expects another format than the sender's hears garbage"
+    )
 
     @property
     def format(self) -> Format:
@@ -30,8 +36,8 @@ class SerialSettings(Settings):
 
 
 class SerialHubSettings(SerialSettings):
-    attach: str | None = Field(None, description="tcp://host:port where devices of other machines attach")
-    connect: str | None = Field(None, description="tcp://host:port of the hub, as device processes see it")
+    attach: str | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
+    connect: str | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
 class SerialBus(ModelBus[SerialMessage]):

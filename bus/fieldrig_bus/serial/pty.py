@@ -21,7 +21,9 @@ from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 
 
 class SerialPtySettings(SerialHubSettings):
-    path: str | None = Field(None, description="where the link to the pty is; a relative path is in the run folder")
+    path: str | None = Field(
+        default=None, description="where the link to the pty is; a relative path is in the run folder"
+    )
 
 
 class SerialPty(SerialBus):

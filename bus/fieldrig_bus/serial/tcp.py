@@ -19,8 +19,10 @@ from fieldrig_bus.serial.outside import ClientPlace
 
 
 class SerialTcpSettings(SerialHubSettings):
-    listen: Address | None = Field(None, description="host:port where a client connects")
-    dial: Address | None = Field(None, description="host:port of a serial server to connect to, instead of listening")
+    listen: Address | None = Field(default=None, description="host:port where a client connects")
+    dial: Address | None = Field(
+        default=None, description="host:port of a serial server to connect to, instead of listening"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:

@@ -1,5 +1,6 @@
 """A serial line takes the time that its format says."""
 
+import itertools
 from typing import Any
 
 import pytest
@@ -192,9 +193,9 @@ def test_every_byte_arrives_once_in_order_and_not_faster_than_the_line(
         assert b"".join(bytes(data) for _, data in mine if isinstance(data, bytes)) == b"".join(
             data for _, sender, data in sent if sender == member
         )
-        for (before, _), (time, data) in zip(mine, mine[1:], strict=False):
-            assert isinstance(data, bytes)
-            assert time - before >= len(data) * 10 * S // baud - 1
+        for (before, _), (time, chunk) in itertools.pairwise(mine):
+            assert isinstance(chunk, bytes)
+            assert time - before >= len(chunk) * 10 * S // baud - 1
 
 
 def test_garbling_line_gives_garbage_to_who_expects_another_format() -> None:
