@@ -9,10 +9,13 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any, Protocol
 
 import pytest
+from addresses import free_port
+from hub_bench import HubBench, Where, hub_bench
 
 from fieldrig.link import Link
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
+from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.virtual import CanSettings, CanVirtual
 
 MARK = CanFrame(0x7FE, b"mark")
@@ -93,7 +96,36 @@ def virtual() -> Iterator[Wire]:
     yield VirtualWire()
 
 
-BACKENDS: dict[str, Callable[[], AbstractContextManager[Wire]]] = {"virtual": virtual}
+class HubWire:
+    """The hub, with its members in its process or attached to it."""
+
+    carries_fd = True
+
+    def __init__(self, bench: HubBench) -> None:
+        self._bench = bench
+        self.settle, self.pump = bench.settle, bench.pump
+        self.a, self.b, self.c = bench.join("a"), bench.join("b"), bench.join("c")
+
+    def garble(self, data: bytes) -> None:
+        with pytest.raises(ValueError, match=r"."):
+            self._bench.bus.decode(data)
+
+
+@contextmanager
+def hub(where: Where) -> Iterator[Wire]:
+    def can_hub(attach_at: str | None) -> CanHub:
+        return CanHub("can0", CanHubSettings(bitrate=1_000_000, data_bitrate=8_000_000, attach=attach_at))
+
+    with hub_bench(can_hub, where, free_port()) as bench:
+        yield HubWire(bench)
+
+
+BACKENDS: dict[str, Callable[[], AbstractContextManager[Wire]]] = {
+    "virtual": virtual,
+    "hub, in its process": lambda: hub("here"),
+    "hub, over a Unix socket": lambda: hub("unix"),
+    "hub, over TCP": lambda: hub("tcp"),
+}
 
 
 @pytest.fixture(params=BACKENDS)
