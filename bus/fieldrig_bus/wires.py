@@ -71,7 +71,7 @@ class WiresModel(BusModel[Signal]):
         due, self._due = self._due, []
         return due
 
-    def statistics(self) -> dict[str, float]:
+    def statistics(self, now_ns: int) -> dict[str, float]:
         return {"wires": float(len(self._present))}
 
 

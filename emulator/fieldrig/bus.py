@@ -62,8 +62,8 @@ class BusModel(ABC, Generic[M]):
     def collect(self, now_ns: int) -> list[Delivery[M]]:
         """Everything that arrives at or before `now_ns` and was not collected yet, in order of time."""
 
-    def statistics(self) -> dict[str, float]:
-        """Counters for `fieldrig status`, by name with unit."""
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        """Counters for `fieldrig status` as of `now_ns`, by name with unit."""
         return {}
 
 

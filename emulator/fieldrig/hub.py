@@ -109,6 +109,9 @@ class LocalHub:
             self._is_collecting = False
         self._wake_at(next_ns)
 
+    def statistics(self) -> dict[str, float]:
+        return self.model.statistics(self.clock.now_ns())
+
     async def open(self, serve: bool = True) -> None:
         """Open the ports, and with `serve` the sockets to which devices in other processes attach."""
         try:

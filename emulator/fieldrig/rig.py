@@ -103,7 +103,7 @@ class Rig:
         self._step({device: node}, self.now_ns, {})
 
     def statistics(self, bus: str) -> dict[str, float]:
-        return self._models[bus].statistics()
+        return self._models[bus].statistics(self.now_ns)
 
     def close(self) -> None:
         """Stop every device, the last started first."""

@@ -178,8 +178,9 @@ class CanBusModel(BusModel[CanFrame]):
         self._load.add(now_ns * per_ns, busy)
         return deliveries
 
-    def statistics(self) -> dict[str, float]:
-        """The load is that of the second before the last `collect`."""
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        """The load is that of the second before `now_ns`."""
+        self._load.add(now_ns * self._ticks_per_ns, 0)
         return {
             "frames": float(self._frames),
             "bits": float(self._bits),

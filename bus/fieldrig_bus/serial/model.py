@@ -97,7 +97,7 @@ class SerialModel(BusModel[SerialMessage]):
             self._collected_ns = time_ns
         return arrived
 
-    def statistics(self) -> dict[str, float]:
+    def statistics(self, now_ns: int) -> dict[str, float]:
         return {"characters": float(self._characters), "breaks": float(self._breaks)}
 
     def _send_bytes(self, now_ns: int, member: str, end: _End, data: bytes) -> None:

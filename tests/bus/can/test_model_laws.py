@@ -113,7 +113,7 @@ def test_told_late_or_not_time_never_runs_back(wishes: list[Wish]) -> None:
             assert start_ns(delivery) >= ends[-1] + (INTERMISSION_NS if ends[-1] else 0)
             ends.append(delivery.time_ns)
     model.collect(FOREVER)
-    assert model.statistics()["frames"] == len(wishes)
+    assert model.statistics(FOREVER)["frames"] == len(wishes)
 
 
 @pytest.mark.parametrize("bitrate", [None, 1_000_000, 83_333])

@@ -171,7 +171,7 @@ def test_counts_what_was_sent() -> None:
     model = line("a", "b")
     model.submit(0, "a", b"xyz")
     model.submit(0, "b", Break(1))
-    assert model.statistics() == {"characters": 3.0, "breaks": 1.0}
+    assert model.statistics(0) == {"characters": 3.0, "breaks": 1.0}
 
 
 @given(
