@@ -5,7 +5,7 @@ from random import Random
 from typing import Any
 
 from fieldrig.clock import Clock, VirtualClock
-from fieldrig.config import DeviceEntry, RigConfig
+from fieldrig.config import DeviceEntry, RigConfig, described
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
 from fieldrig.kinds import constructor_parameters, link_parameters
@@ -31,8 +31,7 @@ def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store
     try:
         return entry.cls(**{name: offered[name] for name in asked if name in offered})
     except (RigError, ValueError, OSError) as cause:
-        what, remedy = (cause.what, cause.remedy) if isinstance(cause, RigError) else (str(cause), "")
-        raise ConfigError([Mistake("", None, f"devices.{entry.name}", what, remedy)]) from cause
+        raise ConfigError([Mistake(*entry.place, f"devices.{entry.name}", *described(cause))]) from cause
 
 
 def try_devices(config: RigConfig) -> list[Mistake]:

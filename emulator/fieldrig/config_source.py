@@ -1,4 +1,8 @@
-"""Where the data of a rig comes from: its file, the files that it extends, and overrides from the command line."""
+"""Where the data of a rig comes from: its file, the file that this one extends, and overrides from the command line.
+
+`extends: other.yaml` takes the other file first and lays this one over it.  Mappings are merged, everything else is
+replaced; so is a bus or device that names its `kind` anew, and `name: null` takes one away.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,8 +10,6 @@ from typing import Any
 
 from fieldrig.errors import Mistake
 from fieldrig.yaml_source import Mark, Source, read
-
-SECTIONS = ("buses", "devices")
 
 
 def gather(path: Path, overrides: Sequence[str]) -> Source:
@@ -21,9 +23,11 @@ def gather(path: Path, overrides: Sequence[str]) -> Source:
 def _file(path: Path, extended_by: tuple[Path, ...]) -> Source:
     try:
         source = read(path.read_text(encoding="utf-8"), str(path))
+        source.folders = [path.absolute().parent]
+        source.marks.setdefault((), Mark(str(path), None))
     except (OSError, ValueError) as cause:
-        what = "it is not UTF-8 text" if isinstance(cause, ValueError) else _reason(cause)
-        return Source(mistakes=[Mistake(str(path), None, "", f"can't be read: {what}", "")])
+        what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
+        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", "")])
     if not isinstance(source.data, dict) or "extends" not in source.data:
         return source
     base = _base(source, path, (*extended_by, path.resolve()))
@@ -33,6 +37,7 @@ def _file(path: Path, extended_by: tuple[Path, ...]) -> Source:
         data=_over(base.data, source.data, 0),
         marks={**base.marks, **source.marks},
         mistakes=[*base.mistakes, *source.mistakes],
+        folders=[*source.folders, *base.folders],
     )
 
 
@@ -52,10 +57,6 @@ def _base(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Source |
     return _file(file, extended_by)
 
 
-def _reason(cause: OSError) -> str:
-    return cause.strerror or str(cause)
-
-
 def _over(base: Any, over: Any, depth: int) -> Any:
     """`over` laid over `base`; at depth 2 stand the buses and devices."""
     if not isinstance(base, dict) or not isinstance(over, dict) or (depth == 2 and "kind" in over):
@@ -70,20 +71,21 @@ def _over(base: Any, over: Any, depth: int) -> Any:
 
 
 def _override(source: Source, override: str) -> None:
+    """`buses.can0.bitrate=250000`: dots between keys, then a YAML value."""
     key, equals, text = override.partition("=")
-    file = f"--set {override}"
-    value = read(text, file)
-    if value.mistakes or not equals or not isinstance(source.data, dict):
-        source.mistakes.append(
-            Mistake(file, None, "", "this can't be set", "right would be --set buses.can0.bitrate=250000")
-        )
+    place = Mark(f"--set {override}", None)
+    value = read(text, place.file)
+    if not equals or value.mistakes:
+        right = "right would be a key and a value, like buses.can0.bitrate=250000"
+        source.mistakes.append(Mistake(*place, "", "it can't be understood", right))
         return
     path = tuple(key.split("."))
-    place = source.data
+    inner = source.data
     for part in path[:-1]:
-        place = place.setdefault(part, {})
-        if not isinstance(place, dict):
-            source.mistakes.append(Mistake(file, None, key, f"{part} holds no keys", "name a key of the rig file"))
-            return
-    place[path[-1]] = value.data
-    source.marks[path] = Mark(file, None)
+        inner = inner.setdefault(part, {}) if isinstance(inner, dict) else None
+    if isinstance(inner, dict):
+        inner[path[-1]] = value.data
+        source.marks[path] = place
+    else:
+        what = f"{'.'.join(path[:-1]) or 'the file'} holds no keys"
+        source.mistakes.append(Mistake(*place, key, what, "right would be a key of the rig file"))

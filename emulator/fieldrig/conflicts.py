@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from fieldrig.settings import Settings
+from fieldrig.wording import Finding
 from fieldrig.yaml_source import KeyPath
 
 if TYPE_CHECKING:
@@ -16,17 +17,15 @@ ANY_HOST = {"", "*", "0.0.0.0", "[::]"}
 OUTGOING = ("connect", "remote", "peer", "target")
 """A key with one of these in its name says where to go, not where to listen."""
 
-Conflict = tuple[KeyPath, str, str]
-
 
 def conflicts(
     buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]", control: str | None
-) -> Iterator[Conflict]:
+) -> Iterator[Finding]:
     yield from _same_ports(buses, control)
     yield from _same_node_ids(buses, devices)
 
 
-def _same_ports(buses: "Mapping[str, BusEntry]", control: str | None) -> Iterator[Conflict]:
+def _same_ports(buses: "Mapping[str, BusEntry]", control: str | None) -> Iterator[Finding]:
     """Two that want to listen on the same port, as far as it can be told from the form of the settings."""
     taken: list[tuple[bool, str, str, str]] = []
     places = [(("control",), control)] if control is not None else []
@@ -39,7 +38,7 @@ def _same_ports(buses: "Mapping[str, BusEntry]", control: str | None) -> Iterato
         is_udp, host, port = match["scheme"] == "udp", LOOPBACK.get(match["host"], match["host"]), match["port"]
         for other_udp, other_host, other_port, where in taken:
             if (is_udp, port) == (other_udp, other_port) and (host == other_host or ANY_HOST & {host, other_host}):
-                yield path, f"port {port} is taken by {where}", "give each a port of its own"
+                yield Finding(path, f"port {port} is taken by {where}", "give each a port of its own")
                 break
         taken.append((is_udp, host, port, ".".join(str(part) for part in path)))
 
@@ -55,7 +54,7 @@ def _texts(value: Any, path: KeyPath) -> list[tuple[KeyPath, str]]:
     return []
 
 
-def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]") -> Iterator[Conflict]:
+def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]") -> Iterator[Finding]:
     """Two nodes with one number on one CAN bus (CiA 301 has no answer to that)."""
     taken: dict[tuple[str, int], str] = {}
     for name, device in devices.items():
@@ -67,4 +66,4 @@ def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: "Mapping[str, Devic
             other = taken.setdefault((bus, node_id), name)
             if other != name:
                 what = f"node {node_id} on {bus} is {other} already"
-                yield ("devices", name, "node_id"), what, "give each node of a bus a number of its own"
+                yield Finding(("devices", name, "node_id"), what, "give each node of a bus a number of its own")

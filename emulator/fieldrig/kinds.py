@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from fieldrig.bus import Bus, Time
 from fieldrig.device import Device
@@ -23,7 +23,7 @@ from fieldrig.settings import Settings
 BUSES = "fieldrig.buses"
 DEVICES = "fieldrig.devices"
 
-INJECTED = frozenset({"self", "clock", "name", "settings", "store", "random"})
+INJECTED = frozenset({"clock", "name", "settings", "store", "random"})
 """Parameters of a device that are not links."""
 
 
@@ -80,25 +80,28 @@ def installed(group: str) -> dict[str, EntryPoint]:
 
 def settings_model(cls: type) -> type[Settings]:
     """The model that the annotation of the parameter `settings` names; an empty one without it."""
-    model = _hints(cls).get("settings")
+    parameter = constructor_parameters(cls).get("settings")
+    model = parameter.annotation if parameter is not None else None
     return model if isinstance(model, type) and issubclass(model, Settings) else Settings
 
 
 def link_parameters(cls: type[Device]) -> dict[str, LinkParameter]:
     """The links a device takes, in the order of its constructor."""
-    hints = _hints(cls)
     return {
-        name: _link_parameter(cls, parameter, hints.get(name))
+        name: _link_parameter(cls, parameter)
         for name, parameter in constructor_parameters(cls).items()
         if name not in INJECTED
     }
 
 
 def constructor_parameters(cls: type) -> dict[str, inspect.Parameter]:
-    """Named parameters of the constructor, without self."""
+    """Named parameters of the constructor, their annotations evaluated."""
+    try:
+        parameters = inspect.signature(cls, eval_str=True).parameters
+    except NameError as cause:
+        raise RigError(f"the constructor of {_path(cls)} can't be read: {cause}", "import what it names") from cause
     variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-    parameters = inspect.signature(cls.__init__).parameters  # type: ignore[misc]  # only read, never called
-    return {name: one for name, one in parameters.items() if one.kind not in variadic and name != "self"}
+    return {name: parameter for name, parameter in parameters.items() if parameter.kind not in variadic}
 
 
 def _find(kind: str, group: str, base: type[Any]) -> Any:
@@ -134,9 +137,11 @@ def _import(reference: str) -> object:
 
 
 def _of_class(kind: str, found: object, base: type[Any]) -> Any:
-    if isinstance(found, type) and issubclass(found, base):
-        return found
-    raise RigError(f'"{kind}" is not a {base.__name__.lower()}', f"it must be a subclass of {_path(base)}")
+    if not isinstance(found, type) or not issubclass(found, base):
+        raise RigError(f'"{kind}" is not a {base.__name__.lower()}', f"it must be a subclass of {_path(base)}")
+    if missing := sorted(getattr(found, "__abstractmethods__", ())):
+        raise RigError(f"{found.__name__} lacks {', '.join(missing)}", f"{_path(base)} says what they do")
+    return found
 
 
 def _is_for(name: str, time: Time, family: str) -> bool:
@@ -159,14 +164,8 @@ def _listed(group: str, base: type[Any]) -> Iterator[Kind]:
             yield Kind(name, f"({broken.what})")
 
 
-def _hints(cls: type) -> dict[str, Any]:
-    try:
-        return get_type_hints(cls.__init__)  # type: ignore[misc]  # only read, never called
-    except NameError as cause:
-        raise RigError(f"the constructor of {_path(cls)} can't be read: {cause}", "import what it names") from cause
-
-
-def _link_parameter(cls: type, parameter: inspect.Parameter, hint: Any) -> LinkParameter:
+def _link_parameter(cls: type, parameter: inspect.Parameter) -> LinkParameter:
+    hint = parameter.annotation
     choices = [choice for choice in _union(hint) if choice is not type(None)]
     is_optional = parameter.default is not inspect.Parameter.empty or len(choices) < len(_union(hint))
     hint = choices[0] if len(choices) == 1 else None
@@ -174,7 +173,7 @@ def _link_parameter(cls: type, parameter: inspect.Parameter, hint: Any) -> LinkP
     if is_many:
         (hint,) = get_args(hint)
     if hint is not Link and get_origin(hint) is not Link:
-        known = ", ".join(sorted(INJECTED - {"self"}))
+        known = ", ".join(sorted(INJECTED))
         raise RigError(
             f"the parameter {parameter.name} of {_path(cls)} is not a link",
             f"right would be a Link[...] or one of {known}",

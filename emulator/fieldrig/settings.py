@@ -6,7 +6,7 @@ A bus or device names its model by the annotation of its `settings` parameter.
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
 
 
 class Settings(BaseModel):
@@ -15,22 +15,23 @@ class Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
-def _existing_file(value: Any, info: ValidationInfo) -> Any:
-    """A path relative to the configuration file (validation context `folder`), made absolute."""
+def _existing_file(value: Any, info: ValidationInfo) -> Path:
+    """A path relative to the configuration file, made absolute.
+
+    Validation context: `folder`, or `folders` to look in, if the configuration extends one that lies elsewhere.
+    """
     if not isinstance(value, str | Path):
         raise ValueError("a path to a file, relative to the folder of this configuration")
-    folder = Path((info.context or {}).get("folder", "."))
-    path = (folder / value).resolve()
-    if not path.is_file():
-        raise ValueError(f"no such file: {path}")
-    return path
+    context = info.context or {}
+    paths = [(Path(folder) / value).resolve() for folder in context.get("folders", [context.get("folder", ".")])]
+    found = next((path for path in paths if path.is_file()), None)
+    if found is None:
+        raise ValueError(f"no such file: {paths[0]}")
+    return found
 
 
 ConfigFile = Annotated[
     Path,
-    BeforeValidator(_existing_file),
-    Field(
-        description="a file, relative to the folder of the configuration",
-        json_schema_extra={"type": "string"},
-    ),
+    PlainValidator(_existing_file, json_schema_input_type=str),
+    Field(description="a file, relative to the folder of the configuration"),
 ]

@@ -152,6 +152,8 @@ def _limits(part: dict[str, Any]) -> str:
     low, high = part.get("minimum"), part.get("maximum")
     if low is not None and high is not None:
         return f" from {low} to {high}"
+    if "examples" in part:
+        return f" like {part['examples'][0]}"
     words = {
         "minimum": "of at least {}",
         "maximum": "of at most {}",

@@ -1,13 +1,13 @@
 """A YAML file as plain Python values, with the line of every key.
 
-YAML 1.2: 010 is ten, `on` and 12:30 are text; dates stay text too.  Merge keys (`<<`) are known; tags, and keys that
-are lists or mappings, are refused.  Values are made from ruamel's node graph here: its own constructors stop at the
-first duplicate key, and give values that are not plain Python.
+YAML 1.2: 010 is ten, `on` and 12:30 are text; dates stay text too.  Merge keys (`<<`) are known; tags are refused, and
+keys that are neither text nor whole numbers.  Values are made from ruamel's node graph here: its own constructors stop
+at the first duplicate key, and give values that are not plain Python.
 """
 
 import warnings
-from collections.abc import Hashable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
@@ -24,6 +24,9 @@ TEXTS = {TAG + name for name in ("str", "timestamp", "value")}
 BASES = {"0x": 16, "0o": 8, "0b": 2}
 CONTAINERS = {TAG + "map", TAG + "seq"}
 
+LONGEST_INT = 100
+"""Digits; nothing here is that large, and Python refuses to print ints of 4300 digits."""
+
 LARGEST = 100_000
 """Nodes after aliases are followed: more is a mistake (or malice), not a rig."""
 
@@ -35,6 +38,9 @@ class Mark(NamedTuple):
     line: int | None
 
 
+NOWHERE = Mark("", None)
+
+
 @dataclass
 class Source:
     """What was read: `data` without the places, and the places by key path."""
@@ -42,6 +48,8 @@ class Source:
     data: Any = None
     marks: dict[KeyPath, Mark] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
+    folders: list[Path] = field(default_factory=list)
+    """Where the files are that the data names: beside the file it stands in, or one that this one extends."""
 
     def mark(self, path: KeyPath) -> Mark:
         """Where a key stands, or, if it isn't there, the nearest key above it."""
@@ -52,7 +60,7 @@ class Source:
             data, length = data[part], length + 1
         while length and path[:length] not in self.marks:
             length -= 1
-        return self.marks.get(path[:length], Mark("", None))
+        return self.marks.get(path[:length], NOWHERE)
 
 
 def read(text: str, file: str) -> Source:
@@ -142,9 +150,9 @@ class _Reader:
             if key_node.tag == MERGE:
                 continue
             key = self.value(key_node, path)
-            here = (*path, key) if isinstance(key, Hashable) else path
-            if here == path:
-                self._mistake(key_node, path, "a key must be a name or a number", "take the brackets away")
+            here = (*path, key)
+            if type(key) not in (str, int):
+                self._mistake(key_node, path, "a key is a name or a whole number", "right would be quotes around it")
             elif key in own:
                 first = self._source.marks[here].line
                 self._mistake(key_node, here, f"the same key stands in line {first}", "keep one of the two")
@@ -173,6 +181,16 @@ class _Reader:
             return None
         if tag not in TEXTS:
             self._refuse_tag(node, path)
+        return self._text(node, path)
+
+    def _text(self, node: ScalarNode, path: KeyPath) -> str:
+        """Escapes can say code points that no text has."""
+        text: str = node.value
+        try:
+            text.encode()
+        except UnicodeEncodeError:
+            self._mistake(node, path, "half of a surrogate pair is no character", "right would be \\U and 8 digits")
+            return text.encode(errors="replace").decode()
         return text
 
     def _refuse_tag(self, node: Any, path: KeyPath) -> None:
@@ -190,7 +208,7 @@ def _int(text: str) -> int | str:
     digits = text.replace("_", "").lower()
     unsigned = digits.lstrip("+-")
     try:
-        return int(digits, BASES.get(unsigned[:2], 10))
+        return int(digits, BASES.get(unsigned[:2], 10)) if len(digits) <= LONGEST_INT else text
     except ValueError:
         return text
 

@@ -1,0 +1,60 @@
+"""The keys of a rig file that do not belong to a kind, as the models that check them."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from fieldrig.bus import Time
+from fieldrig.settings import Settings
+
+NAME = r"^[a-z][a-z0-9_-]*$"
+CONTROL = r"^((tcp|udp|tls|quic|ws)/[^/\s]+:[0-9]{1,5}|unixsock-stream/\S+)$"
+SECTIONS = ("buses", "devices", "extends")
+"""Keys of a rig file that are not in `RigKeys`."""
+
+Name = Annotated[str, Field(pattern=NAME, examples=["rack-1"])]
+OnExit = Literal["restart", "stop", "ignore"]
+Names = str | list[str]
+
+
+class RigKeys(Settings):
+    """Keys of a rig file beside its sections."""
+
+    time: Time = Field(description="real: the computer's clock; virtual: one that the rig moves")
+    name: Name | None = Field(None, description="name of the rig; without it the file's")
+    seed: int = Field(0, description="all chance in the rig follows from it")
+    speed: Annotated[float, Field(gt=0)] | Literal["max"] | None = Field(
+        1.0, description="virtual seconds per second; only with time: virtual"
+    )
+    processes: Literal["one", "each"] = Field(
+        "one", description="one process for all devices, or one for each; only with time: virtual"
+    )
+    control: str = Field(
+        "tcp/127.0.0.1:7447",
+        pattern=CONTROL,
+        examples=["tcp/127.0.0.1:7447"],
+        description="Zenoh endpoint of the control service",
+    )
+    run: str | None = Field(None, description="folder for sockets, ptys, logs and memories; without it run/NAME")
+    start_timeout_s: float = Field(10.0, gt=0, description="how long a process may take to be ready")
+
+
+class BusKeys(Settings):
+    """Keys that every bus has beside the settings of its kind."""
+
+    kind: str = Field(description='what it is: a kind that is installed, or "module:Class" of your own')
+    process: Name | None = Field(None, description="process that runs its hub; without it one of its own")
+
+
+class DeviceKeys(Settings):
+    """Keys that every device has beside the settings of its kind."""
+
+    kind: str = Field(description='what it is: a kind that is installed, or "module:Class" of your own')
+    links: dict[str, Names] = Field(default_factory=dict, description="the bus, or the buses, at each of its links")
+    process: Name | None = Field(None, description="process that it runs in; without it one of its own")
+    on_exit: OnExit = Field("restart", description="what happens when its process dies")
+    after: Names = Field(default_factory=list, description="device, or list of devices, that start before it")
+
+
+def as_tuple(names: Names) -> tuple[str, ...]:
+    return tuple(names) if isinstance(names, list) else (names,)

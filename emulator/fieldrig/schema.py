@@ -1,0 +1,109 @@
+"""JSON Schema (draft 2020-12) of a rig file over all installed kinds, so that an editor completes and explains keys.
+
+What a schema can't say (links that fit, names that exist, classes of one's own) is left to `fieldrig check`.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from fieldrig import kinds
+from fieldrig.config_keys import NAME, BusKeys, DeviceKeys, RigKeys
+from fieldrig.errors import RigError
+from fieldrig.kinds import Kind, LinkParameter
+from fieldrig.settings import Settings
+
+Schema = dict[str, Any]
+
+
+def json_schema() -> Schema:
+    definitions: Schema = {}
+    rig = _of_model(RigKeys, "rig", definitions)
+    buses = _of_model(BusKeys, "bus", definitions)["properties"]
+    devices = _of_model(DeviceKeys, "device", definitions)["properties"]
+    installed_buses, installed_devices = kinds.list_buses(), kinds.list_devices()
+    _add_kinds(installed_buses, kinds.find_bus, buses, definitions)
+    _add_kinds(installed_devices, kinds.find_device, devices, definitions)
+    with_kind = {"additionalProperties": {"required": ["kind"]}}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "fieldrig rig file",
+        "type": "object",
+        "properties": {
+            "extends": {"type": "string", "description": "a rig file that this one is laid over, relative to this one"},
+            **rig["properties"],
+            "buses": _section(installed_buses, buses, definitions, "the buses, by name"),
+            "devices": _section(installed_devices, devices, definitions, "the devices, by name"),
+        },
+        "additionalProperties": False,
+        # What a file leaves out, the one that it extends may have.
+        "if": {"required": ["extends"]},
+        "else": {"required": rig["required"], "properties": {"buses": with_kind, "devices": with_kind}},
+        "$defs": definitions,
+    }
+
+
+def _of_model(model: type[Settings], prefix: str, definitions: Schema) -> Schema:
+    """The schema of a model; what it refers to goes into `definitions`, under names of its own."""
+    schema = model.model_json_schema(ref_template=f"#/$defs/{prefix}.{{model}}")
+    definitions |= {f"{prefix}.{name}": part for name, part in schema.pop("$defs", {}).items()}
+    return schema
+
+
+def _add_kinds(listed: Iterable[Kind], find: Callable[[str], type[Any]], common: Schema, definitions: Schema) -> None:
+    for kind in listed:
+        try:
+            cls = find(kind.name)
+        except RigError:
+            continue  # a library that it needs is not installed: nothing is known of its keys
+        settings = _of_model(kinds.settings_model(cls), kind.name, definitions)
+        definitions[kind.name] = {
+            "properties": {**common, **_links_of(cls, common), **settings.get("properties", {})},
+            "required": ["kind", *settings.get("required", [])],
+            "additionalProperties": False,
+        }
+
+
+def _section(listed: list[Kind], common: Schema, definitions: Schema, about: str) -> Schema:
+    """Entries by name: each with the keys of its kind, or with any keys if its class is the user's own."""
+    known = [{"const": kind.name, "description": kind.about} for kind in listed]
+    own = {"type": "string", "pattern": ":", "description": '"module:Class", a class of your own'}
+    by_kind = [
+        {
+            "if": {"properties": {"kind": {"const": kind.name}}, "required": ["kind"]},
+            "then": {"$ref": f"#/$defs/{kind.name}"},
+        }
+        for kind in listed
+        if kind.name in definitions
+    ]
+    return {
+        "type": ["object", "null"],
+        "description": about,
+        "propertyNames": {"pattern": NAME},
+        "additionalProperties": {
+            "type": ["object", "null"],
+            "properties": {**common, "kind": {**common["kind"], "anyOf": [*known, own]}},
+            "allOf": by_kind,
+        },
+    }
+
+
+def _links_of(cls: type[Any], common: Schema) -> Schema:
+    if "links" not in common:
+        return {}
+    parameters = kinds.link_parameters(cls)
+    return {
+        "links": {
+            **common["links"],
+            "properties": {name: _link(parameter) for name, parameter in parameters.items()},
+            "required": [name for name, parameter in parameters.items() if parameter.required],
+            "additionalProperties": False,
+        }
+    }
+
+
+def _link(parameter: LinkParameter) -> Schema:
+    messages = " and ".join(message.__name__ for message in parameter.messages) or "any messages"
+    if not parameter.many:
+        return {"type": "string", "description": f"a bus of {messages}"}
+    either = [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": int(parameter.required)}]
+    return {"anyOf": either, "description": f"a bus of {messages}, or a list of them"}

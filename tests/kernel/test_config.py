@@ -1,0 +1,555 @@
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig.config import RigConfig, from_dict, load, start_order
+from fieldrig.errors import ConfigError, Mistake
+
+HERE = Path(__file__).parent
+NODE = "config_kinds:Node"
+
+Loaded = Callable[..., RigConfig]
+Refused = Callable[..., list[str]]
+
+
+@pytest.fixture(autouse=True)
+def _kinds_can_be_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(HERE))
+
+
+@pytest.fixture
+def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Loaded:
+    """Loads a rig file of this text."""
+    monkeypatch.chdir(tmp_path)
+
+    def load_text(text: str, *overrides: str, only: set[str] | None = None) -> RigConfig:
+        Path("rig.yaml").write_text(dedent(text))
+        return load(Path("rig.yaml"), overrides, only)
+
+    return load_text
+
+
+@pytest.fixture
+def refused(loaded: Loaded) -> Refused:
+    """The mistakes of a rig file of this text, as they are printed."""
+
+    def mistakes(text: str, *overrides: str) -> list[str]:
+        with pytest.raises(ConfigError) as caught:
+            loaded(text, *overrides)
+        return [str(mistake) for mistake in caught.value.mistakes]
+
+    return mistakes
+
+
+RIGHT = """\
+    time: virtual
+    seed: 7
+    speed: max
+    processes: each
+    start_timeout_s: 5
+    buses:
+      can0: {kind: "config_kinds:CanLine", bitrate: 250000, process: rack}
+      words: {kind: "config_kinds:WordLine"}
+    devices:
+      io:
+        kind: "config_kinds:Node"
+        node_id: 20
+        links: {can: can0, words: [words]}
+        after: reader
+        on_exit: stop
+        process: rack
+      reader: {kind: "config_kinds:Reader", links: {words: words}}
+"""
+
+
+def test_a_right_file_becomes_a_rig(loaded: Loaded) -> None:
+    config = loaded(RIGHT)
+    assert (config.name, config.time, config.seed, config.speed) == ("rig", "virtual", 7, None)
+    assert (config.processes, config.start_timeout_s, config.run) == ("each", 5, Path("run/rig"))
+    can0, words = config.buses.values()
+    assert (can0.name, can0.bus.settings.bitrate, can0.process) == ("can0", 250_000, "rack")
+    assert (words.kind, words.process) == ("config_kinds:WordLine", None)
+    io, reader = config.devices.values()
+    assert io.links == {"can": ("can0",), "words": ("words",)}
+    assert (set(io.many), io.after, io.on_exit, io.process) == ({"words"}, ("reader",), "stop", "rack")
+    assert (reader.links, reader.on_exit, reader.process) == ({"words": ("words",)}, "restart", "reader")
+
+
+def test_what_is_left_out_has_its_default(loaded: Loaded) -> None:
+    config = loaded("time: real")
+    assert (config.seed, config.speed, config.processes, config.start_timeout_s) == (0, 1.0, "one", 10)
+    assert config.control == "tcp/127.0.0.1:7447"
+
+
+def test_empty_sections_are_no_mistake(loaded: Loaded) -> None:
+    config = loaded("time: real\nbuses:\ndevices:\n")
+    assert (config.buses, config.devices) == ({}, {})
+
+
+FIVE_MISTAKES = """\
+# A rig with five mistakes in it.
+time: virtual
+buses:
+  can0: {kind: "config_kinds:CanLine", bitrat: 250000}
+  com1: {kind: serial.tcp, listen: "127.0.0.1:5000"}
+devices:
+  io:
+    kind: "config_kinds:Node"
+    node_id: 200
+    links: {can: can1}
+  press: {kind: canopen.nod, links: {can: can0}}
+"""
+
+FIVE_MESSAGES = """\
+five.yaml:4: buses.can0.bitrat: there is no such key
+    did you mean bitrate?
+five.yaml:5: buses.com1.kind: serial.tcp doesn't run with time: virtual
+    kinds that do: serial.virtual
+five.yaml:9: devices.io.node_id: 200 doesn't fit
+    right would be a whole number from 1 to 127 (number on the bus)
+five.yaml:10: devices.io.links.can: there is no bus "can1"
+    did you mean can0?
+five.yaml:11: devices.press.kind: there is no kind "canopen.nod"
+    did you mean canopen.node?"""
+
+
+def test_five_mistakes_give_five_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("five.yaml").write_text(FIVE_MISTAKES)
+    with pytest.raises(ConfigError) as caught:
+        load(Path("five.yaml"))
+    assert str(caught.value) == FIVE_MESSAGES
+
+
+def test_a_mistake_has_parts_for_programs(tmp_path: Path) -> None:
+    file = tmp_path / "rig.yaml"
+    file.write_text("time: real\nsed: 1\n")
+    with pytest.raises(ConfigError) as caught:
+        load(file)
+    assert caught.value.mistakes == [Mistake(str(file), 2, "sed", "there is no such key", "did you mean seed?")]
+
+
+LINES = """\
+    time: virtual
+    buses:
+      can0: {kind: "config_kinds:CanLine"}
+      words: {kind: "config_kinds:WordLine"}
+    devices:
+"""
+
+
+ONE_TO_127 = "right would be a whole number from 1 to 127 (number on the bus)"
+
+
+@pytest.mark.parametrize(
+    ("line", "what", "remedy"),
+    [
+        # links
+        ("links: {}", ".links.can: this link is missing", "buses that fit: can0"),
+        ("node_id: 5", ".links.can: this link is missing", "buses that fit: can0"),
+        ("links: {cn: words, can: can0}", ".links.cn: the device has no such link", "did you mean can?"),
+        ("links: {can: [can0]}", ".links.can: this link takes one bus, not a list", "right would be can: BUS"),
+        (
+            "links: {can: words}",
+            ".links.can: words (config_kinds:WordLine) carries Word and Gap, not Frame",
+            "buses that fit: can0",
+        ),
+        (
+            "links: {can: can0, words: [words, words]}",
+            ".links: words is linked twice",
+            "a device has one end of a bus",
+        ),
+        ("links: can0", '.links: "can0" doesn\'t fit', "right would be a mapping of keys to values"),
+        ("links: {can: 0}", ".links.can: 0 doesn't fit", "right would be a text or a list"),
+        # the other keys of every device
+        (
+            "links: {can: can0}, on_exit: reboot",
+            '.on_exit: "reboot" doesn\'t fit',
+            "right would be restart or stop or ignore (what happens when its process dies)",
+        ),
+        (
+            "links: {can: can0}, process: A",
+            '.process: "A" doesn\'t fit',
+            "right would be a text like rack-1 or null (process that it runs in; without it one of its own)",
+        ),
+        ("links: {can: can0}, after: oi", '.after: there is no other device "oi"', "there are none"),
+        ("links: {can: can0}, after: io", '.after: there is no other device "io"', "there are none"),
+        ("links: {can: can0}, onexit: stop", ".onexit: there is no such key", "did you mean on_exit?"),
+        # the settings of this kind
+        ('links: {can: can0}, node_id: "7"', '.node_id: "7" doesn\'t fit', ONE_TO_127),
+        ("links: {can: can0}, node_id: true", ".node_id: true doesn't fit", ONE_TO_127),
+        ("links: {can: can0}, node_id: 7.5", ".node_id: 7.5 doesn't fit", ONE_TO_127),
+        ("links: {can: can0}, mode: fst", '.mode: "fst" doesn\'t fit', "right would be fast or slow"),
+        ("links: {can: can0}, pair: [1, x]", '.pair[1]: "x" doesn\'t fit', "right would be a whole number"),
+        (
+            "links: {can: can0}, ties: {a: {wire: w, scale: 0}}",
+            ".ties.a.scale: 0 doesn't fit",
+            "right would be a number above 0",
+        ),
+        ("links: {can: can0}, ties: {a: {scale: 2}}", ".ties.a.wire: this key is missing", "right would be a text"),
+        (
+            "links: {can: can0}, ties: {a: {wire: w, scal: 2}}",
+            ".ties.a.scal: there is no such key",
+            "did you mean scale?",
+        ),
+        (
+            "links: {can: can0}, ties: {a: 5}",
+            ".ties.a: 5 doesn't fit",
+            "right would be a text or a mapping of keys to values",
+        ),
+    ],
+)
+def test_a_mistake_in_a_device_is_explained(refused: Refused, line: str, what: str, remedy: str) -> None:
+    number = "" if "node_id" in line else "node_id: 5, "
+    text = LINES + f'      io: {{kind: "{NODE}", {number}{line}}}\n'
+    assert refused(text) == [f"rig.yaml:6: devices.io{what}\n    {remedy}"]
+
+
+REAL_OR_VIRTUAL = "right would be real or virtual (real: the computer's clock; virtual: one that the rig moves)"
+A_NAME = "right would be small letters, digits, _ and -, a letter first"
+
+
+@pytest.mark.parametrize(
+    ("text", "what", "remedy"),
+    [
+        ("", ": the file is empty", "it needs `time: real` or `time: virtual`, and devices"),
+        ("- a\n", ':1: ["a"] doesn\'t fit', "right would be a mapping of names to values"),
+        ("seed: 1\n", ":1: time: this key is missing", REAL_OR_VIRTUAL),
+        ("time: reel\n", ':1: time: "reel" doesn\'t fit', REAL_OR_VIRTUAL),
+        (
+            "time: real\nseed: 1.5\n",
+            ":2: seed: 1.5 doesn't fit",
+            "right would be a whole number (all chance in the rig follows from it)",
+        ),
+        (
+            "time: real\nspeed: 2\n",
+            ":2: speed: it has no meaning with time: real",
+            "take it away, or set time: virtual",
+        ),
+        (
+            "time: virtual\nspeed: 0\n",
+            ":2: speed: 0 doesn't fit",
+            "right would be a number above 0 or max or null (virtual seconds per second; only with time: virtual)",
+        ),
+        (
+            "time: real\ncontrol: 127.0.0.1:7447\n",
+            ':2: control: "127.0.0.1:7447" doesn\'t fit',
+            "right would be a text like tcp/127.0.0.1:7447 (Zenoh endpoint of the control service)",
+        ),
+        (
+            "time: real\nbuses: [can0]\n",
+            ':2: buses: ["can0"] doesn\'t fit',
+            "right would be a mapping of names to values",
+        ),
+        (
+            "time: real\nbuses:\n  can0:\n",
+            ":3: buses.can0: null doesn't fit",
+            "right would be a mapping with a `kind`",
+        ),
+        (
+            "time: real\nbuses:\n  can0: {}\n",
+            ":3: buses.can0.kind: this key is missing",
+            'right would be a text (what it is: a kind that is installed, or "module:Class" of your own)',
+        ),
+        ("time: real\nbuses:\n  Can0: {kind: can.hub}\n", ':3: buses.Can0: "Can0" is not a name', A_NAME),
+        ("time: real\nbuses:\n  0: {kind: can.hub}\n", ":3: buses[0]: 0 is not a name", A_NAME),
+        ("time: real\ntime: virtual\n", ":2: time: the same key stands in line 1", "keep one of the two"),
+        (
+            "time: real\n  seed: 1\n",
+            ":2: this is not YAML: mapping values are not allowed here",
+            "look at the indentation, colons and quotes here",
+        ),
+    ],
+)
+def test_a_mistake_in_the_file_is_explained(refused: Refused, text: str, what: str, remedy: str) -> None:
+    assert refused(text) == [f"rig.yaml{what}\n    {remedy}"]
+
+
+def test_a_file_that_is_not_there_or_not_text_is_a_mistake(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"no\.yaml: it can't be read: No such file or directory"):
+        load(tmp_path / "no.yaml")
+    (tmp_path / "latin.yaml").write_bytes(b"time: r\xe9al")
+    with pytest.raises(ConfigError, match=r"latin\.yaml: it can't be read: it is not UTF-8 text"):
+        load(tmp_path / "latin.yaml")
+
+
+def test_a_bus_that_refuses_its_settings_is_named(refused: Refused) -> None:
+    text = LINES.replace('CanLine"', 'CanLine", bitrate: 666666')
+    assert refused(text) == ["rig.yaml:3: buses.can0: no crystal gives 666666 bit/s\n    take 500000"]
+
+
+def test_links_to_a_bus_that_is_wrong_in_itself_are_no_further_mistake(refused: Refused) -> None:
+    text = LINES.replace("CanLine", "CanLin") + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}}}\n'
+    assert len(refused(text)) == 1
+
+
+def test_a_bus_and_a_device_cannot_share_a_name(refused: Refused) -> None:
+    text = LINES + f'      can0: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}}}\n'
+    assert refused(text) == ["rig.yaml:6: devices.can0: a bus is called can0 too\n    give each a name of its own"]
+
+
+def test_two_nodes_of_a_bus_cannot_share_a_number(refused: Refused) -> None:
+    node = f'{{kind: "{NODE}", node_id: 5, links: {{can: can0}}}}'
+    (mistake,) = refused(LINES + f"      one: {node}\n      two: {node}\n")
+    assert mistake.startswith("rig.yaml:7: devices.two.node_id: node 5 on can0 is one already")
+
+
+def test_two_nodes_on_two_buses_may_share_a_number(loaded: Loaded) -> None:
+    node = f'kind: "{NODE}", node_id: 5, links'
+    text = LINES.replace("words:", 'can1: {kind: "config_kinds:CanLine"}\n      words:')
+    config = loaded(text + f"      one: {{{node}: {{can: can0}}}}\n      two: {{{node}: {{can: can1}}}}\n")
+    assert len(config.devices) == 2
+
+
+@pytest.mark.parametrize("other", ["127.0.0.1:5000", "localhost:5000", "0.0.0.0:5000", "tcp://127.0.0.1:5000"])
+def test_two_buses_cannot_listen_on_one_port(refused: Refused, other: str) -> None:
+    text = LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:5000"')
+    (mistake,) = refused(text.replace('WordLine"', f'WordLine", also: ["{other}"]'))
+    assert mistake.startswith("rig.yaml:4: buses.words.also[0]: port 5000 is taken by buses.can0.listen")
+
+
+def test_a_bus_cannot_listen_where_the_control_service_does(refused: Refused) -> None:
+    (mistake,) = refused(LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:7447"'))
+    assert "port 7447 is taken by control" in mistake
+
+
+@pytest.mark.parametrize("other", ["127.0.0.2:5000", "127.0.0.1:0", "127.0.0.1:5001", "udp://127.0.0.1:5000"])
+def test_other_hosts_ports_and_protocols_do_not_meet(loaded: Loaded, other: str) -> None:
+    text = LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:5000"')
+    assert loaded(text.replace('WordLine"', f'WordLine", listen: "{other}"'))
+
+
+def test_a_port_that_a_bus_connects_to_is_not_taken(loaded: Loaded) -> None:
+    text = LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:5000"')
+    assert loaded(text.replace('WordLine"', 'WordLine", connect: "127.0.0.1:5000"'))
+
+
+READER = 'kind: "config_kinds:Reader", links: {words: words}'
+
+
+def test_devices_start_after_those_they_name_else_in_the_order_of_the_file(loaded: Loaded) -> None:
+    text = LINES + f"      d: {{{READER}, after: [b, a]}}\n      c: {{{READER}, after: d}}\n"
+    text += f"      b: {{{READER}}}\n      a: {{{READER}}}\n"
+    assert start_order(loaded(text)) == ["b", "a", "d", "c"]
+
+
+def test_devices_that_wait_for_each_other_are_a_mistake(refused: Refused) -> None:
+    text = LINES + f"      a: {{{READER}, after: b}}\n      b: {{{READER}, after: a}}\n      c: {{{READER}}}\n"
+    assert refused(text) == ["rig.yaml:6: devices.a.after: these wait for each other: a, b\n    take one `after` away"]
+
+
+def test_files_are_found_from_the_folder_of_the_rig_file(loaded: Loaded, tmp_path: Path) -> None:
+    (tmp_path / "io.txt").write_text("x")
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: io.txt}}\n'
+    assert loaded(text).devices["io"].settings.model_dump()["file"] == tmp_path / "io.txt"
+
+
+def test_a_file_that_is_missing_is_a_mistake(refused: Refused, tmp_path: Path) -> None:
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: io.txt}}\n'
+    (mistake,) = refused(text)
+    assert mistake.startswith(f"rig.yaml:6: devices.io.file: no such file: {tmp_path}/io.txt\n    right would be")
+
+
+def test_settings_may_be_tuples_paths_and_maps_from_numbers(loaded: Loaded) -> None:
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 0x10, links: {{can: can0}}, '
+    settings = loaded(text + "pair: [1, 2], folder: a/b, units: {1: one}}\n").devices["io"].settings.model_dump()
+    assert settings["node_id"] == 16
+    assert (settings["pair"], settings["folder"], settings["units"]) == ((1, 2), Path("a/b"), {1: "one"})
+
+
+def test_a_class_beside_the_rig_file_is_found(loaded: Loaded, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", sys.path[:])
+    (tmp_path / "mixer_of_mine.py").write_text("from fieldrig.device import Device\nclass Mixer(Device): ...\n")
+    config = loaded('time: real\ndevices:\n  mixer: {kind: "mixer_of_mine:Mixer"}\n')
+    assert config.devices["mixer"].cls.__name__ == "Mixer"
+
+
+# -- extends and overrides
+
+
+@pytest.fixture
+def base(tmp_path: Path) -> Path:
+    folder = tmp_path / "base"
+    folder.mkdir()
+    (folder / "io.txt").write_text("x")
+    (folder / "base.yaml").write_text(
+        dedent(LINES) + f'  io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: io.txt}}\n'
+    )
+    return folder / "base.yaml"
+
+
+def test_a_file_is_laid_over_the_one_it_extends(loaded: Loaded, base: Path) -> None:
+    config = loaded(
+        f"""\
+        extends: {base}
+        seed: 9
+        devices:
+          io: {{node_id: 6}}
+          reader: {{{READER}}}
+        """
+    )
+    assert (config.time, config.seed, list(config.devices)) == ("virtual", 9, ["io", "reader"])
+    io = config.devices["io"].settings.model_dump()
+    assert (io["node_id"], io["file"]) == (6, base.parent / "io.txt")
+
+
+def test_an_entry_that_names_its_kind_starts_anew_and_null_takes_one_away(loaded: Loaded, base: Path) -> None:
+    config = loaded(
+        f"""\
+        extends: {base}
+        buses: {{words: null}}
+        devices: {{io: {{kind: "{NODE}", node_id: 7, links: {{can: can0}}}}}}
+        """
+    )
+    assert list(config.buses) == ["can0"]
+    assert config.devices["io"].settings.model_dump()["file"] is None
+
+
+def test_a_mistake_names_the_file_that_it_stands_in(refused: Refused, base: Path) -> None:
+    base.write_text(base.read_text().replace("node_id: 5", "node_id: 500"))
+    first, second = refused(f"extends: {base}\nseed: x\n")
+    assert first.startswith(f"{base}:6: devices.io.node_id: 500 doesn't fit")
+    assert second.startswith("rig.yaml:2: seed:")
+
+
+@pytest.mark.parametrize(
+    ("value", "what"),
+    [
+        ("5", "it takes one file"),
+        ("no.yaml", "no such file: no.yaml"),
+        ("rig.yaml", "rig.yaml extends this file in turn"),
+    ],
+)
+def test_a_file_that_cannot_be_extended_is_a_mistake(refused: Refused, value: str, what: str) -> None:
+    (mistake,) = refused(f"time: real\nextends: {value}\n")
+    assert mistake.startswith(f"rig.yaml:2: extends: {what}\n")
+
+
+def test_overrides_are_laid_over_the_file(loaded: Loaded) -> None:
+    config = loaded(RIGHT, "buses.can0.bitrate=100000", "seed=0x10", "devices.io.ties.x=w", "start_timeout_s=2.5")
+    assert (config.buses["can0"].bus.settings.bitrate, config.seed, config.start_timeout_s) == (100_000, 16, 2.5)
+    assert config.devices["io"].settings.model_dump()["ties"] == {"x": "w"}
+
+
+@pytest.mark.parametrize(
+    ("override", "what", "remedy"),
+    [
+        ("seed", "it can't be understood", "right would be a key and a value, like buses.can0.bitrate=250000"),
+        ("seed=[", "it can't be understood", "right would be a key and a value, like buses.can0.bitrate=250000"),
+        ("seed.x=1", "seed.x: seed holds no keys", "right would be a key of the rig file"),
+        ("sed=1", "sed: there is no such key", "did you mean seed?"),
+        (
+            "buses.can0.bitrate=1",
+            "buses.can0.bitrate: 1 doesn't fit",
+            "right would be a whole number from 10000 to 1000000 (bit/s)",
+        ),
+    ],
+)
+def test_an_override_that_is_wrong_is_named(refused: Refused, override: str, what: str, remedy: str) -> None:
+    assert refused(RIGHT, override) == [f"--set {override}: {what}\n    {remedy}"]
+
+
+def test_a_process_loads_only_what_it_hosts(loaded: Loaded) -> None:
+    text = RIGHT + '      other: {kind: "nowhere:Press", links: {x: words}}\n'
+    config = loaded(text, only={"io"})
+    assert (list(config.buses), list(config.devices)) == (["can0", "words"], ["io"])
+    config = loaded(text, only={"words"})
+    assert (list(config.buses), list(config.devices)) == (["words"], [])
+
+
+# -- from memory
+
+
+def test_a_rig_may_come_from_a_dict(tmp_path: Path) -> None:
+    (tmp_path / "io.txt").write_text("x")
+    node = {"kind": NODE, "node_id": 5, "links": {"can": "can0"}, "file": tmp_path / "io.txt", "pair": (1, 2)}
+    data = {"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": {"io": node}}
+    data["buses"] = {"can0": {"kind": "config_kinds:CanLine"}}
+    config = from_dict(data, tmp_path)
+    assert config.devices["io"].settings.model_dump()["pair"] == (1, 2)
+
+
+def test_a_mistake_in_a_dict_has_no_place() -> None:
+    with pytest.raises(ConfigError) as caught:
+        from_dict({"time": "virtual", "sed": 1})
+    assert str(caught.value) == "sed: there is no such key\n    did you mean seed?"
+
+
+# -- garbage
+
+
+@pytest.fixture(scope="module")
+def garbage_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("garbage") / "rig.yaml"
+
+
+def only_mistakes(act: Callable[[], RigConfig]) -> None:
+    try:
+        act()
+    except ConfigError as wrong:
+        str(wrong).encode()  # half surrogates could not be printed
+
+
+@settings(max_examples=300, deadline=None)
+@given(text=st.text() | st.text(alphabet="[]{}:,-?|>&*!%#'\"\\ \n\tabUx0<~.="))
+def test_garbage_is_a_mistake(garbage_file: Path, text: str) -> None:
+    garbage_file.write_text(text, encoding="utf-8", newline="")
+    only_mistakes(lambda: load(garbage_file))
+
+
+@settings(max_examples=100, deadline=None)
+@given(data=st.binary())
+def test_bytes_are_a_mistake(garbage_file: Path, data: bytes) -> None:
+    garbage_file.write_bytes(data)
+    only_mistakes(lambda: load(garbage_file))
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_a_right_file_with_a_slip_is_right_or_a_mistake(garbage_file: Path, data: st.DataObject) -> None:
+    text = dedent(RIGHT)
+    position = data.draw(st.integers(0, len(text)))
+    length = data.draw(st.integers(0, 10))
+    slip = data.draw(st.text(alphabet='[]{}:,- \n"ab01~', max_size=4))
+    garbage_file.write_text(text[:position] + slip + text[position + length :])
+    only_mistakes(lambda: load(garbage_file))
+
+
+JSON_VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.sampled_from(["can0", NODE, "io", "x"]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["kind", "links", "after", "process", "can", "can0", "io", "ties", "pair", "node_id"]),
+            inner,
+        )
+    ),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    rest=st.dictionaries(st.sampled_from(["time", "buses", "devices", "seed", "speed", "control", "name"]), JSON_VALUES)
+)
+def test_any_values_anywhere_are_right_or_a_mistake(rest: dict[str, Any]) -> None:
+    sys.path.insert(0, str(HERE))
+    try:
+        only_mistakes(lambda: from_dict({"time": "virtual", **rest}, HERE))
+    finally:
+        sys.path.remove(str(HERE))
+
+
+def test_nesting_and_aliases_without_end_are_a_mistake(refused: Refused) -> None:
+    assert "nested too deeply" in refused("[" * 3000)[0]
+    assert "contains itself" in refused("time: &a [*a]")[0]
+    bomb = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
+    bomb += "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 9))
+    assert re.search("more than 100000 values", refused(bomb)[0])

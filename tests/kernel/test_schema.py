@@ -1,0 +1,97 @@
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from ruamel.yaml import YAML
+
+from fieldrig import kinds
+from fieldrig.config_keys import BusKeys, DeviceKeys
+from fieldrig.schema import json_schema
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.fixture(scope="module")
+def schema() -> dict[str, Any]:
+    return json_schema()
+
+
+@pytest.fixture(scope="module")
+def validator(schema: dict[str, Any]) -> Draft202012Validator:
+    return Draft202012Validator(schema)
+
+
+def wrong(validator: Draft202012Validator, data: Any) -> list[str]:
+    """Where the schema finds mistakes."""
+    return sorted("/".join(map(str, error.absolute_path)) for error in validator.iter_errors(data))
+
+
+def test_the_schema_is_one(validator: Draft202012Validator) -> None:
+    Draft202012Validator.check_schema(validator.schema)
+
+
+@pytest.mark.parametrize("file", sorted(CONFIGS.glob("*.yaml")), ids=lambda file: file.stem)
+def test_every_rig_of_ours_keeps_to_it(validator: Draft202012Validator, file: Path) -> None:
+    assert wrong(validator, YAML(typ="safe", pure=True).load(file)) == []
+
+
+def rig(**changes: Any) -> dict[str, Any]:
+    return {
+        "time": "virtual",
+        "buses": {"can0": {"kind": "can.virtual", "bitrate": 250_000}, "can1": {"kind": "can.virtual"}},
+        "devices": {"bridge": {"kind": "can.bridge", "links": {"a": "can0", "b": "can1"}, "on_exit": "stop"}},
+        **changes,
+    }
+
+
+def test_a_right_rig_is_right(validator: Draft202012Validator) -> None:
+    assert wrong(validator, rig()) == []
+    assert wrong(validator, {"time": "real", "buses": None}) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        ({"time": "soon"}, "time"),
+        ({"sed": 1}, ""),
+        ({"speed": 0}, "speed"),
+        ({"buses": {"can0": {"kind": "can.virtual", "bitrate": 1}}}, "buses/can0/bitrate"),
+        ({"buses": {"can0": {"kind": "can.virtual", "bitrat": 250_000}}}, "buses/can0"),
+        ({"buses": {"can0": {"kind": "can.virtal"}}}, "buses/can0/kind"),
+        ({"buses": {"can0": {}}}, "buses/can0"),
+        ({"buses": {"Can0": {"kind": "can.virtual"}}}, "buses"),
+        ({"devices": {"bridge": {"kind": "can.bridge", "links": {"a": "can0"}}}}, "devices/bridge/links"),
+        ({"devices": {"bridge": {"kind": "can.bridge", "links": {"a": ["can0"], "b": "can1"}}}},
+         "devices/bridge/links/a"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_found(validator: Draft202012Validator, changes: dict[str, Any], where: str) -> None:
+    assert wrong(validator, rig(**changes)) == [where]
+
+
+def test_a_class_of_ones_own_may_have_any_keys(validator: Draft202012Validator) -> None:
+    assert wrong(validator, rig(devices={"press": {"kind": "press:Press", "stroke_mm": 5}})) == []
+
+
+def test_a_file_that_extends_another_may_leave_out_what_that_has(validator: Draft202012Validator) -> None:
+    assert wrong(validator, {"extends": "lab.yaml", "devices": {"io": {"node_id": 7}, "tank": None}}) == []
+
+
+def test_keys_are_described(schema: dict[str, Any]) -> None:
+    definitions = schema["$defs"]
+    assert definitions["can.virtual"]["properties"]["bitrate"]["description"].startswith("bit/s")
+    links = definitions["can.bridge"]["properties"]["links"]["properties"]
+    assert links["a"] == {"type": "string", "description": "a bus of CanFrame"}
+
+
+@pytest.mark.parametrize("kind", kinds.list_buses(), ids=lambda kind: kind.name)
+def test_no_bus_has_a_setting_that_is_a_key_of_every_bus(kind: kinds.Kind) -> None:
+    settings = kinds.settings_model(kinds.find_bus(kind.name)).model_fields
+    assert not settings.keys() & BusKeys.model_fields.keys()
+
+
+@pytest.mark.parametrize("kind", kinds.list_devices(), ids=lambda kind: kind.name)
+def test_no_device_has_a_setting_that_is_a_key_of_every_device(kind: kinds.Kind) -> None:
+    settings = kinds.settings_model(kinds.find_device(kind.name)).model_fields
+    assert not settings.keys() & DeviceKeys.model_fields.keys()
