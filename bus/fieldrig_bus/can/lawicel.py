@@ -5,8 +5,9 @@ manual says so: unknown, malformed, or not active while the channel is as it is.
 join.
 
 Deviations.  Auto Poll (X) is what the EEPROM says; this adapter comes with it switched on, as neither slcand nor
-python-can ever does so.  Every bit rate is taken and means that of the bus, every UART rate means any.  FD frames as
-with CANable's firmware: d and D, with switched bit rate b and B; Y sets the data bit rate.
+python-can ever does so.  The bit rate is that of the bus: S and s take any and change nothing, and O, L, W, M and m
+need none before them; likewise U.  FD frames as with CANable's firmware: d and D, with switched bit rate b and B; Y
+sets the data bit rate.
 Left out: Q (opening the channel at power up); errors in the status flags, as the bus has none yet.
 """
 
@@ -85,11 +86,9 @@ def decode(command: bytes) -> CanFrame:
 class When(Flag):
     """States of the channel, and sets of them in which a command is active."""
 
-    POWERED_UP = auto()  # closed, no bit rate yet
-    INITIATED = auto()  # closed, with a bit rate
+    CLOSED = auto()
     OPEN = auto()
     LISTENING = auto()
-    CLOSED = POWERED_UP | INITIATED
     OPENED = OPEN | LISTENING
     ALWAYS = CLOSED | OPENED
 
@@ -99,7 +98,7 @@ class Adapter:
 
     def __init__(self, clock: Clock, link: Link[CanFrame], write: Callable[[bytes], None], bus_name: str = "") -> None:
         self._clock, self._link, self._write, self._bus_name = clock, link, write, bus_name
-        self._state = When.POWERED_UP
+        self._state = When.CLOSED
         self._rest = b""
         self._filter = AcceptanceFilter()
         self._is_auto_polling = True
@@ -131,11 +130,11 @@ class Adapter:
 
     def _on_bit_rate(self, line: bytes) -> bytes:
         _choice(line, 9)
-        return self._become(When.INITIATED)
+        return CR
 
     def _on_bit_timing(self, line: bytes) -> bytes:
         unhexlify(line[1:])
-        return self._become(When.INITIATED)
+        return CR
 
     def _on_open(self, line: bytes) -> bytes:
         self._link.on_receive(self._on_frame)
@@ -149,7 +148,7 @@ class Adapter:
         self._link.on_receive(self._on_frame, [])
         self._waiting.clear()
         self._flags = 0
-        return self._become(When.INITIATED)
+        return self._become(When.CLOSED)
 
     def _become(self, state: When) -> bytes:
         self._state = state
@@ -214,10 +213,6 @@ class Adapter:
         _choice(line, 7)
         return CR
 
-    def _on_data_bit_rate(self, line: bytes) -> bytes:
-        _choice(line, 9)
-        return CR
-
     # reports
 
     def _on_flags(self, line: bytes) -> bytes:
@@ -241,22 +236,22 @@ class Command(NamedTuple):
 COMMANDS: Final = {
     b"S": Command(When.CLOSED, 1, Adapter._on_bit_rate),
     b"s": Command(When.CLOSED, 4, Adapter._on_bit_timing),
-    b"O": Command(When.INITIATED, 0, Adapter._on_open),
-    b"L": Command(When.INITIATED, 0, Adapter._on_listen),
+    b"O": Command(When.CLOSED, 0, Adapter._on_open),
+    b"L": Command(When.CLOSED, 0, Adapter._on_listen),
     b"C": Command(When.OPENED, 0, Adapter._on_close),
     **{letter.encode(): Command(When.OPEN, None, Adapter._on_transmit) for letter in FORMS},
     b"P": Command(When.OPENED, 0, Adapter._on_poll),
     b"A": Command(When.OPENED, 0, Adapter._on_poll_all),
     b"F": Command(When.OPENED, 0, Adapter._on_flags),
     b"X": Command(When.CLOSED, 1, Adapter._on_auto_poll),
-    b"W": Command(When.INITIATED, 1, Adapter._on_filter_mode),
-    b"M": Command(When.INITIATED, 8, Adapter._on_acceptance_code),
-    b"m": Command(When.INITIATED, 8, Adapter._on_acceptance_mask),
+    b"W": Command(When.CLOSED, 1, Adapter._on_filter_mode),
+    b"M": Command(When.CLOSED, 8, Adapter._on_acceptance_code),
+    b"m": Command(When.CLOSED, 8, Adapter._on_acceptance_mask),
     b"U": Command(When.CLOSED, 1, Adapter._on_uart_rate),
     b"V": Command(When.ALWAYS, 0, Adapter._on_version),
     b"N": Command(When.ALWAYS, 0, Adapter._on_serial_number),
     b"Z": Command(When.CLOSED, 1, Adapter._on_timestamps),
-    b"Y": Command(When.CLOSED, 1, Adapter._on_data_bit_rate),
+    b"Y": Command(When.CLOSED, 1, Adapter._on_bit_rate),
 }
 
 

@@ -64,15 +64,17 @@ def test_session_of_the_manual() -> None:
     assert bench.link.interest == []
 
 
-STATES = {"powered up": "", "initiated": "S6\r", "open": "S6\rO\r", "listening": "S6\rL\r", "closed": "S6\rO\rC\r"}
+STATES = {"new": "", "with bit rate": "S6\r", "open": "S6\rO\r", "listening": "S6\rL\r", "closed": "S6\rO\rC\r"}
+
+CLOSED = "new, with bit rate, closed"
 
 # command: states in which it is active
 ACTIVE = {
-    "S0": "powered up, initiated, closed",
-    "S8": "powered up, initiated, closed",
-    "s031C": "powered up, initiated, closed",
-    "O": "initiated, closed",
-    "L": "initiated, closed",
+    "S0": CLOSED,
+    "S8": CLOSED,
+    "s031C": CLOSED,
+    "O": CLOSED,
+    "L": CLOSED,
     "C": "open, listening",
     "t1000": "open",
     "T000001000": "open",
@@ -80,14 +82,14 @@ ACTIVE = {
     "R000001000": "open",
     "d1000": "open",
     "F": "open, listening",
-    "X1": "powered up, initiated, closed",
-    "W0": "initiated, closed",
-    "M00000000": "initiated, closed",
-    "mFFFFFFFF": "initiated, closed",
-    "U1": "powered up, initiated, closed",
-    "Z1": "powered up, initiated, closed",
-    "V": "powered up, initiated, open, listening, closed",
-    "N": "powered up, initiated, open, listening, closed",
+    "X1": CLOSED,
+    "W0": CLOSED,
+    "M00000000": CLOSED,
+    "mFFFFFFFF": CLOSED,
+    "U1": CLOSED,
+    "Z1": CLOSED,
+    "V": "open, listening, " + CLOSED,
+    "N": "open, listening, " + CLOSED,
 }
 
 
