@@ -9,7 +9,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fieldrig.bus import ModelBus
-from fieldrig.config import BusEntry, DeviceEntry, OnExit, RigConfig, start_order
+from fieldrig.config import BusEntry, DeviceEntry, RigConfig, start_order
+from fieldrig.config_keys import OnExit
 from fieldrig.errors import RigError
 
 

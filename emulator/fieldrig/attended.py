@@ -1,0 +1,30 @@
+"""A rig in real time whose processes somebody else starts, such as containers: order and status only."""
+
+import asyncio
+
+from fieldrig.config import RigConfig
+from fieldrig.control import Control
+from fieldrig.exits import Exit
+from fieldrig.placement import ProcessPlan
+from fieldrig.roster import Report, Roster
+
+
+class AttendedRig:
+    def __init__(self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, report: Report) -> None:
+        self.roster = Roster(config, plans, control, report)
+        self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
+
+    async def run(self) -> Exit:
+        self.roster.serve(stop=self._on_stop_asked)
+        self.roster.watch()
+        code = await self._ended
+        self.roster.stop()
+        return code
+
+    def end(self) -> None:
+        """This service only: the processes are the affair of who started them."""
+        if not self._ended.done():
+            self._ended.set_result(Exit.OK)
+
+    async def _on_stop_asked(self) -> None:
+        self.end()

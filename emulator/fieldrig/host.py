@@ -1,0 +1,214 @@
+"""One process of a rig in real time: `python -m fieldrig.host FILE --process NAME`.
+
+The rig's supervisor starts it, holds its standard input open, and reads its log.  It opens its hubs, asks the rig to
+join, attaches and starts its devices when it may, says that it is ready, answers questions, and ends on SIGTERM, or
+when its standard input ends because the supervisor is gone.  An exception in a device's code ends it too: exit code 70.
+"""
+
+import argparse
+import asyncio
+import contextlib
+import gc
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Coroutine, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NoReturn
+
+from fieldrig import endpoint
+from fieldrig.bus_stream import BusStream
+from fieldrig.config import RigConfig, load
+from fieldrig.control import Control
+from fieldrig.errors import ConfigError, RigError
+from fieldrig.exits import Exit
+from fieldrig.memory import resident_bytes
+from fieldrig.placement import ProcessPlan
+from fieldrig.points import RealPoints, answers
+from fieldrig.process import DeviceProcess
+from fieldrig.real_clock import RealClock
+from fieldrig.run_folder import join_run
+
+log = logging.getLogger(__name__)
+
+GRACE_S = 2.0
+"""Between the word to end and the end by force."""
+WAITING_S = 3600.0
+"""A supervised process leaves it to its supervisor to lose patience."""
+REALTIME_PRIORITY = 10
+
+
+class Host:
+    def __init__(self, config: RigConfig, plan: ProcessPlan, patience_s: float) -> None:
+        self._config, self._plan, self._patience_s = config, plan, patience_s
+        self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
+        self._streams: list[BusStream] = []
+        self._started_s = time.monotonic()
+        self._state = "starting"
+
+    async def run(self) -> Exit:
+        """RigError if it can't start."""
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._on_exception)
+        clock = RealClock(loop)
+        control = Control(await endpoint.connect_patiently(self._config.control, self._patience_s), self._config.name)
+        process = DeviceProcess(self._config, self._plan, clock, control)
+        try:
+            if not await self._unless_ended(self._start(control, process)):
+                return self._ended.result()
+            return await self._ended
+        finally:
+            await process.close()
+            for stream in self._streams:
+                stream.flush()
+            await control.close()
+            clock.close()
+
+    def end(self, code: Exit = Exit.OK) -> None:
+        if not self._ended.done():
+            self._ended.set_result(code)
+
+    async def _unless_ended(self, work: Coroutine[Any, Any, None]) -> bool:
+        """Whether `work` came to its end before this process was told to end."""
+        task = asyncio.get_running_loop().create_task(work)
+        both: set[asyncio.Future[Any]] = {task, self._ended}
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        if task.done():
+            task.result()
+            return True
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+        return False
+
+    async def _start(self, control: Control, process: DeviceProcess) -> None:
+        name = self._plan.name
+        await process.open()
+        control.show_life(f"alive/{name}")
+        control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
+        terms = await control.ask("rig/join", {"process": name, "pid": os.getpid()}, self._patience_s)
+        for bus in process.traced_buses:
+            listen = partial(process.listen, bus.name)
+            self._streams.append(BusStream(control, bus, name, terms["epoch_ns"], listen))
+        await process.attach(self._config.start_timeout_s)
+        process.start()
+        for device_name, device in process.devices.items():
+            control.serve(f"device/{device_name}/*", answers(RealPoints(device, process.clock)))
+        gc.collect()
+        gc.freeze()  # what is there now stays: later collections needn't look at it
+        self._state = "ready"
+        control.tell(f"ready/{name}", {"pid": os.getpid()})
+        log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
+
+    async def _status(self, process: DeviceProcess) -> dict[str, Any]:
+        return {
+            "pid": os.getpid(),
+            "state": self._state,
+            "uptime_s": round(time.monotonic() - self._started_s, 3),
+            "memory_mb": round(resident_bytes() / 1e6, 1),
+            "cpu_s": round(time.process_time(), 3),
+            "timers": process.clock.lateness(),
+            "buses": {name: hub.statistics() for name, hub in process.hubs.items()},
+        }
+
+    def _on_exception(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """An OSError is the network's, or a peer's; anything else is a fault of the code in this process."""
+        cause = context.get("exception")
+        if cause is None or isinstance(cause, OSError):
+            log.warning("%s: %s", context.get("message"), cause)
+            return
+        log.critical("%s", context.get("message"), exc_info=cause)
+        self.end(Exit.CRASHED)
+
+
+def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is_realtime: bool = False) -> Exit:
+    """Run one process of the rig until it is told to end."""
+    hold = join_run(config.run)
+    if is_realtime:
+        _ask_for_realtime()
+    try:
+        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+            return runner.run(_run(config, plan, is_supervised))
+    except ConfigError as wrong:
+        print(f"error: {wrong}", file=sys.stderr)  # noqa: T201  the supervisor shows it
+        return Exit.WRONG
+    except RigError as cause:
+        print(f"error: {cause}", file=sys.stderr)  # noqa: T201  the supervisor shows it
+        return Exit.CANNOT_START
+    except Exception:
+        log.exception("%s: a fault in its code", plan.name)
+        return Exit.CRASHED
+    finally:
+        hold.close()
+
+
+async def _run(config: RigConfig, plan: ProcessPlan, is_supervised: bool) -> Exit:
+    loop = asyncio.get_running_loop()
+    host = Host(config, plan, WAITING_S if is_supervised else config.start_timeout_s)
+    for name in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(name, host.end)
+    if is_supervised:
+        _end_with_parent(lambda: loop.call_soon_threadsafe(host.end))
+    return await host.run()
+
+
+def _end_with_parent(end: Callable[[], object]) -> None:
+    """Standard input is a pipe that the supervisor holds.  A thread, for it must see the end of a hung loop too."""
+
+    def watch() -> None:
+        while os.read(sys.stdin.fileno(), 1024):
+            pass
+        with contextlib.suppress(RuntimeError):  # the loop has ended by itself
+            end()
+        time.sleep(GRACE_S)
+        os._exit(Exit.CRASHED)
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()
+
+
+def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+    try:
+        import uvloop
+    except ImportError:  # Windows
+        return None
+    return uvloop.new_event_loop
+
+
+def _ask_for_realtime() -> None:
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
+    except (AttributeError, PermissionError) as cause:
+        log.warning("SCHED_FIFO is not to be had (%s); going on without: it needs root or CAP_SYS_NICE", cause)
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    parser = argparse.ArgumentParser(prog="python -m fieldrig.host", description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--process", required=True)
+    parser.add_argument("--buses", default="", help="that it runs, with commas between")
+    parser.add_argument("--devices", default="", help="that it runs, in order, with commas between")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--realtime", action="store_true")
+    options = parser.parse_args(arguments)
+    start_log()
+    buses, devices = (tuple(filter(None, names.split(","))) for names in (options.buses, options.devices))
+    plan = ProcessPlan(options.process, buses, devices, attaches=(), after=(), on_exit="restart")
+    try:
+        config = load(options.file, options.set, only=(*buses, *devices))
+    except ConfigError as wrong:
+        print(f"error: {wrong}", file=sys.stderr)  # noqa: T201  the supervisor shows it
+        sys.exit(Exit.WRONG)
+    sys.exit(run_process(config, plan, is_supervised=True, is_realtime=options.realtime))
+
+
+def start_log() -> None:
+    level = os.environ.get("FIELDRIG_LOG", "INFO").upper()
+    logging.basicConfig(format="%(asctime)s %(levelname)s %(name)s: %(message)s", level=level)
+
+
+if __name__ == "__main__":
+    main()

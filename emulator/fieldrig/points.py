@@ -1,0 +1,72 @@
+"""Questions about the points of a device: `keys`, `get` and `set`, alike in real and in virtual time."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from fieldrig.control import Answer
+from fieldrig.device import Device, Value
+from fieldrig.errors import ControlError
+from fieldrig.node import read_point, write_point
+from fieldrig.real_clock import RealClock
+from fieldrig.rig import Rig
+from fieldrig.values import fitting
+
+
+class Source(Protocol):
+    """Get and set raise ControlError for a key that isn't there, or a value that it can't take."""
+
+    def facts(self) -> Mapping[str, Any]:
+        """By key: unit, and what else is known."""
+
+    def get(self, key: str) -> Value: ...
+
+    def set(self, key: str, value: Value) -> None: ...
+
+
+class RealPoints:
+    def __init__(self, device: Device, clock: RealClock) -> None:
+        self._device, self._clock = device, clock
+
+    def facts(self) -> Mapping[str, Any]:
+        return {
+            key: {"unit": point.unit, "about": point.about, "writable": point.write is not None}
+            for key, point in self._device.points().items()
+        }
+
+    def get(self, key: str) -> Value:
+        return read_point(self._device.points(), key)
+
+    def set(self, key: str, value: Value) -> None:
+        self._clock.handle(write_point, self._device.points(), key, value)
+
+
+class VirtualPoints:
+    def __init__(self, rig: Rig, device: str) -> None:
+        self._rig, self._device = rig, device
+
+    def facts(self) -> Mapping[str, Any]:
+        return {key: {"unit": unit} for key, unit in self._rig.keys(self._device).items()}
+
+    def get(self, key: str) -> Value:
+        return self._rig.get(self._device, key)
+
+    def set(self, key: str, value: Value) -> None:
+        self._rig.set(self._device, key, value)
+
+
+def answers(source: Source) -> Answer:
+    async def answer(verb: str, message: Any) -> Any:
+        match verb, message:
+            case "keys", _:
+                return source.facts()
+            case "get", None:
+                return {key: source.get(key) for key in source.facts()}
+            case "get", {"keys": list(keys)}:
+                return {key: source.get(key) for key in keys}
+            case "set", {"values": dict(values)}:
+                for key, value in values.items():
+                    source.set(key, fitting(value, source.get(key)))
+                return {key: source.get(key) for key in values}
+        raise ControlError(f"a device can't {verb} {message!r}", "it can: keys, get, set")
+
+    return answer

@@ -1,0 +1,225 @@
+"""Who belongs to a rig under real time, and how everybody is: what `status` shows and `join` waits for.
+
+Processes are spawned by a supervisor; or by somebody else, such as containers, who then connect here.  In both cases
+they ask to `join` when their hubs are open, and are answered when those that they wait for are there.
+"""
+
+import asyncio
+import os
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from importlib.metadata import version
+from typing import Any
+
+from fieldrig.config import RigConfig
+from fieldrig.control import VERSION, Control
+from fieldrig.errors import ControlError
+from fieldrig.placement import ProcessPlan
+
+
+class State(StrEnum):
+    STARTING = "starting"
+    WAITING = "waiting"
+    RELEASED = "released"
+    READY = "ready"
+    DEAD = "dead"
+    GONE = "gone"
+
+
+OPEN = frozenset({State.WAITING, State.RELEASED, State.READY})
+"""States in which a process's hubs can be attached to."""
+ON_ITS_WAY = frozenset({State.STARTING, State.WAITING, State.RELEASED})
+
+
+GREETING_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that a person may want to know: ready, died, gone, failed, late, stopping, stopped."""
+
+    what: str
+    process: str
+    text: str
+    time_s: float
+
+
+Report = Callable[[Event], None]
+
+
+@dataclass(eq=False)
+class Member:
+    """One process, as the rig sees it."""
+
+    plan: ProcessPlan
+    state: State = State.STARTING
+    pid: int | None = None
+    restarts: int = 0
+    since_s: float = field(default_factory=time.monotonic)
+    """When it was spawned last, or came."""
+    released: asyncio.Event = field(default_factory=asyncio.Event)
+
+    @property
+    def name(self) -> str:
+        return self.plan.name
+
+    def age_s(self) -> float:
+        return time.monotonic() - self.since_s
+
+
+class Roster:
+    def __init__(self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, report: Report) -> None:
+        self.members = {name: Member(plan) for name, plan in plans.items()}
+        self.was_ready = not self.members
+        self.all_ready = asyncio.Event()
+        self.on_change: Callable[[Member], None] = lambda _member: None
+        self._config, self._control, self._report = config, control, report
+        self._verbs: dict[str, Callable[..., Awaitable[None]]] = {}
+        self._epoch_ns = time.time_ns() - time.monotonic_ns()
+        self._started_s = time.monotonic()
+        self._is_stopping = False
+        self._greetings: set[asyncio.Task[None]] = set()
+
+    def serve(self, **verbs: Callable[..., Awaitable[None]]) -> None:
+        """Answer `status`, `join`, and the verbs given."""
+        self._verbs = verbs
+        self._control.listen_to("ready/*", self._on_ready)
+        self._control.serve("rig/*", self._answer)
+
+    def watch(self) -> None:
+        """Know of processes that somebody else spawns by their signs of life."""
+        self._control.watch_life("alive/*", self._on_life)
+
+    def member_of(self, name: str) -> Member:
+        """The process of that name, or that of the device or bus of that name.  ControlError if there is none."""
+        for member in self.members.values():
+            if name == member.name or name in member.plan.buses or name in member.plan.devices:
+                return member
+        raise ControlError(f"this rig has no process {name!r}", f"it has: {', '.join(self.members)}")
+
+    def set_state(self, member: Member, state: State) -> None:
+        member.state = state
+        if state is State.STARTING:
+            member.since_s = time.monotonic()
+        elif state in (State.DEAD, State.GONE):
+            member.pid = None
+            member.released.set()
+        self.on_change(member)
+        self._settle()
+
+    def tell(self, what: str, process: str = "", text: str = "") -> None:
+        event = Event(what, process, text, time.time())
+        self._report(event)
+        self._control.tell("event", asdict(event))
+
+    def stop(self) -> None:
+        self._is_stopping = True
+        self.tell("stopping")
+
+    def status(self) -> dict[str, Any]:
+        config = self._config
+        return {
+            "version": VERSION,
+            "fieldrig": version("fieldrig"),
+            "rig": config.name,
+            "file": str(config.path.absolute()),
+            "run": str(config.run.absolute()),
+            "time": config.time,
+            "state": self._state(),
+            "pid": os.getpid(),
+            "uptime_s": round(time.monotonic() - self._started_s, 3),
+            "processes": {name: _shown(member) for name, member in self.members.items()},
+            "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
+            "devices": {name: {"kind": entry.kind, "process": entry.process} for name, entry in config.devices.items()},
+        }
+
+    def _state(self) -> str:
+        if self._is_stopping:
+            return "stopping"
+        states = {member.state for member in self.members.values()} - {State.GONE}
+        if states <= {State.READY}:
+            return "ready"
+        return "degraded" if self.was_ready else "starting"
+
+    async def _answer(self, verb: str, message: Any) -> Any:
+        if verb == "status":
+            return self.status()
+        if verb == "join":
+            return await self._join(message)
+        if verb not in self._verbs:
+            raise ControlError(
+                f"this rig can't {verb}", f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual"
+            )
+        await self._verbs[verb](**(message or {}))
+        return {}
+
+    async def _join(self, message: dict[str, Any]) -> dict[str, Any]:
+        """Answered when the process may attach and start its devices."""
+        member = self.members.get(message["process"])
+        if member is None:
+            raise ControlError(f"this rig has no process {message['process']!r}", f"it has: {', '.join(self.members)}")
+        member.pid = message["pid"]
+        released = member.released = asyncio.Event()
+        self.set_state(member, State.WAITING)
+        await released.wait()
+        return {"epoch_ns": self._epoch_ns}
+
+    def _settle(self) -> None:
+        """Release those whose wait is over; that may end the wait of others."""
+        for member in self.members.values():
+            if member.state is State.WAITING and self._may_start(member.plan):
+                member.state = State.RELEASED
+                member.released.set()
+                self.on_change(member)
+
+    def _may_start(self, plan: ProcessPlan) -> bool:
+        if any(self.members[other].state not in OPEN for other in plan.attaches):
+            return False
+        if self.was_ready:  # one that died for good is not waited for
+            return all(self.members[other].state not in ON_ITS_WAY for other in plan.after)
+        return all(self.members[other].state is State.READY for other in plan.after)
+
+    def _on_ready(self, name: str, message: Any) -> None:
+        member = self.members.get(name)
+        if member is None or member.state is State.READY or member.pid != message["pid"]:
+            return
+        self.set_state(member, State.READY)
+        self.tell("ready", name)
+        if all(other.state in (State.READY, State.GONE) for other in self.members.values()):
+            self.was_ready = True
+            self.all_ready.set()
+
+    def _on_life(self, name: str, is_alive: bool) -> None:
+        member = self.members.get(name)
+        if member is None:
+            return
+        if not is_alive:
+            self.set_state(member, State.DEAD)
+            self.tell("gone", name, "its process ended, or lost its way here")
+        elif member.state is not State.WAITING:  # it may have joined a rig that was here before this one
+            greeting = asyncio.get_running_loop().create_task(self._greet(member))
+            self._greetings.add(greeting)
+            greeting.add_done_callback(self._greetings.discard)
+
+    async def _greet(self, member: Member) -> None:
+        with suppress(ControlError):  # it died in the meantime
+            status = await self._control.ask(f"process/{member.name}/status", None, GREETING_S)
+            if status["state"] == "ready":
+                member.pid = status["pid"]
+                self._on_ready(member.name, status)
+
+
+def _shown(member: Member) -> dict[str, Any]:
+    plan = member.plan
+    return {
+        "state": member.state,
+        "pid": member.pid,
+        "uptime_s": round(member.age_s(), 3) if member.pid is not None else None,
+        "restarts": member.restarts,
+        "on_exit": plan.on_exit,
+        "buses": plan.buses,
+        "devices": plan.devices,
+    }

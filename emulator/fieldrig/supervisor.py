@@ -1,0 +1,193 @@
+"""Runs the processes of a rig under real time: starts them, knows how they are, restarts them, ends them.
+
+All are spawned at once; each loads its part of the rig, opens its hubs and asks to `join`.  The answer is held back
+until those that it waits for are there: order by message, not by sleep.  A process that ends before the whole rig is
+ready ends the start; later its `on_exit` decides.
+"""
+
+import asyncio
+import os
+import signal
+from collections.abc import Sequence
+from contextlib import suppress
+
+from fieldrig.child import Child, command, how_it_ended
+from fieldrig.config import RigConfig
+from fieldrig.control import Control
+from fieldrig.errors import ControlError
+from fieldrig.exits import Exit
+from fieldrig.placement import ProcessPlan
+from fieldrig.roster import Member, Report, Roster, State
+from fieldrig.run_folder import RunFolder
+
+GRACE_S = 3.0
+"""Between SIGTERM and SIGKILL."""
+FIRST_BACKOFF_S = 0.1
+LONGEST_BACKOFF_S = 5.0
+SETTLED_S = 10.0
+"""A process that lived this long is restarted without delay again."""
+
+
+class Supervisor:
+    def __init__(
+        self,
+        config: RigConfig,
+        plans: dict[str, ProcessPlan],
+        control: Control,
+        folder: RunFolder,
+        report: Report,
+        *,
+        overrides: Sequence[str] = (),
+        is_realtime: bool = False,
+    ) -> None:
+        self.roster = Roster(config, plans, control, report)
+        self._start_timeout_s = config.start_timeout_s
+        self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
+        self._at_once = asyncio.Event()
+        self._leash, self._hand = os.pipe()
+        self._children = {
+            name: Child(command(config, plan, overrides, is_realtime), folder.folder / f"log/{name}.log", self._leash)
+            for name, plan in plans.items()
+        }
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._wanted_restarts: set[str] = set()
+        self._tenders: dict[str, asyncio.Task[None]] = {}
+
+    async def run(self) -> Exit:
+        """Until `end` is called, or a process fails in a way that ends the rig."""
+        roster = self.roster
+        roster.on_change = self._on_change
+        roster.serve(stop=self._on_stop_asked, restart=self._on_restart_asked)
+        loop = asyncio.get_running_loop()
+        try:
+            for name, member in roster.members.items():
+                await self._spawn(member)
+                self._tenders[name] = loop.create_task(self._tend(member))
+            return await self._ended
+        finally:
+            await self._end_all()
+            os.close(self._hand)
+            os.close(self._leash)
+
+    def end(self, code: Exit = Exit.OK) -> None:
+        """In order; called a second time, at once."""
+        if self._ended.done():
+            self._at_once.set()
+        else:
+            self._ended.set_result(code)
+
+    async def _tend(self, member: Member) -> None:
+        """Wait for the end of one process, and do what is to be done then, over and over."""
+        backoff_s = FIRST_BACKOFF_S
+        while True:
+            code = await self._children[member.name].wait()
+            self._forget_timer(member.name)
+            lived_s = member.age_s()
+            self.roster.set_state(member, State.DEAD)
+            if self._ended.done():
+                return
+            if member.name in self._wanted_restarts:
+                self._wanted_restarts.discard(member.name)
+            elif not self._goes_on_after(member, code):
+                return
+            else:
+                if lived_s > SETTLED_S:
+                    backoff_s = FIRST_BACKOFF_S
+                self.roster.tell("died", member.name, f"{how_it_ended(code)}; starting it again")
+                await asyncio.wait({self._ended}, timeout=backoff_s)
+                backoff_s = min(2 * backoff_s, LONGEST_BACKOFF_S)
+            if self._ended.done():
+                return
+            member.restarts += 1
+            await self._spawn(member)
+
+    def _goes_on_after(self, member: Member, code: int) -> bool:
+        """Whether the process is to be started again."""
+        roster, name = self.roster, member.name
+        if not roster.was_ready:
+            self._fail_start(member, f"ended while it started: {how_it_ended(code)}", _exit_of_start(code))
+        elif member.plan.on_exit == "stop":
+            roster.tell("failed", name, f"{how_it_ended(code)}; the rig stops\n{self._children[name].tail()}")
+            self.end(Exit.DEVICE_FAILED)
+        elif member.plan.on_exit == "ignore":
+            roster.set_state(member, State.GONE)
+            roster.tell("gone", name, f"{how_it_ended(code)}; the rig goes on without it")
+        else:
+            return True
+        return False
+
+    def _fail_start(self, member: Member, how: str, code: Exit) -> None:
+        """Only the first one counts: the others end because of it, or are stopped with the rig."""
+        if not self._ended.done():
+            log = self._children[member.name].tail() or "(it wrote nothing)"
+            self.roster.tell("failed", member.name, f"{how}\n{log}")
+            self.end(code)
+
+    async def _spawn(self, member: Member) -> None:
+        child = self._children[member.name]
+        self.roster.set_state(member, State.STARTING)
+        await child.spawn()
+        member.pid = child.pid
+
+    def _on_change(self, member: Member) -> None:
+        """Patience runs while a process works on its start, not while it waits for others."""
+        self._forget_timer(member.name)
+        if member.state in (State.STARTING, State.RELEASED):
+            loop = asyncio.get_running_loop()
+            self._timers[member.name] = loop.call_later(self._start_timeout_s, self._lose_patience, member)
+
+    def _lose_patience(self, member: Member) -> None:
+        how = f"was not ready after {self._start_timeout_s:g} s"
+        if self.roster.was_ready:
+            self.roster.tell("late", member.name, f"{how}; killing it")
+            self._children[member.name].end(signal.SIGKILL)
+        else:
+            self._fail_start(member, how, Exit.DEVICE_FAILED)
+
+    def _forget_timer(self, name: str) -> None:
+        timer = self._timers.pop(name, None)
+        if timer is not None:
+            timer.cancel()
+
+    async def _on_stop_asked(self) -> None:
+        self.end()
+
+    async def _on_restart_asked(self, name: str) -> None:
+        member = self.roster.member_of(name)
+        if self._tenders[member.name].done():
+            raise ControlError(f"{member.name} has ended for good", "stop the rig and start it again")
+        self._wanted_restarts.add(member.name)
+        self._children[member.name].end(signal.SIGTERM)
+
+    async def _end_all(self) -> None:
+        """First the processes without hubs, so that what they say at last still arrives."""
+        for name in tuple(self._timers):
+            self._forget_timer(name)
+        self.roster.stop()
+        hurry = asyncio.get_running_loop().create_task(self._at_once.wait())
+        hubs = {name for name, member in self.roster.members.items() if member.plan.buses}
+        for wave in (self._tenders.keys() - hubs, hubs & self._tenders.keys()):
+            for name in wave:
+                self._children[name].end(signal.SIGTERM)
+            await _all_done([self._tenders[name] for name in wave], hurry)
+        for child in self._children.values():
+            child.end(signal.SIGKILL)
+        await asyncio.gather(*self._tenders.values())
+        hurry.cancel()
+        with suppress(asyncio.CancelledError):
+            await hurry
+        self.roster.tell("stopped")
+
+
+async def _all_done(tasks: Sequence[asyncio.Task[None]], hurry: asyncio.Task[bool]) -> None:
+    """All done, or out of time, or no more time given."""
+    loop = asyncio.get_running_loop()
+    give_up_s = loop.time() + GRACE_S
+    waiting: set[asyncio.Task[None]] = {task for task in tasks if not task.done()}
+    while waiting and not hurry.done() and (left_s := give_up_s - loop.time()) > 0:
+        await asyncio.wait({*waiting, hurry}, timeout=left_s, return_when=asyncio.FIRST_COMPLETED)
+        waiting = {task for task in waiting if not task.done()}
+
+
+def _exit_of_start(code: int) -> Exit:
+    return Exit(code) if code in (Exit.WRONG, Exit.CANNOT_START) else Exit.DEVICE_FAILED

@@ -1,0 +1,188 @@
+"""A rig in virtual time under `fieldrig up`: paced, paused, stepped, and asked by control messages.
+
+The rig runs in slices of `SLICE_S`, so that questions are answered while it works as fast as it can.
+"""
+
+import asyncio
+import os
+import time
+from dataclasses import asdict
+from functools import partial
+from importlib.metadata import version
+from typing import Any
+
+from fieldrig.bus import Bus, Delivery
+from fieldrig.bus_stream import BusStream, OnDelivery
+from fieldrig.clock import S
+from fieldrig.config import RigConfig
+from fieldrig.control import VERSION, Control
+from fieldrig.errors import ControlError
+from fieldrig.exits import Exit
+from fieldrig.memory import resident_bytes
+from fieldrig.points import VirtualPoints, answers
+from fieldrig.rig import Rig
+from fieldrig.roster import Event, Report
+
+SLICE_S = 0.01
+"""Of the computer's time."""
+BEHIND_S = 0.5
+"""A rig that lags further gives up the time that it lost."""
+
+
+class VirtualService:
+    def __init__(self, config: RigConfig, control: Control, report: Report) -> None:
+        self._config, self._control, self._report = config, control, report
+        self._loop = asyncio.get_running_loop()
+        self._ended: asyncio.Future[Exit] = self._loop.create_future()
+        self._may_run = asyncio.Event()
+        self._may_run.set()
+        self._listeners: dict[str, OnDelivery] = {}
+        self._speed = config.speed
+        self._started_s = time.monotonic()
+        self._base_s = self._loop.time()  # where virtual time counts from: the computer's time, and ours then
+        self._base_ns = 0
+
+    async def run(self) -> Exit:
+        """RigError if a device can't be built, or devices answer each other for ever."""
+        with Rig(self._config) as self._rig:
+            self._serve()
+            self._rebase()
+            self.tell("ready")
+            pacer = self._loop.create_task(self._pace())
+            both: set[asyncio.Future[Any]] = {pacer, self._ended}
+            await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+            self.tell("stopping")
+            if not pacer.done():
+                pacer.cancel()
+                await asyncio.wait({pacer})
+            for stream in self._streams:
+                stream.flush()
+            if not pacer.cancelled():
+                pacer.result()
+        return self._ended.result()
+
+    def end(self) -> None:
+        if not self._ended.done():
+            self._ended.set_result(Exit.OK)
+
+    def tell(self, what: str, text: str = "") -> None:
+        event = Event(what, "", text, time.time())
+        self._report(event)
+        self._control.tell("event", asdict(event))
+
+    def _serve(self) -> None:
+        control, rig = self._control, self._rig
+        self._streams = [
+            BusStream(control, bus, self._config.name, 0, partial(self._listen, bus.name)) for bus in rig.buses.values()
+        ]
+        for device in self._config.devices:
+            control.serve(f"device/{device}/*", answers(VirtualPoints(rig, device)))
+        control.serve(f"process/{self._config.name}/status", self._process_status)
+        control.serve("rig/*", self._answer)
+
+    async def _answer(self, verb: str, message: Any) -> Any:
+        match verb, message:
+            case "status", _:
+                return self._status()
+            case "stop", _:
+                self.end()
+            case "pause", _:
+                self._may_run.clear()
+            case "run", {"speed": int() | float() | None as speed} if speed is None or speed > 0:
+                self._speed = speed
+                self._rebase()
+                self._may_run.set()
+            case "run", None:
+                self._rebase()
+                self._may_run.set()
+            case "step", {"ns": int(duration_ns)} if duration_ns >= 0:
+                self._may_run.clear()
+                await self._run_until(self._rig.now_ns + duration_ns)
+            case _:
+                raise ControlError(f"this rig can't {verb} {message!r}", "it can: status, stop, pause, run, step")
+        return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
+
+    async def _pace(self) -> None:
+        while True:
+            if not self._may_run.is_set():
+                await self._may_run.wait()
+                self._rebase()
+            if self._speed is None:
+                await self._run_until_asked()
+                continue
+            elapsed_s = self._loop.time() - self._base_s
+            target_ns = self._base_ns + round(elapsed_s * self._speed * S)
+            if self._slice(target_ns):
+                await asyncio.sleep(SLICE_S)
+            else:
+                await asyncio.sleep(0)
+                if (target_ns - self._rig.now_ns) / (self._speed * S) > BEHIND_S:
+                    self._rebase()
+
+    async def _run_until_asked(self) -> None:
+        """As fast as it can; a rig in which nothing ever happens stands still."""
+        next_ns = self._rig.next_ns()
+        if next_ns is None:
+            await asyncio.sleep(SLICE_S)
+        else:
+            self._slice(None)
+            await asyncio.sleep(0)
+
+    async def _run_until(self, until_ns: int) -> None:
+        while not self._slice(until_ns):
+            await asyncio.sleep(0)
+
+    def _slice(self, until_ns: int | None) -> bool:
+        """Work for a slice of the computer's time.  Whether `until_ns` is reached."""
+        rig, give_up_s = self._rig, time.monotonic() + SLICE_S
+        while (next_ns := rig.next_ns()) is not None and (until_ns is None or next_ns <= until_ns):
+            rig.step()
+            if time.monotonic() > give_up_s:
+                return False
+        if until_ns is not None:
+            rig.run_until(until_ns)
+        return True
+
+    def _rebase(self) -> None:
+        self._base_s, self._base_ns = self._loop.time(), self._rig.now_ns
+
+    def _listen(self, bus: str, on_delivery: OnDelivery | None) -> None:
+        if on_delivery is None:
+            self._listeners.pop(bus, None)
+        else:
+            self._listeners[bus] = on_delivery
+        self._rig.on_delivery = self._on_delivery if self._listeners else None
+
+    def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        listener = self._listeners.get(bus.name)
+        if listener is not None:
+            listener(delivery)
+
+    def _status(self) -> dict[str, Any]:
+        config = self._config
+        return {
+            "version": VERSION,
+            "fieldrig": version("fieldrig"),
+            "rig": config.name,
+            "file": str(config.path.absolute()),
+            "run": None,
+            "time": "virtual",
+            "state": "ready" if self._may_run.is_set() else "paused",
+            "now_ns": self._rig.now_ns,
+            "speed": self._speed,
+            "pid": os.getpid(),
+            "uptime_s": round(time.monotonic() - self._started_s, 3),
+            "processes": {},
+            "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
+            "devices": {name: {"kind": entry.kind, "process": config.name} for name, entry in config.devices.items()},
+        }
+
+    async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:
+        return {
+            "pid": os.getpid(),
+            "state": "ready",
+            "uptime_s": round(time.monotonic() - self._started_s, 3),
+            "memory_mb": round(resident_bytes() / 1e6, 1),
+            "cpu_s": round(time.process_time(), 3),
+            "buses": {name: self._rig.statistics(name) for name in self._rig.buses},
+        }
