@@ -255,9 +255,9 @@ class _Loader:
         return (keys, rest) if keys is not None else None
 
     def _found(self, path: KeyPath, kind: str, find: Callable[[], T]) -> T | None:
-        if ":" in kind:
-            _import_from(self._path.absolute().parent)
         try:
+            if ":" in kind:
+                _import_from(self._path.absolute().parent, kind)
             return find()
         except RigError as wrong:
             self._mistake((*path, "kind"), wrong.what, wrong.remedy)
@@ -297,7 +297,12 @@ def _fitting_kinds(time: Time, family: str) -> str:
     return f"kinds that do: {', '.join(fitting)}" if fitting else f"no {family} bus does"
 
 
-def _import_from(folder: Path) -> None:
-    """Modules beside the rig file can be imported."""
+def _import_from(folder: Path, kind: str) -> None:
+    """Modules beside the rig file can be imported.  RigError if this one would be another of the same name."""
+    name = kind.partition(":")[0].partition(".")[0]
+    beside = next((file for file in (folder / f"{name}.py", folder / name / "__init__.py") if file.is_file()), None)
+    loaded = getattr(sys.modules.get(name), "__file__", None)
+    if beside is not None and loaded is not None and Path(loaded).resolve() != beside.resolve():
+        raise RigError(f"another module {name} is in use already: {loaded}", f"give {beside.name} another name")
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fieldrig.settings import Settings
 from fieldrig.wording import Finding
-from fieldrig.yaml_source import KeyPath
+from fieldrig.yaml_source import KeyPath, key_text
 
 if TYPE_CHECKING:
     from fieldrig.config import BusEntry, DeviceEntry
@@ -14,36 +14,47 @@ if TYPE_CHECKING:
 ADDRESS = re.compile(r"(?:(?P<scheme>[a-z-]+)(?:://|/))?(?P<host>\[[0-9a-fA-F:.]+\]|[\w.-]*|\*):(?P<port>[0-9]{1,5})")
 LOOPBACK = {"localhost": "127.0.0.1", "[::1]": "127.0.0.1"}
 ANY_HOST = {"", "*", "0.0.0.0", "[::]"}
-OUTGOING = ("connect", "remote", "peer", "target")
+OUTGOING = ("connect", "dial", "remote", "peer", "target")
 """A key with one of these in its name says where to go, not where to listen."""
+PATHS = {"path", "pty", "port"}
+"""Keys whose text names a pty or a device of the system."""
+
+Text = tuple[KeyPath, str]
 
 
 def conflicts(
     buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]", control: str | None
 ) -> Iterator[Finding]:
-    yield from _same_ports(buses, control)
+    texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
+    yield from _same_ports([(("control",), control), *texts] if control is not None else texts)
+    yield from _same_paths(texts)
     yield from _same_node_ids(buses, devices)
 
 
-def _same_ports(buses: "Mapping[str, BusEntry]", control: str | None) -> Iterator[Finding]:
+def _same_ports(texts: list[Text]) -> Iterator[Finding]:
     """Two that want to listen on the same port, as far as it can be told from the form of the settings."""
-    taken: list[tuple[bool, str, str, str]] = []
-    places = [(("control",), control)] if control is not None else []
-    for name, entry in buses.items():
-        places += _texts(entry.bus.settings, ("buses", name))
-    for path, text in places:
+    taken: list[tuple[bool, str, str, KeyPath]] = []
+    for path, text in texts:
         match = ADDRESS.fullmatch(text)
         if match is None or int(match["port"]) == 0:
             continue
         is_udp, host, port = match["scheme"] == "udp", LOOPBACK.get(match["host"], match["host"]), match["port"]
         for other_udp, other_host, other_port, where in taken:
             if (is_udp, port) == (other_udp, other_port) and (host == other_host or ANY_HOST & {host, other_host}):
-                yield Finding(path, f"port {port} is taken by {where}", "give each a port of its own")
+                yield Finding(path, f"port {port} is taken by {key_text(where)}", "give each a port of its own")
                 break
-        taken.append((is_udp, host, port, ".".join(str(part) for part in path)))
+        taken.append((is_udp, host, port, path))
 
 
-def _texts(value: Any, path: KeyPath) -> list[tuple[KeyPath, str]]:
+def _same_paths(texts: list[Text]) -> Iterator[Finding]:
+    taken: dict[str, KeyPath] = {}
+    for path, text in texts:
+        if path[-1] in PATHS and taken.setdefault(text, path) != path:
+            yield Finding(path, f"{text} is taken by {key_text(taken[text])}", "give each a path of its own")
+
+
+def _texts(value: Any, path: KeyPath) -> list[Text]:
+    """Every text in the settings of a bus that may say where it listens."""
     if isinstance(value, str):
         return [(path, value)]
     if isinstance(value, Settings):

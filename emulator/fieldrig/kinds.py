@@ -106,11 +106,11 @@ def constructor_parameters(cls: type) -> dict[str, inspect.Parameter]:
 
 def _find(kind: str, group: str, base: type[Any]) -> Any:
     if ":" in kind:
-        return _of_class(kind, _import(kind), base)
+        return _of_class(kind, _import(kind, "the module must lie beside the rig file or be installed"), base)
     point = installed(group).get(kind)
     if point is None:
         raise RigError(f'there is no kind "{kind}"', _closest(kind, list(installed(group))))
-    return _of_class(kind, _import(point.value), base)
+    return _of_class(kind, _import(point.value, "its package is damaged, or needs one that is not there"), base)
 
 
 def _closest(kind: str, names: list[str]) -> str:
@@ -119,7 +119,7 @@ def _closest(kind: str, names: list[str]) -> str:
     return f"did you mean {' or '.join(close)}?" if close else f"there are: {', '.join(names)}; {own}"
 
 
-def _import(reference: str) -> object:
+def _import(reference: str, remedy: str) -> object:
     """What `package.module:Class` names."""
     module_name, _, class_name = reference.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), class_name)):
@@ -127,8 +127,7 @@ def _import(reference: str) -> object:
     try:
         module = importlib.import_module(module_name)
     except (ImportError, SyntaxError) as cause:
-        where = "the module must lie in the folder of the rig file or be installed in this Python"
-        raise RigError(f"{module_name} can't be imported: {cause}", where) from cause
+        raise RigError(f"{module_name} can't be imported: {cause}", remedy) from cause
     if not hasattr(module, class_name):
         classes = [name for name, value in vars(module).items() if isinstance(value, type)]
         close = get_close_matches(class_name, classes, n=1)

@@ -1,3 +1,4 @@
+import calendar
 import re
 import sys
 from collections.abc import Callable
@@ -331,6 +332,13 @@ def test_a_port_that_a_bus_connects_to_is_not_taken(loaded: Loaded) -> None:
     assert loaded(text.replace('WordLine"', 'WordLine", connect: "127.0.0.1:5000"'))
 
 
+def test_two_buses_cannot_have_one_pty(refused: Refused) -> None:
+    text = "time: real\nbuses:\n  com1: {kind: serial.pty, path: com}\n  com2: {kind: serial.pty, path: com}\n"
+    assert refused(text) == [
+        "rig.yaml:4: buses.com2.path: com is taken by buses.com1.path\n    give each a path of its own"
+    ]
+
+
 READER = 'kind: "config_kinds:Reader", links: {words: words}'
 
 
@@ -369,6 +377,14 @@ def test_a_class_beside_the_rig_file_is_found(loaded: Loaded, tmp_path: Path, mo
     (tmp_path / "mixer_of_mine.py").write_text("from fieldrig.device import Device\nclass Mixer(Device): ...\n")
     config = loaded('time: real\ndevices:\n  mixer: {kind: "mixer_of_mine:Mixer"}\n')
     assert config.devices["mixer"].cls.__name__ == "Mixer"
+
+
+def test_a_class_beside_the_rig_file_is_not_taken_from_another_module_of_that_name(
+    refused: Refused, tmp_path: Path
+) -> None:
+    (tmp_path / "calendar.py").write_text("from fieldrig.device import Device\nclass Mixer(Device): ...\n")
+    (mistake,) = refused('time: real\ndevices:\n  mixer: {kind: "calendar:Mixer"}\n')
+    assert f"another module calendar is in use already: {calendar.__file__}" in mistake
 
 
 # -- extends and overrides

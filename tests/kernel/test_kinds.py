@@ -43,7 +43,11 @@ def test_a_kind_that_is_not_there_brings_the_closest() -> None:
 @pytest.mark.parametrize(
     ("kind", "what", "remedy"),
     [
-        ("nowhere:Press", "nowhere can't be imported: No module named 'nowhere'", "folder of the rig file"),
+        (
+            "nowhere:Press",
+            "nowhere can't be imported: No module named 'nowhere'",
+            "the module must lie beside the rig file or be installed",
+        ),
         ("config_kinds:Nod", "config_kinds has no Nod", "did you mean Node?"),
         ("config_kinds:NOT_A_CLASS", '"config_kinds:NOT_A_CLASS" is not a device', "subclass of fieldrig.device"),
         ("config_kinds:CanLine", '"config_kinds:CanLine" is not a device', "subclass of fieldrig.device.Device"),
