@@ -513,14 +513,14 @@ def only_mistakes(act: Callable[[], RigConfig]) -> None:
         str(wrong).encode()  # half surrogates could not be printed
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(text=st.text() | st.text(alphabet="[]{}:,-?|>&*!%#'\"\\ \n\tabUx0<~.="))
 def test_garbage_is_a_mistake(garbage_file: Path, text: str) -> None:
     garbage_file.write_text(text, encoding="utf-8", newline="")
     only_mistakes(lambda: load(garbage_file))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(data=st.binary())
 def test_bytes_are_a_mistake(garbage_file: Path, data: bytes) -> None:
     garbage_file.write_bytes(data)
@@ -551,7 +551,7 @@ JSON_VALUES = st.recursive(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     rest=st.dictionaries(st.sampled_from(["time", "buses", "devices", "seed", "speed", "control", "name"]), JSON_VALUES)
 )
