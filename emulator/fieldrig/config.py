@@ -100,9 +100,9 @@ def _order(after: Mapping[str, Collection[str]]) -> tuple[list[str], list[str]]:
     """Names in the order of starting, and those that wait for each other in a circle."""
     ordered: list[str] = []
     waiting = list(after)
-    while ready := next((name for name in waiting if not set(after[name]) & set(waiting)), None):
-        ordered.append(ready)
-        waiting.remove(ready)
+    while ready := [name for name in waiting if not set(after[name]) & set(waiting)]:
+        ordered.append(ready[0])
+        waiting.remove(ready[0])
     return ordered, waiting
 
 
