@@ -23,8 +23,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
+PYTHON = (sys.executable, "-m", "tests.driver.uml")
 KERNEL = "linux.uml"
 MODULES = Path("/usr/lib/uml/modules")
+SYSTEM_PATH = f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin"
 CAN_MODULES = ("can", "can-raw", "can-bcm", "can-gw", "vcan", "vxcan", "slcan")
 VCAN0_UP = "ip link add dev vcan0 type vcan\nip link set vcan0 up\n"
 
@@ -45,7 +47,8 @@ class Guest:
 
 
 def is_there() -> bool:
-    return shutil.which(KERNEL) is not None and MODULES.is_dir()
+    """The kernel, and what the guest needs of this machine's programs."""
+    return MODULES.is_dir() and all(shutil.which(name, path=SYSTEM_PATH) for name in (KERNEL, "modprobe", "ip"))
 
 
 def run(command: Sequence[str], guest: Guest) -> int:

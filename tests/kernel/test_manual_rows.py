@@ -19,7 +19,10 @@ ARP-003 = "reserved"
 
 
 @pytest.fixture
-def project(pytester: pytest.Pytester) -> pytest.Pytester:
+def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    # Every inner run imports its plugins anew: only what it needs, or it takes a second.
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p fieldrig.pytest_plugin")
     pytester.makefile(".toml", rows=ROWS)
     pytester.makeini("[pytest]\nmanual_rows = rows.toml\nmarkers = manual(row): a row of a manual")
     return pytester
@@ -79,7 +82,7 @@ def test_without_the_option_nothing_is_reported(project: pytest.Pytester) -> Non
 
 def test_a_row_shown_in_a_worker_of_xdist_counts(project: pytest.Pytester) -> None:
     make_tests(project, "@manual('PD-010')\ndef test_shows_it(): pass")
-    result = project.runpytest("-n1", "--manual-rows")
+    result = project.runpytest("-pxdist", "-n1", "--manual-rows")
     result.stdout.fnmatch_lines(["PD: 1 rows, 1 shown, 0 not shown, 0 set aside"])
 
 

@@ -1,0 +1,139 @@
+"""The lab in containers: built, started, and used from outside by a CANopen and a Modbus master."""
+
+import json
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import addresses
+import can
+import canopen
+import pytest
+from pymodbus.client import ModbusTcpClient
+
+pytestmark = [pytest.mark.docker, pytest.mark.timeout(600)]
+
+FOLDER = Path(__file__).parents[2] / "docker"
+PARTS = {"rig", "can0", "tank", "io", "sensor", "drive"}
+READY_LIMIT_S = 90
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """One Compose project, and the ports of this machine where it can be reached."""
+
+    project: str
+    socketcand_port: int
+    modbus_port: int
+
+    @property
+    def environment(self) -> Mapping[str, str]:
+        ports = {"FIELDRIG_SOCKETCAND_PORT": self.socketcand_port, "FIELDRIG_MODBUS_PORT": self.modbus_port}
+        return {**os.environ, **{name: str(port) for name, port in ports.items()}}
+
+    def compose(self, *arguments: str) -> str:
+        command = [*_compose(), "-p", self.project, "-f", str(FOLDER / "compose.yaml"), *arguments]
+        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
+        return done.stdout
+
+    def containers(self) -> dict[str, Any]:
+        """What Docker says of each container, by the name of its service."""
+        ids = self.compose("ps", "-q").split()
+        inspected = json.loads(_docker("inspect", *ids))
+        return {one["Config"]["Labels"]["com.docker.compose.service"]: one for one in inspected}
+
+    def wait_until_healthy(self) -> None:
+        give_up = time.monotonic() + READY_LIMIT_S
+        while waiting := {name: _health(one) for name, one in self.containers().items() if _health(one) != "healthy"}:
+            if time.monotonic() > give_up:
+                pytest.fail(f"not healthy: {waiting}\n{self.compose('logs', '--no-color', '--tail=20')}")
+            time.sleep(0.5)
+
+
+@pytest.fixture(scope="module")
+def stack() -> Iterator[Stack]:
+    stack = Stack(f"fieldrig-test-{os.getpid()}", addresses.free_port(), addresses.free_port())
+    try:
+        stack.compose("build")
+        stack.compose("up", "-d")
+        stack.wait_until_healthy()
+        yield stack
+    finally:
+        stack.compose("down", "--volumes")
+
+
+def test_every_part_runs_and_is_shut_in(stack: Stack) -> None:
+    containers = stack.containers()
+    assert containers.keys() == PARTS
+    for one in containers.values():
+        host = one["HostConfig"]
+        assert host["ReadonlyRootfs"]
+        assert host["CapDrop"] == ["ALL"]
+        assert "no-new-privileges:true" in host["SecurityOpt"]
+        assert one["Config"]["User"] not in ("", "0", "root")
+        published = [binding["HostIp"] for bindings in host["PortBindings"].values() for binding in bindings]
+        assert set(published) <= {"127.0.0.1"}
+
+
+def test_canopen_master_drives_the_outputs(stack: Stack) -> None:
+    with _bus(stack) as bus:
+        network = canopen.Network(bus)
+        network.connect()
+        try:
+            node = network.add_node(5, str(FOLDER.parent / "configs" / "eds" / "io32.eds"))
+            assert isinstance(node.sdo[0x1000].raw, int)
+            outputs = node.sdo[0x6200][1]
+            outputs.raw = 0xA5
+            assert outputs.raw == 0xA5
+        finally:
+            network.disconnect()
+
+
+def test_modbus_master_starts_the_pump_and_the_can_side_sees_the_tank_rise(stack: Stack) -> None:
+    with ModbusTcpClient("127.0.0.1", port=stack.modbus_port) as client:
+        answer = client.read_holding_registers(0, count=1, device_id=1)
+        assert not answer.isError()
+
+
+def test_a_part_that_is_killed_comes_back(stack: Stack) -> None:
+    before = stack.containers()["sensor"]["RestartCount"]
+    _docker(
+        "exec", stack.containers()["sensor"]["Id"], "python", "-c", "import os, signal; os.kill(-1, signal.SIGKILL)"
+    )
+    give_up = time.monotonic() + READY_LIMIT_S
+    while stack.containers()["sensor"]["RestartCount"] == before:
+        assert time.monotonic() < give_up
+        time.sleep(0.5)
+    stack.wait_until_healthy()
+
+
+@pytest.mark.parametrize("name", ["compose.yaml", "compose.vcan.yaml"])
+def test_compose_files_are_valid(name: str) -> None:
+    done = subprocess.run(
+        [*_compose(), "-f", str(FOLDER / name), "config", "-q"], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def _bus(stack: Stack) -> can.BusABC:
+    return can.Bus("can0", "socketcand", host="127.0.0.1", port=stack.socketcand_port)
+
+
+def _health(container: Mapping[str, Any]) -> str:
+    return str(container["State"].get("Health", {}).get("Status", container["State"]["Status"]))
+
+
+def _compose() -> list[str]:
+    """Compose 2 if Docker has it, else the old program."""
+    has_plugin = subprocess.run(["docker", "compose", "version"], capture_output=True, check=False).returncode == 0
+    return ["docker", "compose"] if has_plugin or shutil.which("docker-compose") is None else ["docker-compose"]
+
+
+def _docker(*arguments: str) -> str:
+    return subprocess.run(["docker", *arguments], capture_output=True, text=True, check=True).stdout

@@ -1,0 +1,66 @@
+"""Runs the tests in stages: `python -m tests.driver {check,fast,test}`, usually called by make.
+
+First it installs what the stages need, where it may (root and apt-get).  A stage whose needs are not met is left out,
+the others run all the same.  At the end stands what ran, what was left out, and how to get it; with CI=true leaving
+something out is a failure.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.driver import needs
+from tests.driver.outcome import Outcome, Tally, summary
+from tests.driver.stages import PLANS, REPORTS, Stage
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.driver", description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("plan", choices=PLANS)
+    plan = PLANS[parser.parse_args().plan]
+    in_ci = os.environ.get("CI", "").lower() in ("true", "1")
+    os.environ["PATH"] = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    REPORTS.mkdir(parents=True, exist_ok=True)
+    _install(plan)
+    began = time.monotonic()
+    outcomes = [_run(stage) for stage in plan]
+    return summary(outcomes, time.monotonic() - began, in_ci)
+
+
+def _install(plan: Sequence[Stage]) -> None:
+    wanted = needs.missing(dict.fromkeys(need for stage in plan for need in (*stage.needs, *stage.wants)))
+    if wanted and needs.may_install():
+        say(f"installing {', '.join(need.name for need in wanted)}")
+        needs.install(wanted)
+
+
+def _run(stage: Stage) -> Outcome:
+    missing = needs.missing(stage.needs)
+    lacking = [f"{stage.name} needs {need.name}: {need.remedy}" for need in (*missing, *needs.missing(stage.wants))]
+    if missing:
+        return Outcome(stage.name, None, 0.0, left_out=lacking)
+    say(f"{stage.name}: {stage.about}")
+    if stage.report is not None:
+        stage.report.unlink(missing_ok=True)
+    began = time.monotonic()
+    try:
+        with stage.around() as environment:
+            code = subprocess.run(stage.command(), env={**os.environ, **environment}, check=False).returncode
+    except RuntimeError as fault:
+        say(f"{stage.name}: {fault}")
+        code = 1
+    tally = Tally.of(stage.report) if stage.report is not None else Tally()
+    return Outcome(stage.name, code == 0, time.monotonic() - began, tally, [*lacking, *tally.skipped])
+
+
+def say(text: str) -> None:
+    sys.stdout.write(f"\n--- {text}\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

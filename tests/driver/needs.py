@@ -1,0 +1,79 @@
+"""What parts of the tests need from the machine, whether it is there, and how it is got.
+
+Debian's packages are installed where that is allowed (root, apt-get); elsewhere the remedy is words.
+"""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable, Sequence
+from ctypes.util import find_library
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.driver import uml, vcan
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    name: str
+    packages: tuple[str, ...]
+    """The Debian packages that bring it."""
+    is_met: Callable[[], bool]
+
+    @property
+    def remedy(self) -> str:
+        return f"apt-get install {' '.join(self.packages)}"
+
+
+def program(name: str, *packages: str) -> Need:
+    """A program on the PATH; the package is called the same if not named."""
+    return Need(name, packages or (name,), lambda: shutil.which(name) is not None)
+
+
+CAN_UTILS = program("cansend", "can-utils")
+MBPOLL = program("mbpoll")
+SOCAT = program("socat")
+TSHARK = program("tshark")
+LIBMODBUS = Need(
+    "libmodbus",
+    ("libmodbus-dev", "gcc", "libc6-dev"),
+    lambda: (
+        shutil.which("gcc") is not None and find_library("modbus") is not None and Path("/usr/include/modbus").is_dir()
+    ),
+)
+NPM = Need(
+    "npm with a C++ compiler",
+    ("npm", "g++", "make"),
+    lambda: all(shutil.which(name) for name in ("npm", "node", "g++", "make")),
+)
+UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2"), uml.is_there)
+VCAN = Need("a kernel with vcan", UML.packages, lambda: vcan.is_there() or uml.is_there())
+DOCKER = Need(
+    "Docker with Compose",
+    ("docker.io", "docker-compose", "debootstrap"),
+    lambda: (
+        shutil.which("docker") is not None
+        and (shutil.which("docker-compose") is not None or _succeeds("docker", "compose", "version"))
+    ),
+)
+
+
+def missing(needs: Iterable[Need]) -> list[Need]:
+    return [need for need in needs if not need.is_met()]
+
+
+def may_install() -> bool:
+    return os.geteuid() == 0 and shutil.which("apt-get") is not None
+
+
+def install(needs: Sequence[Need]) -> None:
+    """Try; what is still missing afterwards is found by asking again."""
+    packages = sorted({package for need in needs for package in need.packages})
+    quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive", "NEEDRESTART_SUSPEND": "1"}
+    for command in (["update"], ["install", "--yes", "--no-install-recommends", *packages]):
+        subprocess.run(["apt-get", "-qq", "-o=Dpkg::Use-Pty=0", *command], env=quiet, check=False)
+
+
+def _succeeds(*command: str) -> bool:
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0

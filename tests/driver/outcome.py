@@ -1,0 +1,73 @@
+"""What the stages came to, and how it is told."""
+
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
+from xml.etree import ElementTree
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """The tests of one stage, out of its JUnit file."""
+
+    passed: int = 0
+    failed: int = 0
+    skipped: tuple[str, ...] = ()
+    """Reasons, with how many tests each stopped."""
+
+    @classmethod
+    def of(cls, report: Path) -> Self:
+        """Nothing, if pytest never came to write the file."""
+        if not report.exists():
+            return cls()
+        cases = list(ElementTree.parse(report).iter("testcase"))
+        skips = [skip for case in cases for skip in case.iter("skipped") if skip.get("type") == "pytest.skip"]
+        reasons = Counter(skip.get("message", "") for skip in skips)
+        failed = sum(case.find("failure") is not None or case.find("error") is not None for case in cases)
+        skipped = tuple(f"{count} skipped: {reason}" for reason, count in reasons.items())
+        return cls(len(cases) - failed - reasons.total(), failed, skipped)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    stage: str
+    is_ok: bool | None
+    """None: it was left out."""
+    seconds: float
+    tally: Tally = Tally()
+    left_out: Sequence[str] = field(default_factory=tuple)
+
+    @property
+    def word(self) -> str:
+        return {True: "ok", False: "FAILED", None: "left out"}[self.is_ok]
+
+
+def summary(outcomes: Sequence[Outcome], seconds: float, in_ci: bool) -> int:
+    """Say it, and give the exit code: 1 if anything failed, or in CI was left out."""
+    lines = ["", "--- summary", *(_row(outcome) for outcome in outcomes)]
+    left_out = [text for outcome in outcomes for text in outcome.left_out]
+    if left_out:
+        lines += ["", "left out" + (" (which is a failure with CI=true):" if in_ci else ":")]
+        lines += [f"  {text}" for text in dict.fromkeys(left_out)]
+    has_failed = any(outcome.is_ok is False for outcome in outcomes) or (in_ci and bool(left_out))
+    lines += ["", _closing(outcomes, seconds)]
+    sys.stdout.write("\n".join(lines) + "\n")
+    return 1 if has_failed else 0
+
+
+def _row(outcome: Outcome) -> str:
+    tests = f"{outcome.tally.passed} passed" if outcome.tally.passed else ""
+    return f"{outcome.stage:<8} {outcome.word:<8} {outcome.seconds:6.1f} s  {tests}".rstrip()
+
+
+def _closing(outcomes: Sequence[Outcome], seconds: float) -> str:
+    """All stages in one line of pytest's form."""
+    counts = {
+        "failed": sum(outcome.tally.failed for outcome in outcomes),
+        "passed": sum(outcome.tally.passed for outcome in outcomes),
+    }
+    words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+    return f"{words or 'no tests ran'} in {seconds:.2f}s"

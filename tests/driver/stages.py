@@ -1,0 +1,110 @@
+"""The stages of the tests: what each runs, and what it needs from the machine.
+
+`needs` must be met or the stage is left out.  `wants` only serve some of its tests, which skip themselves without;
+either way the summary says so.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.driver import docker_daemon, needs, vcan
+from tests.driver.needs import Need
+
+REPORTS = Path("build") / "tests"
+NODE = Path("tests") / "real" / "node"
+VCAN_LIMIT_S = 600
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    name: str
+    about: str
+    command: Callable[[], list[str]]
+    needs: tuple[Need, ...] = ()
+    wants: tuple[Need, ...] = ()
+    around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({})
+    """What must be there while it runs; gives variables for its environment."""
+    report: Path | None = None
+    """JUnit file that its pytest writes."""
+
+
+def module(*arguments: str) -> Callable[[], list[str]]:
+    return lambda: [sys.executable, "-m", *arguments]
+
+
+def pytest_command(name: str, marks: str, *more: str) -> list[str]:
+    return [sys.executable, "-m", "pytest", "-m", marks, f"--junitxml={report_of(name)}", *more]
+
+
+def report_of(name: str) -> Path:
+    return REPORTS / f"{name}.xml"
+
+
+def pytest_stage(
+    name: str,
+    about: str,
+    marks: str,
+    *more: str,
+    needs: tuple[Need, ...] = (),
+    wants: tuple[Need, ...] = (),
+    around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
+) -> Stage:
+    command = pytest_command(name, marks, *more)
+    return Stage(name, about, lambda: command, needs, wants, around, report_of(name))
+
+
+@contextmanager
+def node_packages() -> Iterator[Mapping[str, str]]:
+    """The CANopen master from npm, if npm is there to fetch and build it; kept until its lock file changes."""
+    lock, installed = NODE / "package-lock.json", NODE / "node_modules" / ".package-lock.json"
+    is_fresh = installed.exists() and installed.stat().st_mtime >= lock.stat().st_mtime
+    if not is_fresh and needs.NPM.is_met():
+        # Debian's headers for the C++ parts; without them node-gyp would fetch them.
+        headers = {"npm_config_nodedir": "/usr"} if Path("/usr/include/node/node.h").exists() else {}
+        subprocess.run(["npm", "ci", "--no-audit", "--no-fund"], cwd=NODE, env={**os.environ, **headers}, check=False)
+    yield {}
+
+
+CHECKS = (
+    Stage("format", "the code is formatted", module("ruff", "format", "--check", "--quiet")),
+    Stage("lint", "ruff has nothing to say", module("ruff", "check", "--quiet")),
+    Stage("types", "mypy --strict", module("mypy")),
+    Stage(
+        "imports",
+        "devices stand on buses, buses on the kernel",
+        lambda: [str(Path(sys.prefix) / "bin" / "lint-imports")],
+    ),
+)
+
+UNIT = pytest_stage("unit", "in memory and in virtual time", "not system and not real and not docker")
+
+WHOLE = (
+    pytest_stage("docker", "the containers", "docker", needs=(needs.DOCKER,), around=docker_daemon.reachable),
+    Stage(
+        "vcan",
+        "foreign peers on the kernel's CAN",
+        lambda: vcan.command(pytest_command("vcan", "vcan", "tests/real"), REPORTS, VCAN_LIMIT_S),
+        needs=(needs.VCAN,),
+        wants=(needs.CAN_UTILS, needs.NPM),
+        around=node_packages,
+        report=report_of("vcan"),
+    ),
+    pytest_stage(
+        "real",
+        "foreign peers on sockets and ptys",
+        "real and not vcan",
+        wants=(needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.LIBMODBUS),
+    ),
+    pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),
+)
+
+PLANS: Mapping[str, tuple[Stage, ...]] = {
+    "check": CHECKS,
+    "fast": (*CHECKS, UNIT),
+    "test": (*CHECKS, *WHOLE, UNIT),
+}
