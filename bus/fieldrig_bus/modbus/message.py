@@ -4,18 +4,36 @@ Framing (MBAP, RTU, ASCII) is the affair of the bus.  Source: Modbus application
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 BROADCAST = 0
 """Unit id of a broadcast on a serial line: every server acts, none answers."""
 
 
+class LineState(NamedTuple):
+    """What the receiver of a serial line has noticed since it was opened, at the time of one request.
+
+    Only the receiver sees what was broken or for others; a server reports it as its diagnostic counters.
+    """
+
+    messages: int = 0
+    """Frames without error, for whatever unit."""
+    errors: int = 0
+    """Frames with a wrong checksum, a gap, or characters that may not be there."""
+    is_ascii: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class ModbusRequest:
-    """From a client.  `pdu` is function code and data, 1 to 253 bytes; `exchange` ties the response to it."""
+    """From a client.  `pdu` is function code and data, 1 to 253 bytes; `exchange` ties the response to it.
+
+    `line` is None where there is no serial line (TCP): unit 0 is then no broadcast.
+    """
 
     unit: int
     pdu: bytes
     exchange: int = 0
+    line: LineState | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,3 +43,6 @@ class ModbusResponse:
     unit: int
     pdu: bytes
     exchange: int = 0
+
+
+ModbusMessage = ModbusRequest | ModbusResponse

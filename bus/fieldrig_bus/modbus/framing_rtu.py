@@ -1,0 +1,140 @@
+"""RTU: a frame is what stands between two silences of 3.5 characters, with a CRC at its end.
+
+Source: Modbus over serial line V1.02, 2.5.1.  Two ways to keep its gaps:
+
+strict     as written: a silence of more than 1.5 characters spoils the frame, one of 3.5 ends it.
+tolerant   for media where the time of reading says little (USB adapters, FIFOs, TCP): a frame that has been read
+           in pieces is whole when its CRC says so; what is not whole after 50 ms is given up.
+
+In both, frames that were read at one go, so that no gap can have been measured, are told apart by their lengths.
+"""
+
+from typing import Final
+
+from fieldrig.clock import MS
+from fieldrig_bus.modbus.framing import LineTiming
+
+PATIENCE_NS: Final = 50 * MS
+SHORTEST, LONGEST = 4, 256  # bytes of a frame with its CRC
+MOST_KEPT: Final = 8 * LONGEST
+
+
+def _crc_entry(byte: int) -> int:
+    for _ in range(8):
+        byte = byte >> 1 ^ 0xA001 if byte & 1 else byte >> 1
+    return byte
+
+
+_CRC_TABLE: Final = tuple(map(_crc_entry, range(256)))
+
+
+def crc16(data: bytes) -> int:
+    """The CRC of V1.02, 6.2.2; on the line its low byte comes first."""
+    crc, table = 0xFFFF, _CRC_TABLE
+    for byte in data:
+        crc = crc >> 8 ^ table[(crc ^ byte) & 0xFF]
+    return crc
+
+
+def rtu_frame(unit: int, pdu: bytes) -> bytes:
+    body = bytes((unit,)) + pdu
+    return body + crc16(body).to_bytes(2, "little")
+
+
+# Bytes of a request frame by function code: all of them, or up to and with a byte count that stands last in them.
+_FIXED: Final = {1: 8, 2: 8, 3: 8, 4: 8, 5: 8, 6: 8, 7: 4, 8: 8, 11: 4, 12: 4, 17: 4, 22: 10, 24: 6, 43: 7}
+_UP_TO_COUNT: Final = {15: 7, 16: 7, 20: 3, 21: 3, 23: 11}
+
+
+def request_size(data: bytes) -> int | None:
+    """How long the request frame is that `data` begins with; None if that can't be told."""
+    function = data[1] if len(data) > 1 else 0
+    head = _UP_TO_COUNT.get(function)
+    if head is None:
+        return _FIXED.get(function)
+    return head + data[head - 1] + 2 if len(data) >= head else None
+
+
+class RtuFramer:
+    """`is_burst`: bytes are read ahead of the line's time (pty, TCP) and counted as if they came at its pace."""
+
+    def __init__(self, timing: LineTiming, is_strict: bool = True, is_burst: bool = True) -> None:
+        self._timing, self._is_strict, self._is_burst = timing, is_strict, is_burst
+        self._gap_ns, self._silence_ns = timing.gap_ns, timing.silence_ns
+        self._buffer = bytearray()
+        self._end_ns = 0  # of the last character
+        self._wish_ns: int | None = None
+        self._starts = [0]  # where a frame may begin in the buffer: after a silence
+        self._is_spoilt = False
+        self._done: list[tuple[int, bytes]] = []
+        self.messages = self.errors = 0
+
+    def feed(self, now_ns: int, data: bytes) -> None:
+        if not data:
+            return
+        duration_ns = self._timing.characters_ns(len(data))
+        begin_ns = max(now_ns, self._end_ns) if self._is_burst else now_ns - duration_ns
+        if self._buffer or self._is_spoilt:
+            silence_ns = begin_ns - self._end_ns
+            if silence_ns >= self._silence_ns:
+                self._on_silence(begin_ns)
+            elif silence_ns > self._gap_ns and self._is_strict:
+                self._is_spoilt = True
+        self._buffer += data
+        self._end_ns = max(begin_ns + duration_ns, self._end_ns)
+        self._wish_ns = self._end_ns + self._silence_ns
+        if len(self._buffer) > MOST_KEPT:
+            self._buffer.clear()
+            self._starts = [0]
+            self._is_spoilt = True
+
+    def next_ns(self) -> int | None:
+        return self._wish_ns
+
+    def take(self, now_ns: int) -> list[tuple[int, bytes]]:
+        if self._wish_ns is not None and now_ns >= self._wish_ns:
+            self._on_silence(now_ns)
+        done, self._done = self._done, []
+        return done
+
+    def frame(self, unit: int, pdu: bytes) -> bytes:
+        return rtu_frame(unit, pdu)
+
+    def _on_silence(self, now_ns: int) -> None:
+        """The line has been silent for 3.5 characters at least."""
+        if not self._is_spoilt:
+            for start in self._starts:
+                frames = split(bytes(self._buffer[start:]))
+                if frames:
+                    self.errors += start > 0
+                    self.messages += len(frames)
+                    self._done += [(frame[0], frame[1:-2]) for frame in frames]
+                    self._forget()
+                    return
+        given_up_ns = self._end_ns + PATIENCE_NS
+        if self._is_strict or self._is_spoilt or now_ns >= given_up_ns:
+            self.errors += 1
+            self._forget()
+        else:
+            self._starts.append(len(self._buffer))
+            self._wish_ns = given_up_ns
+
+    def _forget(self) -> None:
+        self._buffer.clear()
+        self._starts = [0]
+        self._is_spoilt = False
+        self._wish_ns = None
+
+
+def split(data: bytes) -> list[bytes]:
+    """The frames that `data` is made of, with their CRCs; empty if it is not made of whole, right ones."""
+    if SHORTEST <= len(data) <= LONGEST and crc16(data) == 0:  # a CRC over its own bytes is 0
+        return [data]
+    frames = []
+    while data:
+        size = request_size(data)
+        if size is None or size > len(data) or crc16(data[:size]) != 0:
+            return []
+        frames.append(data[:size])
+        data = data[size:]
+    return frames

@@ -1,0 +1,48 @@
+"""What all kinds of Modbus buses have in common, and the settings of a serial line."""
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from fieldrig.bus import ModelBus
+from fieldrig.settings import Settings
+from fieldrig_bus.modbus import codec
+from fieldrig_bus.modbus.framing import LineTiming, Mode
+from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+
+
+class HubSettings(Settings):
+    """How device processes reach the hub of a bus, if not by its Unix socket."""
+
+    attach: str | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
+    connect: str | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
+
+
+class ModbusBus(ModelBus[ModbusMessage]):
+    family: ClassVar[str] = "modbus"
+    messages: ClassVar[tuple[type, ...]] = (ModbusRequest, ModbusResponse)
+    settings: Any
+
+    def encode(self, message: ModbusMessage) -> bytes:
+        return codec.encode(message)
+
+    def decode(self, data: bytes) -> ModbusMessage:
+        return codec.decode(data)
+
+    def show(self, message: ModbusMessage) -> str:
+        return codec.show(message)
+
+
+class CharacterSettings(Settings):
+    """How long a character is."""
+
+    parity: Literal["N", "E", "O"] = "E"
+    stop_bits: Literal[1, 2] = 1
+    data_bits: Literal[7, 8] = 8
+
+    @property
+    def bits_per_character(self) -> int:
+        return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
+
+    def timing(self, mode: Mode, baud: int) -> LineTiming:
+        return LineTiming(mode, baud, self.bits_per_character)

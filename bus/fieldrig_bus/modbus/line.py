@@ -1,0 +1,123 @@
+"""`modbus.rtu` and `modbus.ascii`: devices on a serial line that an outside master talks to.
+
+The line is a pty under a stable name, a real port, or a TCP port that carries its bytes.  Frames take the time that the
+line's baud gives them, both ways (a real port keeps it itself).  A response is written in one piece at the instant at
+which its last character would have gone: no program can promise that 1.5 characters never pass between two writes, and
+a master that keeps the gaps would drop what is written in pieces.
+
+Left out: a master in the rig that talks to outside slaves, and taking back the echo of two-wire adapters.
+"""
+
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from fieldrig.bus import Hub, Port, Time
+from fieldrig.device import Tool
+from fieldrig.link import Link
+from fieldrig.net import split_address
+from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
+from fieldrig_bus.modbus.framing_ascii import AsciiFramer
+from fieldrig_bus.modbus.framing_rtu import RtuFramer
+from fieldrig_bus.modbus.kind import ModbusBus
+from fieldrig_bus.modbus.line_ports import ModbusLineSettings, PtyPort, TcpLinePort, UartPort
+from fieldrig_bus.modbus.line_session import LineSession
+from fieldrig_bus.modbus.model import ModbusModel
+
+
+class ModbusRtuSettings(ModbusLineSettings):
+    data_bits: Literal[8] = 8
+    gaps: Literal["strict", "tolerant"] | None = Field(
+        default=None,
+        description="strict: silences of 1.5 and 3.5 characters as in V1.02, 2.5.1.1; tolerant: a frame in pieces is "
+        "whole when its CRC is right (see framing_rtu); null: strict on a pty, tolerant elsewhere",
+    )
+
+    @property
+    def is_strict(self) -> bool:
+        return self.gaps == "strict" if self.gaps is not None else self.pty is not None
+
+
+class ModbusAsciiSettings(ModbusLineSettings):
+    data_bits: Literal[7, 8] = 7
+
+
+class _ModbusLine(ModbusBus):
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    mode: ClassVar[Mode]
+
+    def model(self) -> ModbusModel:
+        return ModbusModel(is_line=True)
+
+    def ports(self) -> Sequence[Port]:
+        settings: ModbusLineSettings = self.settings
+        if settings.pty is not None:
+            return (PtyPort(settings.pty, self.session),)
+        if settings.port is not None:
+            return (UartPort(self.name, settings, self.session),)
+        return (TcpLinePort(settings, self.session),)
+
+    def session(self, hub: Hub, link: Link[Any], write: Callable[[bytes], None]) -> LineSession:
+        settings: ModbusLineSettings = self.settings
+        timing = settings.timing(self.mode, settings.baud)
+        return LineSession(hub.clock, link, write, self.framer(timing), timing, is_paced=settings.port is None)
+
+    def framer(self, timing: LineTiming) -> LineFramer:
+        raise NotImplementedError
+
+
+class ModbusRtu(_ModbusLine):
+    about: ClassVar[str] = "Modbus RTU on a pty, a serial port, or over TCP"
+    mode: ClassVar[Mode] = "rtu"
+
+    def __init__(self, name: str, settings: ModbusRtuSettings) -> None:
+        super().__init__(name, settings)
+
+    def framer(self, timing: LineTiming) -> LineFramer:
+        return RtuFramer(timing, self.settings.is_strict, is_burst=self.settings.port is None)
+
+    def tools(self, run: Path) -> list[Tool]:
+        settings: ModbusRtuSettings = self.settings
+        if settings.listen is not None:
+            return _over_tcp(settings.listen, "RTU")
+        if settings.pty is None:  # the other end of a real port is on another machine
+            return []
+        parity = {"N": "none", "E": "even", "O": "odd"}[settings.parity]
+        form = ["-b", str(settings.baud), "-P", parity, "-s", str(settings.stop_bits)]
+        place = ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]
+        return [Tool("mbpoll", shlex.join(["mbpoll", "-m", "rtu", *form, *place, str(run / settings.pty)]))]
+
+
+class ModbusAscii(_ModbusLine):
+    about: ClassVar[str] = "Modbus ASCII on a pty, a serial port, or over TCP"
+    mode: ClassVar[Mode] = "ascii"
+
+    def __init__(self, name: str, settings: ModbusAsciiSettings) -> None:
+        super().__init__(name, settings)
+
+    def framer(self, timing: LineTiming) -> LineFramer:
+        return AsciiFramer(timing, is_burst=self.settings.port is None)
+
+    def tools(self, run: Path) -> list[Tool]:
+        settings: ModbusAsciiSettings = self.settings
+        if settings.listen is not None:
+            return _over_tcp(settings.listen, "ASCII")
+        if settings.pty is None:
+            return []
+        options = f"baudrate={settings.baud}, parity={settings.parity!r}, bytesize={settings.data_bits}"
+        client = f"ModbusSerialClient({str(run / settings.pty)!r}, framer=FramerType.ASCII, {options})"
+        return [_pymodbus("ModbusSerialClient", client)]
+
+
+def _over_tcp(listen: str, framer: str) -> list[Tool]:
+    host, port = split_address(listen)
+    client = f"ModbusTcpClient({host!r}, port={port}, framer=FramerType.{framer})"
+    return [_pymodbus("ModbusTcpClient", client)]
+
+
+def _pymodbus(name: str, client: str) -> Tool:
+    code = f"from pymodbus import FramerType; from pymodbus.client import {name}; c = {client}; c.connect(); "
+    return Tool("pymodbus", shlex.join(["python", "-c", code + "print(c.read_coils(0, count=1)); c.close()"]))

@@ -1,0 +1,113 @@
+"""A Modbus serial line as a function of time: one exchange at a time, every frame as long as its characters take.
+
+Source: Modbus over serial line V1.02, 2.1 (the master issues one transaction at a time), 2.4.1 (what a broadcast and a
+missing answer mean) and 2.5.1.1 (3.5 characters of silence between frames).  A request that is asked for while another
+exchange is open waits for its answer, or for the response timeout; an answer that comes after the next request has
+begun is lost.  How long a client waits after a broadcast is its own affair.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from fieldrig.bus import BusModel, Delivery
+from fieldrig_bus.modbus.framing import LineTiming
+from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusMessage, ModbusRequest
+from fieldrig_bus.modbus.routing import Routing
+
+
+class _Wanted(NamedTuple):
+    """What a member asked to send.  In a comparison of starts the order of asking decides ties."""
+
+    asked_ns: int
+    order: int
+    member: str
+    message: ModbusMessage
+
+
+class LineModel(BusModel[ModbusMessage]):
+    def __init__(self, timing: LineTiming, response_timeout_ns: int) -> None:
+        self._timing, self._timeout_ns = timing, response_timeout_ns
+        self._routing = Routing(is_line=True)
+        self._wanted: list[_Wanted] = []
+        self._ordered = 0
+        self._free_ns = 0  # when the last frame and the silence after it are over
+        self._exchange: int | None = None  # open on the line
+        self._client = ""
+        self._deadline_ns = 0
+        self._messages = self._lost = self._busy_ns = 0
+
+    def join(self, member: str) -> None:
+        self._routing.join(member)
+
+    def leave(self, member: str) -> None:
+        self._routing.leave(member)
+        self._wanted = [wanted for wanted in self._wanted if wanted.member != member]
+        if self._client == member:
+            self._exchange = None
+
+    def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        self._routing.listen(member, interest)
+
+    def submit(self, now_ns: int, member: str, message: ModbusMessage) -> None:
+        self._ordered += 1
+        self._wanted.append(_Wanted(now_ns, self._ordered, member, message))
+
+    def next_ns(self) -> int | None:
+        following = self._next()
+        return None if following is None else self._arrival_ns(*following)
+
+    def collect(self, now_ns: int) -> list[Delivery[ModbusMessage]]:
+        arrived = []
+        while (following := self._next()) is not None and self._arrival_ns(*following) <= now_ns:
+            delivery = self._carry(*following)
+            if delivery is not None:
+                arrived.append(delivery)
+        return arrived
+
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        return {
+            "messages": float(self._messages),
+            "answers too late": float(self._lost),
+            "busy s": self._busy_ns / 1e9,
+        }
+
+    def _next(self) -> tuple[int, _Wanted] | None:
+        """What goes on the line next, and when it begins."""
+        starts = [(self._start_ns(wanted), wanted.order, wanted) for wanted in self._wanted]
+        if not starts:
+            return None
+        start_ns, _, wanted = min(starts)
+        return start_ns, wanted
+
+    def _start_ns(self, wanted: _Wanted) -> int:
+        start_ns = max(wanted.asked_ns, self._free_ns)
+        if self._exchange is not None and isinstance(wanted.message, ModbusRequest):
+            return max(start_ns, self._deadline_ns)
+        return start_ns
+
+    def _arrival_ns(self, start_ns: int, wanted: _Wanted) -> int:
+        return start_ns + self._timing.frame_ns(len(wanted.message.pdu)) + self._timing.silence_ns
+
+    def _carry(self, start_ns: int, wanted: _Wanted) -> Delivery[ModbusMessage] | None:
+        self._wanted.remove(wanted)
+        message, arrival_ns = wanted.message, self._arrival_ns(start_ns, wanted)
+        if isinstance(message, ModbusRequest):
+            self._messages += 1
+            line = LineState(self._messages, 0, self._timing.mode == "ascii")
+            request, servers = self._routing.ask(wanted.member, message, line)
+            self._exchange = None if message.unit == BROADCAST else request.exchange
+            self._client, self._deadline_ns = wanted.member, arrival_ns + self._timeout_ns
+            self._occupy(start_ns, arrival_ns)
+            return Delivery(arrival_ns, wanted.member, request, servers)
+        answer = self._routing.answer(message) if message.exchange == self._exchange else None
+        if answer is None:
+            self._lost += 1
+            return None
+        self._messages += 1
+        self._exchange = None
+        self._occupy(start_ns, arrival_ns)
+        return Delivery(arrival_ns, wanted.member, *answer)
+
+    def _occupy(self, start_ns: int, arrival_ns: int) -> None:
+        self._free_ns = arrival_ns
+        self._busy_ns += arrival_ns - start_ns

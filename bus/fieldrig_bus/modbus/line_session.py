@@ -1,0 +1,74 @@
+"""The far end of one serial line, passive: a clock, and what reads and writes its bytes, are handed in."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig.clock import Clock, Timer
+from fieldrig.link import Link
+from fieldrig_bus.modbus.framing import LineFramer, LineTiming
+from fieldrig_bus.modbus.framing_ascii import AsciiFramer
+from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest
+
+SET_DELIMITER = b"\x08\x00\x03"
+
+
+class LineSession:
+    """Bytes in become requests, responses become bytes out, at the line's pace."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        link: Link[Any],
+        write: Callable[[bytes], None],
+        framer: LineFramer,
+        timing: LineTiming,
+        is_paced: bool,
+    ) -> None:
+        self._clock, self._link, self._write = clock, link, write
+        self._framer, self._timing, self._is_paced = framer, timing, is_paced
+        self._outbound: deque[tuple[int, bytes]] = deque()
+        self._free_ns = 0  # when what was written last is over
+        self._wake: Timer | None = None
+        self._send: Timer | None = None
+        link.on_receive(self._on_response, ())
+
+    def on_bytes(self, data: bytes) -> None:
+        self._framer.feed(self._clock.now_ns(), data)
+        self._take()
+
+    def close(self) -> None:
+        for timer in (self._wake, self._send):
+            if timer is not None:
+                timer.cancel()
+
+    def _take(self) -> None:
+        framer = self._framer
+        for unit, pdu in framer.take(self._clock.now_ns()):
+            line = LineState(framer.messages, framer.errors, self._timing.mode == "ascii")
+            self._link.send(ModbusRequest(unit, pdu, 0, line))
+        if self._wake is not None:
+            self._wake.cancel()
+        next_ns = framer.next_ns()
+        self._wake = None if next_ns is None else self._clock.call_at(next_ns, self._take)
+
+    def _on_response(self, response: ModbusMessage) -> None:
+        pdu = response.pdu
+        frame = self._framer.frame(response.unit, pdu)
+        if isinstance(self._framer, AsciiFramer) and len(pdu) == 5 and pdu.startswith(SET_DELIMITER):
+            self._framer.delimiter = pdu[3]
+        if not self._is_paced:
+            self._write(frame)
+            return
+        begin_ns = max(self._clock.now_ns(), self._free_ns)
+        end_ns = begin_ns + self._timing.frame_ns(len(pdu))
+        self._free_ns = end_ns + self._timing.silence_ns
+        self._outbound.append((end_ns, frame))
+        if len(self._outbound) == 1:
+            self._send = self._clock.call_at(end_ns, self._on_sent)
+
+    def _on_sent(self) -> None:
+        _, frame = self._outbound.popleft()
+        self._write(frame)
+        if self._outbound:
+            self._send = self._clock.call_at(self._outbound[0][0], self._on_sent)

@@ -1,0 +1,90 @@
+"""A Modbus medium without a length: TCP, or a line whose port keeps the time.  What is sent arrives at once.
+
+A request for a unit that nobody serves is answered as a gateway does (exception 0x0B), or not at all: see
+`unknown_unit` of `modbus.tcp`.
+"""
+
+from bisect import insort
+from collections.abc import Sequence
+from operator import attrgetter
+from typing import Any
+
+from fieldrig.bus import BusModel, Delivery
+from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.routing import Routing
+
+GATEWAY = "gateway"
+"""The sender, in traces, of the answers for units that nobody serves."""
+
+GATEWAY_TARGET_FAILED = 0x0B
+
+_time_ns = attrgetter("time_ns")
+
+
+class ModbusModel(BusModel[ModbusMessage]):
+    def __init__(
+        self, is_line: bool = False, direct_unit: int | None = None, answers_for_unknown_units: bool = False
+    ) -> None:
+        self._routing = Routing(is_line, direct_unit)
+        self._answers_for_unknown = answers_for_unknown_units and not is_line
+        self._due: list[Delivery[ModbusMessage]] = []  # in order of time
+        self._collected_ns = 0
+        self._requests = self._responses = self._unasked = 0
+
+    def join(self, member: str) -> None:
+        self._routing.join(member)
+
+    def leave(self, member: str) -> None:
+        self._routing.leave(member)
+        self._due = [delivery for delivery in self._due if delivery.sender != member]
+
+    def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        self._routing.listen(member, interest)
+
+    def submit(self, now_ns: int, member: str, message: ModbusMessage) -> None:
+        if now_ns < self._collected_ns:
+            now_ns = self._collected_ns
+        if isinstance(message, ModbusRequest):
+            self._requests += 1
+            request, servers = self._routing.ask(member, message, message.line)
+            self._add(Delivery(now_ns, member, request, servers))
+            if not servers and self._answers_for_unknown:
+                pdu = bytes((message.pdu[0] | 0x80, GATEWAY_TARGET_FAILED))
+                self._add(Delivery(now_ns, GATEWAY, ModbusResponse(message.unit, pdu, message.exchange), (member,)))
+            return
+        answer = self._routing.answer(message)
+        if answer is None:
+            self._unasked += 1
+            return
+        self._responses += 1
+        response, client = answer
+        self._add(Delivery(now_ns, member, response, client))
+
+    def next_ns(self) -> int | None:
+        return self._due[0].time_ns if self._due else None
+
+    def collect(self, now_ns: int) -> list[Delivery[ModbusMessage]]:
+        due = self._due
+        if not due or due[0].time_ns > now_ns:
+            return []
+        if due[-1].time_ns <= now_ns:
+            self._due = []
+        else:
+            count = sum(delivery.time_ns <= now_ns for delivery in due)
+            due, self._due = due[:count], due[count:]
+        self._collected_ns = due[-1].time_ns
+        return due
+
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        return {
+            "requests": float(self._requests),
+            "responses": float(self._responses),
+            "responses nobody waited for": float(self._unasked),
+        }
+
+    def _add(self, delivery: Delivery[ModbusMessage]) -> None:
+        due = self._due
+        if not due or due[-1].time_ns <= delivery.time_ns:
+            due.append(delivery)
+        else:
+            insort(due, delivery, key=_time_ns)

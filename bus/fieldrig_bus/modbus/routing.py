@@ -1,0 +1,86 @@
+"""Who hears a request, and whom its response goes back to.
+
+A member that listens with unit ids is a server for them (None: for every unit); a client listens with an empty
+interest.  A request goes to the servers of its unit, a response to the client that asked and to nobody else.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusRequest, ModbusResponse
+
+NOT_SIGNIFICANT = frozenset({0, 255})
+"""Unit ids of a server that its IP address alone says (Modbus messaging on TCP/IP guide V1.0b, chapter 4)."""
+
+MOST_OPEN = 4096
+"""Exchanges that may wait for an answer; beyond that the oldest is forgotten (a silent server must not fill memory)."""
+
+
+class Asked(NamedTuple):
+    """What has to stand in the response, and whom it is for."""
+
+    client: str
+    exchange: int
+    unit: int
+
+
+class Routing:
+    """`is_line`: unit 0 is a broadcast.  Otherwise 0 and 255 mean `direct_unit`, without it the only unit there is."""
+
+    def __init__(self, is_line: bool, direct_unit: int | None = None) -> None:
+        self._is_line, self._direct_unit = is_line, direct_unit
+        self._interests: dict[str, frozenset[int] | None] = {}  # None: every unit
+        self._routes: dict[int, tuple[int, tuple[str, ...]]] = {}  # by unit asked for; made when first needed
+        self._open: dict[int, Asked] = {}
+        self._numbered = 0
+
+    def join(self, member: str) -> None:
+        self._interests[member] = frozenset()
+
+    def leave(self, member: str) -> None:
+        self._interests.pop(member, None)
+        self._routes.clear()
+        for exchange in [exchange for exchange, asked in self._open.items() if asked.client == member]:
+            del self._open[exchange]
+
+    def listen(self, member: str, interest: Sequence[Any] | None) -> None:
+        self._interests[member] = None if interest is None else frozenset(map(int, interest))
+        self._routes.clear()
+
+    def ask(self, client: str, request: ModbusRequest, line: LineState | None) -> tuple[ModbusRequest, tuple[str, ...]]:
+        """The request as its servers see it, and their names.  Its exchange is open from now on."""
+        unit = request.unit
+        target, servers = self._routes.get(unit) or self._find(unit)
+        if client in servers:
+            servers = tuple(name for name in servers if name != client)
+        self._numbered = exchange = self._numbered + 1 & 0xFFFF_FFFF
+        if servers and not (self._is_line and unit == BROADCAST):
+            self._open[exchange] = Asked(client, request.exchange, unit)
+            if len(self._open) > MOST_OPEN:
+                del self._open[next(iter(self._open))]
+        return ModbusRequest(target, request.pdu, exchange, line), servers
+
+    def answer(self, response: ModbusResponse) -> tuple[ModbusResponse, tuple[str]] | None:
+        """The response as its client sees it, and the client.  None if nobody waits for it."""
+        asked = self._open.pop(response.exchange, None)
+        if asked is None:
+            return None
+        return ModbusResponse(asked.unit, response.pdu, asked.exchange), (asked.client,)
+
+    def _find(self, unit: int) -> tuple[int, tuple[str, ...]]:
+        if self._is_line and unit == BROADCAST:
+            servers = tuple(name for name, units in self._interests.items() if units is None or units)
+            route = (unit, servers)
+        else:
+            target = self._target(unit)
+            route = (target, tuple(name for name, units in self._interests.items() if units is None or target in units))
+        self._routes[unit] = route
+        return route
+
+    def _target(self, unit: int) -> int:
+        if self._is_line or unit not in NOT_SIGNIFICANT:
+            return unit
+        if self._direct_unit is not None:
+            return self._direct_unit
+        units: set[int] = set().union(*(units for units in self._interests.values() if units))
+        return units.pop() if len(units) == 1 else unit

@@ -1,0 +1,101 @@
+"""Modbus masters on TCP: each connection is a member of the bus, their number is limited, silent ones may be closed."""
+
+import asyncio
+import logging
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig.bus import Hub
+from fieldrig.link import Link
+from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+
+log = logging.getLogger(__name__)
+
+
+class Master(Connection):
+    """One master.  It has to read its answers: until it does, its questions are not read."""
+
+    server: "Masters"
+
+    def __init__(self, server: "Masters", hub: Hub) -> None:
+        super().__init__(server)
+        self.hub = hub
+        self.member = ""
+        self.has_spoken = True
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self.member, link = join_as_outsider(self.hub, "tcp")
+        self.on_open(link)
+        self.server.add(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.on_close()
+        self.hub.leave(self.member)
+        self.server.remove(self)
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        self.has_spoken = True
+        self.server.used(self)
+        self.on_bytes(data)
+
+    def pause_writing(self) -> None:
+        self.transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        self.transport.resume_reading()
+
+    def on_open(self, link: Link[Any]) -> None:
+        """It is a member; nothing has arrived yet."""
+
+    def on_bytes(self, data: bytes) -> None:
+        raise NotImplementedError
+
+    def on_close(self) -> None:
+        """The connection is gone."""
+
+
+class Masters(TcpServer):
+    """One master more than `most` closes the one that was silent longest; `idle_s` of silence closes any."""
+
+    def __init__(
+        self, address: str, make: Callable[["Masters"], Master], most: int, idle_s: float | None = None
+    ) -> None:
+        super().__init__(address, lambda _: make(self))
+        self._most, self._idle_s = most, idle_s
+        self._by_use: OrderedDict[Master, None] = OrderedDict()
+        self._reaper: asyncio.TimerHandle | None = None
+
+    async def open(self) -> None:
+        await super().open()
+        if self._idle_s is not None:
+            self._reaper = asyncio.get_running_loop().call_later(self._idle_s, self._reap, self._idle_s)
+
+    async def close(self) -> None:
+        if self._reaper is not None:
+            self._reaper.cancel()
+        await super().close()
+
+    def add(self, master: Master) -> None:
+        self._by_use[master] = None
+        if len(self._by_use) > self._most:
+            silent, _ = self._by_use.popitem(last=False)
+            log.debug("%s is closed for %s", silent.member, master.member)
+            silent.transport.close()
+
+    def used(self, master: Master) -> None:
+        if master in self._by_use:  # else it is being closed
+            self._by_use.move_to_end(master)
+
+    def remove(self, master: Master) -> None:
+        self._by_use.pop(master, None)
+
+    def _reap(self, idle_s: float) -> None:
+        """Close what has been silent for one to two such periods."""
+        for master in tuple(self._by_use):
+            if not master.has_spoken:
+                master.transport.close()
+            master.has_spoken = False
+        self._reaper = asyncio.get_running_loop().call_later(idle_s, self._reap, idle_s)

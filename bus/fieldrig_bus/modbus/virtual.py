@@ -1,0 +1,32 @@
+"""`modbus.virtual`: Modbus between devices in virtual time, as TCP (no baud) or as a serial line (with one)."""
+
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from fieldrig.bus import BusModel, Time
+from fieldrig.clock import MS
+from fieldrig_bus.modbus.framing import Mode
+from fieldrig_bus.modbus.kind import CharacterSettings, ModbusBus
+from fieldrig_bus.modbus.line_model import LineModel
+from fieldrig_bus.modbus.model import ModbusModel
+
+
+class ModbusVirtualSettings(CharacterSettings):
+    baud: int | None = Field(default=None, ge=300, le=10_000_000, description="a serial line; null: instant, as on TCP")
+    mode: Mode = Field(default="rtu", description="what a frame on the line looks like")
+    response_timeout_ms: int = Field(default=1000, ge=1, description="after it the line is free for the next request")
+
+
+class ModbusVirtual(ModbusBus):
+    about: ClassVar[str] = "Modbus between devices, in virtual time"
+    times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
+
+    def __init__(self, name: str, settings: ModbusVirtualSettings) -> None:
+        super().__init__(name, settings)
+
+    def model(self) -> BusModel[Any]:
+        settings: ModbusVirtualSettings = self.settings
+        if settings.baud is None:
+            return ModbusModel()
+        return LineModel(settings.timing(settings.mode, settings.baud), settings.response_timeout_ms * MS)

@@ -1,0 +1,125 @@
+"""The registers and bits of one Modbus unit as bytes, ready to be sent: a read is a slice.
+
+Where the specification leaves the choice: a value of several registers takes effect (limits, wire, non-volatile memory)
+when its last register, the one with the highest address, is written; until then a half-written value is just registers.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
+
+from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ModbusError
+
+
+class Area(NamedTuple):
+    """Addresses that are there, and what clients may do with them."""
+
+    address: int
+    size: int
+    is_readable: bool
+    is_writable: bool
+
+
+class Watcher(Protocol):
+    """One value in registers that has more to it than its bytes."""
+
+    def limited(self, data: bytes) -> bytes:
+        """What is to stand in the registers after a client has written `data`.  ModbusError if it may not."""
+
+    def on_written(self) -> None:
+        """A client has written it."""
+
+
+class _Map:
+    """What is there, from `base` to before `end`: for each address 1 if it is allowed."""
+
+    def __init__(self, areas: Sequence[Area]) -> None:
+        self.base = min((area.address for area in areas), default=0)
+        self.end = max((area.address + area.size for area in areas), default=0)
+        self.readable, self.writable = bytearray(self.end - self.base), bytearray(self.end - self.base)
+        for address, size, is_readable, is_writable in areas:
+            place = slice(address - self.base, address - self.base + size)
+            self.readable[place] = bytes((is_readable,)) * size
+            self.writable[place] = bytes((is_writable,)) * size
+
+    def start(self, address: int, quantity: int, allowed: bytearray) -> int:
+        """The index of `address`.  ModbusError if anything of the quantity is not there or not allowed."""
+        start = address - self.base
+        if start < 0 or address + quantity > self.end or allowed.find(0, start, start + quantity) >= 0:
+            raise ModbusError(ILLEGAL_DATA_ADDRESS)
+        return start
+
+
+class RegisterImage:
+    def __init__(self, areas: Sequence[Area]) -> None:
+        self._map = _Map(areas)
+        self._base, self._end, self._readable = self._map.base, self._map.end, self._map.readable
+        self._image = bytes(2 * (self._end - self._base))  # not a bytearray: there are more reads than writes
+        self._watched: dict[int, tuple[int, Watcher]] = {}  # by last address: the first, and who watches
+
+    def watch(self, address: int, words: int, watcher: Watcher) -> None:
+        self._watched[address + words - 1] = (address, watcher)
+
+    def get(self, address: int, words: int) -> bytes:
+        start = 2 * (address - self._base)
+        return self._image[start : start + 2 * words]
+
+    def put(self, address: int, data: bytes) -> None:
+        """From inside: nothing is checked, nobody told."""
+        start = 2 * (address - self._base)
+        self._image = self._image[:start] + data + self._image[start + len(data) :]
+
+    def read(self, address: int, quantity: int) -> bytes:
+        start = address - self._base  # as in `_Map.start`, without the call: the hot path of polling
+        stop = start + quantity
+        if start < 0 or address + quantity > self._end or self._readable.find(0, start, stop) >= 0:
+            raise ModbusError(ILLEGAL_DATA_ADDRESS)
+        return self._image[2 * start : 2 * stop]
+
+    def write(self, address: int, data: bytes) -> None:
+        quantity = len(data) // 2
+        self._map.start(address, quantity, self._map.writable)
+        watched = self._watched
+        complete = [(last, *watched[last]) for last in range(address, address + quantity) if last in watched]
+        before = self._image
+        self.put(address, data)
+        try:
+            for last, first, watcher in complete:
+                self.put(first, watcher.limited(self.get(first, last - first + 1)))
+        except ModbusError:
+            self._image = before
+            raise
+        for _, _, watcher in complete:
+            watcher.on_written()
+
+
+class BitImage:
+    """Bits are kept as the digits 0 and 1, because `int(digits, 2)` packs them all at once."""
+
+    def __init__(self, areas: Sequence[Area]) -> None:
+        self._map = _Map(areas)
+        self._digits = bytearray(b"0" * (self._map.end - self._map.base))
+        self._watched: dict[int, Callable[[], None]] = {}
+
+    def watch(self, address: int, on_written: Callable[[], None]) -> None:
+        self._watched[address] = on_written
+
+    def get(self, address: int) -> bool:
+        return self._digits[address - self._map.base] == ord("1")
+
+    def put(self, address: int, value: bool) -> None:
+        """From inside: nothing is checked, nobody told."""
+        self._digits[address - self._map.base] = ord("1" if value else "0")
+
+    def read(self, address: int, quantity: int) -> bytes:
+        start = self._map.start(address, quantity, self._map.readable)
+        packed = int(self._digits[start : start + quantity][::-1], 2)
+        return packed.to_bytes((quantity + 7) // 8, "little")
+
+    def write(self, address: int, quantity: int, packed: bytes) -> None:
+        start = self._map.start(address, quantity, self._map.writable)
+        value = int.from_bytes(packed, "little") & (1 << quantity) - 1
+        self._digits[start : start + quantity] = f"{value:0{quantity}b}".encode()[::-1]
+        for written in range(address, address + quantity):
+            on_written = self._watched.get(written)
+            if on_written is not None:
+                on_written()
