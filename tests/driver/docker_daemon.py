@@ -24,6 +24,13 @@ PULL_LIMIT_S = 120
 START_LIMIT_S = 60
 
 
+def can_be_reached() -> bool:
+    """Whether `reachable` has what it needs, Compose included."""
+    has_compose = shutil.which("docker-compose") is not None or _docker({}, "compose", "version").returncode == 0
+    can_start = os.geteuid() == 0 and all(shutil.which(name) for name in ("docker", "dockerd", "debootstrap"))
+    return has_compose and (can_start or _answers({}))
+
+
 @contextmanager
 def reachable() -> Iterator[Mapping[str, str]]:
     """Environment for docker and Compose in which a daemon answers, as long as one can be had."""
@@ -58,6 +65,7 @@ def _own_daemon(folder: Path) -> Iterator[Mapping[str, str]]:
         _provide_base(environment)
         yield environment
     finally:
+        _docker(environment, "image", "prune", "--force")  # what earlier builds left; the cache would grow for ever
         daemon.terminate()
         daemon.wait()
         if not had_bridge:
@@ -74,6 +82,8 @@ def _docker(environment: Mapping[str, str], *arguments: str, limit_s: float = 60
         return subprocess.run(
             command, env={**os.environ, **environment}, capture_output=True, timeout=limit_s, check=False
         )
+    except FileNotFoundError:
+        return subprocess.CompletedProcess(command, 127, b"", b"")
     except subprocess.TimeoutExpired as late:
         return subprocess.CompletedProcess(command, 124, late.stdout or b"", late.stderr or b"")
 

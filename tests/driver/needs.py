@@ -11,7 +11,7 @@ from ctypes.util import find_library
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.driver import uml, vcan
+from tests.driver import docker_daemon, uml, vcan
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,14 +49,7 @@ NPM = Need(
 )
 UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2"), uml.is_there)
 VCAN = Need("a kernel with vcan", UML.packages, lambda: vcan.is_there() or uml.is_there())
-DOCKER = Need(
-    "Docker with Compose",
-    ("docker.io", "docker-compose", "debootstrap"),
-    lambda: (
-        shutil.which("docker") is not None
-        and (shutil.which("docker-compose") is not None or _succeeds("docker", "compose", "version"))
-    ),
-)
+DOCKER = Need("Docker with Compose", ("docker.io", "docker-compose", "debootstrap"), docker_daemon.can_be_reached)
 
 
 def missing(needs: Iterable[Need]) -> list[Need]:
@@ -73,7 +66,3 @@ def install(needs: Sequence[Need]) -> None:
     quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive", "NEEDRESTART_SUSPEND": "1"}
     for command in (["update"], ["install", "--yes", "--no-install-recommends", *packages]):
         subprocess.run(["apt-get", "-qq", "-o=Dpkg::Use-Pty=0", *command], env=quiet, check=False)
-
-
-def _succeeds(*command: str) -> bool:
-    return subprocess.run(command, capture_output=True, check=False).returncode == 0

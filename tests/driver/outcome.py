@@ -53,21 +53,24 @@ def summary(outcomes: Sequence[Outcome], seconds: float, in_ci: bool) -> int:
         lines += ["", "left out" + (" (which is a failure with CI=true):" if in_ci else ":")]
         lines += [f"  {text}" for text in dict.fromkeys(left_out)]
     has_failed = any(outcome.is_ok is False for outcome in outcomes) or (in_ci and bool(left_out))
-    lines += ["", _closing(outcomes, seconds)]
+    if any(outcome.tally.passed or outcome.tally.failed for outcome in outcomes):
+        lines += ["", _closing(outcomes, seconds)]
     sys.stdout.write("\n".join(lines) + "\n")
     return 1 if has_failed else 0
 
 
 def _row(outcome: Outcome) -> str:
-    tests = f"{outcome.tally.passed} passed" if outcome.tally.passed else ""
-    return f"{outcome.stage:<8} {outcome.word:<8} {outcome.seconds:6.1f} s  {tests}".rstrip()
+    return f"{outcome.stage:<8} {outcome.word:<8} {outcome.seconds:6.1f} s  {_counts([outcome])}".rstrip()
 
 
 def _closing(outcomes: Sequence[Outcome], seconds: float) -> str:
     """All stages in one line of pytest's form."""
+    return f"{_counts(outcomes)} in {seconds:.2f}s"
+
+
+def _counts(outcomes: Sequence[Outcome]) -> str:
     counts = {
         "failed": sum(outcome.tally.failed for outcome in outcomes),
         "passed": sum(outcome.tally.passed for outcome in outcomes),
     }
-    words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-    return f"{words or 'no tests ran'} in {seconds:.2f}s"
+    return ", ".join(f"{count} {word}" for word, count in counts.items() if count)

@@ -71,13 +71,13 @@ def node_packages() -> Iterator[Mapping[str, str]]:
 
 
 CHECKS = (
-    Stage("format", "the code is formatted", module("ruff", "format", "--check", "--quiet")),
+    Stage("format", "the code is formatted", module("ruff", "format", "--check")),
     Stage("lint", "ruff has nothing to say", module("ruff", "check", "--quiet")),
     Stage("types", "mypy --strict", module("mypy")),
     Stage(
         "imports",
         "devices stand on buses, buses on the kernel",
-        lambda: [str(Path(sys.prefix) / "bin" / "lint-imports")],
+        lambda: [str(Path(sys.prefix) / "bin" / "lint-imports"), "--no-logo"],
     ),
 )
 
