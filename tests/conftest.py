@@ -1,6 +1,8 @@
 import addresses
 import pytest
 
+pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
+
 
 @pytest.fixture
 def free_port() -> int:

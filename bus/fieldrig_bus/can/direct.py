@@ -1,0 +1,126 @@
+"""What the CAN buses have in common whose medium is there without us: an end of its own for each member.
+
+An end sends `BURST` frames in one turn of the loop and the rest in the next ones, so that a burst doesn't overrun the
+others' receive buffers: neither vcan nor UDP makes a sender wait.
+"""
+
+import asyncio
+import logging
+import socket
+from abc import abstractmethod
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, Final
+
+from fieldrig.bus import Attachment, DirectBus, Time
+from fieldrig.clock import MS
+from fieldrig_bus.can import codec
+from fieldrig_bus.can.acceptance import Filters, filters_of, wants_own
+from fieldrig_bus.can.frame import CanFrame
+
+log = logging.getLogger(__name__)
+
+BURST: Final = 64
+LONGEST_QUEUE: Final = 10_000
+RETRY_NS: Final = 1 * MS
+"""The kernel doesn't say when a full transmit queue has room again; at 1 Mbit/s a frame takes an eighth of this."""
+
+
+class DirectEnd:
+    """One member's link, around a socket that doesn't block."""
+
+    def __init__(self, at: Attachment, sock: socket.socket) -> None:
+        self.at, self.socket = at, sock
+        self.handler: Callable[[CanFrame], None] | None = None
+        self._loop = asyncio.get_running_loop()
+        self._queue: deque[CanFrame] = deque()
+        self._sent = 0  # in this turn of the loop
+        self._is_coming_back = False
+        self._loop.add_reader(sock, self._on_readable)
+
+    def send(self, message: CanFrame) -> None:
+        if not self._queue and self._sent < BURST and self.transmit(message):
+            self._sent += 1
+        elif len(self._queue) < LONGEST_QUEUE:
+            self._queue.append(message)
+        else:
+            log.debug("%s has %d frames waiting; dropped %r", self.at.member, LONGEST_QUEUE, message)
+        if not self._is_coming_back:
+            self._come_back()
+
+    def on_receive(self, handler: Callable[[CanFrame], None], interest: Sequence[object] | None = None) -> None:
+        self.handler = handler
+        self.listen(filters_of(interest), wants_own(interest))
+
+    def close(self) -> None:
+        self._queue.clear()
+        self._loop.remove_reader(self.socket)
+        self.socket.close()
+
+    @abstractmethod
+    def transmit(self, frame: CanFrame) -> bool:
+        """Hand it to the medium; False if that has no room just now."""
+
+    @abstractmethod
+    def listen(self, filters: Filters | None, with_own: bool) -> None:
+        """Let pass what `acceptance` says."""
+
+    @abstractmethod
+    def receive(self) -> None:
+        """Read one message and deliver its frame, if it is one and of interest.  OSError as the socket raises it."""
+
+    def _on_readable(self) -> None:
+        try:
+            for _ in range(BURST):
+                self.receive()
+        except BlockingIOError:
+            pass
+        except OSError as fault:  # such as a network device that was set down; it may come up again
+            log.warning("%s: %s", self.at.member, fault)
+
+    def _come_back(self) -> None:
+        self._is_coming_back = True
+        if self._sent:
+            self._loop.call_soon(self._on_turn)
+        else:  # the medium has no room
+            self.at.clock.call_at(self.at.clock.now_ns() + RETRY_NS, self._on_turn)
+
+    def _on_turn(self) -> None:
+        self._sent, self._is_coming_back = 0, False
+        queue = self._queue
+        while queue and self._sent < BURST and self.transmit(queue[0]):
+            queue.popleft()
+            self._sent += 1
+        if queue or self._sent:
+            self._come_back()
+
+
+class CanDirectBus(DirectBus[CanFrame]):
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    family: ClassVar[str] = "can"
+    messages: ClassVar[tuple[type, ...]] = (CanFrame,)
+
+    encode = staticmethod(codec.encode)
+    decode = staticmethod(codec.decode)
+    show = staticmethod(codec.show)
+
+    def __init__(self, name: str, settings: Any) -> None:
+        super().__init__(name, settings)
+        self._ends: dict[str, DirectEnd] = {}
+
+    @abstractmethod
+    def end(self, at: Attachment) -> DirectEnd:
+        """A fresh end.  BusError, with its remedy, if the medium can't be had."""
+
+    @abstractmethod
+    def python_can(self) -> dict[str, object]:
+        """What `can.Bus(...)` takes to join from outside."""
+
+    async def open(self, at: Attachment) -> DirectEnd:
+        end = self._ends[at.member] = self.end(at)
+        return end
+
+    async def close(self, member: str) -> None:
+        end = self._ends.pop(member, None)
+        if end is not None:
+            end.close()

@@ -1,0 +1,76 @@
+"""Members of a direct bus on a loop of its own, for suites that drive links by hand."""
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hub_bench import LoopBench
+
+from fieldrig.bus import DirectBus
+from fieldrig.link import Link
+from fieldrig.real_clock import RealClock
+
+
+class At:
+    """An Attachment that keeps what goes into the trace."""
+
+    def __init__(self, member: str, clock: RealClock) -> None:
+        self.member, self.clock = member, clock
+        self.traced: list[tuple[str, Any]] = []
+
+    def path(self, name: str) -> Path:
+        raise NotImplementedError
+
+    def session(self) -> Any:
+        raise NotImplementedError
+
+    def deliver(self, handler: Any, message: Any) -> None:
+        self.clock.handle(handler, message)
+
+    def heard(self, sender: str, message: Any) -> None:
+        self.traced.append((sender, message))
+
+
+class DirectBench(LoopBench):
+    def __init__(self, bus: DirectBus[Any]) -> None:
+        super().__init__()
+        self.bus = bus
+        self.at: dict[str, At] = {}
+
+    def join(self, member: str) -> Link[Any]:
+        self.at[member] = At(member, self.clock)
+        return self.loop.run_until_complete(self.bus.open(self.at[member]))
+
+    def settle(self) -> None:
+        """An interest is in force when `on_receive` returns."""
+
+    def do(self, action: Any, *arguments: Any) -> Any:
+        """Run something that blocks, such as a foreign client, while the loop goes on."""
+        return self.loop.run_until_complete(asyncio.wait_for(asyncio.to_thread(action, *arguments), 30))
+
+    def close(self) -> None:
+        for member in self.at:
+            self.loop.run_until_complete(self.bus.close(member))
+        self.loop.run_until_complete(self.loop.shutdown_default_executor())
+        super().close()
+
+
+class DirectWire:
+    """Three members, as suites of link laws want them."""
+
+    carries_fd = True
+
+    def __init__(self, bench: DirectBench) -> None:
+        self.settle, self.pump = bench.settle, bench.pump
+        self.a, self.b, self.c = bench.join("a"), bench.join("b"), bench.join("c")
+
+
+@contextmanager
+def direct_bench(bus: DirectBus[Any]) -> Iterator[DirectBench]:
+    bench = DirectBench(bus)
+    try:
+        yield bench
+    finally:
+        bench.close()
