@@ -1,0 +1,124 @@
+"""Heartbeat: the node's own (1017h), and the watch it keeps over those of others (1016h).
+
+Source: CiA 301 7.2.8.2.2.3, 7.5.2.19, 7.5.2.20.
+"""
+
+from collections.abc import Callable
+
+from fieldrig.clock import MS, Clock
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.deadline import Deadline
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.nmt import ERROR_CONTROL_ID
+from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.service import Object, Reset, Service, State
+from fieldrig_devices.canopen.variable import Variable
+
+PRODUCER_TIME = 0x1017
+CONSUMER_TIME = 0x1016
+
+
+class HeartbeatProducer(Service):
+    """Sends the NMT state every 1017h milliseconds; a new time holds at once."""
+
+    def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, node_id: int) -> None:
+        self._clock, self._port, self._id = clock, port, ERROR_CONTROL_ID + node_id
+        self._due = Deadline(clock, self._on_due)
+        self._time = dictionary.get(PRODUCER_TIME)
+        if self._time is not None:
+            self._time.watchers.append(self._on_time)
+
+    def reset(self, scope: Reset) -> None:
+        self._due.cancel()
+        if self._period_ns > 0:  # the boot-up message counts as the first heartbeat
+            self._due.set(self._clock.now_ns() + self._period_ns)
+
+    @property
+    def _period_ns(self) -> int:
+        return 0 if self._time is None else self._time.number * MS
+
+    def _on_time(self) -> None:
+        self._due.cancel()
+        if self._period_ns > 0:
+            self._on_due()
+
+    def _on_due(self) -> None:
+        self._port.send(self._id, bytes((self._port.state,)))
+        self._due.set(self._clock.now_ns() + self._period_ns)
+
+
+class HeartbeatConsumer(Service):
+    """Watches the producers of 1016h from their first heartbeat on; says which are lost, and back."""
+
+    def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, on_change: Callable[[bool], None]) -> None:
+        self._clock, self._port, self._on_change = clock, port, on_change
+        self._entries = dictionary.members(CONSUMER_TIME)
+        self._watches: list[_Watch] = []
+        self.is_lost = False
+        """Whether a producer that was heard before has fallen silent."""
+        for entry in self._entries:
+            entry.writer = self._writer(entry)
+            entry.watchers.append(self._configure)
+
+    def reset(self, scope: Reset) -> None:
+        self.is_lost = False
+        self._configure()
+
+    def _configure(self) -> None:
+        for watch in self._watches:
+            watch.end()
+        self._watches = [
+            _Watch(self._clock, self._port, node_id, time_ms * MS, self._judge)
+            for node_id, time_ms in map(_parse, self._entries)
+            if 1 <= node_id <= 127 and time_ms > 0
+        ]
+        self._judge()
+
+    def _judge(self) -> None:
+        is_lost = any(watch.is_lost for watch in self._watches)
+        if is_lost != self.is_lost:
+            self.is_lost = is_lost
+            self._on_change(is_lost)
+
+    def _writer(self, entry: Variable) -> Callable[[bytes], None]:
+        def write(data: bytes) -> None:
+            node_id, time_ms = data[2], int.from_bytes(data[:2], "little")
+            others = [_parse(other) for other in self._entries if other is not entry]
+            if time_ms > 0 and any(node_id == other and time > 0 for other, time in others):
+                raise Abort(Code.PARAMETER_INCOMPATIBLE)  # 7.5.2.19: one time per node
+            entry.set(data)
+
+        return write
+
+
+class _Watch:
+    """The watch over one producer."""
+
+    def __init__(self, clock: Clock, port: Port, node_id: int, time_ns: int, on_change: Callable[[], None]) -> None:
+        self._clock, self._port, self._time_ns, self._on_change = clock, port, time_ns, on_change
+        self._due = Deadline(clock, self._on_due)
+        self.is_lost = False
+        port.listen(self, Object.ERROR_CONTROL, ERROR_CONTROL_ID + node_id, self._on_frame)
+
+    def end(self) -> None:
+        self._due.cancel()
+        self._port.listen(self, Object.ERROR_CONTROL, None, self._on_frame)
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        # A boot-up message is no heartbeat: the watch begins with the first of those.
+        if frame.is_remote or len(frame.data) != 1 or frame.data[0] == State.INITIALISING:
+            return
+        self._due.set(self._clock.now_ns() + self._time_ns)
+        if self.is_lost:
+            self.is_lost = False
+            self._on_change()
+
+    def _on_due(self) -> None:
+        self.is_lost = True
+        self._on_change()
+
+
+def _parse(entry: Variable) -> tuple[int, int]:
+    """Node-ID, and time in milliseconds."""
+    return entry.number >> 16 & 0xFF, entry.number & 0xFFFF

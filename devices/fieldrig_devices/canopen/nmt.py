@@ -1,0 +1,73 @@
+"""NMT slave: the state machine of the node, its commands and the boot-up message.
+
+Source: CiA 301 chapter 7.2.8 and 7.3.2.  Starting on its own (1F80h, CiA 302-2) is left out: a master starts it.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.service import Object, Reset, Service, State
+
+NMT_ID = 0x000
+ERROR_CONTROL_ID = 0x700
+BOOT_UP = b"\x00"
+
+
+class Command(IntEnum):
+    START = 1
+    STOP = 2
+    ENTER_PRE_OPERATIONAL = 128
+    RESET_NODE = 129
+    RESET_COMMUNICATION = 130
+
+
+# 7.3.2.1, figure 'NMT state diagram': commands lead to the same state from each of the three.
+NEXT_STATE = {
+    Command.START: State.OPERATIONAL,
+    Command.STOP: State.STOPPED,
+    Command.ENTER_PRE_OPERATIONAL: State.PRE_OPERATIONAL,
+}
+RESETS = {Command.RESET_NODE: Reset.NODE, Command.RESET_COMMUNICATION: Reset.COMMUNICATION}
+COMMANDS = {int(command): command for command in Command}
+
+
+class NmtSlave(Service):
+    """Obeys NMT commands.  `restart` brings the parameters and services to their start, `enter` into a state."""
+
+    def __init__(
+        self, port: Port, node_id: int, restart: Callable[[Reset], None], enter: Callable[[State], None]
+    ) -> None:
+        self._port, self._node_id = port, node_id
+        self._restart, self._enter = restart, enter
+        self.state = State.INITIALISING
+
+    def reset(self, scope: Reset) -> None:
+        self._port.listen(self, Object.NMT, NMT_ID, self._on_frame)
+
+    def command(self, command: Command) -> None:
+        """Do what a master, or the node itself after an error, asks for."""
+        scope = RESETS.get(command)
+        if scope is not None:
+            self.boot(scope)
+        elif self.state is not NEXT_STATE[command]:
+            self._go(NEXT_STATE[command])
+
+    def boot(self, scope: Reset) -> None:
+        """Initialisation: silent, then the boot-up message, then pre-operational."""
+        self._go(State.INITIALISING)
+        self._restart(scope)
+        self._port.send(ERROR_CONTROL_ID + self._node_id, BOOT_UP)
+        self._go(State.PRE_OPERATIONAL)
+
+    def _go(self, state: State) -> None:
+        self.state = state
+        self._enter(state)
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        if len(frame.data) != 2 or frame.data[1] not in (0, self._node_id):
+            return
+        command = COMMANDS.get(frame.data[0])
+        if command is not None:
+            self.command(command)

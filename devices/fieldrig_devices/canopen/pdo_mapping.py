@@ -1,0 +1,191 @@
+"""What a PDO carries: its mapping parameter, the procedure to change it, and the way between variables and bytes.
+
+Source: CiA 301 7.5.2.36 (1600h) and 7.5.2.38 (1A00h).  Multiplexed PDOs (254 and 255 in sub-index 0) are left out.
+"""
+
+import logging
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.variable import Variable
+
+log = logging.getLogger(__name__)
+
+MAX_BITS = 64
+MAX_ENTRIES = 64
+
+
+class Direction(Enum):
+    RECEIVE = "RPDO"
+    TRANSMIT = "TPDO"
+
+
+class Part(NamedTuple):
+    """A mapped variable, None for a gap that a dummy leaves, and its bits in the PDO."""
+
+    variable: Variable | None
+    bits: int
+
+
+Pack = Callable[[], bytes]
+Unpack = Callable[[bytes], None]
+
+
+class Mapping:
+    """The mapping parameter at `index`.
+
+    The network changes it by the procedure only: the PDO not valid (`is_valid`), sub-index 0 at 0, then the
+    entries, then sub-index 0.  `parts` is what is mapped now.
+    """
+
+    def __init__(self, dictionary: Dictionary, index: int, direction: Direction, is_valid: Callable[[], bool]) -> None:
+        self._dictionary, self._direction, self._is_valid = dictionary, direction, is_valid
+        self._count, self._entries = dictionary.get(index), dictionary.members(index)
+        self.name = f"{direction.value} mapping {index:04X}h"
+        self.parts: list[Part] = []
+        if self._count is not None:
+            self._count.writer = self._on_count_written
+        for entry in self._entries:
+            entry.writer = self._entry_writer(entry)
+
+    @property
+    def size(self) -> int:
+        """Bytes of the PDO."""
+        return (sum(part.bits for part in self.parts) + 7) // 8
+
+    def reset(self) -> None:
+        """Take what the dictionary holds; a mapping that the EDS has wrong leaves the PDO empty."""
+        try:
+            self.parts = self._resolve_all(0 if self._count is None else self._count.number)
+        except Abort as abort:
+            self.parts = []
+            log.warning("%s of the EDS is not possible (%s); the PDO stays empty", self.name, abort)
+
+    def packer(self) -> Pack:
+        return make_packer(self.parts)
+
+    def unpacker(self) -> Unpack:
+        return make_unpacker(self.parts)
+
+    def _entry_writer(self, entry: Variable) -> Callable[[bytes], None]:
+        def write(data: bytes) -> None:
+            if self._is_valid() or (self._count is not None and self._count.number != 0):
+                raise Abort(Code.DEVICE_STATE)
+            number = int.from_bytes(data, "little")
+            if number != 0:
+                self._resolve(number)
+            entry.set(data)
+
+        return write
+
+    def _on_count_written(self, data: bytes) -> None:
+        assert self._count is not None
+        if self._is_valid() and data != self._count.data:
+            raise Abort(Code.DEVICE_STATE)
+        self.parts = self._resolve_all(data[0])
+        self._count.set(data)
+
+    def _resolve_all(self, count: int) -> list[Part]:
+        if count > min(MAX_ENTRIES, len(self._entries)):
+            raise Abort(Code.PDO_LENGTH_EXCEEDED)
+        parts = [self._resolve(entry.number) for entry in self._entries[:count]]
+        if sum(part.bits for part in parts) > MAX_BITS:
+            raise Abort(Code.PDO_LENGTH_EXCEEDED)
+        return parts
+
+    def _resolve(self, number: int) -> Part:
+        """What an entry names: index, sub-index, bits."""
+        index, subindex, bits = number >> 16, number >> 8 & 0xFF, number & 0xFF
+        if index in self._dictionary.dummies and subindex == 0:
+            if self._direction is Direction.RECEIVE and bits == self._dictionary.dummies[index]:
+                return Part(None, bits)
+            raise Abort(Code.NOT_MAPPABLE)
+        if index not in self._dictionary:
+            raise Abort(Code.NO_OBJECT)
+        variable = self._dictionary.get(index, subindex)
+        if variable is None or not self._may_carry(variable) or not _has_length(variable, bits):
+            raise Abort(Code.NOT_MAPPABLE)
+        return Part(variable, bits)
+
+    def _may_carry(self, variable: Variable) -> bool:
+        access = variable.access
+        is_allowed = access.is_received if self._direction is Direction.RECEIVE else access.is_transmitted
+        return variable.is_mappable and is_allowed
+
+
+def _has_length(variable: Variable, bits: int) -> bool:
+    """A BOOLEAN may also take a byte of its own, as many EDS files have it; strings take what they are given."""
+    if variable.type.bits is None:
+        return 0 < bits <= MAX_BITS and bits % 8 == 0
+    return bits in (variable.type.bits, (variable.type.size or 0) * 8)
+
+
+def make_packer(parts: Sequence[Part]) -> Pack:
+    """A function that gives the bytes of a TPDO."""
+    variables = [part.variable for part in parts if part.variable is not None]
+    if not all(_is_whole(part) for part in parts):
+        return lambda: _pack_bits(parts)
+    if len(variables) == 1:
+        only = variables[0]
+        return lambda: only.data
+    return lambda: b"".join([variable.data for variable in variables])
+
+
+def make_unpacker(parts: Sequence[Part]) -> Unpack:
+    """A function that puts the bytes of an RPDO, which are enough, into the variables."""
+    if not all(part.bits % 8 == 0 for part in parts):
+        return lambda data: _unpack_bits(parts, data)
+    slices = []
+    first = 0
+    for variable, bits in parts:
+        if variable is not None:
+            slices.append((_setter(variable), first, first + bits // 8))
+        first += bits // 8
+
+    def unpack(data: bytes) -> None:
+        for put, first, end in slices:
+            put(data[first:end])
+
+    return unpack
+
+
+def _is_whole(part: Part) -> bool:
+    """Whether the bytes of the variable are those in the PDO."""
+    return (
+        part.variable is not None and part.variable.type.size is not None and part.bits == part.variable.type.size * 8
+    )
+
+
+def _pack_bits(parts: Sequence[Part]) -> bytes:
+    number = position = 0
+    for variable, bits in parts:
+        if variable is not None:
+            number |= (int.from_bytes(variable.data, "little") & (1 << bits) - 1) << position
+        position += bits
+    return number.to_bytes((position + 7) // 8, "little")
+
+
+def _unpack_bits(parts: Sequence[Part], data: bytes) -> None:
+    number = int.from_bytes(data, "little")
+    for variable, bits in parts:
+        if variable is not None:
+            value = number & (1 << bits) - 1
+            _setter(variable)(value.to_bytes(variable.type.size or bits // 8, "little"))
+        number >>= bits
+
+
+def _setter(variable: Variable) -> Callable[[bytes], None]:
+    """How an RPDO writes: what the variable refuses is dropped."""
+    if variable.is_plain:
+        return variable.set
+
+    def put(data: bytes) -> None:
+        try:
+            variable.write(data)
+        except Abort as abort:
+            log.debug("%s refuses %s from an RPDO: %s", variable.key, data.hex(" "), abort)
+
+    return put

@@ -1,0 +1,94 @@
+"""The node's end of the CAN bus, shared by its services: who hears which identifier, in which NMT state."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from fieldrig.link import Link
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
+from fieldrig_devices.canopen.service import ALLOWED, Object, State
+
+Handler = Callable[[CanFrame], None]
+
+BASE_MASK = EXTENDED_KEY | 0x7FF
+EXTENDED_MASK = EXTENDED_KEY | 0x1FFF_FFFF
+
+
+class Port:
+    """Sends frames, and hands those that arrive to the services that listen.
+
+    The bus is asked for exactly the identifiers that someone listens to, whatever the NMT state: a frame may
+    follow an NMT command closer than a change of interest could reach the bus.
+    """
+
+    def __init__(self, can: Link[CanFrame]) -> None:
+        self._can = can
+        self._listeners: dict[object, tuple[Object, int, Handler]] = {}
+        self._routes: dict[int, Handler] = {}
+        self._interest: list[int] | None = None
+        self._is_batching = False
+        self.state = State.INITIALISING
+
+    def send(self, key: int, data: bytes) -> None:
+        """Send a data frame; `key` is an identifier, 29-bit ones with bit 31."""
+        if key < EXTENDED_KEY:
+            self._can.send(CanFrame(key, data))
+        else:
+            self._can.send(CanFrame(key - EXTENDED_KEY, data, is_extended=True))
+
+    def listen(self, owner: object, carried: Object, key: int | None, handler: Handler) -> None:
+        """From now on `owner` hears `key` with `handler`, and nothing else; None: nothing at all."""
+        before = self._listeners.pop(owner, None)
+        if key is not None:
+            self._listeners[owner] = (carried, key, handler)
+        if not self._is_batching and (key is not None or before is not None):
+            self._connect()
+
+    def enter(self, state: State) -> None:
+        """Hear what is allowed in `state`."""
+        self.state = state
+        self._connect_routes()
+
+    @contextmanager
+    def batch(self) -> Iterator[None]:
+        """Tell the bus once of all changes inside."""
+        self._is_batching = True
+        try:
+            yield
+        finally:
+            self._is_batching = False
+            self._connect()
+
+    def _connect(self) -> None:
+        self._connect_routes()
+        interest = sorted({key for _, key, _ in self._listeners.values()})
+        if interest != self._interest:
+            self._interest = interest
+            self._can.on_receive(self._on_frame, [_accept(key) for key in interest])
+
+    def _connect_routes(self) -> None:
+        handlers: dict[int, list[Handler]] = {}
+        for carried, key, handler in self._listeners.values():
+            if carried in ALLOWED[self.state]:
+                handlers.setdefault(key, []).append(handler)
+        self._routes = {key: several[0] if len(several) == 1 else _all(several) for key, several in handlers.items()}
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        key = frame.identifier
+        if frame.is_extended:
+            key |= EXTENDED_KEY
+        handler = self._routes.get(key)
+        if handler is not None and not frame.is_fd:
+            handler(frame)
+
+
+def _accept(key: int) -> list[int]:
+    return [key, EXTENDED_MASK if key & EXTENDED_KEY else BASE_MASK]
+
+
+def _all(handlers: list[Handler]) -> Handler:
+    def handle(frame: CanFrame) -> None:
+        for handler in handlers:
+            handler(frame)
+
+    return handle

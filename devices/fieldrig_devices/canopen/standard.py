@@ -1,0 +1,48 @@
+"""Types that CiA 301 gives the communication parameters; the services take them for granted.
+
+Source: CiA 301 chapter 7.5.2.
+"""
+
+from collections.abc import Iterable, Iterator
+
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, DataType
+from fieldrig_devices.canopen.variable import Variable
+
+U8, U16, U32 = DATA_TYPES[0x05], DATA_TYPES[0x06], DATA_TYPES[0x07]
+
+PDO_PARAMETER: dict[int | None, DataType] = {0: U8, 1: U32, 2: U8, 3: U16, 5: U16, 6: U8}
+# Sub-index None: all that are not named.
+TYPES: list[tuple[range, dict[int | None, DataType]]] = [
+    (range(0x1000, 0x1001), {0: U32}),
+    (range(0x1001, 0x1002), {0: U8}),
+    (range(0x1003, 0x1004), {0: U8, None: U32}),
+    (range(0x1005, 0x1008), {0: U32}),
+    (range(0x1014, 0x1015), {0: U32}),
+    (range(0x1015, 0x1016), {0: U16}),
+    (range(0x1016, 0x1017), {0: U8, None: U32}),
+    (range(0x1017, 0x1018), {0: U16}),
+    (range(0x1018, 0x1019), {0: U8, None: U32}),
+    (range(0x1019, 0x101A), {0: U8}),
+    (range(0x1029, 0x102A), {0: U8, None: U8}),
+    (range(0x1200, 0x1280), {0: U8, 1: U32, 2: U32, 3: U8}),
+    (range(0x1400, 0x1600), PDO_PARAMETER),
+    (range(0x1600, 0x1800), {0: U8, None: U32}),
+    (range(0x1800, 0x1A00), PDO_PARAMETER),
+    (range(0x1A00, 0x1C00), {0: U8, None: U32}),
+]
+
+
+def problems(variables: Iterable[Variable]) -> Iterator[str]:
+    """What is of another type than it has to be."""
+    for variable in variables:
+        wanted = _wanted(variable)
+        if wanted is not None and variable.type is not wanted:
+            where = f"[{variable.index:04X}] sub-index {variable.subindex}: DataType"
+            yield f"{where} = {variable.type.name}: {wanted.name} would be right (CiA 301)"
+
+
+def _wanted(variable: Variable) -> DataType | None:
+    for indices, types in TYPES:
+        if variable.index in indices:
+            return types.get(variable.subindex, types.get(None))
+    return None

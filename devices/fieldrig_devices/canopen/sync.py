@@ -1,0 +1,119 @@
+"""SYNC: hears it and passes it on to the PDOs (1005h, 1019h), and produces it if told to (1006h).
+
+Source: CiA 301 7.2.5, 7.5.2.5, 7.5.2.6, 7.5.2.21.  The window of 1007h is not watched.
+"""
+
+from collections.abc import Callable
+
+from fieldrig.clock import US, Clock
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen import emcy
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.cob_id import BIT_30, can_key, guard
+from fieldrig_devices.canopen.deadline import Deadline
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
+
+COB_ID, PERIOD, OVERFLOW = 0x1005, 0x1006, 0x1019
+MAX_COUNTER = 240
+
+Order = tuple[int, int]
+"""RPDOs (0, n) come before TPDOs (1, n), so that a TPDO carries what its SYNC has put into effect."""
+
+Handler = Callable[[int | None], None]
+"""Takes the counter, None in a SYNC without."""
+
+
+def is_produced(cob_id: int) -> bool:
+    return bool(cob_id & BIT_30)
+
+
+class Sync(Service):
+    def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, errors: "emcy.Emcy") -> None:
+        self._clock, self._port, self._errors = clock, port, errors
+        self._cob_id, self._period = dictionary.get(COB_ID), dictionary.get(PERIOD)
+        self._overflow = dictionary.get(OVERFLOW)
+        self._due = Deadline(clock, self._on_due)
+        self._subscribers: dict[Order, Handler] = {}
+        self._handlers: tuple[Handler, ...] = ()
+        self._length = 0
+        self._counter = 0
+        self._connect()
+
+    def subscribe(self, order: Order, handler: Handler | None) -> None:
+        """Call `handler` at each SYNC, in the order of `order`; None: no longer."""
+        self._subscribers.pop(order, None)
+        if handler is not None:
+            self._subscribers[order] = handler
+        self._handlers = tuple(self._subscribers[one] for one in sorted(self._subscribers))
+
+    def reset(self, scope: Reset) -> None:
+        self._counter = 0
+        self._configure()
+
+    def enter(self, state: State) -> None:
+        """Out of 'stopped' the counter begins anew (7.2.5.2.1)."""
+        if Object.SYNC not in ALLOWED[state]:
+            self._counter = 0
+            self._due.cancel()
+        elif self._due.when_ns is None:
+            self._start()
+
+    def _connect(self) -> None:
+        if self._cob_id is not None:
+            guard(self._cob_id, is_produced, is_idle_checked=True)
+            self._cob_id.watchers.append(self._configure)
+        if self._period is not None:
+            self._period.watchers.append(self._configure)
+        if self._overflow is not None:
+            self._overflow.writer = self._on_overflow_written
+
+    def _configure(self) -> None:
+        key = None if self._cob_id is None else can_key(self._cob_id.number)
+        self._length = 1 if self._overflow is not None and self._overflow.number > 0 else 0
+        self._port.listen(self, Object.SYNC, key, self._on_frame)
+        self._due.cancel()
+        self._start()
+
+    @property
+    def _period_ns(self) -> int:
+        return 0 if self._period is None else self._period.number * US
+
+    def _start(self) -> None:
+        is_producer = self._cob_id is not None and is_produced(self._cob_id.number)
+        if is_producer and self._period_ns > 0 and Object.SYNC in ALLOWED[self._port.state]:
+            self._due.set(self._clock.now_ns() + self._period_ns)
+
+    def _on_due(self) -> None:
+        assert self._cob_id is not None
+        data = b""
+        if self._overflow is not None and self._length > 0:
+            self._counter = self._counter % self._overflow.number + 1
+            data = bytes((self._counter,))
+        self._port.send(can_key(self._cob_id.number), data)
+        self._due.set(self._clock.now_ns() + self._period_ns)
+        self._pass_on(data)
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        if frame.is_remote:
+            return
+        if len(frame.data) != self._length:
+            self._errors.raise_error(emcy.Error.SYNC_LENGTH, emcy.COMMUNICATION, bytes((len(frame.data),)))
+            return
+        self._errors.clear_error(emcy.Error.SYNC_LENGTH)
+        self._pass_on(frame.data)
+
+    def _pass_on(self, data: bytes) -> None:
+        counter = data[0] if data else None
+        for handler in self._handlers:
+            handler(counter)
+
+    def _on_overflow_written(self, data: bytes) -> None:
+        if self._period is not None and self._period.number > 0:
+            raise Abort(Code.DEVICE_STATE)  # 7.5.2.21
+        if data[0] == 1 or data[0] > MAX_COUNTER:
+            raise Abort(Code.INVALID_VALUE)
+        assert self._overflow is not None
+        self._overflow.set(data)
+        self._configure()

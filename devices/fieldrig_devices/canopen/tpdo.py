@@ -1,0 +1,193 @@
+"""TPDO: gives values to the bus, at SYNC, when they change, when time is up, or when asked.
+
+Source: CiA 301 7.2.2, 7.5.2.37 (1800h).  Changes at one instant go out in one PDO; an event-driven PDO is
+sent when it comes into being (valid and operational), so that its consumers know the values.
+"""
+
+from collections.abc import Callable
+
+from fieldrig.clock import MS, US, Clock
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.cob_id import BIT_30, INVALID, can_key, guard, is_valid
+from fieldrig_devices.canopen.deadline import Deadline
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.pdo_mapping import Direction, Mapping
+from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.service import Object, Reset, Service, State
+from fieldrig_devices.canopen.sync import Sync
+from fieldrig_devices.canopen.variable import Variable
+
+COMMUNICATION, MAPPING = 0x1800, 0x1A00
+"""Parameters of the first of 512."""
+
+# Transmission types, table 'description of TPDO transmission type'.
+ACYCLIC, LAST_CYCLIC = 0, 240
+RTR_SYNCHRONOUS = 252  # 253 samples when it is asked, as any other does
+EVENT_DRIVEN = (254, 255)
+
+INHIBIT_UNIT_NS = 100 * US
+
+
+class Tpdo(Service):
+    """TPDO `number`, from 0."""
+
+    def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, sync: Sync, number: int) -> None:
+        self._clock, self._port, self._sync, self._number = clock, port, sync, number
+        index = COMMUNICATION + number
+        self._cob_id, self._type_variable = dictionary.get(index, 1), dictionary.get(index, 2)
+        self._inhibit_time, self._event_time = dictionary.get(index, 3), dictionary.get(index, 5)
+        self._sync_start = dictionary.get(index, 6)
+        self._mapping = Mapping(dictionary, MAPPING + number, Direction.TRANSMIT, self._is_valid)
+        self._pack = self._mapping.packer()
+        self._key = self._type = self._inhibit_ns = self._event_ns = 0
+        self._is_active = False
+        self._is_due = False
+        """There was an event that is not sent yet."""
+        self._is_asked = False
+        """It will be looked at when all of this instant has happened."""
+        self._is_waiting_for_start = False
+        self._syncs = 0
+        self._sample: bytes | None = None
+        self._inhibited = Deadline(clock, self._send_due)
+        self._event_timer = Deadline(clock, self._on_event)
+        self._watched: list[Variable] = []
+        self._connect()
+
+    def reset(self, scope: Reset) -> None:
+        self._mapping.reset()
+        self._configure()
+
+    def enter(self, state: State) -> None:
+        self._configure()
+
+    def _connect(self) -> None:
+        if self._cob_id is not None:
+            guard(self._cob_id)
+        for variable, writer in (
+            (self._type_variable, _check_type),
+            (self._inhibit_time, self._check_not_valid),
+            (self._sync_start, self._check_not_valid),
+        ):
+            if variable is not None:
+                variable.writer = _checked(variable, writer)
+        for variable in (self._cob_id, self._type_variable, self._inhibit_time, self._event_time, self._sync_start):
+            if variable is not None:
+                variable.watchers.append(self._configure)
+
+    def _is_valid(self) -> bool:
+        return self._cob_id is not None and is_valid(self._cob_id.number)
+
+    def _check_not_valid(self, data: bytes) -> None:
+        if self._is_valid():
+            raise Abort(Code.DEVICE_STATE)
+
+    # From parameters to what is done.
+
+    def _configure(self) -> None:
+        was_active = self._is_active
+        cob_id = INVALID if self._cob_id is None else self._cob_id.number
+        is_there = is_valid(cob_id) and bool(self._mapping.parts)
+        self._key = can_key(cob_id)
+        is_asked_for = is_there and not cob_id & BIT_30
+        self._port.listen(self, Object.PDO, self._key if is_asked_for else None, self._on_frame)
+        self._deactivate()
+        if is_there and self._port.state is State.OPERATIONAL:
+            self._activate()
+            if not was_active and self._type in EVENT_DRIVEN:
+                self._on_event()
+
+    def _deactivate(self) -> None:
+        self._is_active = self._is_due = False
+        self._inhibited.cancel()
+        self._event_timer.cancel()
+        self._sync.subscribe((1, self._number), None)
+        for variable in self._watched:
+            variable.events.remove(self._on_event)
+        self._watched = []
+
+    def _activate(self) -> None:
+        self._is_active = True
+        self._pack, self._sample = self._mapping.packer(), None
+        self._type = _number(self._type_variable, 255)
+        self._inhibit_ns = _number(self._inhibit_time) * INHIBIT_UNIT_NS
+        self._event_ns = _number(self._event_time) * MS if self._type in EVENT_DRIVEN else 0
+        self._syncs, self._is_waiting_for_start = 0, _number(self._sync_start) > 0
+        if self._type <= LAST_CYCLIC or self._type == RTR_SYNCHRONOUS:
+            self._sync.subscribe((1, self._number), self._sync_handler())
+        if self._type == ACYCLIC or self._type in EVENT_DRIVEN:
+            self._watched = [part.variable for part in self._mapping.parts if part.variable is not None]
+            for variable in self._watched:
+                variable.events.append(self._on_event)
+        self._start_event_timer()
+
+    def _sync_handler(self) -> Callable[[int | None], None]:
+        if self._type == ACYCLIC:
+            return self._on_sync_acyclic
+        return self._on_sync_rtr if self._type == RTR_SYNCHRONOUS else self._on_sync_cyclic
+
+    # What makes it go out.
+
+    def _on_event(self) -> None:
+        self._is_due = True
+        if self._type != ACYCLIC and not self._is_asked:
+            self._is_asked = True
+            self._clock.call_at(self._clock.now_ns(), self._on_asked)
+
+    def _on_asked(self) -> None:
+        self._is_asked = False
+        if self._inhibited.when_ns is None:
+            self._send_due()
+
+    def _send_due(self) -> None:
+        if self._is_due and self._is_active:
+            self._send(self._pack())
+
+    def _on_sync_acyclic(self, counter: int | None) -> None:
+        self._send_due()
+
+    def _on_sync_cyclic(self, counter: int | None) -> None:
+        if self._is_waiting_for_start and counter is not None:
+            if counter != _number(self._sync_start):
+                return
+            self._is_waiting_for_start = False
+        self._syncs += 1
+        if self._syncs >= self._type:
+            self._syncs = 0
+            self._send(self._pack())
+
+    def _on_sync_rtr(self, counter: int | None) -> None:
+        self._sample = self._pack()
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        if frame.is_remote and self._is_active:
+            self._send(self._pack() if self._sample is None else self._sample)
+
+    def _send(self, data: bytes) -> None:
+        self._is_due = False
+        self._port.send(self._key, data)
+        if self._inhibit_ns > 0 and self._type in EVENT_DRIVEN:
+            self._inhibited.set(self._clock.now_ns() + self._inhibit_ns)
+        self._start_event_timer()
+
+    def _start_event_timer(self) -> None:
+        if self._event_ns > 0:
+            self._event_timer.set(self._clock.now_ns() + self._event_ns)
+
+
+def _number(variable: Variable | None, default: int = 0) -> int:
+    return default if variable is None else variable.number
+
+
+def _check_type(data: bytes) -> None:
+    if LAST_CYCLIC < data[0] < RTR_SYNCHRONOUS:
+        raise Abort(Code.INVALID_VALUE)
+
+
+def _checked(variable: Variable, check: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    def write(data: bytes) -> None:
+        if data != variable.data:
+            check(data)
+        variable.set(data)
+
+    return write

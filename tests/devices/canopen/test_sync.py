@@ -1,0 +1,58 @@
+"""SYNC, CiA 301 7.2.5."""
+
+from canopen_bench import CanopenBench
+
+PRODUCE_EVERY_10_MS = ("23 06 10 00 10 27 00 00", "23 05 10 00 80 00 00 40")
+
+
+def test_producer_keeps_its_period_and_hears_itself(bench: CanopenBench) -> None:
+    bench.write("2f 00 18 02 01 00 00 00")
+    bench.write(*PRODUCE_EVERY_10_MS)
+    assert bench.after(10) == ["080#"]
+    bench.send("000#01 05")
+    assert bench.after(20) == ["080#", "185#00 00 00 00"] * 2
+
+
+def test_producer_counts(bench: CanopenBench) -> None:
+    bench.write("2f 19 10 00 03 00 00 00", *PRODUCE_EVERY_10_MS)
+    assert bench.after(40) == ["080#01", "080#02", "080#03", "080#01"]
+
+
+def test_stopped_producer_is_silent_and_counts_anew(bench: CanopenBench) -> None:
+    bench.write("2f 19 10 00 03 00 00 00", *PRODUCE_EVERY_10_MS)
+    bench.after(20)
+    assert bench.send("000#02 05") == []
+    assert bench.after(100) == []
+    bench.send("000#80 05")
+    assert bench.after(10) == ["080#01"]
+
+
+def test_period_0_ends_it(bench: CanopenBench) -> None:
+    bench.write(*PRODUCE_EVERY_10_MS)
+    bench.write("23 06 10 00 00 00 00 00")
+    assert bench.after(100) == []
+
+
+def test_refused_changes(bench: CanopenBench) -> None:
+    bench.play(
+        [
+            ("2f 19 10 00 01 00 00 00", "80 19 10 00 30 00 09 06"),
+            ("2f 19 10 00 f1 00 00 00", "80 19 10 00 30 00 09 06"),
+            ("23 06 10 00 10 27 00 00", "60 06 10 00 00 00 00 00"),
+            ("2f 19 10 00 0a 00 00 00", "80 19 10 00 22 00 00 08"),
+            ("23 05 10 00 00 00 00 00", "80 05 10 00 30 00 09 06"),
+            ("23 05 10 00 80 00 00 40", "60 05 10 00 00 00 00 00"),
+            ("23 05 10 00 81 00 00 40", "80 05 10 00 22 00 00 08"),
+            ("23 05 10 00 81 00 00 00", "60 05 10 00 00 00 00 00"),
+        ]
+    )
+    assert 0x081 in bench.interest
+    assert 0x080 not in bench.interest
+
+
+def test_sync_of_another_length_is_reported_and_not_taken(bench: CanopenBench) -> None:
+    bench.write("2f 00 18 02 01 00 00 00")
+    bench.send("000#01 05")
+    assert bench.send("080#01") == ["085#40 82 11 01 00 00 00 00"]
+    assert bench.send("080#02") == []
+    assert bench.send("080#") == ["085#00 00 00 00 00 00 00 00", "185#00 00 00 00"]
