@@ -24,7 +24,10 @@ def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_r
 
 
 class Child:
-    """`leash` is the reading end of a pipe that nobody writes to: its end tells the child that its parent is gone."""
+    """Its log begins anew with the rig and goes on when it is spawned again.
+
+    `leash` is the reading end of a pipe that nobody writes to: its end tells the child that its parent is gone.
+    """
 
     def __init__(self, command: Sequence[str], log: Path, leash: int) -> None:
         self._command, self._log, self._leash = command, log, leash
@@ -36,7 +39,7 @@ class Child:
         return None if self._process is None else self._process.pid
 
     async def spawn(self) -> None:
-        with self._log.open("ab") as log:
+        with self._log.open("wb" if self._process is None else "ab") as log:
             self._log_start = log.tell()
             self._process = await asyncio.create_subprocess_exec(
                 *self._command,

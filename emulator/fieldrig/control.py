@@ -16,7 +16,8 @@ Zenoh calls back on threads of its own; everything here is handed to the loop.
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
+from queue import Empty, SimpleQueue
 from typing import Any, Final, Self
 
 from fieldrig.endpoint import close, connect, zenoh
@@ -25,12 +26,18 @@ from fieldrig.errors import ControlError
 VERSION: Final = 1
 """Of the messages; `status` tells it."""
 
+MOMENT_S: Final = 0.1
+
 Answer = Callable[[str, Any], Awaitable[Any]]
 """Handles a query: its last key part (the verb) and its payload.  A ControlError is the negative answer."""
 
 
 def key(rig: str, *parts: str) -> str:
     return "/".join(("fieldrig", rig, *parts))
+
+
+class NobodyError(ControlError):
+    """Nobody answers to a question, though the rig is there."""
 
 
 class Control:
@@ -93,22 +100,29 @@ class Control:
 
     async def ask(self, path: str, message: Any, timeout_s: float) -> Any:
         """The answer to one query.  ControlError if it is negative, or nobody answers in time."""
-        answered: asyncio.Future[zenoh.Reply | None] = self._loop.create_future()
+        for reply in await self._replies(path, message, timeout_s):
+            return _message_of(reply)
+        raise NobodyError(f"nobody answers to {path}", "the rig may have been stopped")
 
-        def settle(reply: zenoh.Reply | None) -> None:
+    async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
+        """Every positive answer to a path with a `*` in it, by the key part where the star stands."""
+        return _by_star(path, await self._replies(path, None, timeout_s))
+
+    async def _replies(self, path: str, message: Any, timeout_s: float) -> list[zenoh.Reply]:
+        replies: list[zenoh.Reply] = []
+        answered: asyncio.Future[None] = self._loop.create_future()
+
+        def settle() -> None:
             if not answered.done():
-                answered.set_result(reply)
+                answered.set_result(None)
 
-        self.session.get(
-            key(self.rig, path),
-            _directly(lambda reply: self._hand_over(settle, reply), lambda: self._hand_over(settle, None)),
-            payload=json.dumps(message),
-            timeout=timeout_s,
+        handler = _directly(
+            lambda reply: self._hand_over(replies.append, reply),
+            lambda: self._hand_over(settle),
         )
-        reply = await answered
-        if reply is None:
-            raise ControlError(f"nobody answers to {path}", "the rig may have been stopped")
-        return _message_of(reply)
+        self.session.get(key(self.rig, path), handler, payload=json.dumps(message), timeout=timeout_s)
+        await answered
+        return replies
 
     async def close(self) -> None:
         self._is_open = False
@@ -166,20 +180,37 @@ class Client:
         """ControlError if the answer is negative or there is none."""
         for reply in self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s):
             return _message_of(reply)
-        raise ControlError(f"nobody answers to {path}", "the rig may be stopping, or too busy")
+        raise NobodyError(f"nobody answers to {path}", "the rig may be stopping, or too busy")
 
     def ask_all(self, path: str, message: Any = None, timeout_s: float = 5.0) -> dict[str, Any]:
         """Every positive answer to a path with a `*` in it, by the key part where the star stands."""
-        place = key("*", path).split("/").index("*", 2)
         replies = self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s)
-        return {
-            str(reply.ok.key_expr).split("/")[place]: json.loads(reply.ok.payload.to_bytes())
-            for reply in replies
-            if reply.ok is not None
-        }
+        return _by_star(path, replies)
 
-    def listen_to(self, path: str) -> "zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]":
-        return self.session.declare_subscriber(key("*", path), zenoh.handlers.FifoChannel(10_000))
+    def inbox(self, paths: Sequence[str]) -> "Iterator[tuple[str, Any] | None]":
+        """What is told at any of the paths, as last key part and message; None when nothing came for a moment."""
+        told: SimpleQueue[tuple[str, bytes]] = SimpleQueue()
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            told.put((_last_part(sample.key_expr), sample.payload.to_bytes()))
+
+        subscribers = [self.session.declare_subscriber(key("*", path), _directly(on_sample)) for path in paths]
+        while subscribers:
+            try:
+                name, message = told.get(timeout=MOMENT_S)
+            except Empty:
+                yield None
+            else:
+                yield name, json.loads(message)
+
+
+def _by_star(path: str, replies: Iterable[zenoh.Reply]) -> dict[str, Any]:
+    place = key("*", path).split("/").index("*", 2)
+    return {
+        str(reply.ok.key_expr).split("/")[place]: json.loads(reply.ok.payload.to_bytes())
+        for reply in replies
+        if reply.ok is not None
+    }
 
 
 def _message_of(reply: zenoh.Reply) -> Any:

@@ -22,13 +22,17 @@ os.environ.setdefault(
 
 import zenoh as zenoh  # which reads ZENOH_RUNTIME when it is loaded; others take it from here
 
-from fieldrig.errors import ControlError
+from fieldrig.errors import ControlError, RigError
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 TOKEN_VARIABLE: Final = "FIELDRIG_TOKEN"
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.05
+
+
+class NoRigError(ControlError):
+    """Nobody to talk to at the endpoint."""
 
 
 def is_local(endpoint: str) -> bool:
@@ -44,10 +48,10 @@ def is_local(endpoint: str) -> bool:
 
 
 def listen(endpoint: str) -> zenoh.Session:
-    """The rig's own session.  ControlError if the endpoint is taken or would be open to anybody."""
+    """The rig's own session.  RigError if the endpoint is taken or would be open to anybody."""
     token = _token()
     if token is None and not is_local(endpoint):
-        raise ControlError(
+        raise RigError(
             f"the control endpoint {endpoint} can be reached from other machines",
             f"set a token in the environment variable {TOKEN_VARIABLE}, for the rig and for its tools,"
             f" or listen on {DEFAULT_ENDPOINT}",
@@ -67,7 +71,7 @@ def _open_listening(endpoint: str, settings: dict[str, Any]) -> zenoh.Session:
         return _open(settings)
     except zenoh.ZError as cause:
         reason = "another program listens there" if is_answered(endpoint) else str(cause).partition(" at /")[0]
-        raise ControlError(
+        raise RigError(
             f"can't listen on the control endpoint {endpoint}: {reason}",
             "stop the rig that runs (`fieldrig status` shows it, `fieldrig stop` stops it), or give this one another"
             " endpoint, such as --control tcp/127.0.0.1:7448",
@@ -75,16 +79,16 @@ def _open_listening(endpoint: str, settings: dict[str, Any]) -> zenoh.Session:
 
 
 def connect(endpoint: str) -> zenoh.Session:
-    """A session of a process or tool.  ControlError if no rig answers there."""
+    """A session of a process or tool.  NoRigError if no rig answers there."""
     try:
         return _open({"mode": "client", "connect/endpoints": [endpoint]})
     except zenoh.ZError as cause:
         if is_answered(endpoint):
-            raise ControlError(
+            raise NoRigError(
                 f"what listens at {endpoint} does not let us in",
                 f"the rig may ask for a token: set the environment variable {TOKEN_VARIABLE} to the rig's",
             ) from cause
-        raise ControlError(
+        raise NoRigError(
             f"no rig answers at {endpoint}",
             f"start one with `fieldrig up FILE`, or name its endpoint with --control or {ENDPOINT_VARIABLE}",
         ) from cause

@@ -131,7 +131,7 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     if is_realtime:
         _ask_for_realtime()
     try:
-        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+        with asyncio.Runner(loop_factory=loop_factory()) as runner:
             return runner.run(_run(config, plan, is_supervised))
     except ConfigError as wrong:
         print(f"error: {wrong}", file=sys.stderr)  # noqa: T201  the supervisor shows it
@@ -170,7 +170,7 @@ def _end_with_parent(end: Callable[[], object]) -> None:
     threading.Thread(target=watch, name="parent", daemon=True).start()
 
 
-def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
     try:
         import uvloop
     except ImportError:  # Windows

@@ -8,7 +8,6 @@ from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError
 from fieldrig.node import read_point, write_point
 from fieldrig.real_clock import RealClock
-from fieldrig.rig import Rig
 from fieldrig.values import fitting
 
 
@@ -38,20 +37,6 @@ class RealPoints:
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._device.points(), key, value)
-
-
-class VirtualPoints:
-    def __init__(self, rig: Rig, device: str) -> None:
-        self._rig, self._device = rig, device
-
-    def facts(self) -> Mapping[str, Any]:
-        return {key: {"unit": unit} for key, unit in self._rig.keys(self._device).items()}
-
-    def get(self, key: str) -> Value:
-        return self._rig.get(self._device, key)
-
-    def set(self, key: str, value: Value) -> None:
-        self._rig.set(self._device, key, value)
 
 
 def answers(source: Source) -> Answer:

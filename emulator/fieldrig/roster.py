@@ -73,8 +73,7 @@ class Member:
 class Roster:
     def __init__(self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, report: Report) -> None:
         self.members = {name: Member(plan) for name, plan in plans.items()}
-        self.was_ready = not self.members
-        self.all_ready = asyncio.Event()
+        self.was_ready = False
         self.on_change: Callable[[Member], None] = lambda _member: None
         self._config, self._control, self._report = config, control, report
         self._verbs: dict[str, Callable[..., Awaitable[None]]] = {}
@@ -88,6 +87,8 @@ class Roster:
         self._verbs = verbs
         self._control.listen_to("ready/*", self._on_ready)
         self._control.serve("rig/*", self._answer)
+        if not self.members:
+            self._on_all_ready()
 
     def watch(self) -> None:
         """Know of processes that somebody else spawns by their signs of life."""
@@ -189,8 +190,12 @@ class Roster:
         self.set_state(member, State.READY)
         self.tell("ready", name)
         if all(other.state in (State.READY, State.GONE) for other in self.members.values()):
+            self._on_all_ready()
+
+    def _on_all_ready(self) -> None:
+        if not self.was_ready:
             self.was_ready = True
-            self.all_ready.set()
+            self.tell("ready")
 
     def _on_life(self, name: str, is_alive: bool) -> None:
         member = self.members.get(name)

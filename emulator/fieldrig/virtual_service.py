@@ -6,6 +6,7 @@ The rig runs in slices of `SLICE_S`, so that questions are answered while it wor
 import asyncio
 import os
 import time
+from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
@@ -16,10 +17,11 @@ from fieldrig.bus_stream import BusStream, OnDelivery
 from fieldrig.clock import S
 from fieldrig.config import RigConfig
 from fieldrig.control import VERSION, Control
+from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
 from fieldrig.memory import resident_bytes
-from fieldrig.points import VirtualPoints, answers
+from fieldrig.points import answers
 from fieldrig.rig import Rig
 from fieldrig.roster import Event, Report
 
@@ -27,6 +29,20 @@ SLICE_S = 0.01
 """Of the computer's time."""
 BEHIND_S = 0.5
 """A rig that lags further gives up the time that it lost."""
+
+
+class VirtualPoints:
+    def __init__(self, rig: Rig, device: str) -> None:
+        self._rig, self._device = rig, device
+
+    def facts(self) -> Mapping[str, Any]:
+        return {key: {"unit": unit} for key, unit in self._rig.keys(self._device).items()}
+
+    def get(self, key: str) -> Value:
+        return self._rig.get(self._device, key)
+
+    def set(self, key: str, value: Value) -> None:
+        self._rig.set(self._device, key, value)
 
 
 class VirtualService:

@@ -10,7 +10,7 @@ import pytest
 
 from fieldrig import endpoint as endpoints
 from fieldrig.control import Client, Control
-from fieldrig.errors import ControlError
+from fieldrig.errors import ControlError, RigError
 
 pytestmark = pytest.mark.system
 
@@ -171,7 +171,7 @@ def test_no_rig_is_said_at_once_with_what_to_do(endpoint: str) -> None:
 def test_a_taken_endpoint_is_refused(endpoint: str) -> None:
     with (
         socket.create_server(("127.0.0.1", int(endpoint.rpartition(":")[2]))),
-        pytest.raises(ControlError, match="another program"),
+        pytest.raises(RigError, match="another program"),
     ):
         endpoints.listen(endpoint)
 
@@ -179,7 +179,7 @@ def test_a_taken_endpoint_is_refused(endpoint: str) -> None:
 @pytest.mark.parametrize("endpoint", ["tcp/0.0.0.0:7447", "tcp/[::]:7447", "tcp/bench-3:7447", "udp/10.0.0.1:1"])
 def test_without_a_token_nobody_listens_beyond_this_machine(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(endpoints.TOKEN_VARIABLE, raising=False)
-    with pytest.raises(ControlError, match="can be reached from other machines") as refused:
+    with pytest.raises(RigError, match="can be reached from other machines") as refused:
         endpoints.listen(endpoint)
     assert endpoints.TOKEN_VARIABLE in refused.value.remedy
 

@@ -1,0 +1,40 @@
+"""The command line.  What it costs to start is kept small: each command imports what it needs when it is called."""
+
+import sys
+from typing import NoReturn
+
+from fieldrig.cli.app import app
+from fieldrig.errors import ConfigError, ControlError, RigError
+from fieldrig.exits import Exit
+
+
+def main() -> NoReturn:
+    """Every fault that a user can mend ends in two lines and an exit code; only our own have a traceback."""
+    try:
+        app()
+    except ConfigError as wrong:
+        _say(f"{len(wrong.mistakes)} {'mistake' if len(wrong.mistakes) == 1 else 'mistakes'}", str(wrong))
+        sys.exit(Exit.WRONG)
+    except RigError as cause:
+        _say(f"error: {cause.what}", cause.remedy)
+        sys.exit(_code(cause))
+    except KeyboardInterrupt:
+        sys.exit(130)  # as shells say it: 128 + SIGINT
+    sys.exit(Exit.OK)
+
+
+def _code(cause: RigError) -> Exit:
+    if not isinstance(cause, ControlError):
+        return Exit.CANNOT_START
+    # Only what talks to Zenoh can raise it, so this import costs nothing more.
+    from fieldrig.endpoint import NoRigError
+
+    return Exit.NO_RIG if isinstance(cause, NoRigError) else Exit.REFUSED
+
+
+def _say(what: str, remedy: str) -> None:
+    print(f"{what}\n{_indented(remedy)}" if remedy else what, file=sys.stderr)  # noqa: T201  this is a command line
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"  {line}" for line in text.splitlines())

@@ -1,0 +1,58 @@
+"""The commands of `fieldrig`, and what they share."""
+
+import typer
+
+from fieldrig.cli import points, rigfile, status, timing, trace, up, watch
+from fieldrig.exits import ABOUT, Exit
+
+_SHOWN = (
+    Exit.OK,
+    Exit.BUG,
+    Exit.WRONG,
+    Exit.CANNOT_START,
+    Exit.NO_RIG,
+    Exit.DEVICE_FAILED,
+    Exit.REFUSED,
+    Exit.NOT_READY,
+)
+
+_ABOUT = """
+A machine's electronics on the bench, without the machine.
+
+A rig file (YAML) names buses and devices. `fieldrig up` runs them, on real buses and sockets, for your own master,
+PLC program or service tool; the other commands look into a rig that runs.
+
+\b
+    fieldrig up configs/lab.yaml          start the lab; it prints how to reach each part
+    fieldrig status                       what runs, and how it is
+    fieldrig watch can0                   every message on a bus
+    fieldrig get tank                     all values of a device
+    fieldrig set drive/40001=1500         change one
+"""
+
+
+def _exit_codes() -> str:
+    return "\b\nExit codes:\n" + "\n".join(f"    {code.value}  {ABOUT[code]}" for code in _SHOWN)
+
+
+app = typer.Typer(
+    help=f"{_ABOUT}\n{_exit_codes()}",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+app.command()(up.up)
+app.command()(status.status)
+app.command()(watch.watch)
+app.command()(points.get)
+app.command("set")(points.set_)
+app.command()(timing.step)
+app.command()(timing.pause)
+app.command()(timing.run)
+app.command()(timing.stop)
+app.command()(timing.restart)
+app.add_typer(trace.app, name="trace")
+app.command()(rigfile.check)
+app.command()(rigfile.devices)
+app.command()(rigfile.schema)

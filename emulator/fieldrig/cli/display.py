@@ -1,0 +1,174 @@
+"""What `fieldrig up` prints: how to reach each part, what happens, and on a terminal one line of how busy it is."""
+
+import asyncio
+import os
+import shutil
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fieldrig.config import DeviceEntry, RigConfig
+from fieldrig.control import Control
+from fieldrig.device import Tool
+from fieldrig.roster import Event
+
+REFRESH_S = 1.0
+ERASE_LINE = "\r\x1b[K"
+BOLD, DIM, RED, GREEN, YELLOW, PLAIN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[0m"
+COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "ready": GREEN}
+COUNTERS = ("frames", "requests", "messages", "characters")
+"""Of the statistics of buses: what is shown as so many a second."""
+
+
+class Part(NamedTuple):
+    """A bus or device, and the ways in."""
+
+    name: str
+    kind: str
+    tools: list[Tool]
+
+
+def parts(config: RigConfig) -> Iterator[Part]:
+    """In the order of the rig file."""
+    for name, bus in config.buses.items():
+        yield Part(name, bus.kind, bus.bus.tools(config.run))
+    for name, device in config.devices.items():
+        yield Part(name, device.kind, device.cls.tools(name, device.settings, _linked(config, device)))
+
+
+def _linked(config: RigConfig, device: DeviceEntry) -> Mapping[str, Any]:
+    return {
+        parameter: [config.buses[bus].bus for bus in buses] if parameter in device.many else config.buses[buses[0]].bus
+        for parameter, buses in device.links.items()
+        if buses
+    }
+
+
+class Display:
+    def __init__(self, config: RigConfig, started_s: float, is_quiet: bool) -> None:
+        """`started_s` is when the user pressed Enter, by the monotonic clock."""
+        self._config, self._started_s, self._is_quiet = config, started_s, is_quiet
+        self._is_terminal = sys.stdout.isatty()
+        self._waiting = set[str]()
+        self._was_ready = False
+        self._has_load_line = False
+        self._counted: dict[str, tuple[float, float]] = {}
+        self._signals = 0
+
+    def introduce(self, processes: int) -> None:
+        config = self._config
+        with_processes = f", {processes} processes" if processes else ""
+        self._say(
+            f"{self._styled(config.name, BOLD)}: time: {config.time}{with_processes}, control at {config.control}\n"
+        )
+        every = list(parts(config))
+        width = max((len(part.name) for part in every), default=0)
+        kind_width = max((len(part.kind) for part in every), default=0)
+        label_width = max((len(tool.label) for part in every for tool in part.tools), default=0)
+        for part in every:
+            self._say(f"  {self._styled(part.name.ljust(width), BOLD)}  {part.kind.ljust(kind_width)}".rstrip())
+            for tool in part.tools:
+                label = self._styled(tool.label.ljust(label_width), DIM)
+                self._say(f"      {label}  {_with_this_python(tool.line)}")
+        self._say("")
+
+    def report(self, event: Event) -> None:
+        """Before the rig is ready only failures are news; then, everything."""
+        what, process = event.what, event.process
+        if what == "ready" and not process:
+            self._on_all_ready(event.text)
+        elif what == "failed":
+            self._fail(event)
+        elif what == "stopping":
+            self._say("stopping")
+        elif self._was_ready and what not in ("stopped", "ready"):
+            self._say(
+                f"{_clock(event.time_s)}  {self._styled(f'{process} {what}', COLOURS.get(what, ''))}: {event.text}"
+            )
+        elif self._was_ready and what == "ready":
+            self._say(f"{_clock(event.time_s)}  {self._styled(f'{process} is back', GREEN)}")
+
+    def on_signal(self) -> None:
+        self._signals += 1
+        if self._signals == 2:
+            self._say("ending everything at once")
+
+    def note(self, text: str) -> None:
+        self._say(text)
+
+    async def watch_load(self, control: Control) -> None:
+        """Until cancelled: one line, in place, of how busy the buses are."""
+        if self._is_quiet or not self._is_terminal:
+            return
+        while True:
+            await asyncio.sleep(REFRESH_S)
+            if self._was_ready and not self._signals:
+                self._show_load(await control.ask_all("process/*/status", REFRESH_S))
+
+    def _show_load(self, statuses: Mapping[str, Any]) -> None:
+        words = [word for status in statuses.values() for bus in status["buses"].items() if (word := self._load(*bus))]
+        line = "   ".join(words)[: shutil.get_terminal_size().columns - 1]
+        sys.stdout.write(f"{ERASE_LINE}{DIM}{line}{PLAIN}")
+        sys.stdout.flush()
+        self._has_load_line = True
+
+    def _load(self, bus: str, statistics: Mapping[str, float]) -> str:
+        name = next((name for name in COUNTERS if name in statistics), None)
+        if name is None:
+            return ""
+        now_s, count = time.monotonic(), statistics[name]
+        before_s, before = self._counted.get(bus, (now_s, count))
+        self._counted[bus] = (now_s, count)
+        rate = max(count - before, 0) / (now_s - before_s) if now_s > before_s else 0.0
+        load = f" {statistics['load_percent']:.0f} %" if "load_percent" in statistics else ""
+        return f"{bus} {rate:.0f} {name}/s{load}"
+
+    def _on_all_ready(self, text: str) -> None:
+        self._was_ready = True
+        took_s = time.monotonic() - self._started_s
+        self._say(self._styled(f"ready in {took_s:.1f} s; Ctrl-C stops", GREEN) + (f" ({text})" if text else ""))
+
+    def _fail(self, event: Event) -> None:
+        how, _, log = event.text.partition("\n")
+        lines = [self._styled(f"{event.process} {how}", RED)]
+        lines += [f"    {line}" for line in log.splitlines()]
+        if event.process:
+            lines.append(f"  its log: {_short(self._config.run / 'log' / f'{event.process}.log')}")
+        self._erase_load()
+        print("\n".join(lines), file=sys.stderr, flush=True)  # noqa: T201  this is a command line
+
+    def _say(self, text: str) -> None:
+        if not self._is_quiet:
+            self._erase_load()
+            print(text, flush=True)  # noqa: T201  this is a command line
+
+    def _erase_load(self) -> None:
+        if self._has_load_line:
+            sys.stdout.write(ERASE_LINE)
+            self._has_load_line = False
+
+    def _styled(self, text: str, style: str) -> str:
+        return f"{style}{text}{PLAIN}" if self._is_terminal and style else text
+
+
+def _with_this_python(line: str) -> str:
+    """The line, with the Python that fieldrig is installed in where another one would answer to `python`."""
+    found = shutil.which("python")
+    if not line.startswith("python ") or (found is not None and Path(found) == Path(sys.executable)):
+        return line
+    return f"{_short(Path(sys.executable))} {line.removeprefix('python ')}"
+
+
+def _short(path: Path) -> str:
+    """Relative to the current folder where that is shorter."""
+    try:
+        relative = os.path.relpath(path)
+    except ValueError:  # another drive, on Windows
+        return str(path)
+    return min(relative, str(path.absolute()), key=len)
+
+
+def _clock(time_s: float) -> str:
+    return time.strftime("%H:%M:%S", time.localtime(time_s))

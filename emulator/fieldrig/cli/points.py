@@ -1,0 +1,98 @@
+"""Commands on the points of devices: get and set."""
+
+from typing import Annotated, Any
+
+import typer
+
+from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json
+
+
+def get(
+    names: Annotated[list[str], typer.Argument(metavar="DEVICE[/KEY]...", help="What to read.", show_default=False)],
+    as_json: AsJson = False,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Read values of devices of a running rig.
+
+    \b
+        fieldrig get tank                     everything that the device shows
+        fieldrig get tank/level io/6200:01    single values
+        fieldrig get tank --json              {"tank/level": 0.5, ...}
+    """
+    from fieldrig.control import Client
+
+    with Client(endpoint) as client:
+        values: dict[str, Any] = {}
+        units: dict[str, str] = {}
+        for name in names:
+            device, _, key = name.partition("/")
+            got = _ask(client, device, "get", {"keys": [key]} if key else None)
+            values |= {f"{device}/{one}": value for one, value in got.items()}
+            if not as_json:
+                facts = _ask(client, device, "keys", None)
+                units |= {f"{device}/{one}": fact["unit"] for one, fact in facts.items()}
+    _echo(values, units, as_json)
+
+
+def set_(
+    settings: Annotated[
+        list[str], typer.Argument(metavar="DEVICE/KEY=VALUE...", help="What to write.", show_default=False)
+    ],
+    as_json: AsJson = False,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Write values of devices of a running rig, and print what they are then.
+
+    \b
+        fieldrig set io/6000:01=0xFF
+        fieldrig set tank/level=1.25 drive/fault=true
+    """
+    from fieldrig.control import Client
+    from fieldrig.values import parse_value
+
+    wanted: dict[str, dict[str, Any]] = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        device, slash, key = name.partition("/")
+        if not equals or not slash or not key:
+            raise typer.BadParameter(f"{setting!r} can't be set: write it like tank/level=1.25")
+        wanted.setdefault(device, {})[key] = parse_value(text)
+    values: dict[str, Any] = {}
+    with Client(endpoint) as client:
+        for device, device_values in wanted.items():
+            got = _ask(client, device, "set", {"values": device_values})
+            values |= {f"{device}/{key}": value for key, value in got.items()}
+    _echo(values, {}, as_json)
+
+
+def _ask(client: Any, device: str, verb: str, message: Any) -> Any:
+    """With words that help when it is the device that is not there."""
+    from fieldrig.control import NobodyError
+    from fieldrig.errors import ControlError
+
+    try:
+        return client.ask(f"device/{device}/{verb}", message)
+    except NobodyError:
+        status = client.ask("rig/status")
+        known = status["devices"]
+        if device in known:
+            raise ControlError(
+                f"{device} does not answer: it has not started, or its process died", "look at `fieldrig status`"
+            ) from None
+        raise ControlError(
+            f"{status['rig']} has no device {device!r}", f"it has: {', '.join(known) or 'none'}"
+        ) from None
+
+
+def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:
+    if as_json:
+        echo_json(values)
+        return
+    for name, value in values.items():
+        typer.echo(f"{name} = {show_value(value)} {units.get(name, '')}".rstrip())
+
+
+def show_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,145 @@
+"""Commands that look at files and kinds, and at no rig: check, schema, devices."""
+
+from typing import Annotated, Any
+
+import typer
+
+from fieldrig.cli.options import AsJson, Overrides, RigFile, echo_json, echo_table
+
+
+def check(file: RigFile, overrides: Overrides = None) -> None:
+    """Read a rig file, and say everything that is wrong in it.
+
+    \b
+    Every mistake comes with its file, line and key, and with what would be right. Nothing is started.
+        fieldrig check configs/lab.yaml
+        fieldrig check configs/lab.yaml --set buses.can0.bitrate=250000
+    """
+    from fieldrig.build import try_devices
+    from fieldrig.config import load
+    from fieldrig.errors import ConfigError
+    from fieldrig.placement import placement
+
+    config = load(file, overrides or ())
+    mistakes = try_devices(config)
+    if mistakes:
+        raise ConfigError(mistakes)
+    processes = f", {len(placement(config))} processes" if config.time == "real" else ""
+    content = f"{len(config.buses)} buses, {len(config.devices)} devices{processes}"
+    typer.echo(f"{file} is right: {config.name}, time: {config.time}, {content}")
+
+
+def schema() -> None:
+    """Print the JSON Schema of rig files, so that an editor completes and explains keys.
+
+    \b
+        fieldrig schema > fieldrig.schema.json
+    and as the first line of a rig file, for editors with the YAML language server:
+        # yaml-language-server: $schema=fieldrig.schema.json
+    """
+    import json
+
+    from fieldrig.schema import json_schema
+
+    typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+
+
+def devices(
+    kind: Annotated[
+        str | None, typer.Argument(help="One kind, to see its links and settings.", show_default=False)
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the kinds of buses and devices that are installed, or the settings of one.
+
+    \b
+        fieldrig devices                  all kinds, one line each
+        fieldrig devices canopen.node     its links and settings
+        fieldrig devices can.hub
+        fieldrig devices press:Press      a class of your own, in press.py in this folder
+    """
+    if kind is None:
+        _list_kinds(as_json)
+    else:
+        _describe(kind, as_json)
+
+
+def _list_kinds(as_json: bool) -> None:
+    from fieldrig.kinds import list_buses, list_devices
+
+    if as_json:
+        echo_json({"buses": dict(list_buses()), "devices": dict(list_devices())})
+        return
+    rows = [("device", *kind) for kind in list_devices()] + [("bus", *kind) for kind in list_buses()]
+    echo_table(("", "kind", "what it is"), rows)
+
+
+def _describe(kind: str, as_json: bool) -> None:
+    facts = _facts(kind)
+    if as_json:
+        echo_json(facts)
+        return
+    typer.echo(f"{facts['sort']} {kind}: {facts['about']}")
+    if facts["links"]:
+        typer.echo("\nlinks:")
+        echo_table(("name", "carries", ""), [(name, *words) for name, words in facts["links"].items()])
+    if facts["settings"]:
+        typer.echo("\nsettings:")
+        echo_table(
+            ("key", "value", "without it", "what it is"),
+            [(key, one["type"], one["default"], one["about"]) for key, one in facts["settings"].items()],
+        )
+
+
+def _facts(kind: str) -> dict[str, Any]:
+    import sys
+    from pathlib import Path
+
+    from fieldrig import kinds
+    from fieldrig.errors import RigError
+
+    sys.path.insert(0, str(Path.cwd()))
+    links: dict[str, tuple[str, str]] = {}
+    try:
+        device = kinds.find_device(kind)
+    except RigError as no_device:
+        try:
+            sort, cls = "bus", kinds.find_bus(kind)
+        except RigError:
+            raise typer.BadParameter(f"{no_device.what}; {no_device.remedy}") from no_device
+        about = cls.about
+        model = kinds.settings_model(cls)
+    else:
+        sort, about, model = "device", device.about, kinds.settings_model(device)
+        for name, link in kinds.link_parameters(device).items():
+            carried = " or ".join(message.__name__ for message in link.messages) or "anything"
+            links[name] = (
+                carried,
+                f"{'one bus or several' if link.many else ''}{'' if link.required else ' (may be left out)'}",
+            )
+    return {"sort": sort, "kind": kind, "about": about, "links": links, "settings": _settings(model)}
+
+
+def _settings(model: Any) -> dict[str, dict[str, Any]]:
+    schema = model.model_json_schema()
+    required = schema.get("required", ())
+    return {
+        key: {
+            "type": _type_of(part),
+            "default": None if key in required else part.get("default"),
+            "required": key in required,
+            "about": part.get("description", "").partition("\n")[0],
+        }
+        for key, part in schema.get("properties", {}).items()
+    }
+
+
+def _type_of(part: dict[str, Any]) -> str:
+    choices = part.get("anyOf") or part.get("oneOf")
+    if choices:
+        return " or ".join(dict.fromkeys(_type_of(choice) for choice in choices if choice.get("type") != "null"))
+    if "enum" in part:
+        return " or ".join(str(value) for value in part["enum"])
+    if "$ref" in part:
+        return str(part["$ref"]).rpartition("/")[2]
+    return str(part.get("type", ""))

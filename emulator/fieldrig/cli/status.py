@@ -1,0 +1,103 @@
+"""What runs, and how it is: status."""
+
+from typing import Annotated, Any
+
+import typer
+
+from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+from fieldrig.exits import Exit
+
+
+def status(
+    ready: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Only say whether this process, device or bus is ready, by exit code 0 or 7; `all` is the whole rig,"
+            " `rig` its control service.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: AsJson = False,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Show the processes, devices and buses of a running rig.
+
+    \b
+        fieldrig status
+        fieldrig status --json
+        fieldrig status --ready io && echo go     for scripts and health checks
+    """
+    from fieldrig.control import Client
+
+    with Client(endpoint) as client:
+        rig = client.ask("rig/status")
+        if ready is not None:
+            raise typer.Exit(Exit.OK if _is_ready(rig, ready) else Exit.NOT_READY)
+        details = client.ask_all("process/*/status")
+    if as_json:
+        echo_json(_joined(rig, details))
+    else:
+        _show(rig, details)
+
+
+def _is_ready(rig: dict[str, Any], name: str) -> bool:
+    if name == "rig":
+        return True
+    if name == "all":
+        return bool(rig["state"] == "ready")
+    if rig["time"] == "virtual":
+        return name in rig["devices"] or name in rig["buses"]
+    return any(
+        process["state"] == "ready"
+        for process_name, process in rig["processes"].items()
+        if name == process_name or name in process["devices"] or name in process["buses"]
+    )
+
+
+def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
+    for name, detail in details.items():
+        process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
+        process.update({key: detail[key] for key in ("memory_mb", "cpu_s", "uptime_s", "timers") if key in detail})
+        for bus, statistics in detail["buses"].items():
+            rig["buses"].setdefault(bus, {})["statistics"] = statistics
+    return rig
+
+
+def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
+    time = f", at {rig['now_ns'] / 1e9:.6f} s of its time" if rig["time"] == "virtual" else ""
+    typer.echo(f"{rig['rig']}: {rig['state']}, up for {_duration(rig['uptime_s'])}, time: {rig['time']}{time}")
+    typer.echo(f"{rig['file']}\n")
+    rig = _joined(rig, details)
+    echo_table(
+        ("process", "state", "pid", "up for", "restarts", "MB", "CPU s", "runs"),
+        [
+            (
+                name,
+                process["state"],
+                process["pid"],
+                _duration(process["uptime_s"]) if process["uptime_s"] is not None else None,
+                process["restarts"],
+                process.get("memory_mb"),
+                process.get("cpu_s"),
+                ", ".join([*process.get("buses", ()), *process.get("devices", rig["devices"])]),
+            )
+            for name, process in rig["processes"].items()
+        ],
+    )
+    typer.echo()
+    echo_table(
+        ("bus", "kind", ""),
+        [
+            (name, bus["kind"], ", ".join(f"{key} {value:g}" for key, value in bus.get("statistics", {}).items()))
+            for name, bus in rig["buses"].items()
+        ],
+    )
+
+
+def _duration(seconds: float) -> str:
+    whole = int(seconds)
+    if whole < 60:
+        return f"{seconds:.1f} s"
+    hours, minutes = divmod(whole // 60, 60)
+    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {whole % 60:02} s"

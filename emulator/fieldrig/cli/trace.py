@@ -1,0 +1,171 @@
+"""Record, show and convert traces: trace."""
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, For, duration_ns, echo_json
+
+if TYPE_CHECKING:
+    from fieldrig.trace import TraceEntry
+
+NANO = 1_000_000_000
+DAY_NS = 24 * 3600 * NANO
+
+app = typer.Typer(
+    help="Record the messages of a rig into a file, show such a file, or convert it. The ending of its name says the"
+    " format: .jsonl (every message), .log (candump), .pcapng (Wireshark).",
+    no_args_is_help=True,
+)
+
+TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace.", show_default=False)]
+Buses = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="[BUS]...", help="Only these; a * stands for any letters.", show_default=False),
+]
+
+
+@app.command()
+def record(
+    file: TraceFile,
+    buses: Buses = None,
+    count: Annotated[
+        int | None, typer.Option("--count", "-n", min=1, help="Stop after so many messages.", show_default=False)
+    ] = None,
+    duration: For = None,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Write the messages of a running rig into a file, until Ctrl-C.
+
+    \b
+        fieldrig trace record lab.pcapng
+        fieldrig trace record night.jsonl can0 wires --for 60min
+        fieldrig trace record one.log can0 -n 100
+    """
+    from fieldrig.control import Client
+    from fieldrig.trace_files import Recorder
+
+    patterns = buses or ["*"]
+    with Client(endpoint) as client:
+        client.ask("rig/status")
+        give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / NANO
+        recorder = Recorder(file)
+        try:
+            for told in client.inbox(["trace/*"]):
+                if told is not None and any(fnmatchcase(told[0], pattern) for pattern in patterns):
+                    recorder.take(*told)
+                if count is not None and recorder.taken >= count:
+                    break
+                if give_up_s is not None and time.monotonic() > give_up_s:
+                    break
+        except KeyboardInterrupt:
+            typer.echo()
+        finally:
+            typer.echo(recorder.close(), err=True)
+
+
+@app.command()
+def show(file: TraceFile, buses: Buses = None, as_json: AsJson = False) -> None:
+    """Print a trace, one line for each message.
+
+    \b
+        fieldrig trace show lab.jsonl
+        fieldrig trace show lab.pcapng can0
+        candump -L can0 > x.log; fieldrig trace show x.log
+    """
+    from fieldrig.trace_files import read
+
+    shower = _Shower()
+    for entry in _chosen(read(file), buses):
+        if as_json:
+            echo_json(
+                {
+                    "time_ns": entry.time_ns,
+                    "bus": entry.bus,
+                    "family": entry.family,
+                    "sender": entry.sender,
+                    "data": entry.data.hex(),
+                    "message": shower(entry),
+                }
+            )
+        else:
+            typer.echo(f"{_instant(entry.time_ns)}  {entry.bus:8}  {entry.sender or '-':12}  {shower(entry)}")
+
+
+@app.command()
+def convert(
+    file: TraceFile,
+    target: Annotated[Path, typer.Argument(metavar="TARGET", help="The file to write.", show_default=False)],
+    buses: Buses = None,
+) -> None:
+    """Write a trace in another format.
+
+    \b
+        fieldrig trace convert lab.jsonl lab.pcapng
+        fieldrig trace convert lab.jsonl can0.log can0
+    """
+    from fieldrig.trace_files import read, write
+
+    counted = _Counted(_chosen(read(file), buses))
+    written = write(counted, target)
+    left_out = (
+        f"; {counted.count - written} are of kinds that this format doesn't know" if written < counted.count else ""
+    )
+    typer.echo(f"{target}: {written} messages{left_out}", err=True)
+
+
+class _Counted:
+    def __init__(self, entries: Iterable["TraceEntry"]) -> None:
+        self._entries, self.count = entries, 0
+
+    def __iter__(self) -> Iterator["TraceEntry"]:
+        for entry in self._entries:
+            self.count += 1
+            yield entry
+
+
+class _Shower:
+    """A message in words, by a bus of its family; as hex where there is none."""
+
+    def __init__(self) -> None:
+        self._show: dict[str, Callable[[bytes], str]] = {}
+
+    def __call__(self, entry: "TraceEntry") -> str:
+        show = self._show.get(entry.family)
+        if show is None:
+            show = self._show[entry.family] = _showing(entry.family)
+        try:
+            return show(entry.data)
+        except ValueError:
+            return entry.data.hex(" ")
+
+
+def _showing(family: str) -> Callable[[bytes], str]:
+    from fieldrig import kinds
+
+    for kind in kinds.bus_kinds_for("virtual", family):
+        cls = kinds.find_bus(kind)
+        try:
+            bus = cls(family, kinds.settings_model(cls)())
+        except ValueError:  # it has keys that must be given
+            continue
+        return lambda data: bus.show(bus.decode(data))
+    return lambda data: data.hex(" ")
+
+
+def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterator["TraceEntry"]:
+    for entry in entries:
+        if not buses or any(fnmatchcase(entry.bus, pattern) for pattern in buses):
+            yield entry
+
+
+def _instant(time_ns: int) -> str:
+    """Time of day; for virtual time, which starts at 0, seconds."""
+    seconds, fraction_ns = divmod(time_ns, NANO)
+    if time_ns < 365 * DAY_NS:
+        return f"{seconds:8}.{fraction_ns // 1000:06}"
+    return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{fraction_ns // 1000:06}"

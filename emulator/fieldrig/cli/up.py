@@ -1,0 +1,87 @@
+"""Start a rig and stay: up."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fieldrig.cli.options import ENDPOINT_VARIABLE, Overrides, RigFile
+from fieldrig.exits import Exit
+
+if TYPE_CHECKING:
+    from fieldrig.config import RigConfig
+
+
+def up(
+    file: RigFile,
+    overrides: Overrides = None,
+    only: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Run only this process, device or bus of a rig in real time, here; a control service runs elsewhere.",
+            show_default=False,
+        ),
+    ] = None,
+    control_only: Annotated[
+        bool, typer.Option("--control-only", help="Run only the control service; others start the processes.")
+    ] = False,
+    trace: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write every message to a file, as `fieldrig trace record`.", show_default=False
+        ),
+    ] = None,
+    control: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ENDPOINT",
+            envvar=ENDPOINT_VARIABLE,
+            help="Where the control service listens, in place of the rig file's `control`.",
+            show_default=False,
+        ),
+    ] = None,
+    realtime: Annotated[
+        bool,
+        typer.Option("--realtime", help="Ask the system for SCHED_FIFO for every process (root, or CAP_SYS_NICE)."),
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only what goes wrong.")] = False,
+) -> None:
+    """Start a rig, print how to reach each part, and show what happens, until Ctrl-C.
+
+    \b
+        fieldrig up configs/lab.yaml
+        fieldrig up configs/lab.yaml --set buses.can0.bitrate=250000
+        fieldrig up configs/lab.yaml --trace lab.pcapng
+    One container for each part:
+        fieldrig up lab.yaml --control-only
+        fieldrig up lab.yaml --only io
+
+    With `time: real` every device runs in a process of its own; their logs are in the rig's run folder, in log/.
+    Ctrl-C ends the rig in order; a second one ends it at once.
+    """
+    if only is not None and (control_only or trace is not None):
+        raise typer.BadParameter("--only goes with neither --control-only nor --trace")
+    from fieldrig.config import load
+
+    values = [*(overrides or ()), *([f"control={control}"] if control is not None else ())]
+    config = load(file, values)
+    if (only is not None or control_only) and config.time == "virtual":
+        raise typer.BadParameter("a rig with time: virtual runs as a whole")
+    if only is not None:
+        raise typer.Exit(_run_only(config, only, realtime))
+    from fieldrig.cli.running import run_rig
+
+    raise typer.Exit(run_rig(config, values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet))
+
+
+def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
+    from fieldrig.host import run_process, start_log
+    from fieldrig.placement import placement
+
+    plans = placement(config)
+    plan = next((plan for plan in plans.values() if name in (plan.name, *plan.buses, *plan.devices)), None)
+    if plan is None:
+        raise typer.BadParameter(f"this rig has no process {name!r}: it has {', '.join(plans)}")
+    start_log()
+    return run_process(config, plan, is_supervised=False, is_realtime=is_realtime)

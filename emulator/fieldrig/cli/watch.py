@@ -1,0 +1,157 @@
+"""See what happens in a running rig: watch."""
+
+import json
+import time
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, For, duration_ns
+from fieldrig.cli.points import show_value
+
+if TYPE_CHECKING:
+    from fieldrig.control import Client
+
+POLL_S = 0.1
+NANO = 1_000_000_000
+
+
+def watch(
+    patterns: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[PATTERN]...", help="Buses, or points of devices (with a /).", show_default=False),
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option("--count", "-n", min=1, help="Stop after so many lines.", show_default=False)
+    ] = None,
+    duration: For = None,
+    as_json: AsJson = False,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Show messages on buses, or changes of points, as they happen, until Ctrl-C.
+
+    \b
+        fieldrig watch                        every message on every bus, and what happens to the rig
+        fieldrig watch can0                   one bus
+        fieldrig watch tank/level io/6200:*   values, whenever they change
+        fieldrig watch can0 -n 1 --json       one message, for a script
+
+    A * stands for any letters. Watching costs the rig something only while it lasts.
+    """
+    from fieldrig.control import Client
+
+    patterns = patterns or ["*"]
+    points = [pattern for pattern in patterns if "/" in pattern]
+    if points and len(points) < len(patterns):
+        raise typer.BadParameter("watch either buses or points (with a /), not both at once")
+    give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / NANO
+    with Client(endpoint) as client:
+        lines = _points(client, points) if points else _messages(client, patterns)
+        _print(lines, count, give_up_s, as_json)
+
+
+Line = tuple[str, dict[str, Any]]
+"""For people, and for scripts."""
+
+
+def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | None, as_json: bool) -> None:
+    """`None` is a moment in which nothing came."""
+    try:
+        for line in lines:
+            if give_up_s is not None and time.monotonic() > give_up_s:
+                return
+            if line is not None:
+                typer.echo(json.dumps(line[1], ensure_ascii=False) if as_json else line[0])
+                count = None if count is None else count - 1
+                if count == 0:
+                    return
+    except KeyboardInterrupt:
+        return
+
+
+def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
+    status = client.ask("rig/status")
+    known = status["buses"]
+    if not any(fnmatchcase(bus, pattern) for bus in known for pattern in patterns):
+        from fieldrig.errors import ControlError
+
+        raise ControlError(
+            f"{status['rig']} has no bus {' '.join(patterns)!r}",
+            f"it has: {', '.join(known)}; a point of a device is written with a /, such as tank/level",
+        )
+    width = max(map(len, known))
+    is_real = status["time"] == "real"
+    inbox = client.inbox(["watch/*", "event"])
+    expected: dict[tuple[str, str], int] = {}
+    for told in inbox:
+        if told is None:
+            yield None
+        elif told[0] == "event":
+            event = told[1]
+            words = " ".join(filter(None, (event["process"], event["what"])))
+            text = event["text"].partition("\n")[0]
+            yield (
+                f"{_time_of_day(round(event['time_s'] * NANO))}  -- {words}{': ' if text else ''}{text}",
+                {"event": event},
+            )
+        elif any(fnmatchcase(told[0], pattern) for pattern in patterns):
+            yield from _of_batch(*told, width, is_real, expected)
+
+
+def _of_batch(
+    bus: str, batch: dict[str, Any], width: int, is_real: bool, expected: dict[tuple[str, str], int]
+) -> Iterator[Line]:
+    source = (bus, batch["process"])
+    lost = batch["first"] - expected.get(source, batch["first"])
+    expected[source] = batch["first"] + len(batch["entries"])
+    if lost:
+        yield f"-- {lost} messages on {bus} lost: this terminal is too slow", {"lost": lost, "bus": bus}
+    for time_ns, sender, text in batch["entries"]:
+        instant_ns = time_ns + batch["epoch_ns"]
+        shown = _time_of_day(instant_ns) if is_real else f"{instant_ns / NANO:14.6f}"
+        data = {"time_ns": instant_ns, "bus": bus, "sender": sender, "message": text}
+        yield f"{shown}  {bus:{width}}  {sender:12}  {text}", data
+
+
+def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
+    """Asked over and over: a device tells its values when asked, not when they change."""
+    from fieldrig.control import NobodyError
+    from fieldrig.errors import ControlError
+
+    devices = client.ask("rig/status")["devices"]
+    wanted = {
+        device: [pattern.partition("/")[2] for pattern in patterns if fnmatchcase(device, pattern.partition("/")[0])]
+        for device in devices
+    }
+    watched = {device: keys for device, keys in wanted.items() if keys}
+    if not watched:
+        raise ControlError(f"no device fits {' '.join(patterns)}", f"there are: {', '.join(devices)}")
+    units = {device: client.ask(f"device/{device}/keys") for device in watched}
+    present: dict[str, Any] = {}
+    while True:
+        started_s = time.monotonic()
+        for device, keys in watched.items():
+            try:
+                values = client.ask(f"device/{device}/get")
+            except NobodyError:  # it is being restarted
+                continue
+            for key, value in values.items():
+                name = f"{device}/{key}"
+                if present.get(name, _missing) != value and any(fnmatchcase(key, pattern) for pattern in keys):
+                    present[name] = value
+                    unit = units[device].get(key, {}).get("unit", "")
+                    now_ns = time.time_ns()
+                    data = {"time_ns": now_ns, "point": name, "value": value, "unit": unit}
+                    yield f"{_time_of_day(now_ns)}  {name} = {show_value(value)} {unit}".rstrip(), data
+        yield None
+        time.sleep(max(0.0, POLL_S - (time.monotonic() - started_s)))
+
+
+_missing = object()
+
+
+def _time_of_day(unix_ns: int) -> str:
+    seconds, fraction_ns = divmod(unix_ns, NANO)
+    return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{fraction_ns // 1000:06}"

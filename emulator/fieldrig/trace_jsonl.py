@@ -1,0 +1,52 @@
+"""Our own form of a trace: JSON lines, every family of messages, readable by any script.
+
+    {"time_ns": 1795000000123456789, "bus": "can0", "family": "can", "sender": "io", "data": "0501"}
+
+`time_ns` is the time of day (Unix), or for virtual time the time since the start of the rig.
+"""
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO
+
+from fieldrig.errors import RigError
+from fieldrig.trace import TraceEntry
+
+SUFFIX = ".jsonl"
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+    """`start_unix_ns` is the time of day at instant 0 of the entries.  How many were written."""
+    written = 0
+    for entry in entries:
+        line = {
+            "time_ns": start_unix_ns + entry.time_ns,
+            "bus": entry.bus,
+            "family": entry.family,
+            "sender": entry.sender,
+            "data": entry.data.hex(),
+        }
+        file.write(json.dumps(line, separators=(",", ":")).encode() + b"\n")
+        written += 1
+    return written
+
+
+def read(file: BinaryIO) -> Iterator[TraceEntry]:
+    """RigError, with the line, for what `write` doesn't write."""
+    for number, line in enumerate(file, 1):
+        try:
+            match json.loads(line):
+                case {
+                    "time_ns": int(time_ns),
+                    "bus": str(bus),
+                    "family": str(family),
+                    "sender": str(sender),
+                    "data": str(data),
+                }:
+                    entry = TraceEntry(time_ns, bus, family, sender, bytes.fromhex(data))
+                case _:
+                    raise ValueError("a key is missing, or has another type")
+        except (ValueError, RecursionError) as cause:
+            what = f"line {number} is no message of a trace: {cause}"
+            raise RigError(what, "a .jsonl trace is written by `fieldrig trace record`") from cause
+        yield entry
