@@ -7,7 +7,7 @@ others' receive buffers: neither vcan nor UDP makes a sender wait.
 import asyncio
 import logging
 import socket
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Final
@@ -26,7 +26,7 @@ RETRY_NS: Final = 1 * MS
 """The kernel doesn't say when a full transmit queue has room again; at 1 Mbit/s a frame takes an eighth of this."""
 
 
-class DirectEnd:
+class DirectEnd(ABC):
     """One member's link, around a socket that doesn't block."""
 
     def __init__(self, at: Attachment, sock: socket.socket) -> None:

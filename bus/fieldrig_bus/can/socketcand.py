@@ -18,21 +18,20 @@ from enum import Enum, auto
 from typing import Final
 
 from fieldrig.bus import Hub, Port
-from fieldrig.clock import MS, US, Clock, S, Timer
+from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.link import Link
+from fieldrig_bus.can import socketcand_text as text
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE, received
 from fieldrig_bus.can.broadcast_manager import CyclicJob, Subscription
-from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, CanFrame, check
+from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
 
 log = logging.getLogger(__name__)
 
 LONGEST_COMMAND: Final = 8192  # bytes; a muxfilter of 257 tuples takes 6200
-LONGEST_INTERVAL_NS: Final = 1_000_000_000 * S  # fits every timer
 SHORTEST_STATISTICS_NS: Final = 10 * MS  # the daemon's own grain
 SHORTEST_CYCLE_NS: Final = 50 * US  # about what the shortest frame takes at 1 Mbit/s
 HOLD_NS: Final = 20 * MS
-BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS of linux/can.h
 
 _EXACTLY: Final = EXTENDED_MASK | EXTENDED | REMOTE
 
@@ -166,26 +165,13 @@ class Session:
     # sending
 
     def _on_send(self, words: list[bytes]) -> None:
-        self._send(_data_frame(words))
+        self._send(text.data_frame(words))
 
     def _on_sendrtr(self, words: list[bytes]) -> None:
-        identifier, length = words
-        is_extended = len(identifier) == 8
-        self._send(check(CanFrame(_number(identifier, 16), b"", is_extended, True, _number(length))))
+        self._send(text.remote_frame(words))
 
     def _on_fdsend(self, words: list[bytes]) -> None:
-        identifier, flags, length, *data = words
-        if len(data) != _number(length) or len(data) > FD_LENGTHS[-1]:
-            raise ValueError("the length is not that of the data")
-        size = next(each for each in FD_LENGTHS if each >= len(data))
-        frame = CanFrame(
-            _number(identifier, 16),
-            _bytes(data).ljust(size, b"\0"),
-            is_extended=len(identifier) == 8,
-            is_fd=True,
-            is_bit_rate_switched=bool(_number(flags, 16) & BIT_RATE_SWITCH),
-        )
-        self._send(check(frame))
+        self._send(text.fd_frame(words))
 
     def _send(self, frame: CanFrame) -> None:
         counts = self._counts
@@ -197,21 +183,21 @@ class Session:
 
     def _on_add(self, words: list[bytes]) -> None:
         seconds, microseconds, *rest = words
-        interval_ns, frame = _interval_ns(seconds, microseconds), _data_frame(rest)
+        interval_ns, frame = text.interval_ns(seconds, microseconds), text.data_frame(rest)
         if interval_ns:
             interval_ns = max(interval_ns, SHORTEST_CYCLE_NS)
         self._delete(received(frame))
         self._jobs[received(frame)] = CyclicJob(self._clock, self._send, frame, interval_ns)
 
     def _on_update(self, words: list[bytes]) -> None:
-        frame = _data_frame(words)
+        frame = text.data_frame(words)
         job = self._jobs.get(received(frame))
         if job is not None:
             job.frame = frame
 
     def _on_delete(self, words: list[bytes]) -> None:
         (identifier,) = words
-        self._delete(_key(identifier))
+        self._delete(text.key(identifier))
 
     def _delete(self, key: int) -> None:
         job = self._jobs.pop(key, None)
@@ -220,30 +206,26 @@ class Session:
 
     def _on_subscribe(self, words: list[bytes]) -> None:
         seconds, microseconds, identifier = words
-        self._subscribe(identifier, _interval_ns(seconds, microseconds), ())
+        self._subscribe(identifier, text.interval_ns(seconds, microseconds), ())
 
     def _on_filter(self, words: list[bytes]) -> None:
         seconds, microseconds, identifier, *rest = words
-        mask = _data_frame([identifier, *rest]).data
-        self._subscribe(identifier, _interval_ns(seconds, microseconds), [mask])
+        mask = text.data_frame([identifier, *rest]).data
+        self._subscribe(identifier, text.interval_ns(seconds, microseconds), [mask])
 
     def _on_muxfilter(self, words: list[bytes]) -> None:
-        seconds, microseconds, identifier, count, *data = words
-        if not 2 <= _number(count) <= 257 or len(data) != 8 * _number(count):
-            raise ValueError("2 to 257 tuples of 8 bytes")
-        tuples = _bytes(data)
-        masks = [tuples[start : start + 8] for start in range(0, len(tuples), 8)]
-        self._subscribe(identifier, _interval_ns(seconds, microseconds), masks)
+        seconds, microseconds, identifier, *rest = words
+        self._subscribe(identifier, text.interval_ns(seconds, microseconds), text.masks(rest))
 
     def _subscribe(self, identifier: bytes, interval_ns: int, masks: Sequence[bytes]) -> None:
-        key = _key(identifier)
+        key = text.key(identifier)
         self._unsubscribe(key)
         self._subscriptions[key] = Subscription(self._clock, self._tell_subscribed, interval_ns, masks)
         self._listen()
 
     def _on_unsubscribe(self, words: list[bytes]) -> None:
         (identifier,) = words
-        self._unsubscribe(_key(identifier))
+        self._unsubscribe(text.key(identifier))
         self._listen()
 
     def _unsubscribe(self, key: int) -> None:
@@ -261,27 +243,20 @@ class Session:
             subscription.hear(frame)
 
     def _tell_subscribed(self, frame: CanFrame) -> None:
-        self._write(f"< frame {_identifier(frame)} {self._stamp()} {frame.data.hex(' ').upper()} >".encode())
+        self._write(text.told(frame, self._time_ns(), " "))
 
     # raw mode
 
     def _on_frame(self, frame: CanFrame) -> None:
         self._count(frame)
-        if frame.is_remote:
-            text = f"< rtr {_identifier(frame)} {self._stamp()} {frame.remote_length} >"
-        elif frame.is_fd:
-            flags = BIT_RATE_SWITCH if frame.is_bit_rate_switched else 0
-            text = f"< fdframe {_identifier(frame)} {flags:02X} {self._stamp()} {frame.data.hex().upper()} >"
-        else:
-            text = f"< frame {_identifier(frame)} {self._stamp()} {frame.data.hex().upper()} >"
+        told = text.told(frame, self._time_ns())
         if self._held is None:
-            self._write(text.encode())
+            self._write(told)
         else:
-            self._held.append(text.encode())
+            self._held.append(told)
 
-    def _stamp(self) -> str:
-        seconds, microseconds = divmod((self._epoch_ns + self._clock.now_ns()) // US, 1_000_000)
-        return f"{seconds}.{microseconds:06}"
+    def _time_ns(self) -> int:
+        return self._epoch_ns + self._clock.now_ns()
 
     # control mode
 
@@ -292,7 +267,7 @@ class Session:
 
     def _on_statistics(self, words: list[bytes]) -> None:
         (interval_ms,) = words
-        interval_ns = min(_number(interval_ms) * MS, LONGEST_INTERVAL_NS)
+        interval_ns = min(text.number(interval_ms) * MS, text.LONGEST_INTERVAL_NS)
         if self._timer is not None:
             self._timer.cancel()
         if interval_ns:
@@ -337,38 +312,6 @@ COMMANDS: Final[dict[Mode, dict[bytes, Callable[[Session, list[bytes]], None]]]]
         b"echo": Session._on_echo,
     },
 }
-
-
-def _number(word: bytes, base: int = 10) -> int:
-    if not word.isalnum():  # int() would take signs and underscores
-        raise ValueError(f"{word!r} is no number")
-    return int(word, base)
-
-
-def _bytes(words: Sequence[bytes]) -> bytes:
-    if words and not b"".join(words).isalnum():
-        raise ValueError(f"{words!r} are no bytes")
-    return bytes([int(word, 16) for word in words])
-
-
-def _interval_ns(seconds: bytes, microseconds: bytes) -> int:
-    return min(_number(seconds) * S + _number(microseconds) * US, LONGEST_INTERVAL_NS)
-
-
-def _data_frame(words: list[bytes]) -> CanFrame:
-    identifier, length, *data = words
-    if len(data) != _number(length):
-        raise ValueError("the length is not that of the data")
-    return check(CanFrame(_number(identifier, 16), _bytes(data), len(identifier) == 8))
-
-
-def _key(identifier: bytes) -> int:
-    """As `received` gives it for a data frame; eight digits are 29 bits."""
-    return received(check(CanFrame(_number(identifier, 16), is_extended=len(identifier) == 8)))
-
-
-def _identifier(frame: CanFrame) -> str:
-    return f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
 
 
 class _Client(Connection):

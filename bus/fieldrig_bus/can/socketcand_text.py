@@ -1,0 +1,89 @@
+"""The words of the socketcand protocol as values, and frames as it tells them.  See `socketcand` for the source.
+
+Whatever takes words raises ValueError for wrong ones.  An identifier of eight digits has 29 bits, else 11.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+from fieldrig.clock import US, S
+from fieldrig_bus.can.acceptance import received
+from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+
+LONGEST_INTERVAL_NS: Final = 1_000_000_000 * S  # fits every timer
+MOST_MASKS: Final = 257
+BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS of linux/can.h
+
+
+def number(word: bytes, base: int = 10) -> int:
+    if not word.isalnum():  # int() would take signs and underscores
+        raise ValueError(f"{word!r} is no number")
+    return int(word, base)
+
+
+def bytes_of(words: Sequence[bytes]) -> bytes:
+    """Of one or two hexadecimal digits each."""
+    if words and not b"".join(words).isalnum():
+        raise ValueError(f"{words!r} are no bytes")
+    return bytes([int(word, 16) for word in words])
+
+
+def interval_ns(seconds: bytes, microseconds: bytes) -> int:
+    return min(number(seconds) * S + number(microseconds) * US, LONGEST_INTERVAL_NS)
+
+
+def key(identifier: bytes) -> int:
+    """The identifier as `received` gives it for a data frame."""
+    return received(check(CanFrame(number(identifier, 16), is_extended=len(identifier) == 8)))
+
+
+def data_frame(words: Sequence[bytes]) -> CanFrame:
+    """`can_id can_dlc [data]*`"""
+    identifier, length, *data = words
+    if len(data) != number(length):
+        raise ValueError("the length is not that of the data")
+    return check(CanFrame(number(identifier, 16), bytes_of(data), len(identifier) == 8))
+
+
+def remote_frame(words: Sequence[bytes]) -> CanFrame:
+    """`can_id can_dlc`"""
+    identifier, length = words
+    return check(CanFrame(number(identifier, 16), b"", len(identifier) == 8, True, number(length)))
+
+
+def fd_frame(words: Sequence[bytes]) -> CanFrame:
+    """`can_id flags length [data]*`, filled up with zeros to a length that a DLC can say"""
+    identifier, flags, length, *data = words
+    if len(data) != number(length) or len(data) > FD_LENGTHS[-1]:
+        raise ValueError("the length is not that of the data")
+    size = next(each for each in FD_LENGTHS if each >= len(data))
+    frame = CanFrame(
+        number(identifier, 16),
+        bytes_of(data).ljust(size, b"\0"),
+        is_extended=len(identifier) == 8,
+        is_fd=True,
+        is_bit_rate_switched=bool(number(flags, 16) & BIT_RATE_SWITCH),
+    )
+    return check(frame)
+
+
+def masks(words: Sequence[bytes]) -> list[bytes]:
+    """`nframes [data]+`, eight bytes each"""
+    count, *data = words
+    if not 2 <= number(count) <= MOST_MASKS or len(data) != 8 * number(count):
+        raise ValueError(f"2 to {MOST_MASKS} tuples of 8 bytes")
+    return [bytes_of(data[start : start + 8]) for start in range(0, len(data), 8)]
+
+
+def told(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
+    """A frame that was heard, its data with `between` in between: raw mode has none, BCM mode a space."""
+    seconds, microseconds = divmod(time_ns // US, 1_000_000)
+    who = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
+    when = f"{seconds}.{microseconds:06}"
+    if frame.is_remote:
+        return f"< rtr {who} {when} {frame.remote_length} >".encode()
+    data = (frame.data.hex(between) if between else frame.data.hex()).upper()
+    if frame.is_fd:
+        flags = BIT_RATE_SWITCH if frame.is_bit_rate_switched else 0
+        return f"< fdframe {who} {flags:02X} {when} {data} >".encode()
+    return f"< frame {who} {when} {data} >".encode()
