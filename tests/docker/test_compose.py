@@ -5,7 +5,8 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from pymodbus.client import ModbusTcpClient
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(600)]
 
 FOLDER = Path(__file__).parents[2] / "docker"
+CONFIGS = FOLDER.parent / "configs"
 PARTS = {"rig", "can0", "tank", "io", "sensor", "drive"}
 READY_LIMIT_S = 90
 
@@ -81,24 +83,22 @@ def test_every_part_runs_and_is_shut_in(stack: Stack) -> None:
         assert set(published) <= {"127.0.0.1"}
 
 
-def test_canopen_master_drives_the_outputs(stack: Stack) -> None:
-    with _bus(stack) as bus:
-        network = canopen.Network(bus)
-        network.connect()
-        try:
-            node = network.add_node(5, str(FOLDER.parent / "configs" / "eds" / "io32.eds"))
-            assert isinstance(node.sdo[0x1000].raw, int)
-            outputs = node.sdo[0x6200][1]
-            outputs.raw = 0xA5
-            assert outputs.raw == 0xA5
-        finally:
-            network.disconnect()
+def test_canopen_master_reads_back_what_it_writes(stack: Stack) -> None:
+    with _io_node(stack) as node:
+        assert node.sdo[0x1000].raw & 0xFFFF == 401
+        outputs = node.sdo[0x6200][1]
+        outputs.raw = 0xA5
+        assert outputs.raw == 0xA5
 
 
-def test_modbus_master_starts_the_pump_and_the_can_side_sees_the_tank_rise(stack: Stack) -> None:
-    with ModbusTcpClient("127.0.0.1", port=stack.modbus_port) as client:
-        answer = client.read_holding_registers(0, count=1, device_id=1)
-        assert not answer.isError()
+def test_modbus_master_starts_the_pump_and_the_canopen_master_sees_the_tank_fill(stack: Stack) -> None:
+    with _io_node(stack) as node, ModbusTcpClient("127.0.0.1", port=stack.modbus_port) as drive:
+        level_tenth_mm = node.sdo[0x6401][1]
+        before = level_tenth_mm.raw
+        assert not drive.write_register(0, 1000, device_id=1).isError()  # 100.0 %
+        assert not drive.write_coil(0, True, device_id=1).isError()
+        _wait_until(lambda: level_tenth_mm.raw >= before + 40)  # 4 mm, a second's worth
+        assert not drive.write_coil(0, False, device_id=1).isError()
 
 
 def test_a_part_that_is_killed_comes_back(stack: Stack) -> None:
@@ -106,10 +106,7 @@ def test_a_part_that_is_killed_comes_back(stack: Stack) -> None:
     _docker(
         "exec", stack.containers()["sensor"]["Id"], "python", "-c", "import os, signal; os.kill(-1, signal.SIGKILL)"
     )
-    give_up = time.monotonic() + READY_LIMIT_S
-    while stack.containers()["sensor"]["RestartCount"] == before:
-        assert time.monotonic() < give_up
-        time.sleep(0.5)
+    _wait_until(lambda: stack.containers()["sensor"]["RestartCount"] > before)
     stack.wait_until_healthy()
 
 
@@ -121,8 +118,23 @@ def test_compose_files_are_valid(name: str) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def _bus(stack: Stack) -> can.BusABC:
-    return can.Bus("can0", "socketcand", host="127.0.0.1", port=stack.socketcand_port)
+@contextmanager
+def _io_node(stack: Stack) -> Iterator[canopen.RemoteNode]:
+    """The I/O node as a master on this machine sees it, by socketcand."""
+    with can.Bus("can0", "socketcand", host="127.0.0.1", port=stack.socketcand_port) as bus:
+        network = canopen.Network(bus)
+        network.connect()
+        try:
+            yield network.add_node(5, str(CONFIGS / "eds" / "io32.eds"))
+        finally:
+            network.disconnect()
+
+
+def _wait_until(is_so: Callable[[], bool]) -> None:
+    give_up = time.monotonic() + READY_LIMIT_S
+    while not is_so():
+        assert time.monotonic() < give_up
+        time.sleep(0.5)
 
 
 def _health(container: Mapping[str, Any]) -> str:
