@@ -1,0 +1,74 @@
+"""candump's log (`candump -L`), for CAN only: what canplayer, log2asc, SavvyCAN and python-can read.
+
+A line has time in microseconds, bus, and frame; no sender.  Lines are read by python-can; they are written here, as
+its writer leaves out how many bytes a remote frame asks for.  Error frames are skipped.
+"""
+
+import io
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO
+
+from can.io import CanutilsLogReader
+
+from fieldrig.errors import RigError
+from fieldrig.trace import TraceEntry
+from fieldrig_bus.can.codec import decode, encode
+from fieldrig_bus.can.frame import CanFrame, check
+
+SUFFIX = ".log"
+_BRS = 1  # linux/can.h, CANFD_BRS
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+    """`start_unix_ns` is the time of day at instant 0 of the entries."""
+    written = 0
+    for entry in entries:
+        if entry.family == "can":
+            file.write(_line(start_unix_ns + entry.time_ns, entry.bus, decode(entry.data)).encode())
+            written += 1
+    return written
+
+
+def read(file: BinaryIO) -> Iterator[TraceEntry]:
+    """Entries with the time of day as their instant.  RigError, with the line, for what is no log of candump."""
+    lines = _CountedLines(file, encoding="ascii", errors="replace")
+    try:
+        for message in CanutilsLogReader(lines):
+            if message.is_error_frame:
+                continue
+            frame = check(
+                CanFrame(
+                    message.arbitration_id,
+                    bytes(message.data),
+                    is_extended=message.is_extended_id,
+                    is_remote=message.is_remote_frame,
+                    remote_length=message.dlc if message.is_remote_frame else 0,
+                    is_fd=message.is_fd,
+                    is_bit_rate_switched=message.bitrate_switch,
+                )
+            )
+            yield TraceEntry(round(message.timestamp * 1e6) * 1000, str(message.channel), "can", "", encode(frame))
+    except (ValueError, OverflowError) as cause:
+        what = f"line {lines.count} is not one of candump's: {cause}"
+        raise RigError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
+
+
+def _line(unix_ns: int, bus: str, frame: CanFrame) -> str:
+    identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
+    if frame.is_remote:
+        body = f"#R{frame.remote_length or ''}"
+    elif frame.is_fd:
+        body = f"##{_BRS if frame.is_bit_rate_switched else 0}{frame.data.hex().upper()}"
+    else:
+        body = f"#{frame.data.hex().upper()}"
+    seconds, microseconds = divmod(unix_ns // 1000, 1_000_000)
+    return f"({seconds}.{microseconds:06}) {bus} {identifier}{body}\n"
+
+
+class _CountedLines(io.TextIOWrapper):
+    count = 0
+
+    def __next__(self) -> str:  # type: ignore[override]  # as in TextIOWrapper, whose base has bytes
+        line = super().__next__()
+        self.count += 1
+        return line

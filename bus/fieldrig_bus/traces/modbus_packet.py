@@ -1,0 +1,135 @@
+"""Modbus messages as the TCP/IP packets that they would be (Modbus messaging on TCP/IP V1.0b), made up for Wireshark.
+
+The addresses are invented: 10.BUS.0.UNIT is a unit's server, 10.BUS.CLIENT.1 a client.  Each client has one connection
+to each unit, without a beginning: no SYN.  A response goes to the client whose request it answers: by its unit and
+function code, as a trace says no more.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+
+PORT = 502
+_IP = struct.Struct("!BBHHHBBH4s4s")  # RFC 791, 3.1
+_TCP = struct.Struct("!HHIIHHHH")  # RFC 793, 3.1
+_MBAP = struct.Struct("!HHHB")  # transaction, protocol 0, length of what follows, unit
+_TCP_PROTOCOL = 6
+_PUSH_ACK = 5 << 12 | 0x18  # a header of 5 words
+_WINDOW = 0xFFFF
+
+
+@dataclass(slots=True)
+class _Connection:
+    client: bytes
+    server: bytes
+    port: int
+    client_sequence: int = 1
+    server_sequence: int = 1
+
+
+class _Open(NamedTuple):
+    """A request without an answer so far."""
+
+    client: str
+    unit: int
+    function: int
+    transaction: int
+
+
+class PacketMaker:
+    """Packets of one bus, in the order of its trace."""
+
+    def __init__(self, bus_number: int) -> None:
+        self._net = 10, bus_number & 0xFF
+        self._clients: dict[str, int] = {}
+        self._connections: dict[tuple[str, int], _Connection] = {}
+        self._open: dict[tuple[str, int], _Open] = {}
+        self._packets = 0
+
+    def make(self, sender: str, message: ModbusMessage) -> bytes:
+        """An IPv4 packet."""
+        if isinstance(message, ModbusRequest):
+            unit, transaction, client = message.unit, message.exchange & 0xFFFF, sender
+            self._open[client, unit] = _Open(client, unit, message.pdu[0], transaction)
+        else:
+            client, unit, transaction = self._asked(message)
+        adu = _MBAP.pack(transaction, 0, 1 + len(message.pdu), message.unit) + message.pdu
+        connection = self._connection(client, unit)
+        if isinstance(message, ModbusRequest):
+            sequence, acknowledged = connection.client_sequence, connection.server_sequence
+            connection.client_sequence = sequence + len(adu) & 0xFFFF_FFFF
+            return self._packet(
+                connection.client, connection.server, connection.port, PORT, sequence, acknowledged, adu
+            )
+        sequence, acknowledged = connection.server_sequence, connection.client_sequence
+        connection.server_sequence = sequence + len(adu) & 0xFFFF_FFFF
+        return self._packet(connection.server, connection.client, PORT, connection.port, sequence, acknowledged, adu)
+
+    def _asked(self, response: ModbusResponse) -> tuple[str, int, int]:
+        """Client, unit and transaction of the oldest request that this may answer."""
+        function = response.pdu[0] & 0x7F
+        fitting = [asked for asked in self._open.values() if asked.function == function]
+        # a server that its address says may answer as unit 0 or 255 (guide, chapter 4): then any unit fits
+        asked = next((asked for asked in fitting if asked.unit == response.unit), next(iter(fitting), None))
+        if asked is None:
+            return "", response.unit, response.exchange & 0xFFFF
+        del self._open[asked.client, asked.unit]
+        return asked.client, asked.unit, asked.transaction
+
+    def _connection(self, client: str, unit: int) -> _Connection:
+        connection = self._connections.get((client, unit))
+        if connection is None:
+            number = self._clients.setdefault(client, len(self._clients) + 1)
+            connection = _Connection(
+                client=bytes((*self._net, number & 0xFF or 0xFF, 1)),
+                server=bytes((*self._net, 0, unit)),
+                port=49152 + number % 16384,
+            )
+            self._connections[client, unit] = connection
+        return connection
+
+    def _packet(
+        self, source: bytes, target: bytes, from_port: int, to_port: int, sequence: int, acknowledged: int, adu: bytes
+    ) -> bytes:
+        self._packets += 1
+        length = _TCP.size + len(adu)
+        head = from_port, to_port, sequence, acknowledged, _PUSH_ACK, _WINDOW
+        pseudo = source + target + struct.pack("!HH", _TCP_PROTOCOL, length)
+        checksum = _checksum(pseudo + _TCP.pack(*head, 0, 0) + adu)
+        ip = 0x45, 0, _IP.size + length, self._packets & 0xFFFF, 0, 64, _TCP_PROTOCOL
+        ip_checksum = _checksum(_IP.pack(*ip, 0, source, target))
+        return _IP.pack(*ip, ip_checksum, source, target) + _TCP.pack(*head, checksum, 0) + adu
+
+
+def messages_in(packet: bytes) -> Iterator[tuple[str, ModbusMessage]]:
+    """Sender, as address and port, and message of each whole ADU in an IPv4 packet; nothing if it has none."""
+    if len(packet) < 20 or packet[0] >> 4 != 4 or packet[9] != _TCP_PROTOCOL:
+        return
+    start, end = (packet[0] & 0x0F) * 4, min(int.from_bytes(packet[2:4], "big"), len(packet))
+    if start + _TCP.size > end:
+        return
+    from_port, to_port, *_ = _TCP.unpack_from(packet, start)
+    if PORT not in (from_port, to_port):
+        return
+    sender = f"{'.'.join(map(str, packet[12:16]))}:{from_port}"
+    at = start + (packet[start + 12] >> 4) * 4
+    while at + _MBAP.size < end:
+        transaction, protocol, length, unit = _MBAP.unpack_from(packet, at)
+        pdu = packet[at + _MBAP.size : at + 6 + length]
+        if protocol != 0 or not 2 <= length <= 254 or at + 6 + length > end:
+            return
+        yield sender, (ModbusRequest if to_port == PORT else ModbusResponse)(unit, pdu, transaction)
+        at += 6 + length
+
+
+def _checksum(data: bytes) -> int:
+    """RFC 1071: the complement of the sum of words in one's complement."""
+    if len(data) % 2:
+        data += b"\0"
+    total: int = sum(struct.unpack(f"!{len(data) // 2}H", data))
+    while total >> 16:
+        total = (total & 0xFFFF) + (total >> 16)
+    return ~total & 0xFFFF

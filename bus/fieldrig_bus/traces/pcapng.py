@@ -1,0 +1,196 @@
+"""pcapng, for every family: what Wireshark and tshark read, by python-pcapng.
+
+One interface per bus, with its name.  CAN frames are SocketCAN's (LINKTYPE_CAN_SOCKETCAN), Modbus messages the TCP/IP
+packets that they would be (`modbus_packet`), everything else the bytes of `Bus.encode` (LINKTYPE_USER0).  The comment
+of a packet is its sender; a second one has the bytes of the message, where the packet alone does not say them.  Times
+are of the day; instant 0 is in the comment of the section, so our own files are read as they were written.  In foreign
+captures CAN and Modbus TCP are found, with times of the day.
+"""
+
+import re
+import struct
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, BinaryIO
+
+from pcapng import blocks, scanner, writer
+from pcapng.exceptions import PcapngException
+
+from fieldrig.errors import RigError
+from fieldrig.trace import TraceEntry
+from fieldrig_bus.can import codec as can_codec
+from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.modbus import codec as modbus_codec
+from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
+
+SUFFIX = ".pcapng"
+
+# tcpdump.org/linktypes.html
+ETHERNET, RAW_IP, USER0, CAN_SOCKETCAN, IPV4 = 1, 101, 147, 227, 228
+_LINK_TYPES = {"can": CAN_SOCKETCAN, "modbus": IPV4}
+
+# python-pcapng has no annotations
+SectionHeader: Any = blocks.SectionHeader
+InterfaceDescription: Any = blocks.InterfaceDescription
+EnhancedPacket: Any = blocks.EnhancedPacket
+FileWriter: Any = writer.FileWriter
+FileScanner: Any = scanner.FileScanner
+
+_CAN = struct.Struct("!IBBxx")  # identifier with flags, length, flags of an FD frame
+_EXTENDED, _REMOTE, _ERROR = 0x8000_0000, 0x4000_0000, 0x2000_0000
+_FD_SWITCHED, _FD = 0x01, 0x04
+_FD_MTU = 72  # bytes of every FD frame from Linux, also where the flag is not set
+
+_INSTANT_0 = re.compile(r"fieldrig: instant 0 is (\d+) ns")
+_MESSAGE = re.compile(r"fieldrig: message ([0-9a-f]*)")
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+    """`start_unix_ns` is the time of day at instant 0 of the entries."""
+    section = SectionHeader(
+        options={"opt_comment": f"fieldrig: instant 0 is {start_unix_ns} ns", "shb_userappl": "fieldrig"}
+    )
+    output = FileWriter(file, section)
+    interfaces: dict[str, tuple[int, Callable[[TraceEntry], tuple[bytes, list[str]]]]] = {}
+    written = 0
+    for entry in entries:
+        interface = interfaces.get(entry.bus)
+        if interface is None:
+            number = len(interfaces)
+            with _unwarned():
+                output.write_block(_interface(section, entry))
+            interface = interfaces[entry.bus] = number, _packer(entry.family, number)
+        number, pack = interface
+        packet, comments = pack(entry)
+        ticks = start_unix_ns + entry.time_ns
+        block = section.new_member(
+            EnhancedPacket,
+            interface_id=number,
+            timestamp_high=ticks >> 32,
+            timestamp_low=ticks & 0xFFFF_FFFF,
+            packet_data=packet,
+            options={"opt_comment": comments},
+        )
+        output.write_block(block)
+        written += 1
+    return written
+
+
+def read(file: BinaryIO) -> Iterator[TraceEntry]:
+    """RigError for what is no pcapng file, or a damaged one, after what could be read of it."""
+    start_unix_ns = 0
+    try:
+        for block in _blocks(file):
+            if isinstance(block, SectionHeader):
+                start_unix_ns = _instant_0(block)
+            elif isinstance(block, EnhancedPacket):
+                yield from _entries(block, start_unix_ns)
+    except (PcapngException, ValueError, LookupError, TypeError, struct.error) as cause:  # the scanner's, for bad bytes
+        what = f"this is no pcapng file, or a damaged one: {cause}"
+        raise RigError(what, "write traces with `fieldrig trace`, captures with Wireshark or dumpcap") from cause
+
+
+def _blocks(file: BinaryIO) -> Iterator[Any]:
+    found = iter(FileScanner(file))
+    while True:
+        with _unwarned():
+            block = next(found, None)
+        if block is None:
+            return
+        yield block
+
+
+@contextmanager
+def _unwarned() -> Iterator[None]:
+    """python-pcapng warns of a type in its own table (if_tsresol), and of what is odd in a file that it can read."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _interface(section: Any, entry: TraceEntry) -> Any:
+    return section.new_member(
+        InterfaceDescription,
+        link_type=_LINK_TYPES.get(entry.family, USER0),
+        options={"if_name": entry.bus, "if_description": entry.family, "if_tsresol": b"\x09"},
+    )
+
+
+def _packer(family: str, number: int) -> Callable[[TraceEntry], tuple[bytes, list[str]]]:
+    if family == "can":
+        return lambda entry: (_can_packet(can_codec.decode(entry.data)), [entry.sender])
+    if family == "modbus":
+        maker = PacketMaker(number)
+        return lambda entry: _modbus_packet(maker, entry)
+    return lambda entry: (entry.data, [entry.sender])
+
+
+def _can_packet(frame: CanFrame) -> bytes:
+    word = frame.identifier | frame.is_extended * _EXTENDED | frame.is_remote * _REMOTE
+    flags = frame.is_fd * _FD | frame.is_bit_rate_switched * _FD_SWITCHED
+    length = frame.remote_length if frame.is_remote else len(frame.data)
+    return _CAN.pack(word, length, flags) + frame.data
+
+
+def _modbus_packet(maker: PacketMaker, entry: TraceEntry) -> tuple[bytes, list[str]]:
+    packet = maker.make(entry.sender, modbus_codec.decode(entry.data))
+    is_plain = [modbus_codec.encode(message) for _, message in messages_in(packet)] == [entry.data]
+    return packet, [entry.sender] if is_plain else [entry.sender, f"fieldrig: message {entry.data.hex()}"]
+
+
+def _instant_0(section: Any) -> int:
+    found = _INSTANT_0.fullmatch(section.options.get("opt_comment", ""))
+    return int(found[1]) if found else 0
+
+
+def _entries(block: Any, start_unix_ns: int) -> Iterator[TraceEntry]:
+    options, packet = block.interface.options, block.packet_data
+    bus = options.get("if_name", f"interface{block.interface_id}")
+    time_ns = _time_ns(block, options.get("if_tsresol", b"\x06")) - start_unix_ns
+    comments = block.options.get_all("opt_comment") if "opt_comment" in block.options else []
+    sender = comments[0] if comments else ""
+    message = next((found[1] for comment in comments[1:] if (found := _MESSAGE.fullmatch(comment))), None)
+    link_type = block.interface.link_type
+    if message is not None:
+        yield TraceEntry(time_ns, bus, options.get("if_description", ""), sender, bytes.fromhex(message))
+    elif link_type == CAN_SOCKETCAN:
+        frame = _can_frame(packet)
+        if frame is not None:
+            yield TraceEntry(time_ns, bus, "can", sender, can_codec.encode(frame))
+    elif link_type == USER0:
+        yield TraceEntry(time_ns, bus, options.get("if_description", ""), sender, packet)
+    elif link_type in (IPV4, RAW_IP, ETHERNET):
+        for address, modbus in messages_in(packet[14:] if link_type == ETHERNET else packet):
+            yield TraceEntry(time_ns, bus, "modbus", sender or address, modbus_codec.encode(modbus))
+
+
+def _can_frame(packet: bytes) -> CanFrame | None:
+    """None for an error frame, and for what no bus carries."""
+    if len(packet) < _CAN.size:
+        return None
+    word, length, flags = _CAN.unpack_from(packet)
+    is_remote = bool(word & _REMOTE)
+    if word & _ERROR or not (is_remote or len(packet) >= _CAN.size + length):
+        return None
+    frame = CanFrame(
+        word & 0x1FFF_FFFF,
+        b"" if is_remote else packet[_CAN.size : _CAN.size + length],
+        is_extended=bool(word & _EXTENDED),
+        is_remote=is_remote,
+        remote_length=length if is_remote else 0,
+        is_fd=(is_fd := bool(flags & _FD) or len(packet) == _FD_MTU),
+        is_bit_rate_switched=is_fd and bool(flags & _FD_SWITCHED),
+    )
+    try:
+        return check(frame)
+    except ValueError:
+        return None
+
+
+def _time_ns(block: Any, resolution: bytes) -> int:
+    """`if_tsresol`: powers of ten, or of two with the top bit (pcapng, 4.2)."""
+    ticks: int = block.timestamp_high << 32 | block.timestamp_low
+    power = resolution[0]
+    per_second: int = 2 ** (power & 0x7F) if power & 0x80 else 10**power
+    return ticks * 1_000_000_000 // per_second
