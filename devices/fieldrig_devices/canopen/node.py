@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool, Value
+from fieldrig.errors import RigError
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig.store import Store
@@ -113,8 +114,11 @@ class CanopenNode(Device):
         return self._points
 
     def _tied(self, wires: Link[Signal] | None, bounds: list[Bound]) -> Ties | None:
-        terminals = self._profile.terminals if self._profile is not None else {}
-        return None if wires is None else Ties(wires, bounds, terminals)
+        if wires is None:
+            if bounds:
+                raise RigError(f"{self.name} has ties but no wires", "name a bus of wires under its links")
+            return None
+        return Ties(wires, bounds, {} if self._profile is None else self._profile.terminals)
 
     def _make_services(self, clock: Clock, settings: CanopenSettings) -> list[Service]:
         """In the order in which they are reset and enter a state."""

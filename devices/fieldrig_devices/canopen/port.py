@@ -38,10 +38,14 @@ class Port:
 
     def listen(self, owner: object, carried: Object, key: int | None, handler: Handler) -> None:
         """From now on `owner` hears `key` with `handler`, and nothing else; None: nothing at all."""
-        before = self._listeners.pop(owner, None)
-        if key is not None:
-            self._listeners[owner] = (carried, key, handler)
-        if not self._is_batching and (key is not None or before is not None):
+        wanted = None if key is None else (carried, key, handler)
+        if wanted == self._listeners.get(owner):
+            return
+        if wanted is None:
+            del self._listeners[owner]
+        else:
+            self._listeners[owner] = wanted
+        if not self._is_batching:
             self._connect()
 
     def enter(self, state: State) -> None:

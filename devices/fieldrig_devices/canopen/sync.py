@@ -43,8 +43,11 @@ class Sync(Service):
 
     def subscribe(self, order: Order, handler: Handler | None) -> None:
         """Call `handler` at each SYNC, in the order of `order`; None: no longer."""
-        self._subscribers.pop(order, None)
-        if handler is not None:
+        if handler == self._subscribers.get(order):
+            return
+        if handler is None:
+            del self._subscribers[order]
+        else:
             self._subscribers[order] = handler
         self._handlers = tuple(self._subscribers[one] for one in sorted(self._subscribers))
 

@@ -1,0 +1,96 @@
+"""Whatever comes over the bus: no exception, the heartbeat goes on, and the dictionary is what the answers said."""
+
+from canopen_bench import IO32, CanopenBench, show
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.eds import load
+
+IDS = [0x000, 0x080, 0x085, 0x185, 0x205, 0x285, 0x305, 0x585, 0x605, 0x701, 0x705, 0x7E5]
+KEYS = [(one.index, one.subindex) for one in load(IO32, 5)]
+
+frames = st.builds(
+    lambda identifier, data, remote: CanFrame(identifier, b"" if remote else data, is_remote=remote),
+    st.sampled_from(IDS) | st.integers(0, 0x7FF),
+    st.binary(max_size=8),
+    st.booleans(),
+)
+commands = st.sampled_from(
+    [0x40, 0x23, 0x2B, 0x2F, 0x22, 0x21, 0x20, 0x60, 0x70, 0x00, 0x01, 0x0D, 0x1D, 0x80, 0xA0, 0xC0]
+)
+small = st.sampled_from([0, 1, 2, 3, 4, 8, 255, 256, 0x8000_0000, 0x4000_0080, 0x6000_0108]) | st.integers(
+    0, 0xFFFF_FFFF
+)
+sdo_requests = st.builds(
+    lambda command, key, number: (
+        bytes((command,)) + key[0].to_bytes(2, "little") + bytes((key[1],)) + number.to_bytes(4, "little")
+    ),
+    commands | st.integers(0, 255),
+    st.sampled_from(KEYS) | st.tuples(st.integers(0, 0xFFFF), st.integers(0, 255)),
+    small,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.one_of(frames, sdo_requests.map(lambda request: CanFrame(0x605, request)))))
+def test_no_frame_raises_and_the_heartbeat_goes_on(sent: list[CanFrame]) -> None:
+    bench = CanopenBench(objects={"1017:00": 10})
+    for frame in sent:
+        bench.can.deliver(frame)
+        bench.after(0.1)
+    bench.send("000#81 05")
+    assert bench.after(30).count("705#7f") == 3
+
+
+class Model:
+    """What a client knows of the dictionary from the answers alone."""
+
+    def __init__(self) -> None:
+        self.data: dict[bytes, bytes] = {}
+        self._under_way: tuple[bytes, bytearray] | None = None
+
+    def saw(self, request: bytes, answer: bytes) -> None:
+        command = request[0]
+        if answer[0] == 0x60 and command & 0x02:
+            size = 4 - (command >> 2 & 3) if command & 0x01 else 4
+            self.data[request[1:4]] = request[4 : 4 + size]
+        elif answer[0] == 0x60:
+            self._under_way = (request[1:4], bytearray())
+        elif answer[0] & 0xE0 == 0x20 and self._under_way is not None:
+            key, data = self._under_way
+            data += request[1 : 8 - (command >> 1 & 7)]
+            if command & 0x01:
+                self.data[key] = bytes(data)
+
+
+NO_PLAIN_MEMORY = {b"\x03\x10\x00"}
+"""1003h sub-index 0 takes only 0, and counts errors."""
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(sdo_requests, max_size=60))
+def test_dictionary_is_what_the_answers_of_the_server_said(requests: list[bytes]) -> None:
+    bench, model = CanopenBench(), Model()
+    start = {variable.key: variable.data for variable in bench.node.dictionary}
+    for request in requests:
+        answer = bench.sdo(request.hex())
+        if answer:
+            model.saw(request, bytes.fromhex(answer))
+    for variable in bench.node.dictionary:
+        key = variable.index.to_bytes(2, "little") + bytes((variable.subindex,))
+        if key not in NO_PLAIN_MEMORY:
+            assert variable.data == model.data.get(key, start[variable.key])[: len(variable.data)], variable.key
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(sdo_requests, max_size=30))
+def test_every_request_gets_one_answer_of_8_bytes_but_for_an_abort(requests: list[bytes]) -> None:
+    bench = CanopenBench()
+    bench.take()
+    for request in requests:
+        bench.can.deliver(CanFrame(0x605, request))
+        answers = [frame for frame in bench.can.take() if frame.identifier == 0x585]
+        is_abort = request[0] >> 5 == 4
+        assert len(answers) == (0 if is_abort else 1), [show(frame) for frame in answers]
+        assert all(len(frame.data) == 8 for frame in answers)
