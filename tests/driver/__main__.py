@@ -1,4 +1,4 @@
-"""Runs the tests in stages: `python -m tests.driver {check,fast,test}`, usually called by make.
+"""Runs the tests in stages: `python -m tests.driver test`, usually called by make; `vcan docker` runs those two.
 
 First it installs what the stages need, where it may (root and apt-get).  A stage whose needs are not met is left out,
 the others run all the same.  At the end stands what ran, what was left out, and how to get it; with CI=true leaving
@@ -15,13 +15,16 @@ from pathlib import Path
 
 from tests.driver import needs
 from tests.driver.outcome import Outcome, Tally, summary
-from tests.driver.stages import PLANS, REPORTS, Stage
+from tests.driver.stages import PLANS, REPORTS, STAGES, Stage
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.driver", description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("plan", choices=PLANS)
-    plan = PLANS[parser.parse_args().plan]
+    parser.add_argument(
+        "names", nargs="+", choices=[*PLANS, *STAGES], metavar="NAME", help=", ".join([*PLANS, *STAGES])
+    )
+    names: list[str] = parser.parse_args().names
+    plan = list(dict.fromkeys(stage for name in names for stage in PLANS.get(name) or [STAGES[name]]))
     in_ci = os.environ.get("CI", "").lower() in ("true", "1")
     os.environ["PATH"] = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{os.environ['PATH']}"
     REPORTS.mkdir(parents=True, exist_ok=True)

@@ -108,3 +108,4 @@ PLANS: Mapping[str, tuple[Stage, ...]] = {
     "fast": (*CHECKS, UNIT),
     "test": (*CHECKS, *WHOLE, UNIT),
 }
+STAGES: Mapping[str, Stage] = {stage.name: stage for stage in PLANS["test"]}

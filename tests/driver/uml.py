@@ -55,7 +55,9 @@ def run(command: Sequence[str], guest: Guest) -> int:
     """The command's exit code, or TIMED_OUT, INTERRUPTED, GUEST_FAILED."""
     with tempfile.TemporaryDirectory(prefix="fieldrig-uml-") as folder:
         job = Path(folder)
-        _write_job(job, command, guest, os.environ)
+        # Inside, standard output is a terminal, whatever it is here.
+        colours = {} if sys.stdout.isatty() else {"NO_COLOR": "1"}
+        _write_job(job, command, guest, {**os.environ, **colours})
         with (job / "kernel.log").open("wb") as kernel_log:
             ended = _boot(job, guest, kernel_log.fileno())
         return ended if ended is not None else _result(job)

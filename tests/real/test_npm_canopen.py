@@ -1,0 +1,63 @@
+"""A CANopen master that shares no line with ours or with python's: npm's `canopen`, on the kernel's CAN."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.real, pytest.mark.vcan]
+
+MASTER = Path(__file__).parent / "node" / "master.js"
+EDS = Path(__file__).parents[2] / "configs" / "eds" / "io32.eds"
+NODE_ID = 5
+
+RIG = f"""
+time: real
+start_timeout_s: 60
+buses:
+  can0: {{kind: can.socketcan, channel: vcan0}}
+devices:
+  io: {{kind: canopen.node, node_id: {NODE_ID}, eds: {EDS}, links: {{can: can0}}}}
+"""
+
+
+@contextmanager
+def running_rig(folder: Path) -> Iterator[None]:
+    (folder / "rig.yaml").write_text(RIG)
+    command = ["fieldrig", "up", "rig.yaml", "--control", f"unixsock-stream/{folder}/control"]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as rig:
+        assert rig.stdout is not None
+        try:
+            said = []
+            for line in rig.stdout:
+                said.append(line)
+                if line.startswith("ready"):
+                    break
+            else:
+                pytest.fail("".join(said))
+            yield
+        finally:
+            rig.terminate()
+            rig.stdout.read()
+
+
+def test_npm_master_reads_starts_and_drives_the_io_node(tmp_path: Path) -> None:
+    node = shutil.which("node")
+    if node is None or not (MASTER.parent / "node_modules").is_dir():
+        pytest.skip("npm's canopen is not installed: npm ci in tests/real/node")
+    with running_rig(tmp_path):
+        done = subprocess.run(
+            [node, MASTER, "vcan0", str(NODE_ID)], capture_output=True, text=True, timeout=60, check=False
+        )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {
+        "deviceType": 0x000F0191,  # CiA 401: digital and analog inputs and outputs
+        "name": "IO32",
+        "state": 5,  # operational
+        "outputs": [0xA5, 0x5A, 0x00, 0xFF],
+        "abort": 0x06020000,  # object does not exist
+    }
