@@ -188,8 +188,8 @@ class CanopenNode(Device):
         read = f"print(node.sdo[{index:#06x}].raw)"
         start = "node.nmt.state = 'OPERATIONAL'"
         return [
-            Tool(f"{name}: what it is", _python_line(settings, bus, read)),
-            Tool(f"{name}: start it", _python_line(settings, bus, start)),
+            Tool("what it is", _python_line(settings, bus, read)),
+            Tool("start it", _python_line(settings, bus, start)),
         ]
 
 
