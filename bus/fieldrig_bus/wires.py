@@ -80,8 +80,8 @@ class WiresSettings(Settings):
 
 
 class WiresHubSettings(Settings):
-    attach: str | None = Field(None, description="tcp://host:port where devices of other machines attach")
-    connect: str | None = Field(None, description="tcp://host:port of the hub, as device processes see it")
+    attach: str | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
+    connect: str | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
 class _Wires(ModelBus[Signal]):
