@@ -27,6 +27,7 @@ from fieldrig.errors import ControlError, RigError
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 TOKEN_VARIABLE: Final = "FIELDRIG_TOKEN"
+OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.05
 
@@ -70,12 +71,18 @@ def _open_listening(endpoint: str, settings: dict[str, Any]) -> zenoh.Session:
     try:
         return _open(settings)
     except zenoh.ZError as cause:
-        reason = "another program listens there" if is_answered(endpoint) else str(cause).partition(" at /")[0]
+        check_free(endpoint)
+        reason = str(cause).partition(" at /")[0]
+        raise RigError(f"can't listen on the control endpoint {endpoint}: {reason}", OTHER_ENDPOINT) from cause
+
+
+def check_free(endpoint: str) -> None:
+    """RigError if another program listens there."""
+    if is_answered(endpoint):
         raise RigError(
-            f"can't listen on the control endpoint {endpoint}: {reason}",
-            "stop the rig that runs (`fieldrig status` shows it, `fieldrig stop` stops it), or give this one another"
-            " endpoint, such as --control tcp/127.0.0.1:7448",
-        ) from cause
+            f"can't listen on the control endpoint {endpoint}: another program listens there",
+            f"stop the rig that runs (`fieldrig status` shows it, `fieldrig stop` stops it), or {OTHER_ENDPOINT}",
+        )
 
 
 def connect(endpoint: str) -> zenoh.Session:

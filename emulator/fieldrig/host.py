@@ -26,12 +26,12 @@ from fieldrig.config import RigConfig, load
 from fieldrig.control import Control
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
-from fieldrig.memory import resident_bytes
 from fieldrig.placement import ProcessPlan
 from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
+from fieldrig.this_process import facts
 
 log = logging.getLogger(__name__)
 
@@ -47,7 +47,6 @@ class Host:
         self._config, self._plan, self._patience_s = config, plan, patience_s
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
         self._streams: list[BusStream] = []
-        self._started_s = time.monotonic()
         self._state = "starting"
 
     async def run(self) -> Exit:
@@ -106,11 +105,8 @@ class Host:
 
     async def _status(self, process: DeviceProcess) -> dict[str, Any]:
         return {
-            "pid": os.getpid(),
+            **facts(),
             "state": self._state,
-            "uptime_s": round(time.monotonic() - self._started_s, 3),
-            "memory_mb": round(resident_bytes() / 1e6, 1),
-            "cpu_s": round(time.process_time(), 3),
             "timers": process.clock.lateness(),
             "buses": {name: hub.statistics() for name, hub in process.hubs.items()},
         }
@@ -128,6 +124,7 @@ class Host:
 def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is_realtime: bool = False) -> Exit:
     """Run one process of the rig until it is told to end."""
     hold = join_run(config.run)
+    _name_process(plan.name)
     if is_realtime:
         _ask_for_realtime()
     try:
@@ -176,6 +173,12 @@ def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
     except ImportError:  # Windows
         return None
     return uvloop.new_event_loop
+
+
+def _name_process(name: str) -> None:
+    """What `ps` and `top` show."""
+    with contextlib.suppress(OSError):  # only Linux has it
+        Path("/proc/self/comm").write_text(f"rig:{name}")
 
 
 def _ask_for_realtime() -> None:

@@ -6,19 +6,18 @@ ready ends the start; later its `on_exit` decides.
 """
 
 import asyncio
-import os
 import signal
 from collections.abc import Sequence
 from contextlib import suppress
 
-from fieldrig.child import Child, command, how_it_ended
+from fieldrig.brood import Brood
+from fieldrig.child import how_it_ended
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan
 from fieldrig.roster import Member, Report, Roster, State
-from fieldrig.run_folder import RunFolder
 
 GRACE_S = 3.0
 """Between SIGTERM and SIGKILL."""
@@ -30,25 +29,14 @@ SETTLED_S = 10.0
 
 class Supervisor:
     def __init__(
-        self,
-        config: RigConfig,
-        plans: dict[str, ProcessPlan],
-        control: Control,
-        folder: RunFolder,
-        report: Report,
-        *,
-        overrides: Sequence[str] = (),
-        is_realtime: bool = False,
+        self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, brood: Brood, report: Report
     ) -> None:
+        """What `brood` has not forked yet is spawned."""
         self.roster = Roster(config, plans, control, report)
         self._start_timeout_s = config.start_timeout_s
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
         self._at_once = asyncio.Event()
-        self._leash, self._hand = os.pipe()
-        self._children = {
-            name: Child(command(config, plan, overrides, is_realtime), folder.folder / f"log/{name}.log", self._leash)
-            for name, plan in plans.items()
-        }
+        self._children = brood.children
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._wanted_restarts: set[str] = set()
         self._tenders: dict[str, asyncio.Task[None]] = {}
@@ -61,13 +49,11 @@ class Supervisor:
         loop = asyncio.get_running_loop()
         try:
             for name, member in roster.members.items():
-                await self._spawn(member)
+                await self._begin(member)
                 self._tenders[name] = loop.create_task(self._tend(member))
             return await self._ended
         finally:
             await self._end_all()
-            os.close(self._hand)
-            os.close(self._leash)
 
     def end(self, code: Exit = Exit.OK) -> None:
         """In order; called a second time, at once."""
@@ -99,7 +85,7 @@ class Supervisor:
             if self._ended.done():
                 return
             member.restarts += 1
-            await self._spawn(member)
+            await self._begin(member)
 
     def _goes_on_after(self, member: Member, code: int) -> bool:
         """Whether the process is to be started again."""
@@ -123,10 +109,11 @@ class Supervisor:
             self.roster.tell("failed", member.name, f"{how}\n{log}")
             self.end(code)
 
-    async def _spawn(self, member: Member) -> None:
+    async def _begin(self, member: Member) -> None:
         child = self._children[member.name]
         self.roster.set_state(member, State.STARTING)
-        await child.spawn()
+        if child.pid is None:
+            await child.spawn()
         member.pid = child.pid
 
     def _on_change(self, member: Member) -> None:

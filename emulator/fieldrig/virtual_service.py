@@ -20,10 +20,10 @@ from fieldrig.control import VERSION, Control
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
-from fieldrig.memory import resident_bytes
 from fieldrig.points import answers
 from fieldrig.rig import Rig
 from fieldrig.roster import Event, Report
+from fieldrig.this_process import facts
 
 SLICE_S = 0.01
 """Of the computer's time."""
@@ -195,10 +195,7 @@ class VirtualService:
 
     async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:
         return {
-            "pid": os.getpid(),
+            **facts(),
             "state": "ready",
-            "uptime_s": round(time.monotonic() - self._started_s, 3),
-            "memory_mb": round(resident_bytes() / 1e6, 1),
-            "cpu_s": round(time.process_time(), 3),
             "buses": {name: self._rig.statistics(name) for name in self._rig.buses},
         }

@@ -3,12 +3,14 @@
 import asyncio
 import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from fieldrig import endpoint
 from fieldrig.attended import AttendedRig
+from fieldrig.brood import Brood
 from fieldrig.cli.display import Display
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
@@ -18,6 +20,7 @@ from fieldrig.hub_wire import socket_name
 from fieldrig.placement import is_modelled, placement
 from fieldrig.run_folder import RunFolder
 from fieldrig.supervisor import Supervisor
+from fieldrig.this_process import age_s
 from fieldrig.trace_files import Recorder
 from fieldrig.virtual_service import VirtualService
 
@@ -28,64 +31,67 @@ class Service(Protocol):
     def end(self) -> None: ...
 
 
-def run_rig(
-    config: RigConfig,
-    overrides: Sequence[str],
-    trace: Path | None,
-    *,
-    is_attended: bool,
-    is_realtime: bool,
-    is_quiet: bool,
-) -> Exit:
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What the command line asks for."""
+
+    overrides: Sequence[str] = ()
+    trace: Path | None = None
+    is_attended: bool = False
+    is_realtime: bool = False
+    is_quiet: bool = False
+
+
+def run_rig(config: RigConfig, wish: Wish) -> Exit:
     """RigError if the rig can't start."""
-    started_s = time.monotonic() - time.process_time()  # this process was at work before it came here
-    display = Display(config, started_s, is_quiet)
-    with asyncio.Runner(loop_factory=loop_factory()) as runner:
-        if is_attended or config.time == "virtual":
-            return runner.run(_run(config, overrides, trace, display, None, is_attended, is_realtime))
-        folder = RunFolder(config.run)
-        folder.claim([socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)])
+    display = Display(config, time.monotonic() - age_s(), wish.is_quiet)
+    if wish.is_attended:
+        plans = placement(config)
+        return _in_loop(config, wish, display, lambda control: AttendedRig(config, plans, control, display.report))
+    if config.time == "virtual":
+        return _in_loop(config, wish, display, lambda control: VirtualService(config, control, display.report))
+    return _run_processes(config, wish, display)
+
+
+def _run_processes(config: RigConfig, wish: Wish, display: Display) -> Exit:
+    """Everything that may refuse is asked before the first process starts."""
+    plans = placement(config)
+    endpoint.check_free(config.control)
+    folder = RunFolder(config.run)
+    folder.claim([socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)])
+    try:
+        folder.wait_for_the_last()
+        brood = Brood(config, plans, folder, overrides=wish.overrides, is_realtime=wish.is_realtime)
         try:
-            folder.wait_for_the_last()
-            return runner.run(_run(config, overrides, trace, display, folder, is_attended, is_realtime))
+            brood.fork()
+            return _in_loop(
+                config, wish, display, lambda control: Supervisor(config, plans, control, brood, display.report)
+            )
         finally:
-            folder.release()
+            brood.close()
+    finally:
+        folder.release()
 
 
-async def _run(
-    config: RigConfig,
-    overrides: Sequence[str],
-    trace: Path | None,
-    display: Display,
-    folder: RunFolder | None,
-    is_attended: bool,
-    is_realtime: bool,
-) -> Exit:
+def _in_loop(config: RigConfig, wish: Wish, display: Display, make: Callable[[Control], Service]) -> Exit:
+    with asyncio.Runner(loop_factory=loop_factory()) as runner:
+        return runner.run(_run(config, wish, display, make))
+
+
+async def _run(config: RigConfig, wish: Wish, display: Display, make: Callable[[Control], Service]) -> Exit:
     control = Control(endpoint.listen(config.control), config.name)
     try:
-        service: Service
-        if config.time == "virtual":
-            service = VirtualService(config, control, display.report)
-        elif folder is None:
-            service = AttendedRig(config, placement(config), control, display.report)
-        else:
-            service = Supervisor(
-                config,
-                placement(config),
-                control,
-                folder,
-                display.report,
-                overrides=overrides,
-                is_realtime=is_realtime,
-            )
+        service = make(control)
         _on_signals(service, display)
-        recorder = Recorder(trace) if trace is not None else None
+        recorder = Recorder(wish.trace) if wish.trace is not None else None
         if recorder is not None:
             control.listen_to("trace/*", recorder.take)
-        display.introduce(0 if config.time == "virtual" else len(placement(config)))
         watching = asyncio.get_running_loop().create_task(display.watch_load(control))
+        running = asyncio.get_running_loop().create_task(service.run())
         try:
-            return await service.run()
+            await asyncio.sleep(0)  # the rig is at work while this is printed
+            display.introduce(0 if config.time == "virtual" else len(placement(config)))
+            return await running
         finally:
             watching.cancel()
             if recorder is not None:

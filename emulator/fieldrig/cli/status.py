@@ -7,6 +7,9 @@ import typer
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
 from fieldrig.exits import Exit
 
+HUNG_S = 1.0
+"""A process that takes longer to answer is shown without its figures."""
+
 
 def status(
     ready: Annotated[
@@ -34,7 +37,7 @@ def status(
         rig = client.ask("rig/status")
         if ready is not None:
             raise typer.Exit(Exit.OK if _is_ready(rig, ready) else Exit.NOT_READY)
-        details = client.ask_all("process/*/status")
+        details = client.ask_all("process/*/status", timeout_s=HUNG_S)
     if as_json:
         echo_json(_joined(rig, details))
     else:
@@ -58,7 +61,9 @@ def _is_ready(rig: dict[str, Any], name: str) -> bool:
 def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
     for name, detail in details.items():
         process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
-        process.update({key: detail[key] for key in ("memory_mb", "cpu_s", "uptime_s", "timers") if key in detail})
+        process.update(
+            {key: detail[key] for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers") if key in detail}
+        )
         for bus, statistics in detail["buses"].items():
             rig["buses"].setdefault(bus, {})["statistics"] = statistics
     return rig
@@ -70,7 +75,7 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
     typer.echo(f"{rig['file']}\n")
     rig = _joined(rig, details)
     echo_table(
-        ("process", "state", "pid", "up for", "restarts", "MB", "CPU s", "runs"),
+        ("process", "state", "pid", "up for", "restarts", "MB", "MB own", "CPU s", "runs"),
         [
             (
                 name,
@@ -79,6 +84,7 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
                 _duration(process["uptime_s"]) if process["uptime_s"] is not None else None,
                 process["restarts"],
                 process.get("memory_mb"),
+                process.get("own_mb"),
                 process.get("cpu_s"),
                 ", ".join([*process.get("buses", ()), *process.get("devices", rig["devices"])]),
             )

@@ -52,7 +52,9 @@ def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
     from fieldrig.control import Client
 
     with Client(endpoint) as client:
+        rig = client.ask("rig/status")
         client.ask("rig/stop")
+    typer.echo(f"{rig['rig']} stops ({rig['file']}, process {rig['pid']})")
 
 
 def restart(

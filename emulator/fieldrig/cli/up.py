@@ -70,9 +70,10 @@ def up(
         raise typer.BadParameter("a rig with time: virtual runs as a whole")
     if only is not None:
         raise typer.Exit(_run_only(config, only, realtime))
-    from fieldrig.cli.running import run_rig
+    from fieldrig.cli.running import Wish, run_rig
 
-    raise typer.Exit(run_rig(config, values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet))
+    wish = Wish(values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet)
+    raise typer.Exit(run_rig(config, wish))
 
 
 def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:

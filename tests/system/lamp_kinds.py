@@ -106,3 +106,11 @@ class Stuck(Device):
     def start(self) -> None:
         while True:
             pass
+
+
+class Clinging(Device):
+    """Never comes to the end of its end."""
+
+    def stop(self) -> None:
+        while True:
+            pass

@@ -1,0 +1,5 @@
+"""`python -m fieldrig` is `fieldrig`."""
+
+from fieldrig.cli import main
+
+main()

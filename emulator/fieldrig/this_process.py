@@ -1,0 +1,56 @@
+"""What this process can say of itself: memory, age, and work done."""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+_PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
+
+
+def facts() -> dict[str, float | None]:
+    """For `status`.  `own_mb` is what would be free without it, `memory_mb` counts shared pages too."""
+    own = own_bytes()
+    return {
+        "pid": os.getpid(),
+        "uptime_s": round(age_s(), 3),
+        "cpu_s": round(time.process_time(), 3),
+        "memory_mb": round(resident_bytes() / 1e6, 1),
+        "own_mb": None if own is None else round(own / 1e6, 1),
+    }
+
+
+def resident_bytes() -> int:
+    """What is in RAM, shared pages included; 0 where the system doesn't say."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * _PAGE
+    except OSError:
+        return _peak_bytes()
+
+
+def own_bytes() -> int | None:
+    """What would be free without this process; None where the system doesn't say."""
+    try:
+        lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return None
+    return 1024 * sum(int(line.split()[1]) for line in lines if line.startswith("Private_"))
+
+
+def age_s() -> float:
+    """Since it was started; what it has worked where the system doesn't say."""
+    try:
+        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+        return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    except (OSError, AttributeError):
+        return time.process_time()
+
+
+def _peak_bytes() -> int:
+    """The most it ever was: all that is to be had where there is no /proc."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return 0
+    peak: int = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024

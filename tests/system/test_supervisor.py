@@ -1,0 +1,196 @@
+"""Processes of a rig in real time: they start in order, are started again, and leave nothing behind."""
+
+import signal
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from running_rig import RunningRig, is_running, until
+
+pytestmark = pytest.mark.system
+
+KINDS = Path(__file__).with_name("lamp_kinds.py")
+LAMP = """
+time: real
+buses:
+  wires: {kind: wires.hub}
+devices:
+  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
+  switch: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wires: wires}}
+"""
+
+
+def with_device(entry: str) -> str:
+    return f"{LAMP}  extra: {{{entry}}}\n"
+
+
+@pytest.fixture
+def rig() -> Iterator[RunningRig]:
+    with RunningRig(LAMP, KINDS) as rig:
+        yield rig.until_ready()
+
+
+def pids(rig: RunningRig) -> dict[str, int]:
+    return {name: process["pid"] for name, process in rig.status()["processes"].items()}
+
+
+def assert_nothing_is_left(rig: RunningRig, processes: dict[str, int]) -> None:
+    assert not [name for name, pid in processes.items() if is_running(pid)]
+    left = [path for path in rig.run.rglob("*") if path.is_symlink() or stat.S_ISSOCK(path.lstat().st_mode)]
+    assert not left
+
+
+def switch(rig: RunningRig, is_on: bool) -> None:
+    assert rig.tool("set", f"switch/on={str(is_on).lower()}").returncode == 0
+    until(lambda: rig.value("lamp/on") is is_on)
+
+
+def test_every_device_and_the_hub_run_in_processes_of_their_own_and_talk(rig: RunningRig) -> None:
+    processes = pids(rig)
+    assert set(processes) == {"wires", "lamp", "switch"}
+    assert len({*processes.values(), rig.process.pid}) == 4
+    switch(rig, True)
+    assert "ready in" in rig.output()
+
+
+def test_sigterm_leaves_no_process_no_socket_and_no_pty() -> None:
+    text = LAMP.replace("devices:", "  can0: {kind: can.hub, slcan: {path: slcan}}\ndevices:")
+    with RunningRig(text, KINDS) as rig:
+        processes = pids(rig.until_ready())
+        assert (rig.run / "slcan").is_symlink()
+        assert (rig.run / "wires.sock").is_socket()
+        assert rig.end(signal.SIGTERM) == 0
+        assert_nothing_is_left(rig, processes)
+
+
+def test_ctrl_c_while_it_starts_leaves_nothing_either() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Stuck"'), KINDS) as rig:
+        until(lambda: rig.tool("status").returncode == 0)
+        processes = pids(rig)
+        assert rig.end(signal.SIGINT) == 0
+        assert_nothing_is_left(rig, processes)
+
+
+def test_a_second_ctrl_c_waits_for_nobody() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Clinging"'), KINDS) as rig:
+        processes = pids(rig.until_ready())
+        rig.process.send_signal(signal.SIGINT)
+        until(lambda: "stopping" in rig.output())
+        assert rig.end(signal.SIGINT) == 0
+        assert "at once" in rig.output()
+        assert_nothing_is_left(rig, processes)
+
+
+def test_when_the_supervisor_is_killed_its_processes_end_and_the_next_rig_starts(rig: RunningRig) -> None:
+    processes = pids(rig)
+    rig.end(signal.SIGKILL)
+    until(lambda: not any(is_running(pid) for pid in processes.values()))
+    rig.process = rig.up()
+    rig.until_ready()
+    switch(rig, True)
+
+
+def test_a_killed_device_comes_back_with_its_memory_while_the_others_go_on(rig: RunningRig) -> None:
+    switch(rig, True)
+    before = pids(rig)
+    signal_to(before["lamp"], signal.SIGKILL)
+    rig.until_back("lamp")
+    after = pids(rig)
+    assert after["lamp"] != before["lamp"]
+    assert {after["wires"], after["switch"]} == {before["wires"], before["switch"]}
+    assert rig.value("lamp/times") >= 1
+    switch(rig, False)
+    assert "lamp died: killed by SIGKILL" in rig.output()
+
+
+def test_devices_find_their_hub_again_when_it_was_killed(rig: RunningRig) -> None:
+    before = pids(rig)
+    signal_to(before["wires"], signal.SIGKILL)
+    rig.until_back("wires")
+
+    def goes_through() -> bool:
+        is_on = not rig.value("switch/on")
+        rig.tool("set", f"switch/on={str(is_on).lower()}")
+        return rig.value("lamp/on") is is_on
+
+    until(goes_through)
+    after = pids(rig)
+    assert {after["lamp"], after["switch"]} == {before["lamp"], before["switch"]}
+
+
+def test_a_fault_in_a_devices_code_is_in_its_log_and_it_is_started_again() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Fragile"'), KINDS) as rig:
+        rig.until_ready()
+        rig.tool("set", "extra/hit=true")
+        rig.until_back("extra")
+        assert "RuntimeError: hit too hard" in rig.log("extra")
+        assert "extra died: exit code 70" in rig.output()
+
+
+def test_on_exit_stop_ends_the_rig() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Fragile", on_exit: stop'), KINDS) as rig:
+        processes = pids(rig.until_ready())
+        rig.tool("set", "extra/hit=true")
+        assert rig.ended() == 5
+        assert "hit too hard" in rig.output()  # the end of its log
+        assert_nothing_is_left(rig, processes)
+
+
+def test_on_exit_ignore_lets_the_rest_go_on() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Fragile", on_exit: ignore'), KINDS) as rig:
+        rig.until_ready()
+        rig.tool("set", "extra/hit=true")
+        until(lambda: rig.status()["processes"]["extra"]["state"] == "gone")
+        switch(rig, True)
+        assert rig.status()["processes"]["extra"]["pid"] is None
+
+
+def test_restart_is_a_power_cycle_of_one_process(rig: RunningRig) -> None:
+    before = pids(rig)
+    assert rig.tool("restart", "lamp").returncode == 0
+    rig.until_back("lamp")
+    assert pids(rig)["lamp"] != before["lamp"]
+    switch(rig, True)
+    refused = rig.tool("restart", "bell")
+    assert refused.returncode == 6
+    assert "it has: wires, lamp, switch" in refused.stderr
+
+
+def test_a_device_that_cannot_start_is_named_with_the_end_of_its_log() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Broken"'), KINDS) as rig:
+        assert rig.ended() == 5
+        assert "extra ended while it started: exit code 70" in rig.output()
+        assert "RuntimeError: the fuse is blown" in rig.output()
+        assert not list(rig.run.glob("*.sock"))
+
+
+def test_a_device_that_never_gets_ready_is_named() -> None:
+    with RunningRig(with_device('kind: "lamp_kinds:Stuck"') + "start_timeout_s: 1.5\n", KINDS) as rig:
+        assert rig.ended() == 5
+        assert "extra was not ready after 1.5 s" in rig.output()
+
+
+def test_a_taken_port_is_named_with_its_remedy(free_port: int) -> None:
+    import socket
+
+    text = LAMP.replace("devices:", f'  can0: {{kind: can.hub, socketcand: "127.0.0.1:{free_port}"}}\ndevices:')
+    with socket.create_server(("127.0.0.1", free_port)), RunningRig(text, KINDS) as rig:
+        assert rig.ended() == 3
+        assert str(free_port) in rig.output()
+        assert "choose another port" in rig.output()
+
+
+def test_a_second_rig_on_the_same_endpoint_or_folder_is_refused(rig: RunningRig) -> None:
+    assert rig.up().wait(30) == 3
+    assert f"can't listen on the control endpoint {rig.endpoint}" in rig.output()
+    elsewhere = rig.up("--control", f"unixsock-stream/{rig.folder}/c")
+    assert elsewhere.wait(30) == 3
+    assert f"another rig runs in {rig.run} (process {rig.process.pid})" in rig.output()
+    switch(rig, True)  # the first one has not been disturbed
+
+
+def signal_to(pid: int, number: signal.Signals) -> None:
+    import os
+
+    os.kill(pid, number)
