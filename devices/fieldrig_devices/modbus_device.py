@@ -90,7 +90,8 @@ class ModbusDevice(Device):
         """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
         self.clock, self.turnaround_ns = clock, round(settings.turnaround_ms * MS)
         self._store, self._wires = store, wires
-        self._is_unsaved = False
+        self.is_unsaved = False
+        """Something that is retained has changed."""
         self._warned: set[str] = set()
         by_unit = settings.by_unit()
         self._units = {
@@ -140,10 +141,10 @@ class ModbusDevice(Device):
 
     def save(self) -> None:
         """Put what is retained into the store, if anything of it has changed."""
-        if self._is_unsaved:
+        if self.is_unsaved:
             kept = {str(unit_id): unit.retained() for unit_id, unit in self._units.items()}
             self._store.save(json.dumps(kept).encode())
-            self._is_unsaved = False
+            self.is_unsaved = False
 
     def _restore(self) -> None:
         data = self._store.load()
@@ -158,7 +159,7 @@ class ModbusDevice(Device):
             log.warning("the non-volatile memory can't be read, registers start anew: %s", fault)
 
     def _note_unsaved(self) -> None:
-        self._is_unsaved = True
+        self.is_unsaved = True
 
     def _saving(self, points: Mapping[str, Point]) -> dict[str, Point]:
         return {key: self._saving_point(point) for key, point in points.items()}
@@ -222,7 +223,8 @@ class _Answering:
                 self._device.save()
             return
         pdu = server.answer(request)
-        self._device.save()
+        if self._device.is_unsaved:
+            self._device.save()
         if pdu is None:
             return
         response = ModbusResponse(request.unit, pdu, request.exchange)

@@ -13,27 +13,28 @@ ANSWER_SIZE = 29
 
 def main(port: int, clients: int, seconds: float) -> None:
     selector = selectors.DefaultSelector()
-    asked = {}
+    asked: dict[socket.socket, int] = {}
     for _ in range(clients):
         client = socket.create_connection(("127.0.0.1", port))
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        selector.register(client, selectors.EVENT_READ)
+        selector.register(client, selectors.EVENT_READ, client)
         client.sendall(REQUEST)
         asked[client] = time.monotonic_ns()
     round_trips_us = []
     begin_ns = time.monotonic_ns()
     while (now_ns := time.monotonic_ns()) < begin_ns + seconds * 1e9:
         for key, _ in selector.select(2.0):
-            client = key.fileobj
-            assert isinstance(client, socket.socket)
-            answer = client.recv(512)
+            asker: socket.socket = key.data
+            answer = asker.recv(512)
             assert len(answer) == ANSWER_SIZE, answer.hex(" ")
             now_ns = time.monotonic_ns()
-            round_trips_us.append((now_ns - asked[client]) / 1e3)
-            asked[client] = now_ns
-            client.sendall(REQUEST)
+            round_trips_us.append((now_ns - asked[asker]) / 1e3)
+            asked[asker] = now_ns
+            asker.sendall(REQUEST)
     per_s = len(round_trips_us) / (now_ns - begin_ns) * 1e9
-    print(f"{per_s:.0f} {percentile(round_trips_us, 50):.0f} {percentile(round_trips_us, 99):.0f}")
+    print(
+        f"{len(round_trips_us)} {per_s:.0f} {percentile(round_trips_us, 50):.0f} {percentile(round_trips_us, 99):.0f}"
+    )
 
 
 if __name__ == "__main__":

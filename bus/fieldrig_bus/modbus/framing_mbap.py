@@ -32,6 +32,10 @@ class MbapFramer:
             self._rest = b""
         messages: list[tuple[int, int, bytes]] = []
         at, size = 0, len(data)
+        if size > 7:  # one whole message, nothing else: the commonest case
+            transaction, protocol, length, unit = _unpack(data, 0)
+            if size == 6 + length and protocol == 0 and length <= LONGEST and not self.is_lost:
+                return [(transaction, unit, data[7:])]
         while size - at > 6 and not self.is_lost:
             transaction, protocol, length, unit = _unpack(data, at)
             end = at + 6 + length

@@ -1,6 +1,8 @@
 """Modbus messages as devices see them: a unit, a protocol data unit, and which exchange it belongs to.
 
 Framing (MBAP, RTU, ASCII) is the affair of the bus.  Source: Modbus application protocol V1.1b3, chapter 4.1.
+Nobody changes a message; that they are not `frozen` is because making a frozen one takes 0.5 us instead of 0.15, four
+times a request.
 """
 
 from dataclasses import dataclass
@@ -23,7 +25,7 @@ class LineState(NamedTuple):
     is_ascii: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, unsafe_hash=True)
 class ModbusRequest:
     """From a client.  `pdu` is function code and data, 1 to 253 bytes; `exchange` ties the response to it.
 
@@ -36,7 +38,7 @@ class ModbusRequest:
     line: LineState | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, unsafe_hash=True)
 class ModbusResponse:
     """From a server, with the `exchange` of the request that it answers."""
 

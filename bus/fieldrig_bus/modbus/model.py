@@ -51,14 +51,11 @@ class ModbusModel(BusModel[ModbusMessage]):
             if not servers and self._answers_for_unknown:
                 pdu = bytes((message.pdu[0] | 0x80, GATEWAY_TARGET_FAILED))
                 self._add(Delivery(now_ns, GATEWAY, ModbusResponse(message.unit, pdu, message.exchange), (member,)))
-            return
-        answer = self._routing.answer(message)
-        if answer is None:
+        elif (answer := self._routing.answer(message)) is not None:
+            self._responses += 1
+            self._add(Delivery(now_ns, member, *answer))
+        else:
             self._unasked += 1
-            return
-        self._responses += 1
-        response, client = answer
-        self._add(Delivery(now_ns, member, response, client))
 
     def next_ns(self) -> int | None:
         return self._due[0].time_ns if self._due else None

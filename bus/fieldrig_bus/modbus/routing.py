@@ -5,7 +5,7 @@ interest.  A request goes to the servers of its unit, a response to the client t
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusRequest, ModbusResponse
 
@@ -16,14 +16,6 @@ MOST_OPEN = 4096
 """Exchanges that may wait for an answer; beyond that the oldest is forgotten (a silent server must not fill memory)."""
 
 
-class Asked(NamedTuple):
-    """What has to stand in the response, and whom it is for."""
-
-    client: str
-    exchange: int
-    unit: int
-
-
 class Routing:
     """`is_line`: unit 0 is a broadcast.  Otherwise 0 and 255 mean `direct_unit`, without it the only unit there is."""
 
@@ -31,7 +23,7 @@ class Routing:
         self._is_line, self._direct_unit = is_line, direct_unit
         self._interests: dict[str, frozenset[int] | None] = {}  # None: every unit
         self._routes: dict[int, tuple[int, tuple[str, ...]]] = {}  # by unit asked for; made when first needed
-        self._open: dict[int, Asked] = {}
+        self._open: dict[int, tuple[str, int, int]] = {}  # client, and the exchange and unit of its response
         self._numbered = 0
 
     def join(self, member: str) -> None:
@@ -40,7 +32,7 @@ class Routing:
     def leave(self, member: str) -> None:
         self._interests.pop(member, None)
         self._routes.clear()
-        for exchange in [exchange for exchange, asked in self._open.items() if asked.client == member]:
+        for exchange in [exchange for exchange, (client, _, _) in self._open.items() if client == member]:
             del self._open[exchange]
 
     def listen(self, member: str, interest: Sequence[Any] | None) -> None:
@@ -55,7 +47,7 @@ class Routing:
             servers = tuple(name for name in servers if name != client)
         self._numbered = exchange = self._numbered + 1 & 0xFFFF_FFFF
         if servers and not (self._is_line and unit == BROADCAST):
-            self._open[exchange] = Asked(client, request.exchange, unit)
+            self._open[exchange] = (client, request.exchange, unit)
             if len(self._open) > MOST_OPEN:
                 del self._open[next(iter(self._open))]
         return ModbusRequest(target, request.pdu, exchange, line), servers
@@ -65,7 +57,8 @@ class Routing:
         asked = self._open.pop(response.exchange, None)
         if asked is None:
             return None
-        return ModbusResponse(asked.unit, response.pdu, asked.exchange), (asked.client,)
+        client, exchange, unit = asked
+        return ModbusResponse(unit, response.pdu, exchange), (client,)
 
     def _find(self, unit: int) -> tuple[int, tuple[str, ...]]:
         if self._is_line and unit == BROADCAST:

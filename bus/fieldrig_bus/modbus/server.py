@@ -113,28 +113,31 @@ class ModbusServer:
         diagnostics, pdu, line = self.diagnostics, request.pdu, request.line
         diagnostics.server_messages += 1
         diagnostics.line = line
-        if line is None:
-            return self._respond(pdu, self._functions_on_tcp)
+        if line is None:  # the commonest case, without a further call
+            handler = self._functions_on_tcp.get(pdu[0], _not_there)
+            try:
+                return handler(pdu)
+            except ModbusError as error:
+                return self._exception(pdu, error)
         if request.unit == BROADCAST:
             diagnostics.no_responses += 1
             if pdu[0] in BROADCAST_FUNCTIONS and not diagnostics.is_listening_only:
-                self._respond(pdu, self._functions)
+                self._respond(pdu)
             return None
         if diagnostics.is_listening_only:
             diagnostics.hear_in_listen_only(pdu)
             return None
-        return self._respond(pdu, self._functions)
+        return self._respond(pdu)
 
-    def _respond(self, pdu: bytes, functions: Functions) -> bytes | None:
-        function = pdu[0]
+    def _respond(self, pdu: bytes) -> bytes | None:
         try:
-            handler = functions.get(function)
-            if handler is None:
-                raise ModbusError(ILLEGAL_FUNCTION)
-            return handler(pdu)
+            return self._functions.get(pdu[0], _not_there)(pdu)
         except ModbusError as error:
-            self.diagnostics.exception_responses += 1
-            return bytes((function | 0x80, error.code))
+            return self._exception(pdu, error)
+
+    def _exception(self, pdu: bytes, error: ModbusError) -> bytes:
+        self.diagnostics.exception_responses += 1
+        return bytes((pdu[0] | 0x80, error.code))
 
     def _write_coil(self, pdu: bytes) -> bytes:
         address, value = _two_words(pdu)
@@ -229,6 +232,10 @@ def _registers_reader(function: int, registers: Registers) -> Callable[[bytes], 
         return heads[quantity] + read(address, quantity)
 
     return answer
+
+
+def _not_there(pdu: bytes) -> bytes | None:
+    raise ModbusError(ILLEGAL_FUNCTION)
 
 
 def _two_words(pdu: bytes) -> tuple[int, int]:

@@ -2,8 +2,8 @@
 
 import asyncio
 import logging
-from collections import OrderedDict
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any
 
 from fieldrig.bus import Hub
@@ -22,7 +22,8 @@ class Master(Connection):
         super().__init__(server)
         self.hub = hub
         self.member = ""
-        self.has_spoken = True
+        self.used = 0
+        """When it spoke last, in words of all masters."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -37,8 +38,8 @@ class Master(Connection):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        self.has_spoken = True
-        self.server.used(self)
+        self.server.spoken += 1
+        self.used = self.server.spoken
         self.on_bytes(data)
 
     def pause_writing(self) -> None:
@@ -65,7 +66,9 @@ class Masters(TcpServer):
     ) -> None:
         super().__init__(address, lambda _: make(self))
         self._most, self._idle_s = most, idle_s
-        self._by_use: OrderedDict[Master, None] = OrderedDict()
+        self._masters: set[Master] = set()
+        self.spoken = 0
+        self._reaped = 0
         self._reaper: asyncio.TimerHandle | None = None
 
     async def open(self) -> None:
@@ -79,23 +82,22 @@ class Masters(TcpServer):
         await super().close()
 
     def add(self, master: Master) -> None:
-        self._by_use[master] = None
-        if len(self._by_use) > self._most:
-            silent, _ = self._by_use.popitem(last=False)
+        self.spoken += 1
+        master.used = self.spoken
+        self._masters.add(master)
+        if len(self._masters) > self._most:
+            silent = min(self._masters, key=attrgetter("used"))
             log.debug("%s is closed for %s", silent.member, master.member)
+            self.remove(silent)
             silent.transport.close()
 
-    def used(self, master: Master) -> None:
-        if master in self._by_use:  # else it is being closed
-            self._by_use.move_to_end(master)
-
     def remove(self, master: Master) -> None:
-        self._by_use.pop(master, None)
+        self._masters.discard(master)
 
     def _reap(self, idle_s: float) -> None:
         """Close what has been silent for one to two such periods."""
-        for master in tuple(self._by_use):
-            if not master.has_spoken:
+        for master in self._masters:
+            if master.used <= self._reaped:
                 master.transport.close()
-            master.has_spoken = False
+        self._reaped = self.spoken
         self._reaper = asyncio.get_running_loop().call_later(idle_s, self._reap, idle_s)

@@ -1,0 +1,243 @@
+"""A Modbus device on a bus of any kind, and masters that speak to it in raw bytes.
+
+Checksums come from pymodbus, so that ours are not their own judge.
+"""
+
+import os
+import socket
+import tempfile
+import tty
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hub_bench import LoopBench
+from modbus_cases import SETTINGS, TABLE
+from pymodbus.framer import FramerAscii, FramerRTU
+
+from fieldrig.clock import VirtualClock
+from fieldrig.hub import LocalHub
+from fieldrig.store import MemoryStore
+from fieldrig.testing import RecordedLink
+from fieldrig_bus.modbus.kind import ModbusBus
+from fieldrig_bus.modbus.line import ModbusAscii, ModbusAsciiSettings, ModbusRtu, ModbusRtuSettings
+from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.tcp import ModbusTcp, ModbusTcpSettings
+from fieldrig_bus.modbus.virtual import ModbusVirtual, ModbusVirtualSettings
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.modbus_device import ModbusDevice, ModbusDeviceSettings
+
+T = TypeVar("T")
+BAUD = 115200
+
+
+def device_settings(folder: Path, table: str = TABLE, **settings: Any) -> ModbusDeviceSettings:
+    (folder / "table.yaml").write_text(table)
+    entries = {"table": "table.yaml", **SETTINGS, **settings}
+    entries = {key: value for key, value in entries.items() if value is not None}
+    return ModbusDeviceSettings.model_validate(entries, context={"folder": folder})
+
+
+class Wire:
+    """Raw bytes to and from one end."""
+
+    def __init__(self, bench: "RealBench", fd: int, close: Callable[[], None]) -> None:
+        self._bench, self._fd, self._close = bench, fd, close
+        self.received = bytearray()
+        self.is_open = True
+        os.set_blocking(fd, False)
+        bench.loop.add_reader(fd, self._on_readable)
+
+    def write(self, data: bytes) -> None:
+        assert os.write(self._fd, data) == len(data)
+
+    def read(self, size: int) -> bytes:
+        """So many bytes, as soon as they are there."""
+        self._bench.pump(lambda: len(self.received) >= size or not self.is_open)
+        data = bytes(self.received[:size])
+        del self.received[:size]
+        return data
+
+    def read_end(self) -> bytes:
+        """Everything up to the end of the connection."""
+        self._bench.pump(lambda: not self.is_open)
+        return bytes(self.received)
+
+    def close(self) -> None:
+        self._bench.loop.remove_reader(self._fd)
+        self._close()
+
+    def _on_readable(self) -> None:
+        try:
+            data = os.read(self._fd, 4096)
+        except OSError:
+            data = b""
+        self.received += data
+        if not data:
+            self.is_open = False
+            self._bench.loop.remove_reader(self._fd)
+
+
+class RealBench(LoopBench):
+    """A hub with a device in its process, on a loop that runs while the test pumps it."""
+
+    def __init__(self, bus: ModbusBus, run: Path, settings: ModbusDeviceSettings) -> None:
+        super().__init__()
+        self.run = run
+        self.hub = LocalHub(bus, self.clock, run)
+        self.wires: RecordedLink[Signal] = RecordedLink()
+        self.store = MemoryStore()
+        self.device = ModbusDevice(self.clock, settings, [self.hub.join("device")], self.store, self.wires)
+        self._ends: list[Wire] = []
+        try:
+            self.loop.run_until_complete(self.hub.open(serve=False))
+        except BaseException:
+            super().close()
+            raise
+        self.device.start()
+
+    @property
+    def port(self) -> int:
+        number: int = self.hub._ports[0].number  # the only port there is
+        return number
+
+    def connect(self) -> Wire:
+        end = socket.create_connection(("127.0.0.1", self.port))
+        end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        wire = Wire(self, end.fileno(), end.close)
+        self._ends.append(wire)
+        return wire
+
+    def open_pty(self, name: str = "line") -> Wire:
+        fd = os.open(self.run / name, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(fd)
+        wire = Wire(self, fd, lambda: os.close(fd))
+        self._ends.append(wire)
+        return wire
+
+    def in_thread(self, work: Callable[[], T]) -> T:
+        """Run a foreign, blocking master while the hub runs here."""
+        with ThreadPoolExecutor(1) as pool:
+            future = pool.submit(work)
+            self.pump(future.done)
+            return future.result()
+
+    def close(self) -> None:
+        for end in self._ends:
+            end.close()
+        self.loop.run_until_complete(self.hub.close())
+        super().close()
+
+
+@contextmanager
+def real_bench(bus: ModbusBus, table: str = TABLE, **settings: Any) -> Iterator[RealBench]:
+    with tempfile.TemporaryDirectory(prefix="fieldrig-") as folder:
+        bench = RealBench(bus, Path(folder), device_settings(Path(folder), table, **settings))
+        try:
+            yield bench
+        finally:
+            bench.close()
+
+
+def tcp_bus(**settings: Any) -> ModbusTcp:
+    return ModbusTcp("mb", ModbusTcpSettings(listen="127.0.0.1:0", **settings))
+
+
+def rtu_bus(**settings: Any) -> ModbusRtu:
+    return ModbusRtu("mb", ModbusRtuSettings(**{"pty": "line", "baud": BAUD, **settings}))
+
+
+def ascii_bus(**settings: Any) -> ModbusAscii:
+    return ModbusAscii("mb", ModbusAsciiSettings(**{"pty": "line", "baud": BAUD, **settings}))
+
+
+def mbap(transaction: int, unit: int, pdu: bytes) -> bytes:
+    return transaction.to_bytes(2, "big") + b"\x00\x00" + (len(pdu) + 1).to_bytes(2, "big") + bytes((unit,)) + pdu
+
+
+def rtu(unit: int, pdu: bytes) -> bytes:
+    body = bytes((unit,)) + pdu
+    return body + FramerRTU.compute_CRC(body).to_bytes(2, "big")
+
+
+def ascii_(unit: int, pdu: bytes) -> bytes:
+    body = bytes((unit,)) + pdu
+    return b":" + (body + bytes((FramerAscii.compute_LRC(body),))).hex().upper().encode() + b"\r\n"
+
+
+class Master:
+    """Asks and compares; a request that nobody may answer is followed by one that is."""
+
+    MARK = bytes.fromhex("08 0000 5A5A")
+
+    def __init__(self, wire: Wire, frame: Callable[[int, bytes], bytes]) -> None:
+        self._wire, self._frame = wire, frame
+
+    def ask(self, request: str, unit: int = 1) -> None:
+        self._wire.write(self._frame(unit, bytes.fromhex(request)))
+
+    def expect(self, response: str, unit: int = 1) -> None:
+        wanted = self._frame(unit, bytes.fromhex(response))
+        assert self._wire.read(len(wanted)).hex(" ") == wanted.hex(" ")
+
+    def exchange(self, request: str, response: str, unit: int = 1) -> None:
+        self.ask(request, unit)
+        if response:
+            self.expect(response, unit)
+        else:
+            self._wire.write(self._frame(1, self.MARK))
+            self.expect(self.MARK.hex(), 1)
+
+
+class VirtualMaster:
+    """The same on `modbus.virtual`."""
+
+    def __init__(self, folder: Path, bus: ModbusVirtualSettings, **settings: Any) -> None:
+        self.clock = VirtualClock()
+        self.model = ModbusVirtual("mb", bus).model()
+        self._handlers: dict[str, Callable[[ModbusMessage], None]] = {}
+        self.heard: list[tuple[int, ModbusMessage]] = []
+        self.deliveries: list[Any] = []
+        device_link = VirtualLink(self, "device")
+        self.device = ModbusDevice(self.clock, device_settings(folder, **settings), [device_link], MemoryStore())
+        self.device.start()
+        self.link = VirtualLink(self, "master")
+        self.link.on_receive(lambda message: self.heard.append((self.clock.now_ns(), message)), ())
+
+    def join(self, member: str, handler: Callable[[ModbusMessage], None]) -> None:
+        self._handlers[member] = handler
+
+    def run(self) -> None:
+        """Until nothing is under way."""
+        while True:
+            wishes = [wish for wish in (self.model.next_ns(), self.clock.next_ns()) if wish is not None]
+            if not wishes:
+                return
+            now_ns = min(wishes)
+            self.clock.advance_to(now_ns)
+            for delivery in self.model.collect(now_ns):
+                self.deliveries.append(delivery)
+                for receiver in delivery.receivers:
+                    self._handlers[receiver](delivery.message)
+
+    def exchange(self, request: str, response: str, unit: int = 1) -> None:
+        self.heard.clear()
+        self.link.send(ModbusRequest(unit, bytes.fromhex(request), 7))
+        self.run()
+        wanted = [ModbusResponse(unit, bytes.fromhex(response), 7)] if response else []
+        assert [message for _, message in self.heard] == wanted
+
+
+class VirtualLink:
+    def __init__(self, bench: VirtualMaster, member: str) -> None:
+        self._bench, self._member = bench, member
+        bench.model.join(member)
+
+    def send(self, message: ModbusMessage) -> None:
+        self._bench.model.submit(self._bench.clock.now_ns(), self._member, message)
+
+    def on_receive(self, handler: Callable[[ModbusMessage], None], interest: Any = None) -> None:
+        self._bench.join(self._member, handler)
+        self._bench.model.listen(self._bench.clock.now_ns(), self._member, interest)
