@@ -139,9 +139,8 @@ class SdoClient(Member):
 
 def sdo_server(link: Link[CanFrame], clock: RealClock, eds: str) -> Member:
     """Our CANopen node, as the lab runs it."""
-    from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
-
     from fieldrig.store import MemoryStore
+    from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 
     settings = CanopenSettings.model_validate({"node_id": 5, "eds": eds}, context={"folder": "."})
     CanopenNode(clock, "io", link, settings, MemoryStore()).start()

@@ -1,0 +1,44 @@
+"""All benchmarks, one after the other: `make bench` writes docs/benchmarks.md."""
+
+import os
+import platform
+import sys
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
+
+import can_hub  # noqa: E402  found beside this file
+import modbus  # noqa: E402
+import start_up  # noqa: E402
+import timers  # noqa: E402
+import virtual_time  # noqa: E402
+
+BENCHMARKS = (start_up, timers, can_hub, modbus, virtual_time)
+PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
+PAGE = HERE.parents[1] / "docs/benchmarks.md"
+
+INTRODUCTION = """# Benchmarks
+
+Written by `make bench`; don't edit.  Ratios are within one run, against a named peer or the line's own limit; seconds
+depend on the machine.  Measured {day}, {cores} cores, {system}, Python {python}, {peers}.
+"""
+
+
+def main() -> None:
+    introduction = INTRODUCTION.format(
+        day=date.today().isoformat(),  # noqa: DTZ011  the day where the reader is
+        cores=os.cpu_count(),
+        system=f"{platform.system()} {platform.machine()}",
+        python=platform.python_version(),
+        peers=", ".join(f"{name} {version(name)}" for name in PEERS),
+    )
+    reports = [benchmark.run().markdown() for benchmark in BENCHMARKS]
+    PAGE.write_text("\n".join([introduction, *reports]))
+    print(f"written to {PAGE}")
+
+
+if __name__ == "__main__":
+    main()
