@@ -28,10 +28,11 @@ SetListener = Callable[[OnDelivery | None], None]
 
 
 class BusStream:
-    def __init__(self, control: Control, bus: Bus[Any], process: str, epoch_ns: int, set_listener: SetListener) -> None:
+    def __init__(self, control: Control, bus: Bus[Any], process: str, set_listener: SetListener) -> None:
         """`set_listener` is given `add` when that begins to be wanted, and None when it ceases to be."""
         self._loop = asyncio.get_running_loop()
-        self._bus, self._process, self._epoch_ns, self._set_listener = bus, process, epoch_ns, set_listener
+        self.epoch_ns = 0
+        self._bus, self._process, self._set_listener = bus, process, set_listener
         self._pending: list[tuple[int, str, Any]] = []
         self._first = 0
         self._flusher: asyncio.TimerHandle | None = None
@@ -67,7 +68,7 @@ class BusStream:
             "family": self._bus.family,
             "process": self._process,
             "first": self._first,
-            "epoch_ns": self._epoch_ns,
+            "epoch_ns": self.epoch_ns,
             "entries": entries,
         }
         return json.dumps(batch, separators=(",", ":"))

@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 from fieldrig import endpoint
 from fieldrig.bus_stream import BusStream
 from fieldrig.config import RigConfig, load
-from fieldrig.control import Control
+from fieldrig.control import Control, NobodyError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan
@@ -37,6 +37,7 @@ log = logging.getLogger(__name__)
 
 GRACE_S = 2.0
 """Between the word to end and the end by force."""
+RETRY_S = 0.02
 WAITING_S = 3600.0
 """A supervised process leaves it to its supervisor to lose patience."""
 REALTIME_PRIORITY = 10
@@ -89,10 +90,11 @@ class Host:
         await process.open()
         control.show_life(f"alive/{name}")
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
-        terms = await control.ask("rig/join", {"process": name, "pid": os.getpid()}, self._patience_s)
-        for bus in process.traced_buses:
-            listen = partial(process.listen, bus.name)
-            self._streams.append(BusStream(control, bus, name, terms["epoch_ns"], listen))
+        for bus in process.traced_buses:  # before others may send
+            self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
+        terms = await self._join(control)
+        for stream in self._streams:
+            stream.epoch_ns = terms["epoch_ns"]
         await process.attach(self._config.start_timeout_s)
         process.start()
         for device_name, device in process.devices.items():
@@ -102,6 +104,22 @@ class Host:
         self._state = "ready"
         control.tell(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
+
+    async def _join(self, control: Control) -> dict[str, Any]:
+        """Ask until somebody answers: the rig's session is there a little earlier than who answers in it."""
+        loop = asyncio.get_running_loop()
+        give_up_s = loop.time() + self._patience_s
+        while True:
+            try:
+                terms: dict[str, Any] = await control.ask(
+                    "rig/join", {"process": self._plan.name, "pid": os.getpid()}, give_up_s - loop.time()
+                )
+            except NobodyError:
+                if loop.time() + RETRY_S > give_up_s:
+                    raise
+                await asyncio.sleep(RETRY_S)
+            else:
+                return terms
 
     async def _status(self, process: DeviceProcess) -> dict[str, Any]:
         return {

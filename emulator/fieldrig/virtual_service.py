@@ -89,7 +89,7 @@ class VirtualService:
     def _serve(self) -> None:
         control, rig = self._control, self._rig
         self._streams = [
-            BusStream(control, bus, self._config.name, 0, partial(self._listen, bus.name)) for bus in rig.buses.values()
+            BusStream(control, bus, self._config.name, partial(self._listen, bus.name)) for bus in rig.buses.values()
         ]
         for device in self._config.devices:
             control.serve(f"device/{device}/*", answers(VirtualPoints(rig, device)))

@@ -63,6 +63,7 @@ def up(
     if only is not None and (control_only or trace is not None):
         raise typer.BadParameter("--only goes with neither --control-only nor --trace")
     from fieldrig.config import load
+    from fieldrig.trace_files import format_of
 
     values = [*(overrides or ()), *([f"control={control}"] if control is not None else ())]
     config = load(file, values)
@@ -70,6 +71,8 @@ def up(
         raise typer.BadParameter("a rig with time: virtual runs as a whole")
     if only is not None:
         raise typer.Exit(_run_only(config, only, realtime))
+    if trace is not None:
+        format_of(trace)
     from fieldrig.cli.running import Wish, run_rig
 
     wish = Wish(values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet)

@@ -1,0 +1,71 @@
+"""A rig whose processes somebody else starts, as containers do: `--control-only` and `--only`."""
+
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+from running_rig import RunningRig, until
+
+pytestmark = pytest.mark.system
+
+KINDS = Path(__file__).with_name("lamp_kinds.py")
+LAMP = """
+time: real
+buses:
+  wires: {kind: wires.hub}
+devices:
+  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
+  switch: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wires: wires}, after: lamp}
+"""
+TOKEN = {"FIELDRIG_TOKEN": "for this test"}
+
+
+@contextmanager
+def part(rig: RunningRig, name: str) -> Iterator[subprocess.Popen[bytes]]:
+    process = rig.up("--only", name)
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait(30)
+
+
+def test_parts_find_each_other_in_any_order_and_the_control_service_may_be_restarted() -> None:
+    with RunningRig(LAMP, KINDS, "--control-only", environment=TOKEN) as rig, ExitStack() as parts:
+        until(lambda: rig.tool("status", "--ready", "rig").returncode == 0)
+        switch = parts.enter_context(part(rig, "switch"))
+        lamp = parts.enter_context(part(rig, "lamp"))
+        assert rig.tool("status", "--ready", "lamp").returncode == 7
+        parts.enter_context(part(rig, "wires"))
+        rig.until_ready()
+        assert rig.tool("set", "switch/on=true").returncode == 0
+        until(lambda: rig.value("lamp/on") is True)
+
+        lamp.send_signal(signal.SIGKILL)
+        until(lambda: rig.status()["processes"]["lamp"]["state"] == "dead")
+        parts.enter_context(part(rig, "lamp"))
+        rig.until_ready()
+
+        rig.end(signal.SIGKILL)
+        rig.process = rig.up("--control-only")
+        rig.until_ready()
+        assert switch.poll() is None
+        assert rig.tool("get", "lamp").returncode == 0
+
+
+def test_without_the_token_nobody_comes_in() -> None:
+    with RunningRig(LAMP, KINDS, "--control-only", environment=TOKEN) as rig:
+        until(lambda: rig.tool("status").returncode == 0)
+        rig.environment.pop("FIELDRIG_TOKEN")
+        refused = rig.tool("status")
+        assert refused.returncode == 4
+        assert "FIELDRIG_TOKEN" in refused.stderr
+
+
+def test_a_part_without_its_control_service_gives_up() -> None:
+    with RunningRig(LAMP + "start_timeout_s: 0.3\n", KINDS, "--only", "lamp") as rig:
+        assert rig.ended() == 3
+        assert "no rig answers" in rig.output()

@@ -1,0 +1,159 @@
+"""The command line on a running rig, and its exit codes."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from running_rig import RunningRig, until
+
+pytestmark = pytest.mark.system
+
+KINDS = Path(__file__).with_name("lamp_kinds.py")
+BLINKING = """
+time: real
+buses:
+  wires: {kind: wires.hub}
+devices:
+  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
+  switch: {kind: "lamp_kinds:Switch", lamp: lamp, period_ms: 20, links: {wires: wires}}
+"""
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[RunningRig]:
+    with RunningRig(BLINKING, KINDS, "--trace", "all.jsonl") as rig:
+        yield rig.until_ready()
+
+
+def test_up_says_how_to_reach_each_part(rig: RunningRig) -> None:
+    lines = rig.output().splitlines()
+    assert lines[0] == f"lab: time: real, 3 processes, control at {rig.endpoint}"
+    assert "  lamp    lamp_kinds:Lamp" in lines
+    assert "ready in" in lines[-1]
+
+
+def test_status_for_people_and_for_scripts(rig: RunningRig) -> None:
+    shown = rig.tool("status").stdout
+    assert "lab: ready" in shown
+    assert "wires.hub" in shown
+    status = rig.status()
+    assert status["version"] == 1
+    assert status["state"] == "ready"
+    assert status["processes"]["lamp"]["devices"] == ["lamp"]
+    assert status["buses"]["wires"]["statistics"]["wires"] >= 2
+
+
+@pytest.mark.parametrize(("name", "code"), [("lamp", 0), ("wires", 0), ("all", 0), ("rig", 0), ("bell", 7)])
+def test_status_ready_is_an_exit_code(rig: RunningRig, name: str, code: int) -> None:
+    assert rig.tool("status", "--ready", name).returncode == code
+
+
+def test_get_and_set(rig: RunningRig) -> None:
+    assert set(rig.json("get", "lamp")) == {"lamp/on", "lamp/times", "lamp/colour"}
+    assert rig.tool("set", "lamp/colour=green").stdout == "lamp/colour = green\n"
+    assert rig.json("get", "lamp/colour") == {"lamp/colour": "green"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "what"),
+    [
+        (("set", "lamp/colour=blue"), 6, "right would be red or green"),
+        (("set", "lamp/on=true"), 6, "on can only be read"),
+        (("get", "lamp/weight"), 6, "there is no 'weight' here"),
+        (("get", "lmap"), 6, "it has: lamp, switch"),
+        (("set", "lamp/colour"), 2, "write it like tank/level=1.25"),
+        (("step", "1ms"), 6, "this rig can't step"),
+        (("step", "soon"), 2, "write it like 10ms"),
+        (("watch", "can0"), 6, "it has: wires"),
+        (("watch", "can0", "lamp/on"), 2, "not both at once"),
+        (("up", "lab.yaml", "--only", "bell"), 2, "it has wires, lamp, switch"),
+        (("up", "lab.yaml", "--trace", "x.doc"), 3, ".jsonl"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_would_be_right(
+    rig: RunningRig, arguments: tuple[str, ...], code: int, what: str
+) -> None:
+    done = rig.tool(*arguments)
+    assert (done.returncode, what in done.stderr) == (code, True), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_watch_shows_messages_and_changes(rig: RunningRig) -> None:
+    lines = rig.tool("watch", "wires", "-n", "3").stdout.splitlines()
+    assert len(lines) == 3
+    assert all("switch" in line and "lamp.on = " in line for line in lines)
+    message = json.loads(rig.tool("watch", "w*", "-n", "1", "--json").stdout)
+    assert (message["bus"], message["sender"]) == ("wires", "switch")
+    assert "lamp/times = " in rig.tool("watch", "lamp/times", "-n", "2").stdout.splitlines()[1]
+    assert rig.tool("watch", "lamp/colour", "--for", "300ms").returncode == 0
+
+
+def test_traces_are_recorded_shown_and_converted(rig: RunningRig) -> None:
+    done = rig.tool("trace", "record", "some.jsonl", "wires", "-n", "5")
+    assert done.returncode == 0, done.stderr
+    lines = rig.tool("trace", "show", "some.jsonl").stdout.splitlines()
+    assert len(lines) >= 5
+    assert "lamp.on = " in lines[0]
+    assert rig.tool("trace", "convert", "some.jsonl", "same.jsonl").returncode == 0
+    assert (rig.folder / "same.jsonl").read_bytes() == (rig.folder / "some.jsonl").read_bytes()
+    unknown = rig.tool("trace", "show", "some.doc")
+    assert (unknown.returncode, ".jsonl" in unknown.stderr) == (3, True)
+
+
+def test_up_records_from_the_first_message_on(rig: RunningRig) -> None:
+    recorded: dict[str, str] = {}  # the first message of each
+
+    def have_both_spoken() -> bool:
+        for line in (rig.folder / "all.jsonl").read_text().splitlines():
+            message = json.loads(line)
+            recorded.setdefault(message["sender"], bytes.fromhex(message["data"]).decode())
+        return len(recorded) == 2
+
+    until(have_both_spoken)
+    assert recorded == {"lamp": '["lamp.there",true,""]', "switch": '["lamp.on",true,""]'}
+
+
+def test_no_rig_is_exit_code_4(rig: RunningRig) -> None:
+    done = rig.tool("status", "--control", "tcp/127.0.0.1:1")
+    assert done.returncode == 4
+    assert "fieldrig up FILE" in done.stderr
+
+
+def test_five_mistakes_are_said_at_once(rig: RunningRig) -> None:
+    (rig.folder / "wrong.yaml").write_text(
+        """
+time: real
+buses:
+  wires: {kind: wires.hubb}
+devices:
+  lamp: {kind: "lamp_kinds:Lamp", colour: 5, links: {wires: wires}}
+  switch: {kind: "lamp_kinds:Switch", links: {wire: wires}, on_exit: perhaps}
+  bell: {kind: "lamp_kinds:Bell"}
+  third: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wire: wires, wires: wires}}
+"""
+    )
+    for command in ("check", "up"):
+        done = rig.tool(command, "wrong.yaml")
+        assert done.returncode == 2
+        assert done.stderr.count("wrong.yaml:") >= 5
+        for key in ("buses.wires.kind", "devices.lamp.colour", "devices.switch.on_exit", "devices.third.links.wire"):
+            assert key in done.stderr
+
+
+def test_check_schema_and_devices_need_no_rig(rig: RunningRig) -> None:
+    assert "is right" in rig.tool("check", "lab.yaml").stdout
+    assert json.loads(rig.tool("schema").stdout)["title"]
+    kinds = json.loads(rig.tool("devices", "--json").stdout)
+    assert "wires.hub" in kinds["buses"]
+    lamp = json.loads(rig.tool("devices", "lamp_kinds:Lamp", "--json").stdout)
+    assert lamp["settings"]["colour"]["default"] == "red"
+    assert lamp["links"]["wires"][0] == "Signal"
+    assert rig.tool("devices", "lamp").returncode == 2
+
+
+def test_every_command_has_help_with_an_example(rig: RunningRig) -> None:
+    overview = rig.tool("--help").stdout
+    assert "Exit codes:" in overview
+    for command in ("up", "status", "watch", "get", "set", "step", "run", "restart", "check", "devices", "schema"):
+        assert f"fieldrig {command}" in rig.tool(command, "--help").stdout

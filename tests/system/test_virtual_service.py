@@ -1,0 +1,56 @@
+"""A rig in virtual time under `fieldrig up`: paused, stepped, asked, and traced with the same bytes every time."""
+
+from pathlib import Path
+
+import pytest
+from running_rig import RunningRig, until
+
+pytestmark = pytest.mark.system
+
+KINDS = Path(__file__).with_name("lamp_kinds.py")
+BLINKING = """
+time: virtual
+speed: 2
+buses:
+  wires: {kind: wires.virtual}
+devices:
+  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
+  switch: {kind: "lamp_kinds:Switch", lamp: lamp, period_ms: 100, links: {wires: wires}}
+"""
+
+
+def test_time_is_paused_stepped_and_run_on() -> None:
+    with RunningRig(BLINKING, KINDS) as rig:
+        rig.until_ready()
+        start_ns = rig.json("step", "0s")["now_ns"]
+        assert rig.status()["state"] == "paused"
+        assert rig.json("step", "1s") == {"now_ns": start_ns + 1_000_000_000, "is_paused": True}
+        times = rig.value("lamp/times")
+        rig.json("step", "2s")
+        assert rig.value("lamp/times") == times + 10
+        assert rig.tool("set", "lamp/colour=green").returncode == 0
+        assert rig.value("lamp/colour") == "green"
+        rig.json("run", "max")
+        until(lambda: rig.status()["now_ns"] > start_ns + 100_000_000_000)
+        paused_ns = rig.json("pause")["now_ns"]
+        assert rig.status()["now_ns"] == paused_ns
+        rig.json("run", "1")
+        until(lambda: rig.status()["now_ns"] > paused_ns)
+        assert "lamp.on" in rig.tool("watch", "wires", "-n", "1").stdout
+        assert rig.tool("restart", "lamp").returncode == 6
+        assert rig.tool("stop").returncode == 0
+        assert rig.ended() == 0
+
+
+def test_the_trace_starts_at_the_beginning_and_has_virtual_time() -> None:
+    with RunningRig(BLINKING, KINDS, "--trace", "x.jsonl", "--set", "speed=max") as rig:
+        rig.until_ready()
+        until(lambda: rig.status()["now_ns"] > 10_000_000_000)
+        assert rig.end() == 0
+        shown = rig.tool("trace", "show", "x.jsonl").stdout.splitlines()
+    assert [line.split() for line in shown[:3]] == [
+        ["0.000000", "wires", "lamp", "lamp.there", "=", "True"],
+        ["0.000000", "wires", "switch", "lamp.on", "=", "True"],
+        ["0.100000", "wires", "switch", "lamp.on", "=", "False"],
+    ]
+    assert len(shown) > 100
