@@ -24,7 +24,7 @@ if ! "$python" -c 'import ensurepip, venv' 2> /dev/null; then
     if [ "$(id -u)" = 0 ] && command -v apt-get > /dev/null; then
         echo "installing $package"
         apt-get -qq update
-        DEBIAN_FRONTEND=noninteractive apt-get -qq -o=Dpkg::Use-Pty=0 install --yes --no-install-recommends "$package"
+        DEBIAN_FRONTEND=noninteractive apt-get -qq install --yes --no-install-recommends "$package" > /dev/null
     else
         echo "this Python can't make a virtual environment; do: apt-get install $package" >&2
         exit 1

@@ -65,4 +65,4 @@ def install(needs: Sequence[Need]) -> None:
     packages = sorted({package for need in needs for package in need.packages})
     quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive", "NEEDRESTART_SUSPEND": "1"}
     for command in (["update"], ["install", "--yes", "--no-install-recommends", *packages]):
-        subprocess.run(["apt-get", "-qq", "-o=Dpkg::Use-Pty=0", *command], env=quiet, check=False)
+        subprocess.run(["apt-get", "-qq", *command], env=quiet, stdout=subprocess.DEVNULL, check=False)

@@ -98,14 +98,19 @@ WHOLE = (
         "real",
         "foreign peers on sockets and ptys",
         "real and not vcan",
-        wants=(needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.LIBMODBUS),
+        wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.LIBMODBUS),
     ),
     pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),
+)
+
+BENCH = Stage(
+    "bench", "speed, beside peers", lambda: [sys.executable, str(Path("tests") / "bench")], wants=(needs.LIBMODBUS,)
 )
 
 PLANS: Mapping[str, tuple[Stage, ...]] = {
     "check": CHECKS,
     "fast": (*CHECKS, UNIT),
     "test": (*CHECKS, *WHOLE, UNIT),
+    "bench": (BENCH,),
 }
 STAGES: Mapping[str, Stage] = {stage.name: stage for stage in PLANS["test"]}
