@@ -3,11 +3,10 @@
 import json
 import shutil
 import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from running_rig import RunningRig
 
 pytestmark = [pytest.mark.real, pytest.mark.vcan]
 
@@ -25,31 +24,12 @@ devices:
 """
 
 
-@contextmanager
-def running_rig(folder: Path) -> Iterator[None]:
-    (folder / "rig.yaml").write_text(RIG)
-    command = ["fieldrig", "up", "rig.yaml", "--control", f"unixsock-stream/{folder}/control"]
-    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as rig:
-        assert rig.stdout is not None
-        try:
-            said = []
-            for line in rig.stdout:
-                said.append(line)
-                if line.startswith("ready"):
-                    break
-            else:
-                pytest.fail("".join(said))
-            yield
-        finally:
-            rig.terminate()
-            rig.stdout.read()
-
-
-def test_npm_master_reads_starts_and_drives_the_io_node(tmp_path: Path) -> None:
+def test_npm_master_reads_starts_and_drives_the_io_node() -> None:
     node = shutil.which("node")
     if node is None or not (MASTER.parent / "node_modules").is_dir():
         pytest.skip("npm's canopen is not installed: npm ci in tests/real/node")
-    with running_rig(tmp_path):
+    with RunningRig(RIG, None) as rig:
+        rig.until_ready()
         done = subprocess.run(
             [node, MASTER, "vcan0", str(NODE_ID)], capture_output=True, text=True, timeout=60, check=False
         )
