@@ -17,7 +17,7 @@ from hub_bench import LoopBench
 from modbus_cases import SETTINGS, TABLE
 from pymodbus.framer import FramerAscii, FramerRTU
 
-from fieldrig.clock import VirtualClock
+from fieldrig.clock import MS, VirtualClock
 from fieldrig.hub import LocalHub
 from fieldrig.store import MemoryStore
 from fieldrig.testing import RecordedLink
@@ -44,14 +44,14 @@ class Wire:
     """Raw bytes to and from one end."""
 
     def __init__(self, bench: "RealBench", fd: int, close: Callable[[], None]) -> None:
-        self._bench, self._fd, self._close = bench, fd, close
+        self._bench, self.fd, self._close = bench, fd, close
         self.received = bytearray()
         self.is_open = True
         os.set_blocking(fd, False)
         bench.loop.add_reader(fd, self._on_readable)
 
     def write(self, data: bytes) -> None:
-        assert os.write(self._fd, data) == len(data)
+        assert os.write(self.fd, data) == len(data)
 
     def read(self, size: int) -> bytes:
         """So many bytes, as soon as they are there."""
@@ -66,18 +66,18 @@ class Wire:
         return bytes(self.received)
 
     def close(self) -> None:
-        self._bench.loop.remove_reader(self._fd)
+        self._bench.loop.remove_reader(self.fd)
         self._close()
 
     def _on_readable(self) -> None:
         try:
-            data = os.read(self._fd, 4096)
+            data = os.read(self.fd, 4096)
         except OSError:
             data = b""
         self.received += data
         if not data:
             self.is_open = False
-            self._bench.loop.remove_reader(self._fd)
+            self._bench.loop.remove_reader(self.fd)
 
 
 class RealBench(LoopBench):
@@ -116,6 +116,11 @@ class RealBench(LoopBench):
         wire = Wire(self, fd, lambda: os.close(fd))
         self._ends.append(wire)
         return wire
+
+    def be_quiet(self) -> None:
+        """Ten milliseconds without a character on the line: only the clock can say so."""
+        until_ns = self.clock.now_ns() + 10 * MS
+        self.pump(lambda: self.clock.now_ns() >= until_ns)
 
     def in_thread(self, work: Callable[[], T]) -> T:
         """Run a foreign, blocking master while the hub runs here."""
