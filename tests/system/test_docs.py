@@ -1,0 +1,196 @@
+"""The documentation does what it says: every block of every page is run, as `doc_pages` tells.
+
+Each page is tried in a folder of its own that looks like a clone with an activated .venv.  Ports are exchanged for
+free ones in what is run, and back in what is printed.
+"""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import pytest
+from addresses import free_port
+from doc_pages import PAGES, ROOT, Block, blocks
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+PORTS = ("5020", "5021", "7447", "7449", "29536", "29538")
+"""Those of the lab, and those that pages give to rigs of their own."""
+BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
+"""What rig files of a page find beside them, as those of configs do."""
+PATIENCE_S = 60.0
+PROMPT = "$ "
+MAKE_LAB = "make lab"
+"""Its output is that of the lab which is running for the page."""
+
+
+class Desk:
+    """Where one page is tried."""
+
+    def __init__(self) -> None:
+        self._temporary = tempfile.TemporaryDirectory(prefix="doc")  # short, as Unix sockets ask for
+        self.folder = Path(self._temporary.name)
+        for name in ("configs", "docker"):
+            shutil.copytree(ROOT / name, self.folder / name)
+        for name, target in BESIDE.items():
+            (self.folder / name).symlink_to(target)
+        self._ports = {port: str(free_port()) for port in PORTS}
+        self._originals = {free: port for port, free in self._ports.items()}
+        programs = f"{self.folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
+        self._environment = {**os.environ, "PATH": programs}
+        self._environment.pop("FIELDRIG_CONTROL", None)
+        self._lab: subprocess.Popen[bytes] | None = None
+        self.missing: list[str] = []
+
+    def try_block(self, block: Block) -> None:
+        match block.info:
+            case (_, "elsewhere") | ("text" | "mermaid",):
+                return
+            case (_, "file", name):
+                self._save(name, block)
+            case ("python", "test", *names):
+                file = self._save(names[0] if names else f"test_line_{block.line}.py", block)
+                self._run(block, f"python -m pytest -q -W error -p no:cacheprovider {file.name}")
+            case ("yaml", "rig", *names):
+                file = self._save(names[0] if names else "rig.yaml", block)
+                self._run(block, f"fieldrig check {file.name}")
+            case ("sh",):
+                self._run(block, block.text)
+            case ("sh", "lab", *programs):
+                if self._has(programs):
+                    self._run(block, block.text, with_lab=True)
+            case ("console", *words):
+                if self._has(set(words) - {"lab", "fails"}):
+                    self._follow(block, with_lab="lab" in words, fails="fails" in words)
+            case _:
+                pytest.fail(f"{block.place}: nobody knows what to do with a block of {' '.join(block.info)!r}")
+
+    def close(self) -> None:
+        if self._lab is not None:
+            self._lab.send_signal(signal.SIGTERM)
+            self._lab.wait(PATIENCE_S)
+        self._temporary.cleanup()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def _has(self, programs: Iterator[str] | list[str] | set[str]) -> bool:
+        missing = [program for program in programs if shutil.which(program) is None]
+        self.missing += missing
+        return not missing
+
+    def _save(self, name: str, block: Block) -> Path:
+        file = self.folder / name
+        file.write_text(self._with_free_ports(block.text), encoding="utf-8")
+        return file
+
+    def _follow(self, block: Block, *, with_lab: bool, fails: bool) -> None:
+        for command, expected in _transcript(block):
+            if command == MAKE_LAB:
+                self._lab_endpoint()
+                output = self._with_known_ports((self.folder / "lab.out").read_text(encoding="utf-8"))
+            else:
+                output = self._run(block, command, with_lab=with_lab, fails=fails)
+            heard = _plain(output)
+            for line in expected:
+                pattern = r".*".join(re.escape(part.strip()) for part in _plain(line).split("..."))
+                assert re.search(pattern, heard), f"{block.place}: {command}\ndoes not say: {line}\nbut:\n{output}"
+
+    def _run(self, block: Block, command: str, *, with_lab: bool = False, fails: bool = False) -> str:
+        environment = self._environment | ({"FIELDRIG_CONTROL": self._lab_endpoint()} if with_lab else {})
+        with subprocess.Popen(
+            ["sh", "-e", "-c", self._with_free_ports(command)],
+            cwd=self.folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        ) as process:
+            try:
+                output = process.communicate(timeout=PATIENCE_S)[0]
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                pytest.fail(f"{block.place}: it does not end: {command}\n{process.communicate()[0]}")
+        assert (process.returncode != 0) == fails, f"{block.place}: exit code {process.returncode}: {command}\n{output}"
+        return self._with_known_ports(output)
+
+    def _lab_endpoint(self) -> str:
+        """Of the lab of this page, which is started when it is asked for first."""
+        endpoint = f"tcp/127.0.0.1:{self._ports['7447']}"
+        if self._lab is not None:
+            return endpoint
+        options = [f"--control={endpoint}"]
+        for key, port in (("buses.can0.socketcand", "29536"), ("buses.mb_tcp.listen", "5020")):
+            options += ["--set", f"{key}=127.0.0.1:{self._ports[port]}"]
+        with (self.folder / "lab.out").open("wb") as output:
+            self._lab = subprocess.Popen(
+                [".venv/bin/python3", "-m", "fieldrig", "up", "configs/lab.yaml", *options],
+                cwd=self.folder,
+                env=self._environment | {"PATH": os.environ["PATH"]},
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+        give_up_s = time.monotonic() + PATIENCE_S
+        while "ready in" not in (printed := (self.folder / "lab.out").read_text(encoding="utf-8")):
+            assert self._lab.poll() is None, printed
+            assert time.monotonic() < give_up_s, printed
+            time.sleep(0.05)
+        return endpoint
+
+    def _with_free_ports(self, text: str) -> str:
+        return _exchanged(text, self._ports)
+
+    def _with_known_ports(self, text: str) -> str:
+        return _exchanged(text, self._originals)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_does_what_it_says(page: Path) -> None:
+    with Desk() as desk:
+        for block in blocks(page):
+            desk.try_block(block)
+        if desk.missing:
+            pytest.skip(f"{', '.join(sorted(set(desk.missing)))} not there; the rest of the page is right")
+
+
+def test_make_lab_is_what_the_pages_are_tried_with() -> None:
+    assert "fieldrig up configs/lab.yaml\n" in (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
+def _transcript(block: Block) -> Iterator[tuple[str, list[str]]]:
+    """Each command, and the lines that it must print."""
+    command, expected = "", list[str]()
+    for line in block.text.splitlines():
+        if command.endswith("\\"):
+            command = f"{command}\n{line}"
+        elif line.startswith(PROMPT):
+            if command:
+                yield command, expected
+            command, expected = line.removeprefix(PROMPT), []
+        elif line.strip():
+            expected.append(line)
+    yield command, expected
+
+
+def _exchanged(text: str, words: dict[str, str]) -> str:
+    return re.sub(rf"(?<!\d)({'|'.join(words)})(?!\d)", lambda match: words[match[0]], text)
+
+
+def _plain(text: str) -> str:
+    """One space where there are several, as columns are as wide as what stands in them."""
+    return "\n".join(" ".join(line.split()) for line in text.splitlines())
