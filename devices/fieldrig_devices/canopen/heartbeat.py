@@ -22,8 +22,8 @@ CONSUMER_TIME = 0x1016
 class HeartbeatProducer(Service):
     """Sends the NMT state every 1017h milliseconds; a new time holds at once."""
 
-    def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, node_id: int) -> None:
-        self._clock, self._port, self._id = clock, port, ERROR_CONTROL_ID + node_id
+    def __init__(self, clock: Clock, port: Port, dictionary: Dictionary) -> None:
+        self._clock, self._port = clock, port
         self._due = Deadline(clock, self._on_due)
         self._time = dictionary.get(PRODUCER_TIME)
         if self._time is not None:
@@ -44,7 +44,7 @@ class HeartbeatProducer(Service):
             self._on_due()
 
     def _on_due(self) -> None:
-        self._port.send(self._id, bytes((self._port.state,)))
+        self._port.send(ERROR_CONTROL_ID + self._port.node_id, bytes((self._port.state,)))
         self._due.set(self._clock.now_ns() + self._period_ns)
 
 

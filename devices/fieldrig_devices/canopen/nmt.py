@@ -36,10 +36,8 @@ COMMANDS = {int(command): command for command in Command}
 class NmtSlave(Service):
     """Obeys NMT commands.  `restart` brings the parameters and services to their start, `enter` into a state."""
 
-    def __init__(
-        self, port: Port, node_id: int, restart: Callable[[Reset], None], enter: Callable[[State], None]
-    ) -> None:
-        self._port, self._node_id = port, node_id
+    def __init__(self, port: Port, restart: Callable[[Reset], None], enter: Callable[[State], None]) -> None:
+        self._port = port
         self._restart, self._enter = restart, enter
         self.state = State.INITIALISING
 
@@ -58,7 +56,7 @@ class NmtSlave(Service):
         """Initialisation: silent, then the boot-up message, then pre-operational."""
         self._go(State.INITIALISING)
         self._restart(scope)
-        self._port.send(ERROR_CONTROL_ID + self._node_id, BOOT_UP)
+        self._port.send(ERROR_CONTROL_ID + self._port.node_id, BOOT_UP)
         self._go(State.PRE_OPERATIONAL)
 
     def _go(self, state: State) -> None:
@@ -66,7 +64,7 @@ class NmtSlave(Service):
         self._enter(state)
 
     def _on_frame(self, frame: CanFrame) -> None:
-        if len(frame.data) != 2 or frame.data[1] not in (0, self._node_id):
+        if len(frame.data) != 2 or frame.data[1] not in (0, self._port.node_id):
             return
         command = COMMANDS.get(frame.data[0])
         if command is not None:

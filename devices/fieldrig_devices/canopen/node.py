@@ -61,6 +61,9 @@ class CanopenSettings(Settings):
         int | None, Field(ge=0, le=0xFFFF_FFFF, description="in place of the EDS's in 1018h sub-index 4")
     ] = None
     sdo_timeout_ms: Annotated[int, Field(gt=0, description="how long the SDO server waits for the next segment")] = 1000
+    sdo_block_size: Annotated[
+        int, Field(ge=1, le=127, description="segments that a client may send in one block of a block download")
+    ] = 127
 
     @model_validator(mode="after")
     def _fits_the_eds(self) -> Self:
@@ -97,10 +100,10 @@ class CanopenNode(Device):
     ) -> None:
         self.name = name
         self.dictionary = settings.dictionary()
-        self._port = Port(can)
+        self._port = Port(can, settings.node_id)
         self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
         self._ties = self._tied(wires, bind(self.dictionary, settings.ties))
-        self.nmt = NmtSlave(self._port, settings.node_id, self._restart, self._enter)
+        self.nmt = NmtSlave(self._port, self._restart, self._enter)
         self.emcy = Emcy(clock, self._port, self.dictionary)
         self._services = self._make_services(clock, settings)
         self._points = _points(self.dictionary) | self._own_points()
@@ -122,19 +125,19 @@ class CanopenNode(Device):
 
     def _make_services(self, clock: Clock, settings: CanopenSettings) -> list[Service]:
         """In the order in which they are reset and enter a state."""
-        port, dictionary, node_id = self._port, self.dictionary, settings.node_id
+        port, dictionary = self._port, self.dictionary
         sync = Sync(clock, port, dictionary, self.emcy)
         behaviour = ErrorBehaviour(dictionary, self.emcy, self.nmt, self._on_communication_error)
         services: list[Service] = [self.nmt, self.emcy]
         services += [one for one in (self._profile, self._ties) if one is not None]
         services += [
-            SdoServer(clock, port, dictionary, node_id, index, settings.sdo_timeout_ms * MS)
+            SdoServer(clock, port, dictionary, index, settings.sdo_timeout_ms * MS, settings.sdo_block_size)
             for index in sorted(
                 {sdo_server.FIRST_SERVER, *dictionary.indices(sdo_server.FIRST_SERVER, sdo_server.LAST_SERVER)}
             )
         ]
         services += [
-            HeartbeatProducer(clock, port, dictionary, node_id),
+            HeartbeatProducer(clock, port, dictionary),
             HeartbeatConsumer(clock, port, dictionary, behaviour.on_heartbeat_lost),
             sync,
         ]

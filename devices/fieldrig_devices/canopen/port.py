@@ -21,8 +21,10 @@ class Port:
     follow an NMT command closer than a change of interest could reach the bus.
     """
 
-    def __init__(self, can: Link[CanFrame]) -> None:
+    def __init__(self, can: Link[CanFrame], node_id: int) -> None:
         self._can = can
+        self.node_id = node_id
+        """It changes, by LSS, only between the services' resets."""
         self._listeners: dict[object, tuple[Object, int, Handler]] = {}
         self._routes: dict[int, Handler] = {}
         self._interest: list[int] | None = None

@@ -21,10 +21,16 @@ class Transfer(ABC):
     """What an initiated transfer does with the messages that follow."""
 
     is_finished = False
+    abort_mask = 0xE0
+    """Of the first byte of a message, what tells an abort (80h)."""
 
     @abstractmethod
     def on_request(self, request: bytes) -> bytes | None:
         """The answer to 8 bytes from the client, if there is one.  Abort ends the transfer."""
+
+    def prompt(self) -> bytes | None:
+        """What reminds a client that has been silent for half of its time, if anything does."""
+        return None
 
 
 class SegmentedUpload(Transfer):
