@@ -21,13 +21,17 @@ PATIENCE_S = 30.0
 class RunningRig:
     """Its folder is short, as Unix sockets ask for, and is where its tools run too."""
 
-    def __init__(self, text: str, kinds: Path, *options: str, environment: dict[str, str] | None = None) -> None:
-        """`kinds` is a module that the rig file's own kinds come from."""
+    def __init__(
+        self, rig: str | Path, kinds: Path | None, *options: str, environment: dict[str, str] | None = None
+    ) -> None:
+        """`rig` is a rig file or its text; `kinds` is a module that the rig file's own kinds come from."""
         self._temporary = tempfile.TemporaryDirectory(prefix="rig")
         self.folder = Path(self._temporary.name)
-        self.file = self.folder / "lab.yaml"
-        self.file.write_text(text)
-        (self.folder / kinds.name).symlink_to(kinds)
+        self.file = rig if isinstance(rig, Path) else self.folder / "lab.yaml"
+        if isinstance(rig, str):
+            self.file.write_text(rig)
+        if kinds is not None:
+            (self.folder / kinds.name).symlink_to(kinds)
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.environment = {**os.environ, "FIELDRIG_CONTROL": self.endpoint, **(environment or {})}
         self._output = self.folder / "up.out"

@@ -1,0 +1,41 @@
+"""The running lab, started once for all tests of this folder, and its masters."""
+
+import signal
+from collections.abc import Iterator
+
+import pytest
+from lab_masters import CanopenMaster, Pump, canopen_master, modbus_tcp, socketcand
+from lab_process import LabProcess
+
+
+@pytest.fixture(scope="session")
+def running_lab() -> Iterator[LabProcess]:
+    """Started as a user does; Ctrl-C ends it, and leaves nothing behind."""
+    with LabProcess() as lab:
+        pids = lab.until_ready().pids()
+        yield lab
+        pids |= lab.pids()
+        assert lab.end(signal.SIGINT) == 0, lab.output()
+        assert lab.left_behind(pids) == []
+
+
+@pytest.fixture
+def lab(running_lab: LabProcess) -> LabProcess:
+    """With 0.5 m in its tank, and nothing that moves it."""
+    running_lab.rest()
+    return running_lab
+
+
+@pytest.fixture
+def master(lab: LabProcess) -> Iterator[CanopenMaster]:
+    """python canopen by socketcand; the nodes are as after power-on."""
+    with canopen_master(socketcand(lab)) as master:
+        master.reset()
+        yield master
+
+
+@pytest.fixture
+def pump(lab: LabProcess) -> Iterator[Pump]:
+    """The pump drive, for pymodbus over TCP."""
+    with modbus_tcp(lab) as client:
+        yield Pump(client)

@@ -1,0 +1,119 @@
+"""The lab as a user has it: `fieldrig up configs/lab.yaml` in a process of its own, on ports that are free."""
+
+import socket
+import stat
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Self
+
+from addresses import free_port
+from running_rig import RunningRig, is_running, until
+
+from fieldrig.control import Client
+from fieldrig.errors import ControlError
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+LAB, LAB_ON_VCAN = CONFIGS / "lab.yaml", CONFIGS / "lab-vcan.yaml"
+IO32, LEVEL_SENSOR = CONFIGS / "eds" / "io32.eds", CONFIGS / "eds" / "level-sensor.eds"
+
+# What every test finds: 0.5 m in the tank, and nothing that moves it.
+AT_REST = {"drive/run": False, "drive/speed_set": 0.0, "io/6411:01": 0, "tank/level": 0.5}
+
+
+class LabProcess(RunningRig):
+    def __init__(self, file: Path = LAB, *options: str) -> None:
+        self.modbus_port, self.socketcand_port, self.slcan_port = free_port(), free_port(), free_port()
+        places = {"buses.mb_tcp.listen": f"127.0.0.1:{self.modbus_port}"}
+        if file == LAB:
+            places["buses.can0.socketcand"] = f"127.0.0.1:{self.socketcand_port}"
+            places["buses.can0.slcan"] = f'{{path: slcan, listen: "127.0.0.1:{self.slcan_port}"}}'
+        sets = [word for key, place in places.items() for word in ("--set", f"{key}={place}")]
+        super().__init__(file, None, *sets, *options)
+        self._client: Client | None = None
+
+    @property
+    def run(self) -> Path:
+        return self.folder / "run" / self.file.stem
+
+    @property
+    def modbus_pty(self) -> Path:
+        return self.run / "modbus-rtu"
+
+    @property
+    def slcan_pty(self) -> Path:
+        return self.run / "slcan"
+
+    def until_ready(self) -> Self:
+        """By the line that a user waits for."""
+        until(lambda: self.process.poll() is not None or "\nready in " in self.output())
+        assert self.process.poll() is None, self.output()
+        return self
+
+    def get(self, point: str) -> Any:
+        device, _, key = point.partition("/")
+        return self._control.ask(f"device/{device}/get", {"keys": [key]})[key]
+
+    def set(self, point: str, value: bool | int | float | str) -> None:
+        device, _, key = point.partition("/")
+        self._control.ask(f"device/{device}/set", {"values": {key: value}})
+
+    def rest(self) -> None:
+        for point, value in AT_REST.items():
+            self.set(point, value)
+
+    def pids(self) -> dict[str, int]:
+        return {name: process["pid"] for name, process in self._processes().items()}
+
+    def restarts(self, process: str) -> int:
+        restarts: int = self._processes()[process]["restarts"]
+        return restarts
+
+    def until_back(self, process: str, restarts: int = 1) -> None:
+        def is_back() -> bool:
+            now = self._processes()[process]
+            return bool(now["restarts"] >= restarts and now["state"] == "ready")
+
+        until(is_back)
+
+    def until_true(self, condition: Callable[[], bool]) -> None:
+        """The same as `until`, while the rig may be too busy, or a device may be away."""
+
+        def is_true() -> bool:
+            try:
+                return condition()
+            except ControlError:
+                return False
+
+        until(is_true)
+
+    def left_behind(self, pids: dict[str, int]) -> list[str]:
+        """What an ended lab should have taken with it: processes, sockets, links to ptys, ports."""
+        files = [path for path in self.run.rglob("*") if path.is_symlink() or stat.S_ISSOCK(path.lstat().st_mode)]
+        ports = (self.modbus_port, self.socketcand_port, self.slcan_port, int(self.endpoint.rpartition(":")[2]))
+        return [
+            *(name for name, pid in pids.items() if is_running(pid)),
+            *map(str, files),
+            *(f"port {port}" for port in ports if _is_listened_at(port)),
+        ]
+
+    def close(self) -> None:
+        if self._client is not None:
+            self._client.__exit__()
+            self._client = None
+        super().close()
+
+    @property
+    def _control(self) -> Client:
+        """One session for the many small questions of a test; a `fieldrig` each would take 0.2 s."""
+        if self._client is None:
+            self._client = Client(self.endpoint)
+        return self._client
+
+    def _processes(self) -> dict[str, dict[str, Any]]:
+        processes: dict[str, dict[str, Any]] = self._control.ask("rig/status")["processes"]
+        return processes
+
+
+def _is_listened_at(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
