@@ -15,6 +15,7 @@ import addresses
 import can
 import canopen
 import pytest
+from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
 
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(600)]
@@ -30,13 +31,11 @@ class Stack:
     """One Compose project, and the ports of this machine where it can be reached."""
 
     project: str
-    socketcand_port: int
-    modbus_port: int
+    ports: Mapping[str, int]
 
     @property
     def environment(self) -> Mapping[str, str]:
-        ports = {"FIELDRIG_SOCKETCAND_PORT": self.socketcand_port, "FIELDRIG_MODBUS_PORT": self.modbus_port}
-        return {**os.environ, **{name: str(port) for name, port in ports.items()}}
+        return {**os.environ, **{f"FIELDRIG_{name}_PORT": str(port) for name, port in self.ports.items()}}
 
     def compose(self, *arguments: str) -> str:
         command = [*_compose(), "-p", self.project, "-f", str(FOLDER / "compose.yaml"), *arguments]
@@ -60,7 +59,8 @@ class Stack:
 
 @pytest.fixture(scope="module")
 def stack() -> Iterator[Stack]:
-    stack = Stack(f"fieldrig-test-{os.getpid()}", addresses.free_port(), addresses.free_port())
+    ports = {name: addresses.free_port() for name in ("SOCKETCAND", "SLCAN", "MODBUS", "RTU")}
+    stack = Stack(f"fieldrig-test-{os.getpid()}", ports)
     try:
         stack.compose("build")
         stack.compose("up", "-d")
@@ -92,13 +92,21 @@ def test_canopen_master_reads_back_what_it_writes(stack: Stack) -> None:
 
 
 def test_modbus_master_starts_the_pump_and_the_canopen_master_sees_the_tank_fill(stack: Stack) -> None:
-    with _io_node(stack) as node, ModbusTcpClient("127.0.0.1", port=stack.modbus_port) as drive:
+    with _io_node(stack) as node, ModbusTcpClient("127.0.0.1", port=stack.ports["MODBUS"]) as drive:
         level_tenth_mm = node.sdo[0x6401][1]
         before = level_tenth_mm.raw
         assert not drive.write_register(0, 1000, device_id=1).isError()  # 100.0 %
         assert not drive.write_coil(0, True, device_id=1).isError()
         _wait_until(lambda: level_tenth_mm.raw >= before + 40)  # 4 mm, a second's worth
         assert not drive.write_coil(0, False, device_id=1).isError()
+
+
+def test_what_has_a_pty_in_the_lab_has_a_port_here(stack: Stack) -> None:
+    with ModbusTcpClient("127.0.0.1", port=stack.ports["RTU"], framer=FramerType.RTU) as drive:
+        assert drive.read_coils(0, count=2, device_id=1).bits[:2] == [False, False]
+    with can.Bus(f"socket://127.0.0.1:{stack.ports['SLCAN']}", "slcan", bitrate=250_000) as bus:
+        bus.send(can.Message(arbitration_id=0x605, data=bytes.fromhex("40 00 10 00 00 00 00 00"), is_extended_id=False))
+        _wait_until(lambda: _is_answer(bus.recv(1)))
 
 
 def test_a_part_that_is_killed_comes_back(stack: Stack) -> None:
@@ -121,13 +129,18 @@ def test_compose_files_are_valid(name: str) -> None:
 @contextmanager
 def _io_node(stack: Stack) -> Iterator[canopen.RemoteNode]:
     """The I/O node as a master on this machine sees it, by socketcand."""
-    with can.Bus("can0", "socketcand", host="127.0.0.1", port=stack.socketcand_port) as bus:
+    with can.Bus("can0", "socketcand", host="127.0.0.1", port=stack.ports["SOCKETCAND"]) as bus:
         network = canopen.Network(bus)
         network.connect()
         try:
             yield network.add_node(5, str(CONFIGS / "eds" / "io32.eds"))
         finally:
             network.disconnect()
+
+
+def _is_answer(message: can.Message | None) -> bool:
+    """What object 1000h of the I/O node holds, by expedited SDO: 000F0191h."""
+    return message is not None and bytes(message.data) == bytes.fromhex("43 00 10 00 91 01 0f 00")
 
 
 def _wait_until(is_so: Callable[[], bool]) -> None:
