@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from pydantic import Field
+
 from fieldrig.bus import BusModel, Delivery, ModelBus, Time
 from fieldrig.settings import Settings
-from pydantic import Field
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,12 @@ def decode(data: bytes) -> Signal:
         case [str(name), bool() | int() | float() as value, str(unit)] if value == value and abs(value) != float("inf"):
             return Signal(name, value, unit)
     raise ValueError(f"not a signal: {data!r}")
+
+
+def show(signal: Signal) -> str:
+    value = signal.value
+    text = str(value) if isinstance(value, bool | int) else f"{value:.6g}"
+    return f"{signal.name} = {text} {signal.unit}".rstrip()
 
 
 class WiresModel(BusModel[Signal]):
@@ -95,9 +102,7 @@ class _Wires(ModelBus[Signal]):
         return decode(data)
 
     def show(self, message: Signal) -> str:
-        value = message.value
-        text = str(value) if isinstance(value, bool | int) else f"{value:.6g}"
-        return f"{message.name} = {text} {message.unit}".rstrip()
+        return show(message)
 
     def model(self) -> WiresModel:
         return WiresModel()

@@ -103,6 +103,10 @@ class Attachment(Protocol):
     @property
     def member(self) -> str: ...
 
+    @property
+    def rig(self) -> str:
+        """The rig's name, for whatever two rigs could mix up."""
+
     def path(self, name: str) -> Path:
         """A path in the rig's run folder."""
 

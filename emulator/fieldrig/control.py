@@ -20,7 +20,9 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from queue import Empty, SimpleQueue
 from typing import Any, Final, Self
 
-from fieldrig.endpoint import close, connect, zenoh
+import zenoh
+
+from fieldrig.endpoint import close, connect
 from fieldrig.errors import ControlError
 
 VERSION: Final = 1

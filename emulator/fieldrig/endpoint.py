@@ -14,13 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
-# One thread for the whole Zenoh runtime instead of a handful; control messages need no more.
-os.environ.setdefault(
-    "ZENOH_RUNTIME",
-    "(app: (worker_threads: 1), acc: (handover: app), tx: (handover: app), rx: (handover: app), net: (handover: app))",
-)
-
-import zenoh as zenoh  # which reads ZENOH_RUNTIME when it is loaded; others take it from here
+import zenoh
 
 from fieldrig.errors import ControlError, RigError
 

@@ -16,6 +16,8 @@ from fieldrig.real_clock import RealClock
 class At:
     """An Attachment that keeps what goes into the trace."""
 
+    rig = "lab"
+
     def __init__(self, member: str, clock: RealClock) -> None:
         self.member, self.clock = member, clock
         self.traced: list[tuple[str, Any]] = []

@@ -1,0 +1,154 @@
+"""Wires over Zenoh: the signals of `fieldrig_bus.wires` between processes without a hub.
+
+Each signal is told at `fieldrig/<rig>/wires/<bus>/<name>` over the sessions that carry the rig's control messages.
+Who drives a wire keeps its value and answers with it, so whoever listens later hears the present one.  A driver does
+not hear itself.  Left out: the value of a wire whose driver's process is gone.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+from urllib.parse import quote
+
+import zenoh
+
+from fieldrig.bus import Attachment, DirectBus, Time
+from fieldrig.settings import Settings
+from fieldrig_bus.wires import Signal, decode, encode, show
+
+log = logging.getLogger(__name__)
+
+ALL = "*"
+Handler = Callable[[Signal], None]
+
+
+class WiresEnd:
+    """One device's end."""
+
+    def __init__(self, at: Attachment, bus: str) -> None:
+        self._at = at
+        self._session: zenoh.Session = at.session()
+        self._loop = asyncio.get_running_loop()
+        self._place = f"fieldrig/{at.rig}/wires/{bus}"
+        self._member = at.member.encode()
+        self._present: dict[str, bytes] = {}
+        """What this end drives, by key."""
+        self._subscribers: list[zenoh.Subscriber[None]] = []
+        self._turn = 0  # of the interest: what comes for an earlier one is late
+        self._queryable = self._session.declare_queryable(f"{self._place}/{ALL}", _directly(self._on_query))
+
+    def send(self, message: Signal) -> None:
+        key, data = self._key(message.name), encode(message)
+        self._present[key] = data
+        self._session.put(
+            key, data, attachment=self._member, express=True, congestion_control=zenoh.CongestionControl.BLOCK
+        )
+        self._at.heard(self._at.member, message)
+
+    def on_receive(self, handler: Handler, interest: Sequence[object] | None = None) -> None:
+        self._forget_interest()
+        turn, heard = self._turn, set[str]()
+
+        def deliver(data: bytes, is_present: bool) -> None:
+            """A present value that was asked for may come after a newer one was told."""
+            try:
+                signal = decode(data)
+            except ValueError as fault:
+                log.debug("%s", fault)
+                return
+            if turn != self._turn or (is_present and signal.name in heard):
+                return
+            heard.add(signal.name)
+            self._at.deliver(handler, signal)
+
+        for key in [self._key(str(name)) for name in interest] if interest is not None else [f"{self._place}/{ALL}"]:
+            self._subscribers.append(self._session.declare_subscriber(key, _directly(self._hearing(deliver))))
+            self._session.get(
+                key,
+                _directly(self._asking(deliver)),
+                target=zenoh.QueryTarget.ALL,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                attachment=self._member,
+            )
+
+    def close(self) -> None:
+        self._forget_interest()
+        _undeclare(self._queryable)
+
+    def _forget_interest(self) -> None:
+        self._turn += 1
+        while self._subscribers:
+            _undeclare(self._subscribers.pop())
+
+    def _key(self, name: str) -> str:
+        return f"{self._place}/{quote(name, safe='') or '%'}"
+
+    # From here on Zenoh's own threads call.
+
+    def _hearing(self, deliver: Callable[[bytes, bool], None]) -> Callable[[zenoh.Sample], None]:
+        def on_sample(sample: zenoh.Sample) -> None:
+            sender = sample.attachment
+            if sender is None or sender.to_bytes() != self._member:
+                self._loop.call_soon_threadsafe(deliver, sample.payload.to_bytes(), False)
+
+        return on_sample
+
+    def _asking(self, deliver: Callable[[bytes, bool], None]) -> Callable[[zenoh.Reply], None]:
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                self._loop.call_soon_threadsafe(deliver, reply.ok.payload.to_bytes(), True)
+
+        return on_reply
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        with query:
+            asker = query.attachment
+            if asker is not None and asker.to_bytes() == self._member:
+                return
+            for key, data in list(self._present.items()):
+                if query.key_expr.intersects(key):
+                    query.reply(key, data)
+
+
+class WiresZenohSettings(Settings):
+    pass
+
+
+class WiresZenoh(DirectBus[Signal]):
+    about: ClassVar[str] = "signals between devices and plants, in real time over Zenoh, without a hub"
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    family: ClassVar[str] = "wires"
+    messages: ClassVar[tuple[type, ...]] = (Signal,)
+
+    def __init__(self, name: str, settings: WiresZenohSettings) -> None:
+        super().__init__(name, settings)
+        self._ends: dict[str, WiresEnd] = {}
+
+    def encode(self, message: Signal) -> bytes:
+        return encode(message)
+
+    def decode(self, data: bytes) -> Signal:
+        return decode(data)
+
+    def show(self, message: Signal) -> str:
+        return show(message)
+
+    async def open(self, at: Attachment) -> WiresEnd:
+        end = self._ends[at.member] = WiresEnd(at, self.name)
+        return end
+
+    async def close(self, member: str) -> None:
+        end = self._ends.pop(member, None)
+        if end is not None:
+            end.close()
+
+
+def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
+    """Without a Python thread of its own for every declaration."""
+    return zenoh.handlers.Callback(callback, indirect=False)
+
+
+def _undeclare(declared: Any) -> None:
+    """The one place that knows that the stubs give it no types."""
+    declared.undeclare()
