@@ -85,10 +85,12 @@ class ModbusRtu(_ModbusLine):
             return _over_tcp(settings.listen, "RTU")
         if settings.pty is None:  # the other end of a real port is on another machine
             return []
-        parity = {"N": "none", "E": "even", "O": "odd"}[settings.parity]
-        form = ["-b", str(settings.baud), "-P", parity, "-s", str(settings.stop_bits)]
+        form = ["-b", str(settings.baud), "-P", "none", "-s", "1"]
         place = ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]
-        return [Tool("mbpoll", shlex.join(["mbpoll", "-m", "rtu", *form, *place, str(run / settings.pty)]))]
+        return [
+            Tool("mbpoll", shlex.join(["mbpoll", "-m", "rtu", *form, *place, str(run / settings.pty)])),
+            _over_pty(run / settings.pty, settings.baud, "RTU"),
+        ]
 
 
 class ModbusAscii(_ModbusLine):
@@ -105,11 +107,13 @@ class ModbusAscii(_ModbusLine):
         settings: ModbusAsciiSettings = self.settings
         if settings.listen is not None:
             return _over_tcp(settings.listen, "ASCII")
-        if settings.pty is None:
-            return []
-        options = f"baudrate={settings.baud}, parity={settings.parity!r}, bytesize={settings.data_bits}"
-        client = f"ModbusSerialClient({str(run / settings.pty)!r}, framer=FramerType.ASCII, {options})"
-        return [_pymodbus("ModbusSerialClient", client)]
+        return [] if settings.pty is None else [_over_pty(run / settings.pty, settings.baud, "ASCII")]
+
+
+def _over_pty(path: Path, baud: int, framer: str) -> Tool:
+    """A pty always carries 8 bits without parity, and tcsetattr(3) fails for a client that asks for others."""
+    options = f"framer=FramerType.{framer}, baudrate={baud}, parity='N', bytesize=8"
+    return _pymodbus("ModbusSerialClient", f"ModbusSerialClient({str(path)!r}, {options})")
 
 
 def _over_tcp(listen: str, framer: str) -> list[Tool]:
