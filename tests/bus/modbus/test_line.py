@@ -110,7 +110,10 @@ def test_a_line_is_in_exactly_one_place() -> None:
 
 
 def test_tools_reach_the_line(tmp_path: Path) -> None:
-    (line,) = rtu_bus(baud=19200).tools(tmp_path)
-    assert line.line == f"mbpoll -m rtu -b 19200 -P even -s 1 -a 1 -0 -r 0 -c 1 -1 {tmp_path}/line"
+    mbpoll, pymodbus = rtu_bus(baud=19200).tools(tmp_path)
+    assert mbpoll.line == f"mbpoll -m rtu -b 19200 -P none -s 1 -a 1 -0 -r 0 -c 1 -1 {tmp_path}/line"
+    assert "FramerType.RTU, baudrate=19200" in pymodbus.line
     (line,) = ascii_bus().tools(tmp_path)
     assert "FramerType.ASCII" in line.line
+    for tool in (pymodbus, line):
+        assert "bytesize=8" in tool.line  # a pty refuses 7
