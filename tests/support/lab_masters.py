@@ -77,7 +77,8 @@ def modbus_tcp(lab: LabProcess, timeout_s: float = 10.0) -> ModbusTcpClient:
 
 
 def modbus_rtu(lab: LabProcess, timeout_s: float = 10.0) -> ModbusSerialClient:
-    return ModbusSerialClient(str(lab.modbus_pty), baudrate=19200, parity="E", timeout=timeout_s, retries=0)
+    """A pty has no parity, and tcsetattr(3) fails for a client that asks for one."""
+    return ModbusSerialClient(str(lab.modbus_pty), baudrate=19200, parity="N", timeout=timeout_s, retries=0)
 
 
 class Pump:

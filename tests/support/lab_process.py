@@ -16,8 +16,15 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 LAB, LAB_ON_VCAN = CONFIGS / "lab.yaml", CONFIGS / "lab-vcan.yaml"
 IO32, LEVEL_SENSOR = CONFIGS / "eds" / "io32.eds", CONFIGS / "eds" / "level-sensor.eds"
 
-# What every test finds: 0.5 m in the tank, and nothing that moves it.
-AT_REST = {"drive/run": False, "drive/speed_set": 0.0, "io/6411:01": 0, "tank/level": 0.5}
+# What every test finds: 0.5 m in the tank, nothing that moves it, and the drive as its table has it.
+AT_REST: dict[str, bool | int | float] = {
+    "drive/run": False,
+    "drive/speed_set": 0.0,
+    "drive/ramp_time": 5.0,
+    "drive/level_limit": 1.8,
+    "io/6411:01": 0,
+    "tank/level": 0.5,
+}
 
 
 class LabProcess(RunningRig):
