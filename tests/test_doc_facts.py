@@ -1,0 +1,233 @@
+"""What the documentation says about kinds, settings, commands, exit codes and the lab is what the code has.
+
+A table whose first column is called `key` lists settings; the heading above it says whose.  Where a section is about
+several, the column `of` says which of them a row is about, and `without it` holds the default.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import pytest
+import typer
+from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, prose, rows
+
+from fieldrig import kinds
+from fieldrig.cli.app import app
+from fieldrig.config import RigConfig, load
+from fieldrig.config_keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
+from fieldrig.exits import ABOUT, Exit
+from fieldrig.settings import Settings
+from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_devices.canopen.node import CanopenSettings
+from fieldrig_devices.canopen.ties import Tie
+from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
+
+DOCS = ROOT / "docs"
+NEEDED = "needed"
+Models = Mapping[str, type[Settings]]
+
+OTHER_SECTIONS: Mapping[str, Models] = {
+    "Keys of a rig": {"rig": RigKeys},
+    "Keys of every bus": {"bus": BusKeys},
+    "Keys of every device": {"device": DeviceKeys},
+    "Ties": {"tie": Tie},
+    "Keys of one unit, of its identification, of its server id": {
+        "units": UnitSettings,
+        "identification": Identification,
+        "server_id": ServerId,
+    },
+    "Register tables": {"table": Table, "bit": Bit, "register": Register, "fifo": Fifo},
+}
+"""Settings that are not of a kind, by the heading of their section and their word in the column `of`."""
+
+
+class Said(NamedTuple):
+    """A key as a table has it."""
+
+    place: str
+    without: str
+
+
+def kinds_in(group: str) -> list[str]:
+    return [point.name for point in entry_points(group=group)]
+
+
+def model_of(kind: str) -> type[Settings]:
+    is_bus = kind in kinds_in("fieldrig.buses")
+    return kinds.settings_model(kinds.find_bus(kind)) if is_bus else kinds.settings_model(kinds.find_device(kind))
+
+
+def models_of(heading: str) -> Models:
+    if heading in OTHER_SECTIONS:
+        return OTHER_SECTIONS[heading]
+    return {kind: model_of(kind) for kind in code_in(heading)}
+
+
+def key_rows() -> Iterator[Row]:
+    for page in PAGES:
+        yield from (row for row in rows(page) if row.columns[0] == "key")
+
+
+def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
+    """Keys by whom they belong to."""
+    said: dict[str, dict[str, Said]] = {name: {} for name in models_of(heading)}
+    for row in key_rows():
+        if row.heading != heading:
+            continue
+        cells = dict(zip(row.columns, row.cells, strict=True))
+        of = cells.get("of", "all")
+        for name in said if of == "all" else code_in(of):
+            for key in code_in(cells["key"]):
+                assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} stands there twice"
+                said[name][key] = Said(f"{row.page.name}: {heading}: {key}", cells["without it"])
+    return said
+
+
+SECTIONS_WITH_KEYS = sorted({row.heading for row in key_rows()})
+
+
+@pytest.mark.parametrize("heading", SECTIONS_WITH_KEYS)
+def test_tables_have_every_key_and_no_other(heading: str) -> None:
+    said = said_by_tables(heading)
+    for name, model in models_of(heading).items():
+        sections = SECTIONS if model is RigKeys else ()
+        assert said[name].keys() == {*model.model_fields, *sections}, f"{heading}: {name}"
+
+
+@pytest.mark.parametrize("heading", SECTIONS_WITH_KEYS)
+def test_tables_have_the_right_defaults(heading: str) -> None:
+    for name, keys in said_by_tables(heading).items():
+        fields = models_of(heading)[name].model_fields
+        for key, (place, without) in keys.items():
+            if key not in fields:
+                continue
+            default: Any = fields[key].default
+            if fields[key].is_required():
+                assert without.startswith(NEEDED), place
+            elif isinstance(default, bool | int | float | str) and default != "":
+                text = default if isinstance(default, str) else json.dumps(default)
+                assert code_in(without)[:1] == [text], place
+            else:
+                assert code_in(without) == [] or "NAME" in without or "needed" in without, place
+
+
+def test_every_kind_has_its_section() -> None:
+    described = {
+        kind for page in ("buses.md", "devices.md") for title in headings(DOCS / page) for kind in code_in(title)
+    }
+    assert described == {*kinds_in("fieldrig.buses"), *kinds_in("fieldrig.devices")}
+
+
+def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
+    overview = [row for row in rows(DOCS / "buses.md") if row.columns[0] == "kind"]
+    said = {kind: row.cells[1] for row in overview for kind in code_in(row.cells[0])}
+    assert said.keys() == set(kinds_in("fieldrig.buses"))
+    for kind, times in said.items():
+        assert kinds.find_bus(kind).times <= set(times.split(", ")), kind
+
+
+def test_exit_codes_are_those_of_the_program() -> None:
+    said = {int(row.cells[0]): row.cells[1] for row in rows(DOCS / "command-line.md") if row.heading == "Exit codes"}
+    assert said.keys() == {code.value for code in Exit}
+    for code, about in ABOUT.items():
+        assert said[code].startswith(about)
+
+
+def test_commands_are_those_of_the_program() -> None:
+    lines = [code_in(row.cells[0])[0] for row in rows(DOCS / "command-line.md") if row.columns[0] == "command"]
+    said = {" ".join(word for word in line.split()[1:] if word.islower()) for line in lines}
+    assert said == {name for name, _ in commands()}
+
+
+def test_options_are_those_of_the_program() -> None:
+    text = prose(DOCS / "command-line.md")
+    known = {option for _, command in commands() for one in command.params for option in one.opts if option[:2] == "--"}
+    known |= {"--help", "--install-completion", "--show-completion"}
+    assert set(re.findall(r"(?<!\w)--[a-z][a-z-]*", text)) == known
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in links(page):
+        if link.startswith("http"):
+            continue
+        name, _, part = link.partition("#")
+        target = (page.parent / name).resolve() if name else page
+        assert target.exists(), link
+        assert not part or part in map(anchor, headings(target)), link
+
+
+def test_every_page_is_linked_from_the_readme() -> None:
+    linked = {(ROOT / link.partition("#")[0]).resolve() for link in links(ROOT / "README.md")}
+    assert set(PAGES) <= {*linked, ROOT / "README.md"}
+
+
+@pytest.mark.parametrize(
+    "message", [text for title in headings(DOCS / "troubleshooting.md") for text in code_in(title)]
+)
+def test_messages_are_what_the_program_says(message: str) -> None:
+    sources = [path for folder in ("emulator", "bus", "devices") for path in (ROOT / folder).rglob("*.py")]
+    assert any(message in path.read_text(encoding="utf-8") for path in sources)
+
+
+@pytest.fixture(scope="module")
+def lab() -> RigConfig:
+    return load(ROOT / "configs" / "lab.yaml")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_pages_are_short(page: Path) -> None:
+    assert len(page.read_text(encoding="utf-8").splitlines()) <= 160
+
+
+def test_parts_of_the_lab_are_in_its_page_and_picture(lab: RigConfig) -> None:
+    parts = {code_in(row.cells[0])[0] for row in rows(DOCS / "lab.md") if row.heading == "Its parts"}
+    assert parts == {*lab.buses, *lab.devices}
+    picture = {node.text for node in ElementTree.parse(DOCS / "lab.svg").iter() if node.text}
+    assert parts <= picture
+
+
+def test_ties_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
+    text = prose(DOCS / "lab.md")
+    for device in lab.devices.values():
+        if isinstance(device.settings, CanopenSettings):
+            for key, tie in device.settings.ties.items():
+                assert key.partition(".")[0] in text
+                assert f"`{tie if isinstance(tie, str) else tie.wire}`" in text
+
+
+def test_registers_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
+    settings = lab.devices["drive"].settings
+    assert isinstance(settings, ModbusDeviceSettings)
+    assert settings.table is not None
+    table = load_table(settings.table)
+    names = [one.name for space in Table.model_fields.values() for one in spaces(table)]
+    said = {code_in(row.cells[2])[0] for row in rows(DOCS / "lab.md") if row.heading == "Modbus registers"}
+    assert said == set(names)
+
+
+def spaces(table: Table) -> list[Bit | Register | Fifo]:
+    return [
+        *table.coils,
+        *table.discrete_inputs,
+        *table.holding_registers,
+        *table.input_registers,
+        *table.fifos,
+    ]
+
+
+def commands() -> Iterator[tuple[str, Any]]:
+    """Every command with its whole name."""
+    root: Any = typer.main.get_command(app)
+    for name, command in root.commands.items():
+        inner = getattr(command, "commands", None)
+        if inner is None:
+            yield name, command
+        else:
+            yield from ((f"{name} {one}", inner[one]) for one in inner)
