@@ -1,6 +1,7 @@
 """A rig in real time whose processes somebody else starts, such as containers: order and status only."""
 
 import asyncio
+from typing import Any
 
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
@@ -26,5 +27,5 @@ class AttendedRig:
         if not self._ended.done():
             self._ended.set_result(Exit.OK)
 
-    async def _on_stop_asked(self) -> None:
+    async def _on_stop_asked(self, _message: Any) -> None:
         self.end()

@@ -25,7 +25,7 @@ CAN_FORK = hasattr(os, "pidfd_open")
 
 def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_realtime: bool) -> list[str]:
     """The command line of a host."""
-    line = [sys.executable, "-m", "fieldrig.host", str(config.path), "--process", plan.name]
+    line = [sys.executable, "-u", "-m", "fieldrig.host", str(config.path), "--process", plan.name]
     line += ["--buses", ",".join(plan.buses), "--devices", ",".join(plan.devices)]
     for override in overrides:
         line += ["--set", override]
@@ -124,6 +124,8 @@ def _live(work: Callable[[], int], log: Path, leash: int) -> NoReturn:
         os.dup2(output, 1)
         os.dup2(output, 2)
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+        sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
+        sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
         code = work()
     except BaseException:
         sys.excepthook(*sys.exc_info())

@@ -16,6 +16,7 @@ Zenoh calls back on threads of its own; everything here is handed to the loop.
 
 import asyncio
 import json
+import logging
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from queue import Empty, SimpleQueue
 from typing import Any, Final, Self
@@ -27,6 +28,8 @@ from fieldrig.errors import ControlError
 
 VERSION: Final = 1
 """Of the messages; `status` tells it."""
+
+log = logging.getLogger(__name__)
 
 MOMENT_S: Final = 0.1
 
@@ -69,7 +72,12 @@ class Control:
         """Call `handler(last key part, message)` with what is told."""
 
         def on_sample(sample: zenoh.Sample) -> None:
-            self._hand_over(handler, _last_part(sample.key_expr), json.loads(sample.payload.to_bytes()))
+            try:
+                message = json.loads(sample.payload.to_bytes())
+            except ValueError as fault:
+                log.debug("%s: %s", sample.key_expr, fault)
+            else:
+                self._hand_over(handler, _last_part(sample.key_expr), message)
 
         self._keep(self.session.declare_subscriber(key(self.rig, path), _directly(on_sample)))
 

@@ -23,7 +23,7 @@ ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 TOKEN_VARIABLE: Final = "FIELDRIG_TOKEN"
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
 _USER: Final = "fieldrig"
-_RETRY_S: Final = 0.05
+_RETRY_S: Final = 0.02
 
 
 class NoRigError(ControlError):

@@ -11,7 +11,6 @@ import contextlib
 import gc
 import logging
 import os
-import signal
 import sys
 import threading
 import time
@@ -27,17 +26,19 @@ from fieldrig.control import Control, NobodyError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan
-from fieldrig.points import RealPoints, answers
+from fieldrig.points import RealPoints, answers, answers_statistics
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
-from fieldrig.this_process import facts
+from fieldrig.this_process import facts, on_signals
 
 log = logging.getLogger(__name__)
 
 GRACE_S = 2.0
 """Between the word to end and the end by force."""
 RETRY_S = 0.02
+LEASH = 0
+"""Standard input: a pipe that the supervisor holds."""
 WAITING_S = 3600.0
 """A supervised process leaves it to its supervisor to lose patience."""
 REALTIME_PRIORITY = 10
@@ -90,6 +91,8 @@ class Host:
         await process.open()
         control.show_life(f"alive/{name}")
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
+        for bus_name, hub in process.hubs.items():
+            control.serve(f"bus/{bus_name}/status", answers_statistics(hub.statistics))
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         terms = await self._join(control)
@@ -164,18 +167,17 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
 async def _run(config: RigConfig, plan: ProcessPlan, is_supervised: bool) -> Exit:
     loop = asyncio.get_running_loop()
     host = Host(config, plan, WAITING_S if is_supervised else config.start_timeout_s)
-    for name in (signal.SIGTERM, signal.SIGINT):
-        loop.add_signal_handler(name, host.end)
+    on_signals(("SIGTERM", "SIGINT"), host.end)
     if is_supervised:
         _end_with_parent(lambda: loop.call_soon_threadsafe(host.end))
     return await host.run()
 
 
 def _end_with_parent(end: Callable[[], object]) -> None:
-    """Standard input is a pipe that the supervisor holds.  A thread, for it must see the end of a hung loop too."""
+    """A thread, for it must end a hung loop too."""
 
     def watch() -> None:
-        while os.read(sys.stdin.fileno(), 1024):
+        while os.read(LEASH, 1024):
             pass
         with contextlib.suppress(RuntimeError):  # the loop has ended by itself
             end()

@@ -48,6 +48,7 @@ class Event:
 
 
 Report = Callable[[Event], None]
+Verb = Callable[[Any], Awaitable[None]]
 
 
 @dataclass(eq=False)
@@ -76,13 +77,13 @@ class Roster:
         self.was_ready = False
         self.on_change: Callable[[Member], None] = lambda _member: None
         self._config, self._control, self._report = config, control, report
-        self._verbs: dict[str, Callable[..., Awaitable[None]]] = {}
+        self._verbs: dict[str, Verb] = {}
         self._epoch_ns = time.time_ns() - time.monotonic_ns()
         self._started_s = time.monotonic()
         self._is_stopping = False
         self._greetings: set[asyncio.Task[None]] = set()
 
-    def serve(self, **verbs: Callable[..., Awaitable[None]]) -> None:
+    def serve(self, **verbs: Verb) -> None:
         """Answer `status`, `join`, and the verbs given."""
         self._verbs = verbs
         self._control.listen_to("ready/*", self._on_ready)
@@ -154,15 +155,17 @@ class Roster:
             raise ControlError(
                 f"this rig can't {verb}", f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual"
             )
-        await self._verbs[verb](**(message or {}))
+        await self._verbs[verb](message)
         return {}
 
-    async def _join(self, message: dict[str, Any]) -> dict[str, Any]:
+    async def _join(self, message: Any) -> dict[str, Any]:
         """Answered when the process may attach and start its devices."""
-        member = self.members.get(message["process"])
-        if member is None:
-            raise ControlError(f"this rig has no process {message['process']!r}", f"it has: {', '.join(self.members)}")
-        member.pid = message["pid"]
+        match message:
+            case {"process": str(name), "pid": int(pid)} if name in self.members:
+                member = self.members[name]
+            case _:
+                raise ControlError(f"{message!r} can't join this rig", f"it has: {', '.join(self.members)}")
+        member.pid = pid
         released = member.released = asyncio.Event()
         self.set_state(member, State.WAITING)
         await released.wait()
@@ -185,7 +188,7 @@ class Roster:
 
     def _on_ready(self, name: str, message: Any) -> None:
         member = self.members.get(name)
-        if member is None or member.state is State.READY or member.pid != message["pid"]:
+        if member is None or member.state is State.READY or message != {"pid": member.pid}:
             return
         self.set_state(member, State.READY)
         self.tell("ready", name)
@@ -214,7 +217,7 @@ class Roster:
             status = await self._control.ask(f"process/{member.name}/status", None, GREETING_S)
             if status["state"] == "ready":
                 member.pid = status["pid"]
-                self._on_ready(member.name, status)
+                self._on_ready(member.name, {"pid": member.pid})
 
 
 def _shown(member: Member) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import asyncio
 import signal
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Any
 
 from fieldrig.brood import Brood
 from fieldrig.child import how_it_ended
@@ -50,7 +51,8 @@ class Supervisor:
         try:
             for name, member in roster.members.items():
                 await self._begin(member)
-                self._tenders[name] = loop.create_task(self._tend(member))
+                tender = self._tenders[name] = loop.create_task(self._tend(member))
+                tender.add_done_callback(self._on_tender_done)
             return await self._ended
         finally:
             await self._end_all()
@@ -86,6 +88,12 @@ class Supervisor:
                 return
             member.restarts += 1
             await self._begin(member)
+
+    def _on_tender_done(self, tender: asyncio.Task[None]) -> None:
+        """A fault in here, or of the system, must not leave a process alone."""
+        cause = tender.exception()
+        if cause is not None and not self._ended.done():
+            self._ended.set_exception(cause)
 
     def _goes_on_after(self, member: Member, code: int) -> bool:
         """Whether the process is to be started again."""
@@ -136,11 +144,15 @@ class Supervisor:
         if timer is not None:
             timer.cancel()
 
-    async def _on_stop_asked(self) -> None:
+    async def _on_stop_asked(self, _message: Any) -> None:
         self.end()
 
-    async def _on_restart_asked(self, name: str) -> None:
-        member = self.roster.member_of(name)
+    async def _on_restart_asked(self, message: Any) -> None:
+        match message:
+            case {"name": str(name)}:
+                member = self.roster.member_of(name)
+            case _:
+                raise ControlError("restart needs the name of a process", 'right would be {"name": "io"}')
         if self._tenders[member.name].done():
             raise ControlError(f"{member.name} has ended for good", "stop the rig and start it again")
         self._wanted_restarts.add(member.name)
@@ -159,7 +171,7 @@ class Supervisor:
             await _all_done([self._tenders[name] for name in wave], hurry)
         for child in self._children.values():
             child.end(signal.SIGKILL)
-        await asyncio.gather(*self._tenders.values())
+        await asyncio.gather(*self._tenders.values(), return_exceptions=True)  # `run` raises the first of them
         hurry.cancel()
         with suppress(asyncio.CancelledError):
             await hurry

@@ -1,8 +1,11 @@
-"""What this process can say of itself: memory, age, and work done."""
+"""What this process can say of itself (memory, age, work done), and what it is told by signals."""
 
+import asyncio
 import os
+import signal
 import sys
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
@@ -44,6 +47,19 @@ def age_s() -> float:
         return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
     except (OSError, AttributeError):
         return time.process_time()
+
+
+def on_signals(names: Sequence[str], action: Callable[[], None]) -> None:
+    """Call `action` in the running loop.  What the system hasn't, or the user has turned off (nohup), is left out."""
+    loop = asyncio.get_running_loop()
+    for name in names:
+        number = getattr(signal, name, None)
+        if number is None or signal.getsignal(number) is signal.SIG_IGN:
+            continue
+        try:
+            loop.add_signal_handler(number, action)
+        except NotImplementedError:  # Windows
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(action))
 
 
 def _peak_bytes() -> int:

@@ -1,23 +1,23 @@
 """Values of points as people type them and as devices take them."""
 
+from contextlib import suppress
+from functools import partial
+
 from fieldrig.device import Value
 
 TRUTHS: dict[str, bool] = {"true": True, "false": False, "on": True, "off": False}
 
 
 def parse_value(text: str) -> Value:
-    """`true` and `on`, `12` and `0x1F`, `2.5` and `1e-3`; anything else is text."""
+    """`true` and `on`, `12` and `0x1F`, `2.5` and `1e-3`; anything else is text.  010 is ten, as in a rig file."""
     truth = TRUTHS.get(text.lower())
     if truth is not None:
         return truth
-    try:
-        return int(text, 0)
-    except ValueError:
-        pass
-    try:
-        return float(text)
-    except ValueError:
-        return text
+    for read in (int, partial(int, base=0), float):
+        with suppress(ValueError):
+            number: Value = read(text)
+            return number
+    return text
 
 
 def fitting(value: Value, present: Value) -> Value:

@@ -20,7 +20,7 @@ from fieldrig.control import VERSION, Control
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
-from fieldrig.points import answers
+from fieldrig.points import answers, answers_statistics
 from fieldrig.rig import Rig
 from fieldrig.roster import Event, Report
 from fieldrig.this_process import facts
@@ -91,6 +91,8 @@ class VirtualService:
         self._streams = [
             BusStream(control, bus, self._config.name, partial(self._listen, bus.name)) for bus in rig.buses.values()
         ]
+        for bus in rig.buses:
+            control.serve(f"bus/{bus}/status", answers_statistics(partial(rig.statistics, bus)))
         for device in self._config.devices:
             control.serve(f"device/{device}/*", answers(VirtualPoints(rig, device)))
         control.serve(f"process/{self._config.name}/status", self._process_status)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fieldrig import endpoint as endpoints
-from fieldrig.control import Client, Control
+from fieldrig.control import Client, Control, NobodyError
 from fieldrig.errors import ControlError, RigError
 
 pytestmark = pytest.mark.system
@@ -41,6 +41,19 @@ async def until(condition: Callable[[], bool]) -> None:
             await asyncio.sleep(0.005)
 
 
+async def until_served(asker: Control, path: str) -> None:
+    """What one session declares takes its time to reach another."""
+    while True:
+        try:
+            await asker.ask(path, None, 5)
+        except NobodyError:
+            await asyncio.sleep(0.005)
+        except ControlError:
+            return
+        else:
+            return
+
+
 async def echo(verb: str, message: Any) -> Any:
     return {"verb": verb, "message": message}
 
@@ -62,6 +75,7 @@ def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
     async def run() -> None:
         async with rig_and_process(endpoint) as (rig, process):
             process.serve("device/tank/*", refuse)
+            await until_served(rig, "device/tank/get")
             with pytest.raises(ControlError) as refused:
                 await rig.ask("device/tank/get", None, 5)
             assert refused.value.what == "there is no such point"
@@ -149,6 +163,7 @@ def test_a_tool_asks_one_or_all(endpoint: str) -> None:
         async with rig_and_process(endpoint) as (rig, process):
             rig.serve("process/one/*", echo)
             process.serve("process/two/*", echo)
+            await until_served(rig, "process/two/status")
 
             def use_tool() -> None:
                 with Client(endpoint) as client:

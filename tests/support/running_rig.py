@@ -14,6 +14,9 @@ from typing import Any, Self
 
 from addresses import free_port
 
+from fieldrig.control import Client
+from fieldrig.errors import ControlError
+
 FIELDRIG = [sys.executable, "-m", "fieldrig"]
 PATIENCE_S = 30.0
 
@@ -77,8 +80,13 @@ class RunningRig:
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 
+    def ask(self, path: str, message: Any = None) -> Any:
+        """What a tool asks, without the start of a process for it."""
+        with Client(self.endpoint) as client:
+            return client.ask(path, message)
+
     def status(self) -> dict[str, Any]:
-        status: dict[str, Any] = self.json("status")
+        status: dict[str, Any] = self.ask("rig/status")
         return status
 
     def pid(self, process: str) -> int:
@@ -86,12 +94,23 @@ class RunningRig:
         return pid
 
     def value(self, point: str) -> Any:
-        return self.json("get", point)[point]
+        device, _, key = point.partition("/")
+        return self.ask(f"device/{device}/get", {"keys": [key]})[key]
 
     def until_ready(self) -> Self:
-        until(lambda: self.process.poll() is not None or self.tool("status", "--ready", "all").returncode == 0)
+        until(lambda: self.process.poll() is not None or self._state() == "ready")
         assert self.process.poll() is None, self.output()
         return self
+
+    def until_there(self) -> None:
+        """Its control service answers; its processes may be starting."""
+        until(lambda: self._state() != "")
+
+    def _state(self) -> str:
+        try:
+            return str(self.status()["state"])
+        except ControlError:
+            return ""
 
     def until_back(self, process: str, restarts: int = 1) -> None:
         """Started again so many times, and ready."""

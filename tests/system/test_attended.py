@@ -20,7 +20,12 @@ devices:
   lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
   switch: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wires: wires}, after: lamp}
 """
-TOKEN = {"FIELDRIG_TOKEN": "for this test"}
+
+
+@pytest.fixture(autouse=True)
+def token(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For everything that a test starts, and for itself."""
+    monkeypatch.setenv("FIELDRIG_TOKEN", "for this test")
 
 
 @contextmanager
@@ -34,8 +39,8 @@ def part(rig: RunningRig, name: str) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def test_parts_find_each_other_in_any_order_and_the_control_service_may_be_restarted() -> None:
-    with RunningRig(LAMP, KINDS, "--control-only", environment=TOKEN) as rig, ExitStack() as parts:
-        until(lambda: rig.tool("status", "--ready", "rig").returncode == 0)
+    with RunningRig(LAMP, KINDS, "--control-only") as rig, ExitStack() as parts:
+        rig.until_there()
         switch = parts.enter_context(part(rig, "switch"))
         lamp = parts.enter_context(part(rig, "lamp"))
         assert rig.tool("status", "--ready", "lamp").returncode == 7
@@ -57,8 +62,8 @@ def test_parts_find_each_other_in_any_order_and_the_control_service_may_be_resta
 
 
 def test_without_the_token_nobody_comes_in() -> None:
-    with RunningRig(LAMP, KINDS, "--control-only", environment=TOKEN) as rig:
-        until(lambda: rig.tool("status").returncode == 0)
+    with RunningRig(LAMP, KINDS, "--control-only") as rig:
+        rig.until_there()
         rig.environment.pop("FIELDRIG_TOKEN")
         refused = rig.tool("status")
         assert refused.returncode == 4

@@ -37,7 +37,7 @@ def test_status_for_people_and_for_scripts(rig: RunningRig) -> None:
     shown = rig.tool("status").stdout
     assert "lab: ready" in shown
     assert "wires.hub" in shown
-    status = rig.status()
+    status = rig.json("status")
     assert status["version"] == 1
     assert status["state"] == "ready"
     assert status["processes"]["lamp"]["devices"] == ["lamp"]

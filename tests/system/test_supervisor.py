@@ -66,7 +66,7 @@ def test_sigterm_leaves_no_process_no_socket_and_no_pty() -> None:
 
 def test_ctrl_c_while_it_starts_leaves_nothing_either() -> None:
     with RunningRig(with_device('kind: "lamp_kinds:Stuck"'), KINDS) as rig:
-        until(lambda: rig.tool("status").returncode == 0)
+        rig.until_there()
         processes = pids(rig)
         assert rig.end(signal.SIGINT) == 0
         assert_nothing_is_left(rig, processes)

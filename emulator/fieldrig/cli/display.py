@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 from fieldrig.config import DeviceEntry, RigConfig
 from fieldrig.control import Control
@@ -66,9 +66,9 @@ class Display:
         every = list(parts(config))
         width = max((len(part.name) for part in every), default=0)
         kind_width = max((len(part.kind) for part in every), default=0)
-        label_width = max((len(tool.label) for part in every for tool in part.tools), default=0)
         for part in every:
             self._say(f"  {self._styled(part.name.ljust(width), BOLD)}  {part.kind.ljust(kind_width)}".rstrip())
+            label_width = max((len(tool.label) for tool in part.tools), default=0)
             for tool in part.tools:
                 label = self._styled(tool.label.ljust(label_width), DIM)
                 self._say(f"      {label}  {_with_this_python(tool.line)}")
@@ -137,12 +137,19 @@ class Display:
         if event.process:
             lines.append(f"  its log: {_short(self._config.run / 'log' / f'{event.process}.log')}")
         self._erase_load()
-        print("\n".join(lines), file=sys.stderr, flush=True)  # noqa: T201  this is a command line
+        self._print("\n".join(lines), sys.stderr)
 
     def _say(self, text: str) -> None:
         if not self._is_quiet:
             self._erase_load()
-            print(text, flush=True)  # noqa: T201  this is a command line
+            self._print(text, sys.stdout)
+
+    def _print(self, text: str, file: TextIO) -> None:
+        """A reader that went away (`| head`) is no reason to end a rig."""
+        try:
+            print(text, file=file, flush=True)
+        except BrokenPipeError:
+            self._is_quiet = True
 
     def _erase_load(self) -> None:
         if self._has_load_line:

@@ -1,7 +1,6 @@
 """What `fieldrig up` does while a rig runs: signals, the trace, and words for the person who started it."""
 
 import asyncio
-import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from fieldrig.hub_wire import socket_name
 from fieldrig.placement import is_modelled, placement
 from fieldrig.run_folder import RunFolder
 from fieldrig.supervisor import Supervisor
-from fieldrig.this_process import age_s
+from fieldrig.this_process import age_s, on_signals
 from fieldrig.trace_files import Recorder
 from fieldrig.virtual_service import VirtualService
 
@@ -82,7 +81,7 @@ async def _run(config: RigConfig, wish: Wish, display: Display, make: Callable[[
     control = Control(endpoint.listen(config.control), config.name)
     try:
         service = make(control)
-        _on_signals(service, display)
+        _end_on_signals(service, display)
         recorder = Recorder(wish.trace) if wish.trace is not None else None
         if recorder is not None:
             control.listen_to("trace/*", recorder.take)
@@ -100,13 +99,9 @@ async def _run(config: RigConfig, wish: Wish, display: Display, make: Callable[[
         await control.close()
 
 
-def _on_signals(service: Service, display: Display) -> None:
-    loop = asyncio.get_running_loop()
-
+def _end_on_signals(service: Service, display: Display) -> None:
     def end() -> None:
         display.on_signal()
         service.end()
 
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            loop.add_signal_handler(getattr(signal, name), end)
+    on_signals(("SIGINT", "SIGTERM", "SIGHUP"), end)

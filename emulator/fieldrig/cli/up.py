@@ -57,7 +57,8 @@ def up(
         fieldrig up lab.yaml --control-only
         fieldrig up lab.yaml --only io
 
-    With `time: real` every device runs in a process of its own; their logs are in the rig's run folder, in log/.
+    With `time: real` every device runs in a process of its own; their logs are in the rig's run folder, in log/
+    (FIELDRIG_LOG=DEBUG has them say more).
     Ctrl-C ends the rig in order; a second one ends it at once.
     """
     if only is not None and (control_only or trace is not None):

@@ -1,0 +1,183 @@
+"""The order in which processes are let start, and what the rig knows of them."""
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from fieldrig.config import from_dict
+from fieldrig.control import Control
+from fieldrig.errors import ControlError
+from fieldrig.placement import placement
+from fieldrig.roster import Event, Roster, State
+
+HERE = Path(__file__).parent
+
+
+class Line:
+    """Takes the place of the control messages: the test plays the processes."""
+
+    def __init__(self) -> None:
+        self.answer: Callable[[str, Any], Coroutine[Any, Any, Any]]
+        self.on_ready: Callable[[str, Any], None]
+        self.on_life: Callable[[str, bool], None]
+        self.states: dict[str, str] = {}
+
+    def serve(self, _path: str, answer: Any) -> None:
+        self.answer = answer
+
+    def listen_to(self, _path: str, handler: Any) -> None:
+        self.on_ready = handler
+
+    def watch_life(self, _path: str, handler: Any) -> None:
+        self.on_life = handler
+
+    def tell(self, path: str, message: Any) -> None:
+        pass
+
+    async def ask(self, path: str, _message: Any, _timeout_s: float) -> Any:
+        return {"state": self.states[path.split("/")[1]], "pid": 1}
+
+
+class Bench:
+    """w runs the wires; two starts after one."""
+
+    def __init__(self) -> None:
+        wires = {"kind": "rig_kinds:Adder", "links": {"wires": "w"}}
+        config = from_dict(
+            {
+                "time": "real",
+                "name": "lab",
+                "buses": {"w": {"kind": "wires.hub"}},
+                "devices": {"one": wires, "two": {**wires, "after": "one"}},
+            },
+            HERE,
+        )
+        self.line, self.events = Line(), list[Event]()
+        self.roster = Roster(config, placement(config), cast(Control, self.line), self.events.append)
+        self.roster.serve()
+        self.joins: dict[str, asyncio.Task[Any]] = {}
+
+    async def join(self, name: str, pid: int = 1) -> None:
+        self.joins[name] = asyncio.create_task(self.line.answer("join", {"process": name, "pid": pid}))
+        await self.settle()
+
+    async def settle(self) -> None:
+        for _ in range(5):
+            await asyncio.sleep(0)
+
+    @property
+    def released(self) -> set[str]:
+        return {name for name, join in self.joins.items() if join.done()}
+
+    def told(self) -> list[str]:
+        return [f"{event.process} {event.what}".strip() for event in self.events]
+
+    async def close(self) -> None:
+        for join in self.joins.values():
+            join.cancel()
+        await asyncio.gather(*self.joins.values(), return_exceptions=True)
+
+
+def on_bench(case: Callable[[Bench], Coroutine[Any, Any, None]]) -> None:
+    async def run() -> None:
+        bench = Bench()
+        try:
+            await case(bench)
+        finally:
+            await bench.close()
+
+    asyncio.run(run())
+
+
+def test_devices_wait_until_their_hub_is_open_and_those_before_them_are_ready() -> None:
+    async def case(bench: Bench) -> None:
+        await bench.join("two")
+        await bench.join("one")
+        assert bench.released == set()
+        await bench.join("w")
+        assert bench.released == {"w", "one"}
+        bench.line.on_ready("w", {"pid": 1})
+        assert bench.released == {"w", "one"}
+        bench.line.on_ready("one", {"pid": 1})
+        await bench.settle()
+        assert bench.released == {"w", "one", "two"}
+        bench.line.on_ready("two", {"pid": 1})
+        assert bench.told() == ["w ready", "one ready", "two ready", "ready"]
+
+    on_bench(case)
+
+
+def test_a_process_that_comes_back_waits_for_nobody_who_is_there() -> None:
+    async def case(bench: Bench) -> None:
+        for name in ("w", "one", "two"):
+            await bench.join(name)
+            bench.line.on_ready(name, {"pid": 1})
+        bench.roster.set_state(bench.roster.members["two"], State.DEAD)
+        assert bench.roster.status()["state"] == "degraded"
+        await bench.join("two", pid=2)
+        assert bench.joins["two"].done()
+        bench.line.on_ready("two", {"pid": 1})  # from before it died
+        assert bench.roster.members["two"].state is State.RELEASED
+        bench.line.on_ready("two", {"pid": 2})
+        assert bench.roster.status()["state"] == "ready"
+        assert bench.told().count("ready") == 1
+
+    on_bench(case)
+
+
+def test_one_that_died_for_good_is_not_waited_for() -> None:
+    async def case(bench: Bench) -> None:
+        for name in ("w", "one", "two"):
+            await bench.join(name)
+            bench.line.on_ready(name, {"pid": 1})
+        bench.roster.set_state(bench.roster.members["one"], State.GONE)
+        assert bench.roster.status()["state"] == "ready"
+        await bench.join("two")
+        assert bench.joins["two"].done()
+
+    on_bench(case)
+
+
+def test_a_hub_that_is_being_started_again_is_waited_for() -> None:
+    async def case(bench: Bench) -> None:
+        for name in ("w", "one", "two"):
+            await bench.join(name)
+            bench.line.on_ready(name, {"pid": 1})
+        bench.roster.set_state(bench.roster.members["w"], State.DEAD)
+        await bench.join("one")
+        assert not bench.joins["one"].done()
+        await bench.join("w")
+        assert bench.joins["one"].done()
+
+    on_bench(case)
+
+
+def test_a_new_service_finds_processes_that_joined_the_last_one() -> None:
+    async def case(bench: Bench) -> None:
+        bench.roster.watch()
+        bench.line.states = {"w": "ready", "one": "ready", "two": "starting"}
+        for name in bench.line.states:
+            bench.line.on_life(name, True)
+        await bench.settle()
+        assert [member.state for member in bench.roster.members.values()] == ["ready", "ready", "starting"]
+        bench.line.on_life("one", False)
+        assert bench.roster.members["one"].state is State.DEAD
+
+    on_bench(case)
+
+
+def test_strangers_and_unknown_verbs_are_refused() -> None:
+    async def case(bench: Bench) -> None:
+        with pytest.raises(ControlError, match="can't join this rig"):
+            await bench.line.answer("join", {"process": "three", "pid": 1})
+        with pytest.raises(ControlError, match="can't step"):
+            await bench.line.answer("step", None)
+        garbage: list[Any] = [None, [], {"process": "one"}, {"process": 1, "pid": 1}]
+        for message in garbage:
+            with pytest.raises(ControlError, match="can't join"):
+                await bench.line.answer("join", message)
+
+    on_bench(case)
