@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -86,7 +86,7 @@ class Desk:
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
         self.close()
 
-    def _has(self, programs: Iterator[str] | list[str] | set[str]) -> bool:
+    def _has(self, programs: Iterable[str]) -> bool:
         missing = [program for program in programs if shutil.which(program) is None]
         self.missing += missing
         return not missing
