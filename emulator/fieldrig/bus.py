@@ -7,8 +7,9 @@ attach to, and there outsiders come in by the bus's ports.  A **direct bus** is 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, Protocol, TypeVar
 
 from fieldrig.clock import Clock
@@ -38,6 +39,9 @@ class BusModel(ABC, Generic[M]):
     before a delivery that was already collected; what would be earlier happens as soon as it can.
     """
 
+    def begin(self, now_ns: int, random: Random) -> None:
+        """Called once, before anything else, with the instant at which the rig starts and all the chance there is."""
+
     @abstractmethod
     def join(self, member: str) -> None:
         """A new end of the bus.  It hears nothing until it listens."""
@@ -64,6 +68,18 @@ class BusModel(ABC, Generic[M]):
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Counters for `fieldrig status` as of `now_ns`, by name with unit."""
+        return {}
+
+    def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
+        """A fault from now on, in the words of the bus; its number.  ValueError, with what would be right."""
+        raise ValueError("this bus takes no faults")
+
+    def clear_fault(self, now_ns: int, number: int) -> None:
+        """ValueError if there is no such fault."""
+        raise ValueError("this bus takes no faults")
+
+    def all_faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
+        """What was added and not cleared, by number."""
         return {}
 
 

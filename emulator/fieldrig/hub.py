@@ -4,8 +4,9 @@ What a member sends carries the instant at which it was asked for, so the hop to
 medium takes.  A member may lag by `LAG_LIMIT_NS` at the most; later it counts as asked for now.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from random import Random
 from typing import Any
 
 from fieldrig.bus import Delivery, ModelBus
@@ -43,9 +44,11 @@ class LocalHub:
         clock: RealClock,
         run: Path,
         on_delivery: Callable[[Delivery[Any]], None] | None = None,
+        seed: int = 0,
     ) -> None:
         self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
         self.model = bus.model()
+        self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
         self._run = run
         self._members: dict[str, Callable[[Delivery[Any]], None]] = {}
         self._ports: list[Any] = []
@@ -111,6 +114,19 @@ class LocalHub:
 
     def statistics(self) -> dict[str, float]:
         return self.model.statistics(self.clock.now_ns())
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        """A fault of the bus from now on; its number.  ValueError, with what would be right."""
+        number = self.model.add_fault(self.clock.now_ns(), fault)
+        self.carry()
+        return number
+
+    def clear_fault(self, number: int) -> None:
+        self.model.clear_fault(self.clock.now_ns(), number)
+        self.carry()
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self.model.all_faults(self.clock.now_ns())
 
     async def open(self, serve: bool = True) -> None:
         """Open the ports, and with `serve` the sockets to which devices in other processes attach."""

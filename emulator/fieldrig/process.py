@@ -94,7 +94,7 @@ class DeviceProcess:
         for name in self.plan.buses:
             bus = self.config.buses[name].bus
             assert isinstance(bus, ModelBus)
-            hub = LocalHub(bus, self.clock, self._run)
+            hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed)
             await hub.open()
             self.hubs[name] = hub
 

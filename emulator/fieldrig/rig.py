@@ -6,6 +6,7 @@ instant.  The same seed gives the same bytes on every bus, with all nodes in thi
 """
 
 from collections.abc import Callable, Mapping
+from random import Random
 from types import TracebackType
 from typing import Any, Self
 
@@ -40,6 +41,7 @@ class Rig:
                 raise RigError(f"{name}: {bus_entry.kind} has no model to run under virtual time")
             self.buses[name] = bus_entry.bus
             self._models[name] = bus_entry.bus.model()
+            self._models[name].begin(0, Random(f"{config.seed}/{name}"))
         self._nodes: dict[str, Node] = {}
         self._outside: dict[str, EventNode] = {}
         self._wishes: dict[str, int | None] = {}
@@ -105,6 +107,22 @@ class Rig:
     def statistics(self, bus: str) -> dict[str, float]:
         return self._models[bus].statistics(self.now_ns)
 
+    def add_fault(self, bus: str, fault: Mapping[str, Any]) -> int:
+        """A fault of a bus from now on; its number.  ControlError, with what would be right."""
+        try:
+            return self._model(bus).add_fault(self.now_ns, fault)
+        except ValueError as cause:
+            raise ControlError(f"{bus}: {cause}") from cause
+
+    def clear_fault(self, bus: str, number: int) -> None:
+        try:
+            self._model(bus).clear_fault(self.now_ns, number)
+        except ValueError as cause:
+            raise ControlError(f"{bus}: {cause}") from cause
+
+    def faults(self, bus: str) -> Mapping[int, Mapping[str, Any]]:
+        return self._model(bus).all_faults(self.now_ns)
+
     def close(self) -> None:
         """Stop every device, the last started first."""
         while self._nodes:
@@ -133,6 +151,12 @@ class Rig:
             return self._nodes[device]
         except KeyError:
             raise ControlError(f"the rig has no device {device!r}", f"it has: {', '.join(self._nodes)}") from None
+
+    def _model(self, bus: str) -> BusModel[Any]:
+        try:
+            return self._models[bus]
+        except KeyError:
+            raise ControlError(f"the rig has no bus {bus!r}", f"it has: {', '.join(self._models)}") from None
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
