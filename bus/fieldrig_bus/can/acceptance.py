@@ -11,7 +11,9 @@ The pairs are SocketCAN's (Linux, Documentation/networking/can.rst, 4.1.1): a fr
 
 Beside the pairs may stand the word "own": then all frames of the member itself come back to it, at the end of each on
 the wire, as the confirmation that it was sent.  In the process of the bus model that is the very object that was
-sent (`is`).  SocketCAN's inverted filters are left out.
+sent (`is`).  Two more words ask for what the member's own controller has to say (see `notices`): "errors" for each
+error that it sees, "state" for each change between error active, passive and bus-off.  SocketCAN's inverted filters
+are left out.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,6 +24,9 @@ from fieldrig_bus.can.frame import CanFrame
 EXTENDED: Final = 0x8000_0000
 REMOTE: Final = 0x4000_0000
 OWN: Final = "own"
+ERRORS: Final = "errors"
+STATE: Final = "state"
+_WORDS: Final = (OWN, ERRORS, STATE)
 
 Filters = tuple[tuple[int, int], ...]
 
@@ -40,11 +45,15 @@ def filters_of(interest: Sequence[Any] | None) -> Filters | None:
     """The pairs of an interest, ready for `passes`; None is every frame.  ValueError for anything else."""
     if interest is None:
         return None
-    return tuple(_pair(each) for each in interest if each != OWN)
+    return tuple(_pair(each) for each in interest if each not in _WORDS)
 
 
 def wants_own(interest: Sequence[Any] | None) -> bool:
-    return interest is not None and OWN in interest
+    return wants(interest, OWN)
+
+
+def wants(interest: Sequence[Any] | None, word: str) -> bool:
+    return interest is not None and word in interest
 
 
 def passes(identifier: int, filters: Iterable[tuple[int, int]] | None) -> bool:
@@ -56,4 +65,4 @@ def _pair(each: Any) -> tuple[int, int]:
     match each:
         case [int(identifier), int(mask)] if 0 <= identifier < 1 << 32 and 0 <= mask < 1 << 32:
             return identifier & mask, mask
-    raise ValueError(f'{each!r} is no acceptance filter: write [identifier, mask], or "own"')
+    raise ValueError(f'{each!r} is no acceptance filter: write [identifier, mask], "own", "errors" or "state"')

@@ -1,14 +1,17 @@
-"""A CAN frame as bytes, for other processes and traces, and as a line for a person.
+"""A CAN frame or notice as bytes, for other processes and traces, and as a line for a person.
 
 Bytes, little endian: the identifier with its flags (4), the length (1), the data.  The length is that of the data, or
 of what a remote frame asks for; its top bit says that an FD frame switches its bit rate.
+A notice begins with flags that no frame has (see `notices`).
 """
 
 import struct
 from typing import Final
 
+from fieldrig_bus.can import notices
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, check
+from fieldrig_bus.can.notices import NOTICE, Notice
 
 _HEAD: Final = struct.Struct("<IB")
 _FD: Final = 0x2000_0000
@@ -18,7 +21,9 @@ _PLAIN_EXTENDED: Final = EXTENDED >> 29
 _pack, _unpack, _HEAD_SIZE = _HEAD.pack, _HEAD.unpack_from, _HEAD.size
 
 
-def encode(message: CanFrame) -> bytes:
+def encode(message: CanFrame | Notice) -> bytes:
+    if not isinstance(message, CanFrame):
+        return notices.encode(message)
     word, data = message.identifier, message.data
     length = len(data)
     if message.is_extended:
@@ -33,7 +38,7 @@ def encode(message: CanFrame) -> bytes:
     return _pack(word, length) + data
 
 
-def decode(data: bytes) -> CanFrame:
+def decode(data: bytes) -> CanFrame | Notice:
     """ValueError for anything that `encode` doesn't write."""
     try:
         word, length = _unpack(data)
@@ -45,6 +50,8 @@ def decode(data: bytes) -> CanFrame:
             return CanFrame(word, payload)
         if word >> 29 == _PLAIN_EXTENDED:
             return CanFrame(word & EXTENDED_MASK, payload, True)
+    if word & ~EXTENDED_MASK == NOTICE:
+        return notices.decode(data)
     is_remote = bool(word & REMOTE)
     frame = CanFrame(
         word & EXTENDED_MASK,
@@ -60,8 +67,18 @@ def decode(data: bytes) -> CanFrame:
     return check(frame)
 
 
-def show(message: CanFrame) -> str:
+def decode_frame(data: bytes) -> CanFrame:
+    """Where there are no notices.  ValueError for anything but a frame."""
+    message = decode(data)
+    if not isinstance(message, CanFrame):
+        raise ValueError(f"not a CAN frame: {data.hex(' ')}")
+    return message
+
+
+def show(message: CanFrame | Notice) -> str:
     """As candump shows it: `123 [3] 01 02 03`; with three digits 11 bits, with eight 29."""
+    if not isinstance(message, CanFrame):
+        return notices.show(message)
     identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"
     if message.is_remote:
         return f"{identifier} [{message.remote_length}] remote request"

@@ -101,7 +101,7 @@ class CanDirectBus(DirectBus[CanFrame]):
     messages: ClassVar[tuple[type, ...]] = (CanFrame,)
 
     encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
+    decode = staticmethod(codec.decode_frame)
     show = staticmethod(codec.show)
 
     def __init__(self, name: str, settings: Any) -> None:

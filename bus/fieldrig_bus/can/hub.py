@@ -7,7 +7,7 @@ Outsiders join by the socketcand protocol (python-can has a client) and by the L
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -44,6 +44,10 @@ class SlcanSettings(Settings):
 
 
 class CanHubSettings(CanSettings):
+    acknowledge: Literal["members", "always"] = Field(
+        default="always",
+        description="who acknowledges: the hub too, as outsiders come and go, or other members only, as on a bare bus",
+    )
     attach: Address | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
     connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
     socketcand: Address | None = Field(default=None, description="host:port for the socketcand protocol (python-can)")

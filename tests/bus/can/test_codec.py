@@ -2,8 +2,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_bus.can.codec import decode, encode, show
+from fieldrig_bus.can.bits import Place
+from fieldrig_bus.can.codec import decode, decode_frame, encode, show
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
 
 # By hand from the layout: identifier with flags (4, little endian), length (1), data.
 BYTES = {
@@ -70,8 +72,69 @@ def test_any_bytes_are_a_sound_frame_or_refused(data: bytes) -> None:
         frame = decode(data)
     except ValueError:
         return
-    assert check(frame) is frame
+    assert not isinstance(frame, CanFrame) or check(frame) is frame
     assert encode(frame) == data
+
+
+# By hand from the layout: the word 6000_0000 with the notice's number, then its fields.
+NOTICES: dict[str, Notice] = {
+    "01 00 00 60 05 19 29 00 23 01 00 80 01 80 00 07": CanError(
+        ErrorKind.ACK, Place.ACK, 41, 0x8000_0123, is_transmitter=True, is_given_up=False, tec=128, rec=7
+    ),
+    "02 00 00 60 04 00 01 ff": BusState(CanState.BUS_OFF, 256, 255),
+    "03 00 00 60 02 00 00 00" + b"dropped".hex(): FaultNote(2, "dropped"),
+    "04 00 00 60 02 00 01": CanControl(is_one_shot=True, recover=True),
+}
+
+
+@pytest.mark.parametrize("text", NOTICES)
+def test_a_notice_has_one_form_in_bytes(text: str) -> None:
+    assert encode(NOTICES[text]) == bytes.fromhex(text)
+    assert decode(bytes.fromhex(text)) == NOTICES[text]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "00 00 00 60 00",
+        "05 00 00 60 00",
+        "02 00 00 60 05 00 01 ff",  # no such state
+        "02 00 00 60 04 00 01",
+        "01 00 00 60 05 19 29 00 23 01 00 80 04 80 00 07",  # no such flags
+        "03 00 00 60 02 00 00 00 ff",  # no UTF-8
+        "04 00 00 60 03 00 01",
+        "04 00 00 60 02 00 02",
+    ],
+)
+def test_other_bytes_are_no_notice(text: str) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        decode(bytes.fromhex(text))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, 5), st.binary(max_size=14))
+def test_any_bytes_are_a_notice_or_refused(number: int, body: bytes) -> None:
+    data = bytes([number, 0, 0, 0x60]) + body
+    try:
+        notice = decode(data)
+    except ValueError:
+        return
+    assert encode(notice) == data
+    assert show(notice)
+
+
+def test_where_only_frames_go_a_notice_is_refused() -> None:
+    with pytest.raises(ValueError, match="not a CAN frame"):
+        decode_frame(bytes.fromhex("02 00 00 60 04 00 01 ff"))
+
+
+def test_a_person_sees_what_a_notice_says() -> None:
+    assert [show(notice) for notice in NOTICES.values()] == [
+        "ack error in ack, bit 41, sending; TEC 128 REC 7",
+        "now bus off; TEC 256 REC 255",
+        "fault 2: dropped",
+        "control: is_one_shot=True, is_listen_only=None, recover=True",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ def lines(bus: CanHub) -> list[str]:
 def test_a_bus_has_500_kbit_s_unless_told_otherwise() -> None:
     model = CanVirtual("can0", CanSettings()).model()
     model.join("a")
+    model.join("b")
     model.submit(0, "a", CanFrame(0))
     assert model.next_ns() == (53 - 3) * S // 500_000
 

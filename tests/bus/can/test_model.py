@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import pytest
 
+from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel, priority
+from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel, CanMessage, priority
 
 SHORT = CanFrame(0)  # 53 bits with its 3 of intermission
 SHORT_NS = 53 * US
@@ -16,7 +17,7 @@ LATER = 1 * S
 
 
 def bus(*members: str, bitrate: int | None = 1_000_000, data_bitrate: int | None = None) -> CanBusModel:
-    model = CanBusModel(bitrate, data_bitrate)
+    model = CanBusModel(bitrate, data_bitrate, is_acknowledged=True)
     for member in members:
         model.join(member)
         model.listen(0, member, None)
@@ -24,7 +25,12 @@ def bus(*members: str, bitrate: int | None = 1_000_000, data_bitrate: int | None
 
 
 def heard(model: CanBusModel, until_ns: int = LATER) -> list[tuple[int, str, int]]:
-    return [(each.time_ns, each.sender, each.message.identifier) for each in model.collect(until_ns)]
+    return [(each.time_ns, each.sender, frame_of(each).identifier) for each in model.collect(until_ns)]
+
+
+def frame_of(delivery: Delivery[CanMessage]) -> CanFrame:
+    assert isinstance(delivery.message, CanFrame)
+    return delivery.message
 
 
 def identifiers(model: CanBusModel) -> list[int]:
@@ -106,10 +112,19 @@ def test_each_member_sends_first_in_first_out() -> None:
     assert identifiers(model) == [0x150, 0x300, 0x100, 0x200]
 
 
-def test_the_same_identifier_from_two_members_goes_in_order_of_joining() -> None:
-    model = bus("first", "second")
+def test_the_same_frame_from_two_members_at_once_is_one_on_the_wire() -> None:
+    model = bus("first", "second", "third")
     model.submit(0, "second", SHORT)
     model.submit(0, "first", SHORT)
+    end_ns = SHORT_NS - INTERMISSION_NS
+    assert model.next_ns() == end_ns
+    assert heard(model) == [(end_ns, "first", 0), (end_ns, "second", 0)]
+
+
+def test_without_bit_times_the_same_identifier_goes_in_order_of_joining() -> None:
+    model = bus("first", "second", bitrate=None)
+    model.submit(0, "second", CanFrame(0, b"2"))
+    model.submit(0, "first", CanFrame(0, b"1"))
     assert [sender for _, sender, _ in heard(model)] == ["first", "second"]
 
 

@@ -1,0 +1,264 @@
+"""What happens on a CAN bus, bit by bit, from the bit on at which something is wrong: error flags and error counters.
+
+Source: ISO 11898-1:2015, 10.9 (errors and how they are signalled), 10.4.4 (error frame) and 12.1.4 (fault
+confinement; Bosch CAN 2.0, chapter 8, has the same rules).  Every node drives a level, all see the lower one, each
+reacts.  So the length of superposed flags, who sees which error, and the counters come out as they do on a wire.
+
+Left out on purpose: overload frames, bits that nodes sample differently (a disturbance is seen by all), the exception
+of TEC for a stuff bit in the arbitration field (there a dominant bit in the place of a recessive one is lost
+arbitration), and new frames that begin in the delimiter of a passive node that got behind the others.
+"""
+
+from collections.abc import Sequence
+from enum import IntEnum, auto
+from typing import Final
+
+from fieldrig_bus.can.bits import DOMINANT, RECESSIVE, Stream
+from fieldrig_bus.can.notices import ErrorKind
+
+FLAG_BITS: Final = 6
+DELIMITER_BITS: Final = 8
+SUSPEND_BITS: Final = 8
+STEP: Final = 8
+"""By which counters rise for a transmitter's error, and for errors in error frames."""
+PASSIVE: Final = 128
+"""From here on a counter makes its node error passive."""
+BUS_OFF: Final = 256
+HIGHEST_REC: Final = 255
+"""The standard leaves open where a receive error counter stops; the registers have 8 bits."""
+REC_AFTER_PASSIVE: Final = 127
+"""A frame well received takes a higher receive error counter back to 119 to 127."""
+
+
+class Role(IntEnum):
+    SENDING = auto()
+    RECEIVING = auto()
+    ACTIVE_FLAG = auto()
+    PASSIVE_FLAG = auto()
+    WAITING = auto()
+    """Its own flag is sent; others may still be at theirs."""
+    DELIMITING = auto()
+    DONE = auto()
+
+
+class Disturbance:
+    """What is done to the wire from outside, by number of bit."""
+
+    __slots__ = ("dominant", "flipped", "recessive")
+
+    def __init__(self, flipped: int | None = None, dominant: range = range(0), recessive: range = range(0)) -> None:
+        self.flipped, self.dominant, self.recessive = flipped, dominant, recessive
+
+    def first(self) -> int | None:
+        starts = [each.start for each in (self.dominant, self.recessive) if each]
+        if self.flipped is not None:
+            starts.append(self.flipped)
+        return min(starts, default=None)
+
+    def apply(self, bit: int, level: int) -> int:
+        if bit in self.dominant:
+            return DOMINANT
+        if bit in self.recessive:
+            return RECESSIVE
+        return level ^ 1 if bit == self.flipped else level
+
+
+class Node:
+    """One controller's part in one frame on the wire."""
+
+    __slots__ = (
+        "_count", "_dominants", "_is_corrupt", "_is_excused", "_last", "_row", "_wire",
+        "at", "done", "fails", "is_sent", "is_transmitter", "kind", "rec", "role", "stream", "tec",
+    )  # fmt: skip
+
+    def __init__(self, tec: int, rec: int, stream: Stream | None = None) -> None:
+        """Sends `stream`, or receives."""
+        self.tec, self.rec, self.stream = tec, rec, stream
+        self.is_transmitter = stream is not None
+        self.role = Role.SENDING if stream is not None else Role.RECEIVING
+        self.kind: ErrorKind | None = None
+        """The first error it saw, at bit `at`."""
+        self.at = self.done = 0
+        self.is_sent = False
+        self.fails: tuple[int, ErrorKind] | None = None
+        """At this bit this node alone sees an error."""
+        self._count = self._dominants = 0
+        self._is_excused = False
+
+    @property
+    def is_passive(self) -> bool:
+        return self.tec >= PASSIVE or self.rec >= PASSIVE
+
+    @property
+    def is_settled(self) -> bool:
+        """Nothing changes for it while the bus stays dominant."""
+        return self.role is Role.DONE or (
+            self.role is Role.WAITING and not self.is_transmitter and self.rec == HIGHEST_REC
+        )
+
+    def begin(self, wire: Stream, start: int, *, is_garbled: bool) -> None:
+        """All went well before bit `start` of `wire`.  `is_garbled`: it makes no sense at this node's bit rate."""
+        self._wire, self._is_corrupt = wire, is_garbled or self.fails is not None
+        self._last, self._row = RECESSIVE, 1
+        for bit in wire.bits[max(0, start - 6) : start]:
+            self._see(bit)
+
+    def level(self, bit: int) -> int:
+        role = self.role
+        if role is Role.SENDING and self.stream is not None:
+            return self.stream.bits[bit]
+        if role is Role.ACTIVE_FLAG:
+            return DOMINANT
+        if role is Role.RECEIVING and bit == self._wire.acknowledge and not self._is_corrupt:
+            return DOMINANT
+        return RECESSIVE
+
+    def sample(self, bit: int, level: int) -> None:
+        match self.role:
+            case Role.SENDING:
+                self._sample_sending(bit, level)
+            case Role.RECEIVING:
+                self._sample_receiving(bit, level)
+            case Role.ACTIVE_FLAG:
+                self._sample_active_flag(level)
+            case Role.PASSIVE_FLAG:
+                self._sample_passive_flag(level)
+            case Role.WAITING:
+                self._sample_waiting(level)
+            case Role.DELIMITING:
+                self._sample_delimiting(bit, level)
+
+    def _sample_sending(self, bit: int, level: int) -> None:
+        stream = self.stream
+        assert stream is not None
+        self._see(level)
+        if bit == stream.acknowledge:
+            if level == RECESSIVE:
+                self._fail(bit, ErrorKind.ACK)
+        elif stream.bits[bit] != level:
+            if bit < stream.arbitration and level == DOMINANT:
+                self.is_transmitter, self.stream, self.role = False, None, Role.RECEIVING
+                self._is_corrupt = True  # who won is not to be told from a disturbance
+            else:
+                self._fail(bit, ErrorKind.BIT)
+        elif bit == len(stream.bits) - 1:
+            self.is_sent, self.role, self.done = True, Role.DONE, bit + 1
+
+    def _sample_receiving(self, bit: int, level: int) -> None:
+        wire, before = self._wire, self._last
+        self._see(level)
+        if self.fails is not None and bit == self.fails[0]:
+            self._fail(bit, self.fails[1])
+        elif bit < wire.stuffed:
+            if self._row > 5:
+                self._fail(bit, ErrorKind.STUFF)
+        elif bit in wire.fixed and level == before:
+            self._fail(bit, ErrorKind.STUFF)
+        elif bit >= wire.delimiter:
+            self._sample_tail(bit, level)
+        if bit < wire.delimiter and level != wire.bits[bit]:
+            self._is_corrupt = True
+
+    def _sample_tail(self, bit: int, level: int) -> None:
+        last = len(self._wire.bits) - 1
+        if bit == last:  # dominant, it would be an overload condition
+            self.role, self.done = Role.DONE, bit + 1
+        elif level == DOMINANT and bit != self._wire.acknowledge:
+            self._fail(bit, ErrorKind.FORM)
+        elif bit == self._wire.acknowledge + 1 and self._is_corrupt:
+            self._fail(bit, ErrorKind.CRC)
+
+    def _sample_active_flag(self, level: int) -> None:
+        self._count += 1
+        if level == RECESSIVE:  # it drives the bus dominant, in vain
+            self._raise()
+        if self._count == FLAG_BITS and self.role is not Role.DONE:
+            self._wait()
+
+    def _sample_passive_flag(self, level: int) -> None:
+        self._count = self._count + 1 if self._count and level == self._last else 1
+        self._last = level
+        if level == DOMINANT and self._is_excused:
+            self._is_excused = False
+            self._raise()
+        if self._count == FLAG_BITS and self.role is not Role.DONE:
+            self._wait()
+
+    def _wait(self) -> None:
+        self.role, self._dominants = Role.WAITING, 0
+
+    def _sample_waiting(self, level: int) -> None:
+        if level == RECESSIVE:
+            self.role, self._count = Role.DELIMITING, 1
+            return
+        self._dominants += 1
+        if self._dominants == 1 and not self.is_transmitter:
+            self._raise()
+        if self._dominants % STEP == 0:
+            self._raise()
+
+    def _sample_delimiting(self, bit: int, level: int) -> None:
+        if level == DOMINANT:
+            self._fail(bit, ErrorKind.FORM)
+            return
+        self._count += 1
+        if self._count == DELIMITER_BITS:
+            self.role, self.done = Role.DONE, bit + 1
+
+    def _see(self, level: int) -> None:
+        self._row = self._row + 1 if level == self._last else 1
+        self._last = level
+
+    def _fail(self, bit: int, kind: ErrorKind) -> None:
+        if self.kind is None:
+            self.kind, self.at = kind, bit
+        self.role = Role.PASSIVE_FLAG if self.is_passive else Role.ACTIVE_FLAG
+        self._count = 0
+        if not self.is_transmitter:
+            self.rec = min(self.rec + 1, HIGHEST_REC)
+        elif kind is ErrorKind.ACK and self.is_passive:
+            # A lone node stays on the bus: only a dominant bit during its flag makes this error count.
+            self._is_excused = True
+        else:
+            self._raise()
+
+    def _raise(self) -> None:
+        if not self.is_transmitter:
+            self.rec = min(self.rec + STEP, HIGHEST_REC)
+            return
+        self.tec += STEP
+        if self.tec >= BUS_OFF:
+            self.role = Role.DONE
+
+
+def play(nodes: Sequence[Node], wire: Stream, disturbance: Disturbance, *, is_garbled: bool = False) -> int:
+    """Let the nodes act from the first bit on that may be wrong; the bit at which the last one is done.
+
+    `wire` is what is on the bus while nothing is wrong.  A disturbance without end is followed until nothing changes
+    any more.
+    """
+    start = 0 if is_garbled else _first_wrong(nodes, wire, disturbance)
+    for node in nodes:
+        node.begin(wire, start, is_garbled=is_garbled)
+    bit, busy = start, list(nodes)
+    while busy and not (bit in disturbance.dominant and all(node.is_settled for node in busy)):
+        level = disturbance.apply(bit, min(node.level(bit) for node in busy))
+        for node in busy:
+            node.sample(bit, level)
+        busy = [node for node in busy if node.role is not Role.DONE]
+        bit += 1
+    return bit
+
+
+def _first_wrong(nodes: Sequence[Node], wire: Stream, disturbance: Disturbance) -> int:
+    start = wire.acknowledge  # which may stay recessive
+    first = disturbance.first()
+    if first is not None:
+        start = min(start, first)
+    for node in nodes:
+        if node.fails is not None:
+            start = min(start, node.fails[0])
+        if node.stream is not None and node.stream is not wire:
+            pairs = zip(node.stream.bits, wire.bits, strict=False)
+            start = min(start, next((bit for bit, (ours, theirs) in enumerate(pairs) if ours != theirs), start))
+    return start

@@ -1,0 +1,249 @@
+"""Faults of a CAN bus: what they may be told, and which of them strikes what.
+
+A fault says where (identifier, node), what, when and how long (`start_ms` after it was given, `duration_ms`) and how
+often (`count`, `probability`).  In a rig file it stands under `faults:` of its bus; a running rig takes the same by
+`add_fault`.  Chance comes from a `random.Random` that is given in and from which frame of whom it is, so that it does
+not matter in which order the model looks at frames.
+"""
+
+from collections.abc import Iterator, Mapping
+from random import Random
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
+
+from fieldrig.clock import MS
+from fieldrig.settings import Settings
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
+
+
+def _hex(text: str) -> str:
+    try:
+        bytes.fromhex(text)
+    except ValueError as cause:
+        raise ValueError(f"{text!r} are no bytes: write them in hex, such as '01 A0'") from cause
+    return text
+
+
+Hex = Annotated[str, AfterValidator(_hex)]
+
+
+class _Timed(Settings):
+    start_ms: float = Field(default=0, ge=0, description="after it was given; in a rig file, after the rig's start")
+    duration_ms: float | None = Field(default=None, gt=0, description="left out: until it is cleared")
+
+
+class _FrameFault(_Timed):
+    identifier: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="left out: of any")
+    mask: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="bits of the identifier that count")
+    extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or any")
+    node: str | None = Field(default=None, description="the sender; left out: any")
+    count: int | None = Field(default=None, ge=1, description="frames that it strikes; left out: any number")
+    probability: float = Field(default=1.0, gt=0, le=1, description="of striking a frame that fits")
+
+    @model_validator(mode="after")
+    def _check_mask(self) -> "_FrameFault":
+        if self.mask is not None and self.identifier is None:
+            raise ValueError("mask: only beside an identifier")
+        return self
+
+    def fits(self, sender: str, frame: CanFrame) -> bool:
+        if self.node is not None and sender != self.node:
+            return False
+        if self.extended is not None and frame.is_extended is not self.extended:
+            return False
+        if self.identifier is None:
+            return True
+        if self.extended is None and self.mask is None and frame.is_extended is not (self.identifier > STANDARD_MASK):
+            return False
+        mask = EXTENDED_MASK if self.mask is None else self.mask
+        return frame.identifier & mask == self.identifier & mask
+
+
+class Drop(_FrameFault):
+    """The frame is on the wire and acknowledged, but `receivers` (all, if left out) don't get it."""
+
+    what: Literal["drop"]
+    receivers: list[str] | None = Field(default=None, description="who loses it; left out: all")
+
+
+class Delay(_FrameFault):
+    """The frame takes part in arbitration later, and what its sender asks for after it, too."""
+
+    what: Literal["delay"]
+    delay_ms: float = Field(gt=0)
+
+
+class Duplicate(_FrameFault):
+    """The frame goes over the bus once more."""
+
+    what: Literal["duplicate"]
+
+
+class Replace(_FrameFault):
+    """Others get other data than was sent, with a right CRC."""
+
+    what: Literal["replace"]
+    data: Hex | None = Field(default=None, description="hex; as many bytes as the frame has are used")
+    xor: Hex | None = Field(default=None, description="hex; bits to turn over, from the first byte on")
+
+    @model_validator(mode="after")
+    def _check_there_is_one(self) -> "Replace":
+        if (self.data is None) == (self.xor is None):
+            raise ValueError("give either data or xor")
+        return self
+
+    def replaced(self, data: bytes) -> bytes:
+        given = bytes.fromhex(self.data if self.data is not None else self.xor or "")
+        if self.data is not None:
+            return given[: len(data)] + data[len(given) :]
+        return bytes(byte ^ turned for byte, turned in zip(data, given.ljust(len(data), b"\0"), strict=False))
+
+
+class Corrupt(_FrameFault):
+    """One bit is turned over on the wire: an error frame, and the sender tries again."""
+
+    what: Literal["corrupt"]
+    bit: int | None = Field(
+        default=None, ge=0, description="0: start of frame; left out: by chance, behind arbitration"
+    )
+
+
+class ErrorFrame(_FrameFault):
+    """Six dominant bits are pressed on the wire, as somebody's error flag does."""
+
+    what: Literal["error_frame"]
+    bit: int | None = Field(
+        default=None, ge=0, description="the first of them; left out: by chance, behind arbitration"
+    )
+
+
+class Short(_Timed):
+    """The wire is held dominant, or recessive, whatever anybody sends."""
+
+    what: Literal["short"]
+    level: Literal["dominant", "recessive"] = "dominant"
+
+
+class WrongBitRate(_Timed):
+    """One member's bit rate is wrong: others see errors in its frames, and it in theirs."""
+
+    what: Literal["wrong_bit_rate"]
+    node: str
+    bitrate: int = Field(ge=1_000, le=10_000_000, description="bit/s that it has instead")
+
+
+class Babble(_Timed):
+    """A member sends one frame over and over: a babbling idiot."""
+
+    what: Literal["babble"]
+    node: str
+    identifier: int = Field(ge=0, le=EXTENDED_MASK)
+    extended: bool | None = Field(default=None, description="29 bits; left out: as the identifier needs")
+    data: Hex = Field(default="", max_length=23, description="hex")
+    period_ms: float = Field(default=0, ge=0, description="0: one after the other")
+    count: int | None = Field(default=None, ge=1, description="frames; left out: any number")
+
+    def frame(self) -> CanFrame:
+        is_extended = self.identifier > STANDARD_MASK if self.extended is None else self.extended
+        return CanFrame(self.identifier, bytes.fromhex(self.data)[:8], is_extended)
+
+
+CanFault = Annotated[
+    Drop | Delay | Duplicate | Replace | Corrupt | ErrorFrame | Short | WrongBitRate | Babble,
+    Field(discriminator="what"),
+]
+PACED: Final = (Corrupt, ErrorFrame, Short, WrongBitRate, Babble)
+"""They need bit times."""
+_ADAPTER: Final[TypeAdapter[CanFault]] = TypeAdapter(CanFault)
+
+
+def fault_of(given: Mapping[str, Any]) -> CanFault:
+    """ValueError, with what would be right, if that is no fault."""
+    try:
+        return _ADAPTER.validate_python(dict(given))
+    except ValidationError as cause:
+        mistakes = [f"{'.'.join(map(str, each['loc'][1:] or each['loc']))}: {each['msg']}" for each in cause.errors()]
+        raise ValueError("; ".join(mistake.removeprefix(": ") for mistake in mistakes)) from cause
+
+
+_64: Final = (1 << 64) - 1
+
+
+class Fault:
+    """One fault that was given."""
+
+    __slots__ = ("_salt", "applied", "number", "settings", "start_ns", "until_ns")
+
+    def __init__(self, number: int, settings: CanFault, now_ns: int, salt: int) -> None:
+        self.number, self.settings, self._salt = number, settings, salt
+        self.start_ns = now_ns + round(settings.start_ms * MS)
+        duration_ms = settings.duration_ms
+        self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
+        self.applied = 0
+
+    def is_over(self, now_ns: int) -> bool:
+        count = getattr(self.settings, "count", None)
+        return (self.until_ns is not None and now_ns >= self.until_ns) or (count is not None and self.applied >= count)
+
+    def is_on(self, now_ns: int) -> bool:
+        return now_ns >= self.start_ns and not self.is_over(now_ns)
+
+    def strikes(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> bool:
+        settings = self.settings
+        assert isinstance(settings, _FrameFault)
+        if not self.is_on(now_ns) or not settings.fits(sender, frame):
+            return False
+        return settings.probability >= 1 or self.chance(key) < settings.probability * (1 << 64)
+
+    def delay_ns(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> int:
+        """By how much this one keeps a frame back that is asked for now."""
+        if not isinstance(self.settings, Delay) or not self.strikes(now_ns, sender, frame, key):
+            return 0
+        self.applied += 1
+        return round(self.settings.delay_ms * MS)
+
+    def chance(self, key: int) -> int:
+        """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""
+        mixed = self._salt + key * 0x9E37_79B9_7F4A_7C15 & _64
+        mixed = (mixed ^ mixed >> 30) * 0xBF58_476D_1CE4_E5B9 & _64
+        mixed = (mixed ^ mixed >> 27) * 0x94D0_49BB_1331_11EB & _64
+        return mixed ^ mixed >> 31
+
+    def about(self, now_ns: int) -> dict[str, Any]:
+        state = "over" if self.is_over(now_ns) else "on" if self.is_on(now_ns) else "waiting"
+        return {**self.settings.model_dump(exclude_unset=True), "state": state, "applied": self.applied}
+
+
+class Faults:
+    """Those of one bus, in the order in which they were given."""
+
+    def __init__(self, random: Random | None = None) -> None:
+        self._random = random or Random(0)
+        self._live: dict[int, Fault] = {}
+        self._given = 0
+
+    def add(self, now_ns: int, settings: CanFault) -> Fault:
+        self._given += 1
+        fault = Fault(self._given, settings, now_ns, self._random.getrandbits(64))
+        self._live[fault.number] = fault
+        return fault
+
+    def clear(self, number: int) -> Fault:
+        try:
+            return self._live.pop(number)
+        except KeyError:
+            there = ", ".join(map(str, self._live)) or "none"
+            raise ValueError(f"no fault {number} here; there are: {there}") from None
+
+    def __bool__(self) -> bool:
+        return bool(self._live)
+
+    def of(self, *kinds: type[Any]) -> Iterator[Fault]:
+        return (fault for fault in self._live.values() if isinstance(fault.settings, kinds))
+
+    def is_any_left(self, now_ns: int) -> bool:
+        return any(not fault.is_over(now_ns) for fault in self._live.values())
+
+    def about(self, now_ns: int) -> dict[int, dict[str, Any]]:
+        return {number: fault.about(now_ns) for number, fault in self._live.items()}

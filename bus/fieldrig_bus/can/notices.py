@@ -1,0 +1,169 @@
+"""What a CAN controller tells its member beside frames, and what a member tells its controller.
+
+A controller's word goes to members that ask for it in their interest: "errors" for `CanError`, "state" for
+`BusState`; both stand in the trace in any case, with the member whose controller it is as the sender.  SocketCAN has
+the same as error frames (linux/can/error.h; see `socketcan_errors`).
+
+Named after FMI-LS-BUS 1.0 (its network abstraction for CAN):
+
+    Transmit                a CanFrame that is sent
+    Confirm                 the own frame that comes back to who asks for "own"
+    Bus Error               CanError; the codes of ErrorKind are those of the standard
+    Arbitration Lost        CanError with ARBITRATION_LOST, of a one-shot member; others just try again
+    Status                  BusState
+    Configuration           the settings of the bus (bit rates), CanControl (arbitrationLostBehavior: one-shot)
+    Wake-up, Format Error   have no counterpart: nobody sleeps, and a frame is sound when it is made
+"""
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar, Final
+
+from fieldrig_bus.can.bits import Place
+
+NOTICE: Final = 0x6000_0000
+"""Remote and FD at once, as no frame is: the first word of a notice in bytes, with its number below."""
+
+
+class ErrorKind(IntEnum):
+    BIT = 1
+    STUFF = 2
+    FORM = 3
+    CRC = 4
+    ACK = 5
+    ARBITRATION_LOST = 16
+
+
+class CanState(IntEnum):
+    """Of a controller; the counters say which (ISO 11898-1:2015, 12.1.4), WARNING is the interface chips' own."""
+
+    ACTIVE = 1
+    WARNING = 2
+    PASSIVE = 3
+    BUS_OFF = 4
+
+
+def state_of(tec: int, rec: int) -> CanState:
+    if tec > 255:
+        return CanState.BUS_OFF
+    highest = max(tec, rec)
+    if highest > 127:
+        return CanState.PASSIVE
+    return CanState.WARNING if highest >= 96 else CanState.ACTIVE
+
+
+@dataclass(frozen=True, slots=True)
+class CanError:
+    """A controller saw an error, or as a one-shot transmitter lost arbitration.
+
+    `identifier` is that of the frame on the wire, with the flags of `acceptance`; `bit` counts from 0, the start of
+    frame; the counters stand as they are after it.  `is_given_up`: the transmitter will not try this frame again.
+    """
+
+    WIRE: ClassVar = struct.Struct("<BBHIBHB")
+    kind: ErrorKind
+    place: Place
+    bit: int
+    identifier: int
+    is_transmitter: bool
+    is_given_up: bool
+    tec: int
+    rec: int
+
+
+@dataclass(frozen=True, slots=True)
+class BusState:
+    """A controller is now in this state."""
+
+    WIRE: ClassVar = struct.Struct("<BHB")
+    state: CanState
+    tec: int
+    rec: int
+
+
+@dataclass(frozen=True, slots=True)
+class FaultNote:
+    """A fault was applied; the sender of its line in the trace is the member that it struck."""
+
+    WIRE: ClassVar = struct.Struct("<I")
+    fault: int
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class CanControl:
+    """A member to its controller.  What is None stays as it is; `recover` asks a controller out of bus-off."""
+
+    is_one_shot: bool | None = None
+    is_listen_only: bool | None = None
+    recover: bool = False
+
+
+Notice = CanError | BusState | FaultNote | CanControl
+
+_WORD: Final = struct.Struct("<I")
+_THREE: Final = (None, False, True)
+
+
+def encode(notice: Notice) -> bytes:
+    match notice:
+        case CanError(kind, place, bit, identifier, is_transmitter, is_given_up, tec, rec):
+            flags = is_transmitter | is_given_up << 1
+            return _word(1) + CanError.WIRE.pack(kind, place, bit, identifier, flags, tec, rec)
+        case BusState(state, tec, rec):
+            return _word(2) + BusState.WIRE.pack(state, tec, rec)
+        case FaultNote(fault, what):
+            return _word(3) + FaultNote.WIRE.pack(fault) + what.encode()
+        case CanControl(is_one_shot, is_listen_only, recover):
+            choices = (_THREE.index(is_one_shot), _THREE.index(is_listen_only), int(recover))
+            return _word(4) + bytes(choices)
+
+
+def decode(data: bytes) -> Notice:
+    """ValueError for anything that `encode` doesn't write."""
+    try:
+        return _decode(_WORD.unpack_from(data)[0] & ~NOTICE, data[_WORD.size :])
+    except (struct.error, IndexError, KeyError) as cause:
+        raise ValueError(f"not a CAN notice: {data.hex(' ')}") from cause
+
+
+def _decode(number: int, body: bytes) -> Notice:
+    match number:
+        case 1:
+            kind, place, bit, identifier, flags, tec, rec = CanError.WIRE.unpack(body)
+            if flags > 3:
+                raise ValueError(f"no such flags of a CAN error: {flags:#x}")
+            return CanError(ErrorKind(kind), Place(place), bit, identifier, bool(flags & 1), bool(flags & 2), tec, rec)
+        case 2:
+            state, tec, rec = BusState.WIRE.unpack(body)
+            return BusState(CanState(state), tec, rec)
+        case 3:
+            size = FaultNote.WIRE.size
+            return FaultNote(FaultNote.WIRE.unpack(body[:size])[0], body[size:].decode())
+        case 4 if len(body) == 3:
+            return CanControl(_THREE[body[0]], _THREE[body[1]], {0: False, 1: True}[body[2]])
+    raise ValueError(f"there is no CAN notice {number} of {len(body)} bytes")
+
+
+def show(notice: Notice) -> str:
+    match notice:
+        case CanError(kind, place, bit, _, is_transmitter, is_given_up, tec, rec):
+            way = "sending" if is_transmitter else "receiving"
+            where = f"in {_words(place)}, bit {bit}"
+            end = ", given up" if is_given_up else ""
+            return f"{_words(kind)} error {where}, {way}; TEC {tec} REC {rec}{end}"
+        case BusState(state, tec, rec):
+            return f"now {_words(state)}; TEC {tec} REC {rec}"
+        case FaultNote(fault, what):
+            return f"fault {fault}: {what}"
+        case CanControl():
+            return f"control: {notice.is_one_shot=}, {notice.is_listen_only=}, {notice.recover=}".replace("notice.", "")
+
+
+def _word(number: int) -> bytes:
+    return _WORD.pack(NOTICE | number)
+
+
+def _words(name: IntEnum) -> str:
+    return name.name.lower().replace("_", " ")

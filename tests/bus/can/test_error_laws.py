@@ -1,0 +1,135 @@
+"""What holds on any CAN bus with errors and faults, whatever is asked of it."""
+
+from random import Random
+from typing import Any, NamedTuple
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig.bus import Delivery
+from fieldrig.clock import US, S
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.notices import CanState, FaultNote, state_of
+
+MEMBERS = ["a", "b", "c"]
+LATER = 20 * S
+
+
+class Wish(NamedTuple):
+    asked_ns: int
+    member: str
+    frame: CanFrame
+
+
+frames = st.builds(CanFrame, st.integers(0, 3), st.binary(max_size=2)) | st.builds(
+    lambda identifier, data: CanFrame(identifier, data, is_fd=True), st.integers(0, 3), st.binary(max_size=2)
+)
+wishes = st.lists(
+    st.builds(Wish, st.integers(0, 3000).map(lambda us: us * US), st.sampled_from(MEMBERS), frames), max_size=10
+).map(lambda drawn: sorted(drawn, key=lambda wish: wish.asked_ns))
+
+times = {"start_ms": st.sampled_from([0, 0.1, 1]), "duration_ms": st.sampled_from([0.005, 0.1, 2])}
+often = {"count": st.integers(1, 40), "probability": st.sampled_from([0.3, 1])}
+whom = {"identifier": st.integers(0, 3), "node": st.sampled_from(MEMBERS)}
+
+
+def of(what: str, required: dict[str, Any], optional: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries({"what": st.just(what), **required}, optional=optional)
+
+
+faults = st.lists(
+    of("drop", {}, {**times, **often, **whom})
+    | of("delay", {"delay_ms": st.sampled_from([0.05, 3])}, {**times, **often, **whom})
+    | of("duplicate", {}, {**times, **often, **whom})
+    | of("replace", {"data": st.just("ff 00")}, {**times, **often, **whom})
+    | of("corrupt", {"count": st.integers(1, 40)}, {**times, **whom, "bit": st.integers(0, 80)})
+    | of("error_frame", {"count": st.integers(1, 40)}, {**times, **whom, "bit": st.integers(0, 80)})
+    | of("short", times, {"level": st.sampled_from(["dominant", "recessive"])})
+    | of(
+        "wrong_bit_rate",
+        {**times, "node": st.sampled_from(MEMBERS), "bitrate": st.sampled_from([250_000, 800_000])},
+        {},
+    )
+    | of("babble", {**times, "node": st.sampled_from(MEMBERS), "identifier": st.integers(0, 3)}, {"count": st.just(5)}),
+    max_size=3,
+)
+
+
+def model_with(wishes: list[Wish], faults: list[dict[str, Any]], **options: Any) -> CanBusModel:
+    model = CanBusModel(500_000, **options)
+    model.begin(0, Random("7/can0"))
+    for member in MEMBERS:
+        model.join(member)
+        model.listen(0, member, ["own", "errors", "state", [0, 0]])
+    for fault in faults:
+        model.add_fault(0, fault)
+    for wish in wishes:
+        model.submit(wish.asked_ns, wish.member, wish.frame)
+    return model
+
+
+def stepped(model: CanBusModel) -> list[Delivery[CanMessage]]:
+    deliveries = []
+    while (next_ns := model.next_ns()) is not None and next_ns < LATER:
+        step = model.collect(next_ns)
+        assert step, "something was promised"
+        assert all(each.time_ns == next_ns for each in step)
+        for member in model.members.values():
+            assert 0 <= member.rec <= 255
+            assert member.tec >= 0
+            assert member.state is state_of(member.tec, member.rec)
+            assert member.tec < 256 or not member.queue
+        deliveries += step
+    return deliveries
+
+
+@settings(max_examples=150, deadline=None)
+@given(wishes, faults)
+def test_counters_keep_to_the_rules_and_time_never_runs_back(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
+    instants = [each.time_ns for each in stepped(model_with(wishes, faults))]
+    assert instants == sorted(instants)
+
+
+@settings(max_examples=100, deadline=None)
+@given(wishes, faults)
+def test_it_does_not_matter_in_how_many_steps_it_is_collected(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
+    assert stepped(model_with(wishes, faults)) == model_with(wishes, faults).collect(LATER)
+
+
+@settings(max_examples=150, deadline=None)
+@given(wishes, faults)
+def test_a_frame_is_sent_or_counted_as_lost(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
+    model = model_with(wishes, faults)
+    deliveries = model.collect(LATER)
+    sent = model.statistics(LATER)["frames"]
+    notes = [each.message.what for each in deliveries if isinstance(each.message, FaultNote)]
+    babbled = sum(fault["applied"] for fault in model.all_faults(LATER).values() if fault["what"] == "babble")
+    assert sent - notes.count("duplicated") - babbled + model.statistics(LATER)["lost_frames"] == len(wishes)
+    assert model.statistics(LATER)["waiting_frames"] == 0
+
+
+@settings(max_examples=60, deadline=None)
+@given(wishes)
+def test_a_quarrel_of_two_about_one_identifier_loses_nothing(wishes: list[Wish]) -> None:
+    """Somebody else is there to acknowledge; then both get through in the end, in the order of asking."""
+    wishes = [wish for wish in wishes if wish.member != "c"]
+    deliveries = model_with(wishes, []).collect(LATER)
+    for member in MEMBERS:
+        assert [
+            each.message for each in deliveries if each.sender == member and isinstance(each.message, CanFrame)
+        ] == [wish.frame for wish in wishes if wish.member == member]
+
+
+@settings(max_examples=100, deadline=None)
+@given(wishes, faults)
+def test_when_all_is_well_again_the_bus_recovers(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
+    model = model_with(wishes, faults)
+    model.collect(LATER)
+    for number in [*model.all_faults(LATER)]:
+        model.clear_fault(LATER, number)
+    model.collect(2 * LATER)
+    assert all(member.state is not CanState.BUS_OFF for member in model.members.values())
+    model.submit(2 * LATER, "a", CanFrame(0x7FF))
+    (delivery,) = [each for each in model.collect(3 * LATER) if isinstance(each.message, CanFrame)]
+    assert delivery.receivers == ("a", "b", "c")
