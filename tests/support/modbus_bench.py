@@ -72,7 +72,9 @@ class Wire:
     def _on_readable(self) -> None:
         try:
             data = os.read(self.fd, 4096)
-        except OSError:
+        except BlockingIOError:
+            return
+        except OSError:  # a pty says EIO in place of the end
             data = b""
         self.received += data
         if not data:
@@ -185,7 +187,8 @@ class Master:
 
     def expect(self, response: str, unit: int = 1) -> None:
         wanted = self._frame(unit, bytes.fromhex(response))
-        assert self._wire.read(len(wanted)).hex(" ") == wanted.hex(" ")
+        got = self._wire.read(len(wanted))
+        assert got == wanted, f"{got.hex(' ')} in place of {wanted.hex(' ')}; open: {self._wire.is_open}"
 
     def exchange(self, request: str, response: str, unit: int = 1) -> None:
         self.ask(request, unit)
