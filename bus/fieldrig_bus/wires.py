@@ -107,6 +107,11 @@ class _Wires(ModelBus[Signal]):
     def model(self) -> WiresModel:
         return WiresModel()
 
+    @staticmethod
+    def standing_of(message: Signal) -> str:
+        """A wire keeps its value."""
+        return message.name
+
 
 class WiresVirtual(_Wires):
     about: ClassVar[str] = "signals between devices and plants, in virtual time"

@@ -4,7 +4,7 @@ import asyncio
 import json
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +19,17 @@ log = logging.getLogger(__name__)
 
 
 class RemoteLink(asyncio.Protocol):
-    """Keeps handler and interest over a lost hub; `connect` again when it is back.  Between, nothing is carried."""
+    """Keeps handler and interest over a lost hub; `connect` again when it is back.
+
+    Between, nothing is carried; where messages hold (see `ModelBus.standing_of`) the last ones are said then.
+    """
 
     def __init__(
         self, bus: ModelBus[Any], member: str, clock: RealClock, run: Path, on_lost: Callable[[str], None]
     ) -> None:
         self._bus, self._member, self._clock, self._run, self._on_lost = bus, member, clock, run, on_lost
         self._encode, self._decode = bus.encode, bus.decode
+        self._standing_of, self._standing = bus.standing_of, dict[Hashable, bytes]()
         self._handler: Callable[[Any], None] | None = None
         self._interest: Sequence[object] | None = None
         self._transport: asyncio.Transport | None = None
@@ -34,12 +38,13 @@ class RemoteLink(asyncio.Protocol):
         self._welcome: asyncio.Future[None] | None = None
 
     def send(self, message: Any) -> None:
-        transport = self._transport
-        if transport is None:
-            log.debug("%s: %s has no hub; dropped %r", self._bus.name, self._member, message)
+        data = self._encode(message)
+        if self._standing_of is not None:
+            self._standing[self._standing_of(message)] = data
+        if self._transport is None:
+            log.debug("%s: %s has no hub; not sent: %r", self._bus.name, self._member, message)
             return
-        asked_ns = self._clock.now_ns() - self._offset_ns
-        transport.write(pack(Kind.MESSAGE, asked_ns, self._encode(message)))
+        self._transport.write(pack(Kind.MESSAGE, self._clock.now_ns() - self._offset_ns, data))
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
         self._handler, self._interest = handler, interest
@@ -74,6 +79,8 @@ class RemoteLink(asyncio.Protocol):
         self._transport = transport
         if self._handler is not None:
             self._listen()
+        for data in self._standing.values():
+            transport.write(pack(Kind.MESSAGE, time.monotonic_ns() - self._offset_ns, data))
 
     async def close(self) -> None:
         if self._transport is not None:

@@ -7,7 +7,7 @@ attach to, and there outsiders come in by the bus's ports.  A **direct bus** is 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, Protocol, TypeVar
@@ -178,6 +178,12 @@ class ModelBus(Bus[M]):
     def ports(self) -> Sequence[Port]:
         """The ways in for outsiders that the settings ask for (real time only)."""
         return ()
+
+    standing_of: Callable[[M], Hashable] | None = None
+    """On a bus where a message holds until the next of its sort (wires): of what sort a message is.
+
+    A member whose hub was gone says what holds of its messages again, for the new hub knows nothing.
+    """
 
     @property
     def attach(self) -> str | None:

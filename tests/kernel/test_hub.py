@@ -121,6 +121,28 @@ def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(tmp_pa
     asyncio.run(scene())
 
 
+def test_a_hub_that_is_back_is_told_what_holds(tmp_path: Path) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        await bench.hub.open()
+        pump = await bench.remote("pump")
+        pump.send(Signal("pump.run", False))
+        pump.send(Signal("pump.speed", 50, "%"))
+        await bench.hub.close()
+        await bench.lost
+        pump.send(RUN)  # only the last value of a wire holds
+        second = LocalHub(bench.bus, bench.clock, tmp_path)
+        await second.open()
+        await pump.connect()
+        listener = Listener(second.join("late"))
+        assert await listener.heard(2) == [RUN, Signal("pump.speed", 50, "%")]
+        await pump.close()
+        await second.close()
+        await bench.close()
+
+    asyncio.run(scene())
+
+
 def test_devices_attach_over_tcp_too_and_a_taken_port_is_refused_with_the_remedy(
     tmp_path: Path, free_port: int
 ) -> None:
