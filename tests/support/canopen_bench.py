@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.store import MemoryStore
+from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
@@ -18,13 +18,17 @@ Script = list[tuple[str, str]]
 
 
 class CanopenBench:
-    """Node 5, made from the EDS of the I/O module unless told otherwise."""
+    """Node 5, made from the EDS of the I/O module unless told otherwise.
 
-    def __init__(self, eds: Path = IO32, **settings: Any) -> None:
+    A power cycle is another bench on the `store` of the first.
+    """
+
+    def __init__(self, eds: Path = IO32, store: Store | None = None, **settings: Any) -> None:
         self.clock = VirtualClock()
         self.can, self.wires = RecordedLink[CanFrame](), RecordedLink[Signal]()
+        self.store = store or MemoryStore()
         self.settings = CanopenSettings.model_validate({"node_id": 5, "eds": str(eds), **settings})
-        self.node = CanopenNode(self.clock, "io", self.can, self.settings, MemoryStore(), self.wires)
+        self.node = CanopenNode(self.clock, "io", self.can, self.settings, self.store, self.wires)
         self.node.start()
 
     def send(self, *frames: str) -> list[str]:

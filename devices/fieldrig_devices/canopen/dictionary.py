@@ -5,6 +5,7 @@ Source: CiA 301 chapter 7.4.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.variable import Variable
@@ -12,10 +13,25 @@ from fieldrig_devices.canopen.variable import Variable
 KEY = re.compile(r"([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})")
 
 
+class Features(NamedTuple):
+    """What the device can do besides its objects (section DeviceInfo of the EDS)."""
+
+    has_lss: bool = False
+    has_mpdo: bool = False
+    bit_rates: tuple[int, ...] = ()
+    """In bit/s."""
+
+
 class Dictionary:
     """All variables; which there are is fixed from the start."""
 
-    def __init__(self, variables: Iterable[Variable], dummies: Mapping[int, int] | None = None) -> None:
+    def __init__(
+        self,
+        variables: Iterable[Variable],
+        dummies: Mapping[int, int] | None = None,
+        features: Features | None = None,
+    ) -> None:
+        self.features = features or Features()
         self._objects: dict[int, dict[int, Variable]] = {}
         for variable in variables:
             self._objects.setdefault(variable.index, {})[variable.subindex] = variable
@@ -49,8 +65,8 @@ class Dictionary:
         return self._objects.get(index, {}).get(subindex)
 
     def members(self, index: int) -> list[Variable]:
-        """The variables of an object from sub-index 1 on."""
-        return [member for sub, member in sorted(self._objects.get(index, {}).items()) if sub > 0]
+        """The variables of an object from sub-index 1 on, but for FFh, which tells its structure."""
+        return [member for sub, member in sorted(self._objects.get(index, {}).items()) if 0 < sub < 0xFF]
 
     def number(self, index: int, subindex: int, default: int = 0) -> int:
         """The value of an unsigned parameter, or `default` if the node hasn't got it."""

@@ -14,13 +14,15 @@ from canopen.objectdictionary.eds import import_eds
 
 from fieldrig_devices.canopen import emcy, rpdo, standard, tpdo
 from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, Boolean, DataType, Integer, Octets, Real, Value
-from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.dictionary import Dictionary, Features
 from fieldrig_devices.canopen.eds_text import EdsError, EdsText, Section, name_section, parse_number
 from fieldrig_devices.canopen.variable import Access, Variable
 
 ACCESS = {access.value: access for access in Access} | {"r": Access.RO, "w": Access.WO, "constant": Access.CONST}
 MAPPINGS = (*range(rpdo.MAPPING, rpdo.MAPPING + 512), *range(tpdo.MAPPING, tpdo.MAPPING + 512))
 PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
+STRUCTURE = 0xFF
+"""The sub-index that tells data and object type."""
 FIRST_OBJECT = 0x1000
 """Below are data types; the ones among the variables are dummies."""
 
@@ -28,12 +30,15 @@ FIRST_OBJECT = 0x1000
 def load(path: Path, node_id: int) -> Dictionary:
     """The dictionary of node `node_id` as the file describes it.  EdsError names everything that is wrong."""
     description = _describe(path, node_id, path.stat().st_mtime_ns)
-    return Dictionary((variable.fresh() for variable in description.variables), description.dummies)
+    return Dictionary(
+        (variable.fresh() for variable in description.variables), description.dummies, description.features
+    )
 
 
 class _Description(NamedTuple):
     variables: list[Variable]
     dummies: dict[int, int]
+    features: Features
 
 
 @lru_cache(maxsize=32)
@@ -48,7 +53,21 @@ def _describe(path: Path, node_id: int, mtime_ns: int) -> _Description:
     problems = builder.problems or list(standard.problems(variables))
     if problems:
         raise EdsError(path, problems)
-    return _Description(variables, {index: _bits(DATA_TYPES[index]) for index in parsed.indices if index in DATA_TYPES})
+    dummies = {index: _bits(DATA_TYPES[index]) for index in parsed.indices if index in DATA_TYPES}
+    return _Description(variables, dummies, _features(text.device_info))
+
+
+def _features(device_info: Section) -> Features:
+    """Of keys in lower case; a rate is in kbit/s."""
+
+    def is_on(key: str) -> bool:
+        try:
+            return parse_number(device_info.get(key, "0")) != 0
+        except ValueError:
+            return False
+
+    rates = tuple(rate for rate in (10, 20, 50, 125, 250, 500, 800, 1000) if is_on(f"baudrate_{rate}"))
+    return Features(is_on("lss_supported"), is_on("groupmessaging"), tuple(rate * 1000 for rate in rates))
 
 
 def _variables(parsed: ObjectDictionary) -> Iterator[ODVariable]:
@@ -171,7 +190,11 @@ def _real(data_type: DataType, text: str) -> float:
 def _count(source: ODVariable) -> int:
     """Sub-index 0 without a value: the highest sub-index, except where it counts what is there for now."""
     parent: Any = source.parent
-    return 0 if source.index == emcy.HISTORY or source.index in MAPPINGS else max(parent.subindices)
+    return (
+        0
+        if source.index == emcy.HISTORY or source.index in MAPPINGS
+        else max(sub for sub in parent.subindices if sub < STRUCTURE)
+    )
 
 
 def _tighter(limit: float | None, of_type: float | None) -> float | None:

@@ -69,6 +69,7 @@ class EdsText:
         self.problems: list[str] = []
         self.objects: dict[tuple[int, int | None], Section] = {}
         self.dummies: Section = {}
+        self.device_info: Section = {}
         self._others: dict[str, Section] = {}
         self._compact: dict[tuple[int, str], Section] = {}
         self._read()
@@ -104,6 +105,8 @@ class EdsText:
             self._compact[int(match["index"], 16), match["what"].lower()] = section
         elif name.lower() == "dummyusage":
             self.dummies = section
+        elif name.lower() == "deviceinfo":
+            self.device_info = section
         elif re.fullmatch(
             r"[0-9A-F]{1,3}(SUB[0-9A-F]+)?", name, re.IGNORECASE
         ):  # data types as CANFestival writes them

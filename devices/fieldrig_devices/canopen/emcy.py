@@ -31,7 +31,10 @@ class Error(IntEnum):
 
     HEARTBEAT = 0x8130
     PDO_NOT_PROCESSED = 0x8210
+    PDO_LENGTH_EXCEEDED = 0x8220
+    MPDO_NOT_PROCESSED = 0x8230
     SYNC_LENGTH = 0x8240
+    RPDO_TIMEOUT = 0x8250
 
 
 class Emcy(Service):

@@ -9,7 +9,7 @@ from fieldrig_devices.canopen import emcy
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.nmt import Command, NmtSlave
-from fieldrig_devices.canopen.service import State
+from fieldrig_devices.canopen.service import Reset, Service, State
 from fieldrig_devices.canopen.variable import Variable
 
 ERROR_BEHAVIOUR = 0x1029
@@ -18,22 +18,29 @@ REACTIONS = {0: Command.ENTER_PRE_OPERATIONAL, 1: None, 2: Command.STOP}
 """To values of 1029h; the first holds in 'operational' only."""
 
 
-class ErrorBehaviour:
+class ErrorBehaviour(Service):
     def __init__(
         self, dictionary: Dictionary, errors: "emcy.Emcy", nmt: NmtSlave, on_change: Callable[[bool], None]
     ) -> None:
         self._dictionary, self._errors, self._nmt, self._on_change = dictionary, errors, nmt, on_change
+        self._lost: list[str] = []
         for entry in dictionary.members(ERROR_BEHAVIOUR):
             entry.writer = _writer(entry)
 
-    def on_heartbeat_lost(self, is_lost: bool) -> None:
-        """A heartbeat that was watched is gone, or all are back."""
+    def reset(self, scope: Reset) -> None:
+        self._lost.clear()
+
+    def on_lost(self, what: str, is_lost: bool) -> None:
+        """Who watches `what` has lost it, or has it back."""
         if is_lost:
+            self._lost.append(what)
             self._errors.raise_error(emcy.Error.HEARTBEAT, emcy.COMMUNICATION)
             self._react()
-        else:
+        elif what in self._lost:
+            self._lost.remove(what)
+        if not self._lost:
             self._errors.clear_error(emcy.Error.HEARTBEAT)
-        self._on_change(is_lost)
+        self._on_change(bool(self._lost))
 
     def _react(self) -> None:
         reaction = REACTIONS.get(self._dictionary.number(ERROR_BEHAVIOUR, 1))

@@ -11,7 +11,7 @@ from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.nmt import ERROR_CONTROL_ID
-from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.port import UNCONFIGURED, Port
 from fieldrig_devices.canopen.service import Object, Reset, Service, State
 from fieldrig_devices.canopen.variable import Variable
 
@@ -31,7 +31,9 @@ class HeartbeatProducer(Service):
 
     def reset(self, scope: Reset) -> None:
         self._due.cancel()
-        if self._period_ns > 0:  # the boot-up message counts as the first heartbeat
+        if (
+            self._period_ns > 0 and self._port.node_id != UNCONFIGURED
+        ):  # the boot-up message counts as the first heartbeat
             self._due.set(self._clock.now_ns() + self._period_ns)
 
     @property

@@ -1,17 +1,21 @@
 """NMT slave: the state machine of the node, its commands and the boot-up message.
 
-Source: CiA 301 chapter 7.2.8 and 7.3.2.  Starting on its own (1F80h, CiA 302-2) is left out: a master starts it.
+Source: CiA 301 chapter 7.2.8 and 7.3.2; CiA 302-2 for starting on its own (1F80h bit 2; the node is no master).
 """
 
 from collections.abc import Callable
 from enum import IntEnum
 
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.port import UNCONFIGURED, Port
 from fieldrig_devices.canopen.service import Object, Reset, Service, State
 
 NMT_ID = 0x000
 ERROR_CONTROL_ID = 0x700
+STARTUP = 0x1F80
+IS_MASTER, IS_STARTED_BY_OTHERS = 0x01, 0x04
 BOOT_UP = b"\x00"
 
 
@@ -36,10 +40,15 @@ COMMANDS = {int(command): command for command in Command}
 class NmtSlave(Service):
     """Obeys NMT commands.  `restart` brings the parameters and services to their start, `enter` into a state."""
 
-    def __init__(self, port: Port, restart: Callable[[Reset], None], enter: Callable[[State], None]) -> None:
+    def __init__(
+        self, port: Port, dictionary: Dictionary, restart: Callable[[Reset], None], enter: Callable[[State], None]
+    ) -> None:
         self._port = port
         self._restart, self._enter = restart, enter
         self.state = State.INITIALISING
+        self._startup = dictionary.get(STARTUP)
+        if self._startup is not None:
+            self._startup.writer = self._on_startup_written
 
     def reset(self, scope: Reset) -> None:
         self._port.listen(self, Object.NMT, NMT_ID, self._on_frame)
@@ -56,8 +65,18 @@ class NmtSlave(Service):
         """Initialisation: silent, then the boot-up message, then pre-operational."""
         self._go(State.INITIALISING)
         self._restart(scope)
+        if self._port.node_id == UNCONFIGURED:
+            return
         self._port.send(ERROR_CONTROL_ID + self._port.node_id, BOOT_UP)
         self._go(State.PRE_OPERATIONAL)
+        if self._startup is not None and not self._startup.number & IS_STARTED_BY_OTHERS:
+            self._go(State.OPERATIONAL)
+
+    def _on_startup_written(self, data: bytes) -> None:
+        if data[0] & IS_MASTER:
+            raise Abort(Code.INVALID_VALUE)
+        assert self._startup is not None
+        self._startup.set(data)
 
     def _go(self, state: State) -> None:
         self.state = state

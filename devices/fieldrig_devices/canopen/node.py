@@ -1,89 +1,53 @@
 """A CANopen node from an EDS or DCF file.
 
-Source: CiA 301 version 4.2, CiA 306-1, and CiA 401 for devices that have it.  Left out: block transfer, LSS, node
-guarding, storing of parameters, multiplexed PDOs, TIME.
+Source: CiA 301 version 4.2, CiA 305 (LSS), CiA 306-1, and CiA 401 for devices that have it.  Left out: being a master,
+or an SDO client.
 
 This file puts the services together; each has a file of its own and knows only its parameters and the port.
 """
 
-import os.path
-import shlex
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
-
-from pydantic import Field, model_validator
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.errors import RigError
 from fieldrig.link import Link
-from fieldrig.settings import ConfigFile, Settings
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.canopen import cia401, eds, rpdo, sdo_server, tpdo
+from fieldrig_devices.canopen import cia401, lss, rpdo, sdo_server, tpdo
 from fieldrig_devices.canopen.cia401 import Cia401
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.emcy import Emcy
+from fieldrig_devices.canopen.emcy_consumer import EmcyConsumer
 from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
+from fieldrig_devices.canopen.guarding import NodeGuarding
 from fieldrig_devices.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from fieldrig_devices.canopen.lss import LssSlave
 from fieldrig_devices.canopen.nmt import NmtSlave
-from fieldrig_devices.canopen.port import Port
+from fieldrig_devices.canopen.node_settings import CanopenSettings
+from fieldrig_devices.canopen.node_tools import lines
+from fieldrig_devices.canopen.nonvolatile import NonVolatile
+from fieldrig_devices.canopen.parameters import Parameters
+from fieldrig_devices.canopen.port import UNCONFIGURED, Port
 from fieldrig_devices.canopen.rpdo import Rpdo
 from fieldrig_devices.canopen.sdo_server import SdoServer
 from fieldrig_devices.canopen.service import Reset, Service, State
 from fieldrig_devices.canopen.sync import Sync
-from fieldrig_devices.canopen.ties import Bound, Tie, Ties, bind
+from fieldrig_devices.canopen.ties import Bound, Ties, bind
+from fieldrig_devices.canopen.time_of_day import TimeOfDay
 from fieldrig_devices.canopen.tpdo import Tpdo
 from fieldrig_devices.canopen.variable import Variable
 
-DEVICE_TYPE, DEVICE_NAME = 0x1000, 0x1008
-SERIAL_NUMBER = "1018:04"
+__all__ = ["CanopenNode", "CanopenSettings"]
+
+DEVICE_TYPE = 0x1000
+STORED_EDS = 0x1021
 LAST_OF_COMMUNICATION, LAST = 0x1FFF, 0xFFFF
-
-
-class CanopenSettings(Settings):
-    node_id: Annotated[int, Field(ge=1, le=127)]
-    eds: Annotated[ConfigFile, Field(description="EDS or DCF file, relative to the folder of the configuration")]
-    ties: Annotated[
-        dict[str, str | Tie],
-        Field(
-            default_factory=dict,
-            description="wires at objects: '6200:01' or '6200:01.3' (bit 3) to the name of a wire, or more of it",
-        ),
-    ]
-    objects: Annotated[
-        dict[str, bool | int | float | str],
-        Field(default_factory=dict, description="power-on values other than the EDS's, such as '1017:00': 500"),
-    ]
-    serial_number: Annotated[
-        int | None, Field(ge=0, le=0xFFFF_FFFF, description="in place of the EDS's in 1018h sub-index 4")
-    ] = None
-    sdo_timeout_ms: Annotated[int, Field(gt=0, description="how long the SDO server waits for the next segment")] = 1000
-    sdo_block_size: Annotated[
-        int, Field(ge=1, le=127, description="segments that a client may send in one block of a block download")
-    ] = 127
-
-    @model_validator(mode="after")
-    def _fits_the_eds(self) -> Self:
-        bind(self.dictionary(), self.ties)
-        return self
-
-    def dictionary(self) -> Dictionary:
-        """As these settings describe it.  ValueError, with what would be right, if they don't fit the EDS."""
-        dictionary = eds.load(self.eds, self.node_id)
-        start_values = dict(self.objects)
-        if self.serial_number is not None:
-            start_values[SERIAL_NUMBER] = self.serial_number
-        for key, value in start_values.items():
-            variable = dictionary.by_key(key)
-            try:
-                variable.put(value)
-            except ValueError as wrong:
-                raise ValueError(f"objects: {key}: {wrong}") from wrong
-            variable.start = variable.data
-        return dictionary
 
 
 class CanopenNode(Device):
@@ -99,12 +63,27 @@ class CanopenNode(Device):
         wires: Link[Signal] | None = None,
     ) -> None:
         self.name = name
+        self._settings = settings
         self.dictionary = settings.dictionary()
-        self._port = Port(can, settings.node_id)
+        kept = NonVolatile(store, settings.node_id)
+        self._parameters = Parameters(self.dictionary, kept)
+        _offer_eds(self.dictionary, settings.eds)
+        self._port = Port(can, settings.node_id or UNCONFIGURED)
         self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
         self._ties = self._tied(wires, bind(self.dictionary, settings.ties))
-        self.nmt = NmtSlave(self._port, self._restart, self._enter)
+        self.nmt = NmtSlave(self._port, self.dictionary, self._restart, self._enter)
         self.emcy = Emcy(clock, self._port, self.dictionary)
+        self._time = TimeOfDay(clock, self._port, self.dictionary, settings.time_period_ms * MS)
+        self._heard = EmcyConsumer(self._port, self.dictionary)
+        self._lss = LssSlave(
+            clock,
+            self._port,
+            self.dictionary,
+            kept,
+            settings.node_id or UNCONFIGURED,
+            lambda: self.nmt.boot(Reset.COMMUNICATION),
+        )
+        self._tpdos: list[Tpdo] = []
         self._services = self._make_services(clock, settings)
         self._points = _points(self.dictionary) | self._own_points()
 
@@ -128,7 +107,8 @@ class CanopenNode(Device):
         port, dictionary = self._port, self.dictionary
         sync = Sync(clock, port, dictionary, self.emcy)
         behaviour = ErrorBehaviour(dictionary, self.emcy, self.nmt, self._on_communication_error)
-        services: list[Service] = [self.nmt, self.emcy]
+        services: list[Service] = [self.nmt, self.emcy, behaviour]
+        services += [self._lss] if dictionary.features.has_lss else []
         services += [one for one in (self._profile, self._ties) if one is not None]
         services += [
             SdoServer(clock, port, dictionary, index, settings.sdo_timeout_ms * MS, settings.sdo_block_size)
@@ -138,16 +118,23 @@ class CanopenNode(Device):
         ]
         services += [
             HeartbeatProducer(clock, port, dictionary),
-            HeartbeatConsumer(clock, port, dictionary, behaviour.on_heartbeat_lost),
+            HeartbeatConsumer(clock, port, dictionary, partial(behaviour.on_lost, "heartbeat")),
+            NodeGuarding(clock, port, dictionary, partial(behaviour.on_lost, "guarding")),
+            self._heard,
+            self._time,
             sync,
         ]
-        services += [
-            Rpdo(port, dictionary, sync, self.emcy, number) for number in _numbers(dictionary, rpdo.COMMUNICATION)
-        ]
-        services += [Tpdo(clock, port, dictionary, sync, number) for number in _numbers(dictionary, tpdo.COMMUNICATION)]
-        return services
+        numbers = _numbers(dictionary, rpdo.COMMUNICATION)
+        services += [Rpdo(clock, port, dictionary, sync, self.emcy, number) for number in numbers]
+        numbers = _numbers(dictionary, tpdo.COMMUNICATION)
+        self._tpdos = [Tpdo(clock, port, dictionary, sync, number) for number in numbers]
+        return [*services, *self._tpdos]
 
     def _restart(self, scope: Reset) -> None:
+        node_id = self._lss.node_id_after(scope)
+        if node_id != self._port.node_id:
+            self._port.node_id = node_id
+            self._parameters.refit(self._settings.dictionary(node_id))
         self.dictionary.restore(DEVICE_TYPE, LAST if scope is Reset.NODE else LAST_OF_COMMUNICATION)
         with self._port.batch():
             for service in self._services:
@@ -171,7 +158,20 @@ class CanopenNode(Device):
                 self._set_error,
                 about="last error code; write one to raise it, 0 to clear all",
             ),
+            "emcy.heard": Point(lambda: self._heard.last, about="last error of another node (1028h)"),
+            "node_id": Point(lambda: self._port.node_id, about="255: none yet"),
+            "lss.state": Point(lambda: self._lss.state.name.lower(), about="of the LSS slave"),
+            "lss.bit_rate": Point(self._bit_rate, unit="bit/s", about="activated by LSS; 0: as the bus has it"),
+            "time": Point(self._time.read, self._time.write, about="the node's clock, which TIME sets"),
         }
+
+    def _bit_rate(self) -> int:
+        timing = self._lss.bit_timing
+        return 0 if timing is None else lss.BIT_RATES[timing]
+
+    def send_to(self, number: int, node_id: int, index: int, subindex: int) -> None:
+        """Send what TPDO `number`, from 1, has mapped to a variable of another node (destination address mode)."""
+        self._tpdos[number - 1].send_to(node_id, index, subindex)
 
     def _set_error(self, value: Value) -> None:
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 0xFFFF:
@@ -183,40 +183,19 @@ class CanopenNode(Device):
 
     @classmethod
     def tools(cls, name: str, settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        reach = getattr(links.get("can"), "python_can", None)
-        bus = None if reach is None else reach()
-        if bus is None:
-            return []
-        index = DEVICE_NAME if DEVICE_NAME in settings.dictionary() else DEVICE_TYPE
-        read = f"print(node.sdo[{index:#06x}].raw)"
-        start = "node.nmt.state = 'OPERATIONAL'"
-        return [
-            Tool("what it is", _python_line(settings, bus, read)),
-            Tool("start it", _python_line(settings, bus, start)),
-        ]
-
-
-def _python_line(settings: CanopenSettings, bus: Mapping[str, Any], action: str) -> str:
-    """A shell line that does `action` on the node with python canopen."""
-    reach = ", ".join(f"{key}={value!r}" for key, value in bus.items())
-    steps = [
-        "import canopen",
-        "n = canopen.Network()",
-        f"n.connect({reach})",
-        f"node = n.add_node({settings.node_id}, {os.path.relpath(settings.eds)!r})",
-        action,
-        "n.disconnect()",
-    ]
-    return f"python -c {_quoted('; '.join(steps))}"
-
-
-def _quoted(text: str) -> str:
-    """For a shell; readable where it can be, as the text has single quotes of its own."""
-    return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'
+        return lines(settings, links)
 
 
 def _profile(dictionary: Dictionary) -> int:
     return dictionary.number(DEVICE_TYPE, 0) & 0xFFFF
+
+
+def _offer_eds(dictionary: Dictionary, path: Path) -> None:
+    """1021h: the file as it is, comments and all."""
+    variable = dictionary.get(STORED_EDS)
+    if variable is not None:
+        data = path.read_bytes()
+        variable.reader = lambda: data
 
 
 def _numbers(dictionary: Dictionary, first: int) -> list[int]:

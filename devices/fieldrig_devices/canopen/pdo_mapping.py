@@ -1,11 +1,11 @@
 """What a PDO carries: its mapping parameter, the procedure to change it, and the way between variables and bytes.
 
-Source: CiA 301 7.5.2.36 (1600h) and 7.5.2.38 (1A00h).  Multiplexed PDOs (254 and 255 in sub-index 0) are left out.
+Source: CiA 301 7.5.2.36 (1600h) and 7.5.2.38 (1A00h).
 """
 
 import logging
 from collections.abc import Callable, Sequence
-from enum import Enum
+from enum import Enum, auto
 from typing import NamedTuple
 
 from fieldrig_devices.canopen.abort import Abort, Code
@@ -21,6 +21,15 @@ MAX_ENTRIES = 64
 class Direction(Enum):
     RECEIVE = "RPDO"
     TRANSMIT = "TPDO"
+
+
+class Mode(Enum):
+    """What sub-index 0 says besides the number of entries."""
+
+    MAPPED = auto()
+    SOURCE = 254
+    """A multiplexed PDO that names its source, or its destination."""
+    DESTINATION = 255
 
 
 class Part(NamedTuple):
@@ -46,6 +55,7 @@ class Mapping:
         self._count, self._entries = dictionary.get(index), dictionary.members(index)
         self.name = f"{direction.value} mapping {index:04X}h"
         self.parts: list[Part] = []
+        self.mode = Mode.MAPPED
         if self._count is not None:
             self._count.writer = self._on_count_written
         for entry in self._entries:
@@ -58,10 +68,12 @@ class Mapping:
 
     def reset(self) -> None:
         """Take what the dictionary holds; a mapping that the EDS has wrong leaves the PDO empty."""
+        count = 0 if self._count is None else self._count.number
+        self.mode = self._mode(count)
         try:
-            self.parts = self._resolve_all(0 if self._count is None else self._count.number)
+            self.parts = self._resolve_all(count)
         except Abort as abort:
-            self.parts = []
+            self.parts, self.mode = [], Mode.MAPPED
             log.warning("%s of the EDS is not possible (%s); the PDO stays empty", self.name, abort)
 
     def packer(self) -> Pack:
@@ -85,10 +97,18 @@ class Mapping:
         assert self._count is not None
         if self._is_valid() and data != self._count.data:
             raise Abort(Code.DEVICE_STATE)
-        self.parts = self._resolve_all(data[0])
+        self.parts, self.mode = self._resolve_all(data[0]), self._mode(data[0])
         self._count.set(data)
 
+    def _mode(self, count: int) -> Mode:
+        is_multiplexed = self._dictionary.features.has_mpdo and count in (Mode.SOURCE.value, Mode.DESTINATION.value)
+        return Mode(count) if is_multiplexed else Mode.MAPPED
+
     def _resolve_all(self, count: int) -> list[Part]:
+        mode = self._mode(count)
+        if mode is not Mode.MAPPED:  # one variable is sent to a destination; all else is in the message
+            is_one = mode is Mode.DESTINATION and self._direction is Direction.TRANSMIT
+            return [self._resolve(entry.number) for entry in self._entries[:1]] if is_one else []
         if count > min(MAX_ENTRIES, len(self._entries)):
             raise Abort(Code.PDO_LENGTH_EXCEEDED)
         parts = [self._resolve(entry.number) for entry in self._entries[:count]]

@@ -10,6 +10,9 @@ from fieldrig_devices.canopen.service import ALLOWED, Object, State
 
 Handler = Callable[[CanFrame], None]
 
+UNCONFIGURED = 255
+"""The node-ID of a node that has none yet: only LSS reaches it."""
+
 BASE_MASK = EXTENDED_KEY | 0x7FF
 EXTENDED_MASK = EXTENDED_KEY | 0x1FFF_FFFF
 
@@ -29,10 +32,13 @@ class Port:
         self._routes: dict[int, Handler] = {}
         self._interest: list[int] | None = None
         self._is_batching = False
+        self._silences = 0
         self.state = State.INITIALISING
 
     def send(self, key: int, data: bytes) -> None:
         """Send a data frame; `key` is an identifier, 29-bit ones with bit 31."""
+        if self._silences > 0:
+            return
         if key < EXTENDED_KEY:
             self._can.send(CanFrame(key, data))
         else:
@@ -49,6 +55,13 @@ class Port:
             self._listeners[owner] = wanted
         if not self._is_batching:
             self._connect()
+
+    def fall_silent(self) -> None:
+        """Neither send nor hear, until `speak` is called as often."""
+        self._silences += 1
+
+    def speak(self) -> None:
+        self._silences -= 1
 
     def enter(self, state: State) -> None:
         """Hear what is allowed in `state`."""
@@ -67,7 +80,9 @@ class Port:
 
     def _connect(self) -> None:
         self._connect_routes()
-        interest = sorted({key for _, key, _ in self._listeners.values()})
+        is_configured = self.node_id != UNCONFIGURED
+        listeners = self._listeners.values()
+        interest = sorted({key for carried, key, _ in listeners if is_configured or carried is Object.LSS})
         if interest != self._interest:
             self._interest = interest
             self._can.on_receive(self._on_frame, [_accept(key) for key in interest])
@@ -84,7 +99,7 @@ class Port:
         if frame.is_extended:
             key |= EXTENDED_KEY
         handler = self._routes.get(key)
-        if handler is not None and not frame.is_fd:
+        if handler is not None and not frame.is_fd and self._silences == 0:
             handler(frame)
 
 

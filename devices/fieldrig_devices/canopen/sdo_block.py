@@ -1,8 +1,8 @@
 """SDO block transfers: up to 127 segments for one confirmation, with a check over all of it.
 
-Source: CiA 301 7.2.4.3.9 to 7.2.4.3.16.  Both sides of the CRC are always offered.  A gap is told at the end of its
-block (or when the client falls silent in it), with the last sequence number before the gap; the client goes on
-after that.  What comes behind a gap is not kept.
+Source: CiA 301 7.2.4.3.9 to 7.2.4.3.16.  A gap is told at the end of its block (or when the client falls silent in it),
+with the last sequence number before the gap; the client goes on after that.  What comes behind a gap is not kept.
+The CRC is offered only to clients that ask for it: some take the offer of the server for the agreement of both.
 """
 
 from binascii import crc_hqx

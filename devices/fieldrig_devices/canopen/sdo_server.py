@@ -141,7 +141,7 @@ class SdoServer(Service):
             return self._upload(data)
         send = partial(self._port.send, self._response_key)
         self._begin(BlockUpload(data, block_size, bool(command & sdo_block.CRC), send))
-        first = sdo_block.UPLOAD_INITIATED | sdo_block.CRC | sdo_block.SIZE_INDICATED
+        first = sdo_block.UPLOAD_INITIATED | command & sdo_block.CRC | sdo_block.SIZE_INDICATED
         return bytes((first,)) + self._multiplexer + len(data).to_bytes(4, "little")
 
     def _block_download(self, command: int, variable: Variable, number: int) -> bytes:
@@ -149,7 +149,7 @@ class SdoServer(Service):
         variable.check_writable(size)
         is_checked = bool(command & sdo_block.CRC)
         self._begin(BlockDownload(self._block_size, size, is_checked, variable.check_room, variable.write))
-        first = sdo_block.DOWNLOAD_INITIATED | sdo_block.CRC
+        first = sdo_block.DOWNLOAD_INITIATED | command & sdo_block.CRC
         return bytes((first,)) + self._multiplexer + bytes((self._block_size, 0, 0, 0))
 
     def _begin(self, transfer: Transfer) -> None:

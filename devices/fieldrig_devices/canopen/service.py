@@ -32,7 +32,7 @@ _ALWAYS = frozenset({Object.NMT, Object.ERROR_CONTROL, Object.LSS})
 _CONFIGURED = _ALWAYS | {Object.SDO, Object.SYNC, Object.TIME, Object.EMCY}
 
 ALLOWED: dict[State, frozenset[Object]] = {
-    State.INITIALISING: frozenset(),
+    State.INITIALISING: frozenset({Object.LSS}),  # a node without a node-ID waits here for one
     State.PRE_OPERATIONAL: _CONFIGURED,
     State.OPERATIONAL: _CONFIGURED | {Object.PDO},
     State.STOPPED: _ALWAYS,

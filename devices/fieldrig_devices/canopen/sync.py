@@ -1,6 +1,7 @@
 """SYNC: hears it and passes it on to the PDOs (1005h, 1019h), and produces it if told to (1006h).
 
-Source: CiA 301 7.2.5, 7.5.2.5, 7.5.2.6, 7.5.2.21.  The window of 1007h is not watched.
+Source: CiA 301 7.2.5, 7.5.2.5, 7.5.2.6, 7.5.2.7, 7.5.2.21.  TPDOs go out at the instant of their SYNC, so the window of
+1007h closes for RPDOs only.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
 
-COB_ID, PERIOD, OVERFLOW = 0x1005, 0x1006, 0x1019
+COB_ID, PERIOD, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
 MAX_COUNTER = 240
 
 Order = tuple[int, int]
@@ -33,7 +34,8 @@ class Sync(Service):
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, errors: "emcy.Emcy") -> None:
         self._clock, self._port, self._errors = clock, port, errors
         self._cob_id, self._period = dictionary.get(COB_ID), dictionary.get(PERIOD)
-        self._overflow = dictionary.get(OVERFLOW)
+        self._window, self._overflow = dictionary.get(WINDOW), dictionary.get(OVERFLOW)
+        self._last_ns: int | None = None
         self._due = Deadline(clock, self._on_due)
         self._subscribers: dict[Order, Handler] = {}
         self._handlers: tuple[Handler, ...] = ()
@@ -51,8 +53,16 @@ class Sync(Service):
             self._subscribers[order] = handler
         self._handlers = tuple(self._subscribers[one] for one in sorted(self._subscribers))
 
+    @property
+    def is_window_open(self) -> bool:
+        """Whether a synchronous RPDO that comes now still counts for the next SYNC."""
+        if self._window is None or self._last_ns is None or self._window.number == 0:
+            return True
+        return self._clock.now_ns() < self._last_ns + self._window.number * US
+
     def reset(self, scope: Reset) -> None:
         self._counter = 0
+        self._last_ns = None
         self._configure()
 
     def enter(self, state: State) -> None:
@@ -109,6 +119,7 @@ class Sync(Service):
 
     def _pass_on(self, data: bytes) -> None:
         counter = data[0] if data else None
+        self._last_ns = self._clock.now_ns()
         for handler in self._handlers:
             handler(counter)
 

@@ -8,11 +8,12 @@ from collections.abc import Callable
 
 from fieldrig.clock import MS, US, Clock
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen import mpdo
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import BIT_30, INVALID, can_key, guard, is_valid
 from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.pdo_mapping import Direction, Mapping
+from fieldrig_devices.canopen.pdo_mapping import Direction, Mapping, Mode, Pack
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import Object, Reset, Service, State
 from fieldrig_devices.canopen.sync import Sync
@@ -33,7 +34,7 @@ class Tpdo(Service):
     """TPDO `number`, from 0."""
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, sync: Sync, number: int) -> None:
-        self._clock, self._port, self._sync, self._number = clock, port, sync, number
+        self._clock, self._port, self._dictionary, self._sync, self._number = clock, port, dictionary, sync, number
         index = COMMUNICATION + number
         self._cob_id, self._type_variable = dictionary.get(index, 1), dictionary.get(index, 2)
         self._inhibit_time, self._event_time = dictionary.get(index, 3), dictionary.get(index, 5)
@@ -51,7 +52,10 @@ class Tpdo(Service):
         self._sample: bytes | None = None
         self._inhibited = Deadline(clock, self._send_due)
         self._event_timer = Deadline(clock, self._on_event)
-        self._watched: list[Variable] = []
+        self._watches: list[tuple[Variable, Callable[[], None]]] = []
+        self._scanner: mpdo.Scanner | None = None
+        self.destination: tuple[int, int, int] | None = None
+        """Node-ID, index and sub-index to which the application sends a multiplexed PDO."""
         self._connect()
 
     def reset(self, scope: Reset) -> None:
@@ -87,14 +91,14 @@ class Tpdo(Service):
     def _configure(self) -> None:
         was_active = self._is_active
         cob_id = INVALID if self._cob_id is None else self._cob_id.number
-        is_there = is_valid(cob_id) and bool(self._mapping.parts)
+        is_there = is_valid(cob_id) and (bool(self._mapping.parts) or self._mapping.mode is Mode.SOURCE)
         self._key = can_key(cob_id)
-        is_asked_for = is_there and not cob_id & BIT_30
+        is_asked_for = is_there and not cob_id & BIT_30 and self._mapping.mode is Mode.MAPPED
         self._port.listen(self, Object.PDO, self._key if is_asked_for else None, self._on_frame)
         self._deactivate()
         if is_there and self._port.state is State.OPERATIONAL:
             self._activate()
-            if not was_active and self._type in EVENT_DRIVEN:
+            if not was_active and self._type in EVENT_DRIVEN and self._scanner is None:
                 self._on_event()
 
     def _deactivate(self) -> None:
@@ -102,24 +106,51 @@ class Tpdo(Service):
         self._inhibited.cancel()
         self._event_timer.cancel()
         self._sync.subscribe((1, self._number), None)
-        for variable in self._watched:
-            variable.events.remove(self._on_event)
-        self._watched = []
+        for variable, on_event in self._watches:
+            variable.events.remove(on_event)
+        self._watches, self._scanner = [], None
 
     def _activate(self) -> None:
         self._is_active = True
-        self._pack, self._sample = self._mapping.packer(), None
-        self._type = _number(self._type_variable, 255)
+        self._pack, self._sample = self._packer(), None
+        self._type = _number(self._type_variable, 255) if self._mapping.mode is Mode.MAPPED else EVENT_DRIVEN[-1]
         self._inhibit_ns = _number(self._inhibit_time) * INHIBIT_UNIT_NS
         self._event_ns = _number(self._event_time) * MS if self._type in EVENT_DRIVEN else 0
         self._syncs, self._is_waiting_for_start = 0, _number(self._sync_start) > 0
         if self._type <= LAST_CYCLIC or self._type == RTR_SYNCHRONOUS:
             self._sync.subscribe((1, self._number), self._sync_handler())
         if self._type == ACYCLIC or self._type in EVENT_DRIVEN:
-            self._watched = [part.variable for part in self._mapping.parts if part.variable is not None]
-            for variable in self._watched:
-                variable.events.append(self._on_event)
+            self._watch()
         self._start_event_timer()
+
+    def _watch(self) -> None:
+        if self._mapping.mode is Mode.SOURCE:
+            self._scanner = mpdo.Scanner(self._dictionary, self._port.node_id, self._on_event)
+            self._watches = self._scanner.watches
+        else:
+            variables = [part.variable for part in self._mapping.parts if part.variable is not None]
+            self._watches = [(variable, self._on_event) for variable in variables]
+        for variable, on_event in self._watches:
+            variable.events.append(on_event)
+
+    def _packer(self) -> Pack:
+        return self._mapping.packer() if self._mapping.mode is Mode.MAPPED else self._pack_addressed
+
+    def _pack_addressed(self) -> bytes:
+        """A multiplexed PDO: to its destination, or the next of those that have changed."""
+        if self._scanner is not None:
+            return self._scanner.take()
+        assert self.destination is not None
+        (variable,) = (part.variable for part in self._mapping.parts)
+        assert variable is not None
+        node_id, index, subindex = self.destination
+        return mpdo.encode(mpdo.TO_ADDRESS | node_id, index, subindex, variable.data)
+
+    @property
+    def _has_something_to_say(self) -> bool:
+        if self._mapping.mode is Mode.MAPPED:
+            return True
+        return self._scanner.is_waiting if self._scanner is not None else self.destination is not None
 
     def _sync_handler(self) -> Callable[[int | None], None]:
         if self._type == ACYCLIC:
@@ -127,6 +158,11 @@ class Tpdo(Service):
         return self._on_sync_rtr if self._type == RTR_SYNCHRONOUS else self._on_sync_cyclic
 
     # What makes it go out.
+
+    def send_to(self, node_id: int, index: int, subindex: int) -> None:
+        """Send the mapped variable in a multiplexed PDO; from now on its changes go there too."""
+        self.destination = node_id, index, subindex
+        self._on_event()
 
     def _on_event(self) -> None:
         self._is_due = True
@@ -140,8 +176,11 @@ class Tpdo(Service):
             self._send_due()
 
     def _send_due(self) -> None:
-        if self._is_due and self._is_active:
+        while self._is_due and self._is_active and self._has_something_to_say:
             self._send(self._pack())
+            self._is_due = self._scanner is not None and self._scanner.is_waiting
+            if self._inhibited.when_ns is not None:
+                return
 
     def _on_sync_acyclic(self, counter: int | None) -> None:
         self._send_due()

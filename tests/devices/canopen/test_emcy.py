@@ -90,3 +90,27 @@ def test_errors_of_the_device_outlast_a_reset_of_communication(bench: CanopenBen
 def test_what_is_no_error_code_is_refused(bench: CanopenBench, value: bool | int | float | str) -> None:
     with pytest.raises(ValueError, match="0xFFFF would be right"):
         bench.set("emcy.code", value)
+
+
+# Consumer, 1028h
+
+
+def test_errors_of_other_nodes_are_heard(bench: CanopenBench) -> None:
+    bench.write("23 28 10 03 83 00 00 00")
+    assert 0x083 in bench.interest
+    bench.send("083#10 42 09 01 02 03 04 05")
+    assert bench.point("emcy.heard") == "node 3: 4210h, register 09h, 01 02 03 04 05"
+    bench.send("083#10 43", "083#R", "084#10 43 09 01 02 03 04 05")
+    assert bench.point("emcy.heard") == "node 3: 4210h, register 09h, 01 02 03 04 05"
+    bench.write("23 28 10 03 83 00 00 80")
+    assert 0x083 not in bench.interest
+
+
+def test_cob_id_of_the_consumer_is_guarded(bench: CanopenBench) -> None:
+    bench.play(
+        [
+            ("23 28 10 03 83 00 00 00", "60 28 10 03 00 00 00 00"),
+            ("23 28 10 03 84 00 00 00", "80 28 10 03 22 00 00 08"),
+            ("23 28 10 04 01 07 00 00", "80 28 10 04 30 00 09 06"),
+        ]
+    )

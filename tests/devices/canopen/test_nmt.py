@@ -75,7 +75,7 @@ def test_stopped_node_answers_no_sdo(bench: CanopenBench) -> None:
 
 
 def test_node_asks_the_bus_only_for_what_it_wants(bench: CanopenBench) -> None:
-    assert bench.interest == [0x000, 0x080, 0x205, 0x305, 0x605]
+    assert bench.interest == [0x000, 0x080, 0x100, 0x205, 0x285, 0x305, 0x605, 0x705, 0x7E5]
 
 
 def test_interest_is_the_same_in_every_state(bench: CanopenBench) -> None:
@@ -135,3 +135,21 @@ def test_error_behaviour_says_what_a_lost_heartbeat_does(bench: CanopenBench, be
 def test_two_watches_over_one_node_are_refused(bench: CanopenBench) -> None:
     bench.write(WATCH_NODE_9_FOR_100_MS, WATCH_NODE_9_FOR_100_MS)
     assert bench.sdo("23 16 10 02 c8 00 09 00") == "80 16 10 02 43 00 04 06"
+
+
+# 1F80h, CiA 302-2
+
+
+def test_node_that_starts_itself() -> None:
+    bench = CanopenBench(objects={"1F80:00": 0})
+    assert bench.after(0) == ["705#00", "185#00 00 00 00", "285#00 00 00 00 00 00 00 00"]
+    assert bench.point("nmt.state") == "operational"
+    bench.send("000#80 05")
+    assert bench.point("nmt.state") == "pre_operational"
+    bench.send("000#82 05")
+    assert bench.point("nmt.state") == "operational"
+
+
+def test_node_is_no_master(bench: CanopenBench) -> None:
+    assert bench.sdo("23 80 1f 00 01 00 00 00") == "80 80 1f 00 30 00 09 06"
+    bench.write("23 80 1f 00 00 00 00 00")

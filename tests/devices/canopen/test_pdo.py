@@ -57,9 +57,12 @@ def test_no_pdo_outside_operational(running: CanopenBench, command: str) -> None
     assert outputs(running) == [0, 0, 0, 0]
 
 
-def test_rpdo_that_is_too_long_gives_its_first_bytes(running: CanopenBench) -> None:
-    assert running.send("205#01 02 03 04 05 06") == []
+def test_rpdo_that_is_too_long_gives_its_first_bytes_and_is_reported_once(running: CanopenBench) -> None:
+    assert running.send("205#01 02 03 04 05 06") == ["085#20 82 11 06 04 00 00 00"]
     assert outputs(running) == [1, 2, 3, 4]
+    assert running.send("205#02 02 03 04 05 06") == []
+    assert outputs(running) == [2, 2, 3, 4]
+    assert running.send("205#03 02 03 04") == ["085#00 00 00 00 00 00 00 00"]
 
 
 def test_rpdo_that_is_too_short_is_not_taken_and_reported_once(running: CanopenBench) -> None:
@@ -368,3 +371,47 @@ def test_booleans_take_one_bit_each(tmp_path: Path) -> None:
 def test_mapping_that_the_eds_has_wrong_leaves_the_pdo_empty(tmp_path: Path) -> None:
     bench = CanopenBench(tmp_eds(tmp_path, tpdo=[("0x20000010", "0x05", "rw", "")]))
     assert "185#" not in "".join(bench.send(START, SYNC))
+
+
+# Deadline of RPDOs (event timer, sub-index 5) and window of synchronous ones (1007h)
+
+TIMEOUT, NO_ERROR = "085#50 82 11 00 00 00 00 00", "085#00 00 00 00 00 00 00 00"
+DEADLINE_OF_100_MS = "2b 00 14 05 64 00 00 00"
+
+
+def test_rpdo_that_stays_away_is_reported_until_it_is_back(bench: CanopenBench) -> None:
+    bench.write(DEADLINE_OF_100_MS)
+    bench.send(START)
+    assert bench.after(1000) == []  # the watch begins with the first one
+    for _ in range(3):
+        bench.send("205#01 02 03 04")
+        assert bench.after(99) == []
+    assert bench.after(1) == [TIMEOUT]
+    assert bench.after(1000) == []
+    assert bench.send("205#01 02 03 04") == [NO_ERROR]
+
+
+@pytest.mark.parametrize("end", ["605#2b 00 14 05 00 00 00 00", "605#23 00 14 01 05 02 00 80", PREPARE])
+def test_deadline_ends_with_the_rpdo(bench: CanopenBench, end: str) -> None:
+    bench.write(DEADLINE_OF_100_MS)
+    bench.send(START, "205#01 02 03 04", end)
+    assert bench.after(1000) == []
+
+
+def test_deadline_that_is_taken_away_takes_its_error_with_it(bench: CanopenBench) -> None:
+    bench.write(DEADLINE_OF_100_MS)
+    bench.send(START, "205#01 02 03 04")
+    assert bench.after(100) == [TIMEOUT]
+    assert NO_ERROR in bench.send("605#2b 00 14 05 00 00 00 00")
+
+
+def test_synchronous_rpdo_after_the_window_waits_for_the_next_sync(bench: CanopenBench) -> None:
+    bench.write(type_of_rpdo_1(1), "23 07 10 00 88 13 00 00")  # 5 ms
+    bench.send(START, SYNC)
+    bench.after(4.9)
+    bench.send("205#01 00 00 00")
+    bench.after(0.1)
+    bench.send("205#02 00 00 00", SYNC)
+    assert outputs(bench)[0] == 1
+    bench.send("205#03 00 00 00", SYNC)
+    assert outputs(bench)[0] == 3
