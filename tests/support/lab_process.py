@@ -65,6 +65,7 @@ class LabProcess(RunningRig):
         self._control.ask(f"device/{device}/set", {"values": {key: value}})
 
     def rest(self) -> None:
+        until(lambda: all(process["state"] == "ready" for process in self._processes().values()))
         for point, value in AT_REST.items():
             self.set(point, value)
 

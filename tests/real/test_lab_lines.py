@@ -1,0 +1,139 @@
+"""The lines that `fieldrig up` prints to be copied: each does what it says, run as printed."""
+
+import fcntl
+import os
+import pty
+import re
+import select
+import shutil
+import struct
+import subprocess
+import termios
+from typing import Self
+
+import pytest
+from lab_masters import CanopenMaster
+from lab_process import LabProcess
+from running_rig import until
+
+pytestmark = pytest.mark.real
+
+PATIENCE_S = 30
+
+# What each prints, by part and label.
+SAYS = {
+    "mb_tcp mbpoll": r"\[0\]: \t0",
+    "mb_tcp pymodbus": r"ReadCoilsResponse",
+    "mb_rtu mbpoll": r"\[0\]: \t0",
+    "mb_rtu pymodbus": r"ReadCoilsResponse",
+    "io what it is": r"^IO32$",
+    "io start it": r"^$",
+    "sensor what it is": r"^Level sensor$",
+    "sensor start it": r"^$",
+    "drive coils: run, alarm_reset": r"\[1\]: \t0",
+    "drive discrete inputs: running, high_level": r"\[1\]: \t0",
+    "drive holding registers: speed_set, ramp_time, level_limit, location": r"\[2\]: \t1800",
+    "drive input registers: level, speed": r"\[0\]: \t500",
+    "drive input registers: flow": r"\[2\]: \t0",
+    "drive input registers: drive_temperature": r"\[4\]: \t315",
+    "drive run on": r"Written 1 reference",
+}
+STAYS = {"can0 watch": "q", "can0 log": "\x03", "can0 log by slcan": "\x03"}
+"""They run until somebody presses a key."""
+NEEDS_ROOT = ("can0 network device",)
+
+
+def printed(lab: LabProcess) -> dict[str, str]:
+    """The lines by part and label."""
+    lines: dict[str, str] = {}
+    part = ""
+    for text in lab.output().splitlines():
+        if match := re.fullmatch(r"  (\w+) .*", text):
+            part = match[1]
+        elif match := re.fullmatch(r"      (.+?)  +(\S.*)", text):
+            label = match[1].removeprefix(f"{part}: ")
+            lines[f"{part} {label}"] = match[2]
+    return lines
+
+
+def test_every_line_is_known_here(lab: LabProcess) -> None:
+    assert sorted(printed(lab)) == sorted([*SAYS, *STAYS, *NEEDS_ROOT])
+
+
+@pytest.mark.parametrize("label", SAYS)
+def test_line_says_what_it_should(lab: LabProcess, label: str) -> None:
+    line = printed(lab)[label]
+    if line.startswith("mbpoll") and shutil.which("mbpoll") is None:
+        pytest.skip("mbpoll is not installed")
+    done = subprocess.run(
+        ["bash", "-c", line], cwd=lab.folder, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(SAYS[label], done.stdout.strip(), re.MULTILINE), done.stdout
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("label", "point", "value"),
+    [
+        ("io start it", "io/nmt.state", "operational"),
+        ("sensor start it", "sensor/nmt.state", "operational"),
+        ("drive run on", "drive/run", True),
+    ],
+)
+def test_line_starts_what_it_says(
+    lab: LabProcess, master: CanopenMaster, label: str, point: str, value: str | bool
+) -> None:
+    assert lab.get(point) != value
+    subprocess.run(["bash", "-c", printed(lab)[label]], cwd=lab.folder, check=True, timeout=PATIENCE_S)
+    until(lambda: lab.get(point) == value)
+
+
+@pytest.mark.parametrize("label", STAYS)
+def test_line_that_stays_shows_the_heartbeats_until_its_key(lab: LabProcess, label: str) -> None:
+    with Terminal(printed(lab)[label], lab) as terminal:
+        terminal.until_shown("705", "706")
+        assert terminal.press(STAYS[label]) == 0, terminal.shown
+
+
+class Terminal:
+    """A terminal window with a command in it."""
+
+    def __init__(self, line: str, lab: LabProcess) -> None:
+        self.shown = ""
+        self._screen, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 40, 120, 0, 0))
+        self._process = subprocess.Popen(
+            ["setsid", "--ctty", "--wait", "bash", "-c", line],
+            cwd=lab.folder,
+            env={**os.environ, "TERM": "xterm"},
+            stdin=theirs,
+            stdout=theirs,
+            stderr=theirs,
+        )
+        os.close(theirs)
+
+    def until_shown(self, *words: str) -> None:
+        until(lambda: self._look() and all(word in self.shown for word in words))
+
+    def press(self, key: str) -> int:
+        """The exit code of what ends then."""
+        os.write(self._screen, key.encode())
+        until(lambda: self._look() and self._process.poll() is not None)
+        return self._process.returncode
+
+    def _look(self) -> bool:
+        while select.select([self._screen], [], [], 0)[0]:
+            try:
+                self.shown += os.read(self._screen, 65536).decode(errors="replace")
+            except OSError:  # everybody has closed it
+                break
+        return True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        os.close(self._screen)
+        self._process.kill()
+        self._process.wait()
