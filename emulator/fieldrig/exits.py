@@ -12,6 +12,7 @@ class Exit(IntEnum):
     DEVICE_FAILED = 5
     REFUSED = 6
     NOT_READY = 7
+    NOT_CONFORMING = 8
     CRASHED = 70  # sysexits.h: EX_SOFTWARE
 
 
@@ -24,5 +25,6 @@ ABOUT = {
     Exit.DEVICE_FAILED: "a device failed, and the rig file says that the rig stops then",
     Exit.REFUSED: "the rig refuses: no such device or key, or a value that it can't take",
     Exit.NOT_READY: "not ready (only `fieldrig status --ready`)",
+    Exit.NOT_CONFORMING: "a node fails a case of a standard's test (only `fieldrig conform`)",
     Exit.CRASHED: "a device's own code failed (only of the processes of a rig)",
 }

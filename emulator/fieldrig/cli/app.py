@@ -3,6 +3,7 @@
 import typer
 
 from fieldrig.cli import points, rigfile, status, timing, trace, up, watch
+from fieldrig.cli.installed import Commands
 from fieldrig.exits import ABOUT, Exit
 
 _SHOWN = (
@@ -14,6 +15,7 @@ _SHOWN = (
     Exit.DEVICE_FAILED,
     Exit.REFUSED,
     Exit.NOT_READY,
+    Exit.NOT_CONFORMING,
 )
 
 _ABOUT = """
@@ -36,6 +38,7 @@ def _exit_codes() -> str:
 
 
 app = typer.Typer(
+    cls=Commands,
     help=f"{_ABOUT}\n{_exit_codes()}",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

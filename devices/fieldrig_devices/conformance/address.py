@@ -1,0 +1,84 @@
+"""A bus as one word on the command line.
+
+can.socketcan:vcan0
+can.udp:239.74.163.2:43113                 without group and port: python-can's own
+can.hub:run/lab/can0                       the bus can0 of a rig that runs in this folder
+can.hub:127.0.0.1:4000/can0                the bus can0 of a hub on another machine
+python-can:interface=pcan,channel=PCAN_USBBUS1,bitrate=500000
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from fieldrig.bus import Bus
+from fieldrig.errors import RigError
+from fieldrig.kinds import find_bus, settings_model
+
+FORMS = (
+    "can.socketcan:vcan0, can.udp:GROUP:PORT, can.hub:RUNFOLDER/can0, or python-can:interface=...,channel=...;"
+    " --rig FILE --bus can0 names a bus of a rig file"
+)
+
+
+class Address(NamedTuple):
+    bus: Bus[Any]
+    run: Path
+    """The folder of the rig that runs it."""
+
+
+def parse(text: str) -> Address:
+    """RigError, with what would be right, for anything else."""
+    kind, _, rest = text.partition(":")
+    maker = _MAKERS.get(kind)
+    if maker is None or (not rest and kind != "can.udp"):
+        raise RigError(f"{text!r} is no bus", f"right would be {FORMS}")
+    try:
+        return maker(rest)
+    except ValidationError as wrong:
+        first = wrong.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise RigError(f"{text!r} is no bus: {where}: {first['msg']}", f"right would be {FORMS}") from wrong
+
+
+def _made(kind: str, name: str, settings: dict[str, Any], run: Path = Path()) -> Address:
+    cls = find_bus(kind)
+    return Address(cls(name, settings_model(cls).model_validate(settings)), run)
+
+
+def _socketcan(rest: str) -> Address:
+    return _made("can.socketcan", rest, {"channel": rest})
+
+
+def _udp(rest: str) -> Address:
+    group, _, port = rest.partition(":")
+    settings: dict[str, Any] = {"group": group} if group else {}
+    if port:
+        settings["port"] = int(port) if port.isdecimal() else port
+    return _made("can.udp", "udp", settings)
+
+
+def _hub(rest: str) -> Address:
+    where, _, name = rest.rpartition("/")
+    host, _, port = where.rpartition(":")
+    if host and port.isdecimal():
+        return _made("can.hub", name, {"connect": where.removeprefix("tcp://")})
+    return _made("can.hub", name, {}, Path(where or "."))
+
+
+def _python_can(rest: str) -> Address:
+    from fieldrig_bus.can.python_can import PythonCan, PythonCanSettings
+
+    pairs = [part.partition("=") for part in rest.split(",")]
+    settings = {key: int(value) if value.isdecimal() else value for key, _, value in pairs}
+    return Address(PythonCan("python-can", PythonCanSettings.model_validate(settings)), Path())
+
+
+_MAKERS: dict[str, Callable[[str], Address]] = {
+    "can.socketcan": _socketcan,
+    "can.udp": _udp,
+    "can.hub": _hub,
+    "python-can": _python_can,
+}

@@ -1,0 +1,154 @@
+"""What a case works with: the bus, the node's SDO server, the EDS, and a memory of what has to be put back.
+
+A case reads a parameter before it changes it; when the case is over, changes are undone in reverse order, which is
+also the order that the PDO and SYNC parameters ask for.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NoReturn
+
+from fieldrig.clock import MS
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance.description import Description, Entry
+from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wish
+from fieldrig_devices.conformance.sdo import Sdo
+from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable
+
+SDO_REQUEST, SDO_RESPONSE, ERROR_CONTROL = 0x600, 0x580, 0x700
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    timeout_ms: int = 500
+    """How long an answer may take; all other times follow from it."""
+    boot_ms: int = 5000
+    may_store: bool = True
+    """Whether the node's non-volatile memory may be written; it is put back."""
+    is_alone: bool = False
+    """Whether no other node is on the bus, so that NMT commands to all nodes do no harm."""
+
+
+class Bench:
+    def __init__(self, line: Line, eds: Description, options: Options) -> None:
+        self.line, self.eds, self.options = line, eds, options
+        self.node_id = eds.node_id
+        self.sdo = Sdo(self.send, self.expect, SDO_REQUEST + self.node_id, SDO_RESPONSE + self.node_id)
+        self.sdo.within_ms = options.timeout_ms
+        self.undo: list[tuple[int, int, bytes]] = []
+        self.begin()
+
+    def begin(self) -> None:
+        """A new case."""
+        self.line.seen.clear()
+        self.undo.clear()
+        self.is_moved = False
+        """Whether the case sent NMT commands."""
+        self.is_stored = False
+        """Whether it wrote to non-volatile memory."""
+        self.is_upset = False
+        """Whether it caused communication errors, which a reset of communication ends."""
+
+    # Times.
+
+    @property
+    def period_ms(self) -> int:
+        """A time for heartbeats, SYNC and event timers that the node and its bus can keep."""
+        return max(100, self.options.timeout_ms // 5)
+
+    # The bus.
+
+    @property
+    def boot_up_id(self) -> int:
+        return ERROR_CONTROL + self.node_id
+
+    def send(self, identifier: int, data: bytes = b"") -> None:
+        self.line.send(CanFrame(identifier, data))
+
+    def ask(self, identifier: int, length: int = 0) -> None:
+        """A remote frame."""
+        self.line.send(CanFrame(identifier, is_remote=True, remote_length=length))
+
+    def expect(self, wanted: int | Matcher, within_ms: float | None = None) -> Steps[CanFrame | None]:
+        """The next data frame with this identifier, or that matches; None if it doesn't come in time."""
+        until_ns = self._in(self.options.timeout_ms if within_ms is None else within_ms)
+        return (yield Wish(_with_identifier(wanted) if isinstance(wanted, int) else wanted, until_ns))
+
+    def wait(self, ms: float) -> Steps[list[Seen]]:
+        """What the others sent meanwhile."""
+        first = len(self.line.seen)
+        yield Wish(None, self._in(ms))
+        return [seen for seen in self.line.seen[first:] if not seen.is_ours]
+
+    def collect(self, identifier: int, ms: float) -> Steps[list[CanFrame]]:
+        """The data frames with this identifier that come meanwhile."""
+        seen = yield from self.wait(ms)
+        return [one.frame for one in seen if one.frame.identifier == identifier and not one.frame.is_remote]
+
+    def silence(self, identifier: int, why: str, ms: float | None = None) -> Steps[None]:
+        """Fail if a frame with this identifier comes; `why` it shouldn't."""
+        frame = yield from self.expect(identifier, self.options.timeout_ms if ms is None else ms)
+        if frame is not None:
+            self.fail(f"no frame {identifier:03X}h ({why})", show(frame))
+
+    # The object dictionary.
+
+    def read(self, index: int, sub: int = 0) -> Steps[int]:
+        """An unsigned parameter."""
+        data = yield from self.sdo.read(index, sub)
+        return int.from_bytes(data, "little")
+
+    def change(self, index: int, sub: int, value: int | bytes) -> Steps[None]:
+        """Write a parameter, and remember what it was."""
+        before = yield from self.sdo.read(index, sub)
+        data = value.to_bytes(len(before), "little") if isinstance(value, int) else value
+        if data != before:
+            yield from self.sdo.write(index, sub, data)
+            self.undo.append((index, sub, before))
+
+    def refuses(self, steps: Steps[object], *codes: int, what: str) -> Steps[None]:
+        """Fail unless `steps` end in an abort with one of the codes."""
+        expected = f"{what} to be refused with {' or '.join(f'{code:08X}h' for code in codes)}"
+        try:
+            yield from steps
+        except Aborted as abort:
+            if abort.code not in codes:
+                self.fail(expected, str(abort))
+        else:
+            self.fail(expected, "no abort: it was taken")
+
+    # The EDS.
+
+    def entry(self, index: int, sub: int = 0, writable: bool = False) -> Entry:
+        """What the EDS has there; not applicable if it has nothing, or nothing writable."""
+        entry = self.eds.get(index, sub)
+        if entry is None:
+            self.skip(f"the EDS has no {index:04X}h sub-index {sub:02X}h")
+        if writable and not entry.is_writable:
+            self.skip(f"{entry.key} is {entry.access} in the EDS")
+        return entry
+
+    # Verdicts.
+
+    def check(self, is_right: bool, expected: str, came: Callable[[], str] | str) -> None:
+        if not is_right:
+            self.fail(expected, came if isinstance(came, str) else came())
+
+    def fail(self, expected: str, came: str) -> NoReturn:
+        raise Failed(expected, came)
+
+    def skip(self, reason: str) -> NoReturn:
+        raise NotApplicable(reason)
+
+    def _in(self, ms: float) -> int:
+        return self.line.clock.now_ns() + round(ms * MS)
+
+
+def _with_identifier(identifier: int) -> Matcher:
+    return lambda frame: frame.identifier == identifier and not frame.is_remote and not frame.is_extended
+
+
+def show(frame: CanFrame) -> str:
+    """`585#43 00 10 00 91 01 0F 00`, `185#remote`."""
+    identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
+    return f"{identifier}#{'remote' if frame.is_remote else frame.data.hex(' ').upper()}"

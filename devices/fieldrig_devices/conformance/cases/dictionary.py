@@ -1,0 +1,192 @@
+"""OD 01 to 09: the object dictionary is what the EDS says.
+
+Source: CiA 301 7.4, CiA 306-1 4.6.3.  Reading: the log has three of the cases twice; the first time they are tried in
+'pre-operational', the second in 'operational'.
+"""
+
+from collections.abc import Iterator
+
+from fieldrig_devices.conformance import nmt
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.description import Entry
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import State
+from fieldrig_devices.conformance.objects import SERIAL_NUMBER, is_command, is_live, is_plain
+from fieldrig_devices.conformance.verdict import Aborted, SdoFault
+
+WRITE_ONLY, READ_ONLY, NO_SUB, NO_DATA = 0x0601_0001, 0x0601_0002, 0x0609_0011, 0x0800_0024
+GENERAL, INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x0800_0000, 0x0609_0030, 0x0609_0031, 0x0609_0032
+STRUCTURE, HISTORY = 0xFF, 0x1003
+SHOWN = 5
+"""Faults of one case that its verdict names."""
+ACCESS = "CiA 301 7.4.8; CiA 306-1 4.6.3"
+
+
+@case(
+    "4.1",
+    "OD 01",
+    "In 'pre-operational' what the EDS says is readable can be read, and has the size of its type.",
+    ACCESS,
+)
+def readable(bench: Bench) -> Steps[None]:
+    yield from _read_all(bench)
+
+
+@case(
+    "4.2", "OD 02", "After a reset, what lives on its own apart, values are the defaults of the EDS.", "CiA 306-1 4.6.3"
+)
+def defaults(bench: Bench) -> Steps[None]:
+    yield from nmt.reset(bench, nmt.Command.RESET_NODE)
+    yield from _compare_all(bench)
+
+
+@case("4.3", "OD 03", "What the EDS says is read-only can't be written.", f"{ACCESS}; CiA 301 table 22")
+def read_only(bench: Bench) -> Steps[None]:
+    entries = [one for one in bench.eds if one.access in ("ro", "const") and one.size in (1, 2, 4)]
+    if not entries:
+        bench.skip("the EDS has no read-only object")
+    faults = _Faults(bench, "abort 0601 0002h for writing what is read-only")
+    for entry in entries:
+        try:
+            yield from bench.sdo.write(entry.index, entry.sub, bytes(entry.size or 1))
+        except Aborted as abort:
+            if abort.code != READ_ONLY:
+                faults.add(entry, str(abort))
+        else:
+            faults.add(entry, "taken")
+    faults.check()
+
+
+@case("4.4", "OD 04", "What the EDS says is write-only can't be read.", f"{ACCESS}; CiA 301 table 22")
+def write_only(bench: Bench) -> Steps[None]:
+    entries = [one for one in bench.eds if one.access == "wo"]
+    if not entries:
+        bench.skip("the EDS has no write-only object")
+    for entry in entries:
+        yield from bench.refuses(bench.sdo.read(entry.index, entry.sub), WRITE_ONLY, what=f"reading {entry.key}")
+
+
+@case("4.5", "OD 05", "Where sub-index FFh is there, it gives the object's type and data type.", "CiA 301 7.4.7.3")
+def structure(bench: Bench) -> Steps[None]:
+    is_anywhere = False
+    for index in bench.eds.indices(0x1000, 0xFFFF):
+        try:
+            data = yield from bench.sdo.read(index, STRUCTURE)
+        except Aborted as abort:
+            bench.check(abort.code == NO_SUB, f"abort 0609 0011h where {index:04X}h:FFh isn't there", str(abort))
+            continue
+        is_anywhere = True
+        bench.check(len(data) == 4, f"4 bytes in {index:04X}h:FFh", data.hex(" "))
+        member = bench.eds.get(index, 1) or bench.eds.get(index, 0)
+        if member is not None and data[0] in (7, 8):  # of a record it is the record's own
+            came = int.from_bytes(data[1:3], "little")
+            bench.check(came == member.type, f"data type {member.type:04X}h in {index:04X}h:FFh", f"{came:04X}h")
+    if not is_anywhere:
+        bench.skip("no object of the node has sub-index FFh")
+
+
+@case(
+    "4.6",
+    "OD 06",
+    "Values beyond the limits of the EDS are refused; the limits themselves are taken.",
+    "CiA 306-1 4.6.3",
+)
+def limits(bench: Bench) -> Steps[None]:
+    entries = [one for one in bench.eds if one.access in ("rw", "rwr", "rww") and any(_beyond(one))]
+    if not entries:
+        bench.skip("the EDS has no limits beyond which the type can hold a value")
+    for entry in entries:
+        for value in _beyond(entry):
+            attempt = bench.sdo.write(entry.index, entry.sub, entry.encode(value))
+            yield from bench.refuses(attempt, TOO_HIGH, TOO_LOW, INVALID_VALUE, what=f"{value} for {entry.key}")
+        if is_plain(entry) and not entry.is_mappable:
+            for value in (one for one in (entry.low, entry.high) if one is not None):
+                yield from bench.change(entry.index, entry.sub, entry.encode(value))
+
+
+@case(
+    "4.7", "OD 07", "In 'operational' what the EDS says is readable can be read, and has the size of its type.", ACCESS
+)
+def readable_in_operational(bench: Bench) -> Steps[None]:
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    yield from _read_all(bench)
+
+
+@case("4.8", "OD 08", "In 'operational' too, values that nobody wrote are the defaults of the EDS.", "CiA 306-1 4.6.3")
+def defaults_in_operational(bench: Bench) -> Steps[None]:
+    yield from nmt.reset(bench, nmt.Command.RESET_NODE)
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    yield from _compare_all(bench)
+
+
+@case("4.9", "OD 09", "In 'operational' what can be read and written takes back the value that was read.", ACCESS)
+def write_back(bench: Bench) -> Steps[None]:
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    entries = [one for one in bench.eds if is_plain(one) and one.is_writable]
+    if not entries:
+        bench.skip("the EDS has nothing that can be read and written at any time")
+    faults = _Faults(bench, "values to be taken back as they were read")
+    for entry in entries:
+        try:
+            value = yield from bench.sdo.read(entry.index, entry.sub)
+            yield from bench.sdo.write(entry.index, entry.sub, value)
+        except SdoFault as fault:
+            faults.add(entry, str(fault))
+    faults.check()
+
+
+class _Faults:
+    """Faults of many objects, in one verdict."""
+
+    def __init__(self, bench: Bench, expected: str) -> None:
+        self._bench, self._expected = bench, expected
+        self._texts: list[str] = []
+
+    def add(self, entry: Entry, came: str) -> None:
+        self._texts.append(f"{entry.key}: {came}")
+
+    def check(self) -> None:
+        more = f"; and {len(self._texts) - SHOWN} more" if len(self._texts) > SHOWN else ""
+        self._bench.check(not self._texts, self._expected, "; ".join(self._texts[:SHOWN]) + more)
+
+
+def _read_all(bench: Bench) -> Steps[None]:
+    faults = _Faults(bench, "every readable object to be read with the size of its type")
+    for entry in bench.eds:
+        if not entry.is_readable:
+            continue
+        try:
+            data = yield from bench.sdo.read(entry.index, entry.sub)
+        except Aborted as abort:
+            is_empty = entry.index == HISTORY and abort.code in (NO_DATA, GENERAL)
+            if not is_empty:
+                faults.add(entry, str(abort))
+        else:
+            if entry.size not in (None, len(data)):
+                faults.add(entry, f"{len(data)} bytes for {entry.size}")
+    faults.check()
+
+
+def _compare_all(bench: Bench) -> Steps[None]:
+    entries = [one for one in bench.eds if one.is_readable and one.default is not None and not is_live(one)]
+    if not entries:
+        bench.skip("the EDS has no defaults")
+    faults = _Faults(bench, "the defaults of the EDS (stored parameters are put back by 1011h)")
+    for entry in entries:
+        data = yield from bench.sdo.read(entry.index, entry.sub)
+        assert entry.default is not None
+        if data != entry.default:
+            faults.add(entry, f"{data.hex(' ')} for {entry.default.hex(' ')}")
+    faults.check()
+
+
+def _beyond(entry: Entry) -> Iterator[int]:
+    """The nearest values beyond the limits that the type can hold."""
+    if not entry.is_integer or is_command(entry) or (entry.index, entry.sub) == SERIAL_NUMBER:
+        return
+    lowest, highest = entry.range
+    if entry.low is not None and entry.low > lowest:
+        yield entry.low - 1
+    if entry.high is not None and entry.high < highest:
+        yield entry.high + 1

@@ -1,0 +1,113 @@
+"""Heartbeat 01 to 07: the node's own heartbeat, and its watch over ours.
+
+Source: CiA 301 7.2.8.2.2.2, 7.5.2.19 (1016h), 7.5.2.20 (1017h).
+"""
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance import errors, nmt
+from fieldrig_devices.conformance.bench import Bench, show
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.errors import CONSUMER_TIME, HEARTBEAT
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import HEARTBEAT_TIME, Command, State
+
+PRODUCER, CONSUMER = "CiA 301 7.2.8.2.2.2, 7.5.2.20", "CiA 301 7.2.8.2.2.2, 7.5.2.19"
+INCOMPATIBLE = 0x0604_0043
+COUNTED = 10
+
+
+@case("7.101", "Heartbeat 01", "The heartbeat time can be written.", "CiA 301 7.5.2.20")
+def write_time(bench: Bench) -> Steps[None]:
+    bench.entry(HEARTBEAT_TIME, writable=True)
+    yield from bench.change(HEARTBEAT_TIME, 0, 2 * bench.period_ms)
+    came = yield from bench.read(HEARTBEAT_TIME)
+    bench.check(came == 2 * bench.period_ms, f"{2 * bench.period_ms} in 1017h:00h", str(came))
+
+
+@case("7.102", "Heartbeat 02", "The heartbeat comes in its period, with the state of the node.", PRODUCER)
+def count_beats(bench: Bench) -> Steps[None]:
+    bench.entry(HEARTBEAT_TIME, writable=True)
+    yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
+    frames = yield from bench.collect(bench.boot_up_id, (COUNTED + 0.5) * bench.period_ms)
+    is_right = abs(len(frames) - COUNTED) <= 1
+    bench.check(is_right, f"about {COUNTED} heartbeats in {COUNTED} periods of {bench.period_ms} ms", str(len(frames)))
+    for frame in frames:
+        bench.check(frame.data == bytes((State.PRE_OPERATIONAL,)), "one byte 7Fh (pre-operational)", show(frame))
+
+
+@case("7.103", "Heartbeat 03", "With a heartbeat time of 0 there is none.", PRODUCER)
+def disable(bench: Bench) -> Steps[None]:
+    bench.entry(HEARTBEAT_TIME, writable=True)
+    yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
+    yield from bench.wait(2 * bench.period_ms)
+    yield from bench.change(HEARTBEAT_TIME, 0, 0)
+    yield from bench.wait(nmt.SETTLE_MS)
+    yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
+
+
+@case("7.104", "Heartbeat 04", "A node can't be watched by two entries of 1016h.", "CiA 301 7.5.2.19")
+def same_node_twice(bench: Bench) -> Steps[None]:
+    bench.entry(CONSUMER_TIME, 1, writable=True)
+    bench.entry(CONSUMER_TIME, 2, writable=True)
+    value = errors.producer_id(bench) << 16 | 1000
+    yield from bench.change(CONSUMER_TIME, 1, value)
+    attempt = bench.change(CONSUMER_TIME, 2, value)
+    yield from bench.refuses(attempt, INCOMPATIBLE, what="the node of 1016h:01h in 1016h:02h")
+
+
+@case("7.105", "Heartbeat 05", "While heartbeats come in time, the node tells of no error.", CONSUMER)
+def in_time(bench: Bench) -> Steps[None]:
+    producer = yield from _watched(bench)
+    frames = yield from _errors_while_beating(bench, producer, 10, bench.period_ms)
+    bench.check(not frames, "no EMCY while heartbeats come in time", lambda: show(frames[0]))
+    yield from nmt.check_state(bench, State.OPERATIONAL, "heartbeats in time")
+
+
+@case(
+    "7.106",
+    "Heartbeat 06",
+    "When heartbeats come later than the consumer time, the node tells it by EMCY 8130h or by leaving 'operational'.",
+    f"{CONSUMER}, 7.5.2.32",
+)
+def too_late(bench: Bench) -> Steps[None]:
+    producer = yield from _watched(bench)
+    bench.is_upset = True
+    frames = yield from _errors_while_beating(bench, producer, 1, 6 * bench.period_ms)
+    codes = [int.from_bytes(frame.data[:2], "little") for frame in frames]
+    if errors.COB_ID in bench.eds:
+        bench.check(HEARTBEAT in codes, "EMCY 8130h after the consumer time", f"{codes[0]:04X}h" if codes else "none")
+    else:
+        yield from nmt.check_state(bench, State.PRE_OPERATIONAL, "a heartbeat that stopped")
+
+
+@case("7.107", "Heartbeat 07", "After a reset the watch begins with the first heartbeat, not before.", CONSUMER)
+def after_reset(bench: Bench) -> Steps[None]:
+    producer = yield from _watched(bench)
+    yield from errors.beat(bench, producer, 2, bench.period_ms)
+    yield from nmt.reset(bench, Command.RESET_NODE)
+    yield from nmt.watch(bench)
+    yield from errors.watch_us(bench, 3 * bench.period_ms, producer)
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    frames = yield from _errors_while_beating(bench, producer, 0, 6 * bench.period_ms)
+    bench.check(not frames, "no EMCY before the first heartbeat", lambda: show(frames[0]))
+    yield from nmt.check_state(bench, State.OPERATIONAL, "a producer that never was heard")
+
+
+def _watched(bench: Bench) -> Steps[int]:
+    """Operational, watching us with a consumer time of three periods; the node-ID that we take."""
+    bench.entry(CONSUMER_TIME, 1, writable=True)
+    producer = errors.producer_id(bench)
+    yield from nmt.watch(bench)
+    yield from errors.watch_us(bench, 3 * bench.period_ms, producer)
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    return producer
+
+
+def _errors_while_beating(bench: Bench, producer: int, count: int, gap_ms: float) -> Steps[list[CanFrame]]:
+    """EMCY messages while we send so many heartbeats; with none, while we keep silent."""
+    emcy = (yield from errors.emcy_id(bench)) if errors.COB_ID in bench.eds else None
+    first = len(bench.line.seen)
+    yield from errors.beat(bench, producer, count, gap_ms)
+    if count == 0:
+        yield from bench.wait(gap_ms)
+    return [one.frame for one in bench.line.seen[first:] if not one.is_ours and one.frame.identifier == emcy]

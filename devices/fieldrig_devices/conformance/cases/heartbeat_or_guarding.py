@@ -1,0 +1,97 @@
+"""Heartbeat versus guarding 01 to 07: a node has one of them at a time, and heartbeat goes first.
+
+Source: CiA 301 7.2.8.2.2, 7.5.2.11, 7.5.2.20.
+"""
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance import guard, nmt
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.guard import LIFE_TIME_FACTOR
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import GUARD_TIME, HEARTBEAT_TIME, State
+
+CLAUSE = "CiA 301 7.2.8.2.2"
+COUNTED = 10
+
+
+@case(
+    "7.201", "Heartbeat versus guarding 01", "The node has heartbeat or guarding, and its objects can be read.", CLAUSE
+)
+def has_one(bench: Bench) -> Steps[None]:
+    there = [index for index in (HEARTBEAT_TIME, GUARD_TIME, LIFE_TIME_FACTOR) if index in bench.eds]
+    bench.check(bool(there), "1017h, or 100Ch and 100Dh, in the EDS", "none of them")
+    bench.check((GUARD_TIME in there) == (LIFE_TIME_FACTOR in there), "100Ch and 100Dh together", "one of them")
+    for index in there:
+        yield from bench.sdo.read(index)
+
+
+@case("7.202", "Heartbeat versus guarding 02", "Without heartbeat the node says nothing unasked.", CLAUSE)
+def heartbeat_off(bench: Bench) -> Steps[None]:
+    yield from _with_both(bench, heartbeat=False, guarding=False)
+    yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
+
+
+@case("7.203", "Heartbeat versus guarding 03", "Without heartbeat the node answers guarding requests.", CLAUSE)
+def guarding_alone(bench: Bench) -> Steps[None]:
+    yield from _with_both(bench, heartbeat=False, guarding=True)
+    first = yield from guard.request(bench)
+    second = yield from guard.request(bench)
+    is_right = first & 0x7F == State.PRE_OPERATIONAL and first ^ second == 0x80
+    bench.check(is_right, "7Fh and FFh, in either order", f"{first:02X}h and {second:02X}h")
+
+
+@case("7.204", "Heartbeat versus guarding 04", "Without guarding the heartbeat comes in its period.", CLAUSE)
+def heartbeat_alone(bench: Bench) -> Steps[None]:
+    yield from _with_both(bench, heartbeat=True, guarding=False)
+    yield from _check_beats(bench)
+
+
+@case(
+    "7.205",
+    "Heartbeat versus guarding 05",
+    "With heartbeat and no guarding, guarding requests are not answered.",
+    CLAUSE,
+)
+def requests_without_guarding(bench: Bench) -> Steps[None]:
+    yield from _with_both(bench, heartbeat=True, guarding=False)
+    yield from _check_beats(bench, with_requests=True)
+
+
+@case("7.206", "Heartbeat versus guarding 06", "With both switched on, the heartbeat comes in its period.", CLAUSE)
+def both(bench: Bench) -> Steps[None]:
+    yield from _with_both(bench, heartbeat=True, guarding=True)
+    yield from _check_beats(bench)
+
+
+@case("7.207", "Heartbeat versus guarding 07", "With both switched on, guarding requests are not answered.", CLAUSE)
+def requests_with_both(bench: Bench) -> Steps[None]:
+    yield from _with_both(bench, heartbeat=True, guarding=True)
+    yield from _check_beats(bench, with_requests=True)
+
+
+def _with_both(bench: Bench, heartbeat: bool, guarding: bool) -> Steps[None]:
+    """Not applicable unless the EDS has both."""
+    guard.check_there(bench)
+    bench.entry(HEARTBEAT_TIME, writable=True)
+    yield from nmt.reset(bench)
+    yield from bench.change(HEARTBEAT_TIME, 0, 0)
+    yield from bench.change(GUARD_TIME, 0, 1000 if guarding else 0)
+    yield from bench.change(LIFE_TIME_FACTOR, 0, 10 if guarding else 0)
+    if heartbeat:
+        yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
+    yield from bench.wait(nmt.SETTLE_MS)
+
+
+def _check_beats(bench: Bench, with_requests: bool = False) -> Steps[None]:
+    """As many heartbeats as there should be, without a toggle bit; with requests, no more than that."""
+    frames: list[CanFrame] = []
+    for _ in range(COUNTED):
+        if with_requests:
+            bench.ask(bench.boot_up_id, 1)
+        frames += yield from bench.collect(bench.boot_up_id, bench.period_ms)
+    is_right = abs(len(frames) - COUNTED) <= 1
+    bench.check(is_right, f"about {COUNTED} heartbeats in {COUNTED} periods, and nothing else", str(len(frames)))
+    states = {frame.data for frame in frames}
+    right = bytes((State.PRE_OPERATIONAL,))
+    bench.check(states == {right}, "7Fh in each, without toggle bit", ", ".join(sorted(one.hex() for one in states)))

@@ -1,0 +1,243 @@
+"""PDO 03 to 20: what makes a TPDO go out in 'operational', and that nothing does in 'stopped' and 'pre-operational'.
+
+Source: CiA 301 7.2.2, 7.5.2.37, 7.3.2.  Reading: the log tries the same six modes three times; the first time it names
+'operational', the second 'stopped'; the third is taken to be 'pre-operational'.
+"""
+
+from collections.abc import Callable
+
+from fieldrig_devices.conformance import nmt, sync
+from fieldrig_devices.conformance.bench import Bench, show
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import State
+from fieldrig_devices.conformance.pdo import (
+    EVENT_DRIVEN,
+    SYNC_START,
+    Pdo,
+    configure,
+    read_mapping,
+    size,
+    usable_tpdos,
+)
+
+SYNCHRONOUS, ACYCLIC = 1, 0
+CYCLE = 3
+"""SYNCs for one PDO where one would hide a fault of counting."""
+START_VALUE, OVERFLOW = 3, 10
+
+Mode = Callable[[Bench, Pdo], Steps[int]]
+"""Configures a TPDO, and gives its CAN identifier."""
+
+
+def by_rtr(bench: Bench, pdo: Pdo) -> Steps[int]:
+    return (yield from configure(bench, pdo, EVENT_DRIVEN, with_rtr=True))
+
+
+def by_event(bench: Bench, pdo: Pdo) -> Steps[int]:
+    return (yield from configure(bench, pdo, EVENT_DRIVEN))
+
+
+def by_timer(bench: Bench, pdo: Pdo) -> Steps[int]:
+    return (yield from configure(bench, pdo, EVENT_DRIVEN, event_ms=bench.period_ms))
+
+
+def at_each_sync(bench: Bench, pdo: Pdo) -> Steps[int]:
+    return (yield from configure(bench, pdo, SYNCHRONOUS))
+
+
+def at_sync_after_event(bench: Bench, pdo: Pdo) -> Steps[int]:
+    return (yield from configure(bench, pdo, ACYCLIC))
+
+
+def from_start_value(bench: Bench, pdo: Pdo) -> Steps[int]:
+    bench.entry(pdo.communication, SYNC_START, writable=True)
+    bench.entry(sync.OVERFLOW, writable=True)
+    yield from sync.without_period(bench)
+    yield from bench.change(sync.OVERFLOW, 0, OVERFLOW)
+    return (yield from configure(bench, pdo, SYNCHRONOUS, sync_start=START_VALUE))
+
+
+@case(
+    "3.3", "PDO 03", "In 'operational' a TPDO that allows it answers a remote request.", "CiA 301 7.2.2.5.2, 7.5.2.37"
+)
+def rtr_operational(bench: Bench) -> Steps[None]:
+    pdo, identifier = yield from _started(bench, by_rtr)
+    bench.ask(identifier, 8)
+    frame = yield from bench.expect(identifier)
+    bench.check(frame is not None, f"{pdo.name} ({identifier:03X}h) after a remote request", "none")
+    assert frame is not None
+    yield from _check_length(bench, pdo, frame.data)
+
+
+@case(
+    "3.4",
+    "PDO 04",
+    "An event-driven TPDO takes its transmission type, and SYNC doesn't make it go out.",
+    "CiA 301 7.2.2.3, 7.5.2.37",
+)
+def event_driven(bench: Bench) -> Steps[None]:
+    pdo, identifier = yield from _started(bench, by_event)
+    kind = yield from bench.read(pdo.communication, 2)
+    bench.check(kind == EVENT_DRIVEN, f"transmission type 255 of {pdo.name}", str(kind))
+    count = yield from _count_at_syncs(bench, identifier, 6)
+    bench.check(count <= 2, f"{pdo.name} to go out on events, not at each of 6 SYNCs", f"{count} times")
+
+
+@case("3.5", "PDO 05", "A TPDO with an event timer goes out in its period.", "CiA 301 7.2.2.3, 7.5.2.37")
+def event_timer(bench: Bench) -> Steps[None]:
+    pdo, identifier = yield from _started(bench, by_timer)
+    frames = yield from bench.collect(identifier, 10.5 * bench.period_ms)
+    bench.check(
+        9 <= len(frames) <= 11,
+        f"{pdo.name} about 10 times in 10 periods of {bench.period_ms} ms",
+        f"{len(frames)} times",
+    )
+    yield from _check_length(bench, pdo, frames[0].data)
+
+
+@case("3.6", "PDO 06", "A cyclic synchronous TPDO goes out once for so many SYNCs as its type says.", "CiA 301 7.2.2.2")
+def sync_cyclic(bench: Bench) -> Steps[None]:
+    pdo, identifier = yield from _started(bench, at_each_sync)
+    count = yield from _count_at_syncs(bench, identifier, 6)
+    bench.check(count == 6, f"{pdo.name} of type 1 at each of 6 SYNCs", f"{count} times")
+    yield from configure(bench, pdo, CYCLE)
+    count = yield from _count_at_syncs(bench, identifier, 2 * CYCLE)
+    bench.check(count == 2, f"{pdo.name} of type {CYCLE} at 2 of 6 SYNCs", f"{count} times")
+    yield from _check_length_by_sync(bench, pdo, identifier)
+
+
+@case(
+    "3.7", "PDO 07", "An acyclic synchronous TPDO doesn't go out at SYNCs before which no event was.", "CiA 301 7.2.2.2"
+)
+def sync_acyclic(bench: Bench) -> Steps[None]:
+    pdo, identifier = yield from _started(bench, at_sync_after_event)
+    count = yield from _count_at_syncs(bench, identifier, 6)
+    bench.check(count <= 1, f"{pdo.name} of type 0 at most once at 6 SYNCs without events", f"{count} times")
+
+
+@case(
+    "3.8",
+    "PDO 08",
+    "A TPDO with a SYNC start value begins at the SYNC with this counter.",
+    "CiA 301 7.5.2.37, 7.5.2.22",
+)
+def sync_start_value(bench: Bench) -> Steps[None]:
+    pdo, identifier = yield from _started(bench, from_start_value)
+    sync_id = yield from sync.consume(bench)
+    for counter in range(1, START_VALUE + 3):
+        bench.send(sync_id, bytes((counter,)))
+        frames = yield from bench.collect(identifier, sync.GAP_MS)
+        right = int(counter >= START_VALUE)
+        bench.check(len(frames) == right, f"{pdo.name} {right} times at SYNC {counter}", f"{len(frames)} times")
+
+
+@case("3.9", "PDO 09", "In 'stopped' a TPDO doesn't answer a remote request.", "CiA 301 7.3.2.2")
+def rtr_stopped(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, by_rtr, State.STOPPED)
+
+
+@case("3.10", "PDO 10", "In 'stopped' no event-driven TPDO goes out.", "CiA 301 7.3.2.2")
+def event_stopped(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, by_event, State.STOPPED)
+
+
+@case("3.11", "PDO 11", "In 'stopped' no event timer makes a TPDO go out.", "CiA 301 7.3.2.2")
+def timer_stopped(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, by_timer, State.STOPPED)
+
+
+@case("3.12", "PDO 12", "In 'stopped' no cyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+def cyclic_stopped(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, at_each_sync, State.STOPPED)
+
+
+@case("3.13", "PDO 13", "In 'stopped' no acyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+def acyclic_stopped(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, at_sync_after_event, State.STOPPED)
+
+
+@case("3.14", "PDO 14", "In 'stopped' no TPDO with a SYNC start value goes out.", "CiA 301 7.3.2.2")
+def start_value_stopped(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, from_start_value, State.STOPPED, OVERFLOW)
+
+
+@case("3.15", "PDO 15", "In 'pre-operational' a TPDO doesn't answer a remote request.", "CiA 301 7.3.2.2")
+def rtr_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, by_rtr, State.PRE_OPERATIONAL)
+
+
+@case("3.16", "PDO 16", "In 'pre-operational' no event-driven TPDO goes out.", "CiA 301 7.3.2.2")
+def event_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, by_event, State.PRE_OPERATIONAL)
+
+
+@case("3.17", "PDO 17", "In 'pre-operational' no event timer makes a TPDO go out.", "CiA 301 7.3.2.2")
+def timer_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, by_timer, State.PRE_OPERATIONAL)
+
+
+@case("3.18", "PDO 18", "In 'pre-operational' no cyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+def cyclic_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, at_each_sync, State.PRE_OPERATIONAL)
+
+
+@case("3.19", "PDO 19", "In 'pre-operational' no acyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+def acyclic_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, at_sync_after_event, State.PRE_OPERATIONAL)
+
+
+@case("3.20", "PDO 20", "In 'pre-operational' no TPDO with a SYNC start value goes out.", "CiA 301 7.3.2.2")
+def start_value_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _silent(bench, from_start_value, State.PRE_OPERATIONAL, OVERFLOW)
+
+
+def _started(bench: Bench, mode: Mode) -> Steps[tuple[Pdo, int]]:
+    """The first TPDO in this mode, in 'operational', after what it sends when it begins."""
+    pdo = (yield from usable_tpdos(bench))[0]
+    identifier = yield from mode(bench, pdo)
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    yield from bench.wait(bench.period_ms)
+    return pdo, identifier
+
+
+def _silent(bench: Bench, mode: Mode, state: State, overflow: int = 0) -> Steps[None]:
+    """No TPDO goes out in `state`, whatever may make it go; it comes there from 'operational'."""
+    identifiers: dict[int, Pdo] = {}
+    for pdo in (yield from usable_tpdos(bench)):
+        identifiers[(yield from mode(bench, pdo))] = pdo
+    sync_id = (yield from sync.consume(bench)) if sync.COB_ID in bench.eds else None
+    if overflow == 0:
+        overflow = yield from sync.overflow(bench)
+    for each in (State.OPERATIONAL, state):
+        yield from nmt.enter(bench, each)
+    first = len(bench.line.seen)
+    for identifier in identifiers:
+        if mode is by_rtr:
+            bench.ask(identifier, 8)
+    if sync_id is not None:
+        yield from sync.give(bench, sync_id, 4, overflow)
+    yield from bench.wait(2 * bench.period_ms)
+    for seen in bench.line.seen[first:]:
+        if not seen.is_ours and seen.frame.identifier in identifiers and not seen.frame.is_remote:
+            name = identifiers[seen.frame.identifier].name
+            bench.fail(f"no {name} in {state.name.lower().replace('_', '-')}", show(seen.frame))
+
+
+def _count_at_syncs(bench: Bench, identifier: int, count: int) -> Steps[int]:
+    """How often a TPDO comes while we give SYNC."""
+    sync_id = yield from sync.consume(bench)
+    overflow = yield from sync.overflow(bench)
+    first = len(bench.line.seen)
+    yield from sync.give(bench, sync_id, count, overflow)
+    return sum(1 for one in bench.line.seen[first:] if not one.is_ours and one.frame.identifier == identifier)
+
+
+def _check_length(bench: Bench, pdo: Pdo, data: bytes) -> Steps[None]:
+    mapped = yield from read_mapping(bench, pdo)
+    bench.check(len(data) == size(mapped), f"{size(mapped)} bytes in {pdo.name}, as its mapping says", data.hex(" "))
+
+
+def _check_length_by_sync(bench: Bench, pdo: Pdo, identifier: int) -> Steps[None]:
+    frames = [one.frame for one in bench.line.seen if not one.is_ours and one.frame.identifier == identifier]
+    yield from _check_length(bench, pdo, frames[-1].data)

@@ -1,0 +1,82 @@
+"""SDO 28 to 30: further SDO servers and clients, and their parameters over a reset.
+
+Source: CiA 301 7.5.2.33 (1200h), 7.5.2.34 (1280h).
+"""
+
+from fieldrig_devices.conformance import nmt, store
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.line import Steps
+
+SERVERS, CLIENTS = (0x1201, 0x127F), (0x1280, 0x12FF)
+INVALID = 1 << 31
+Values = dict[tuple[int, int], bytes]
+
+
+@case(
+    "2.28", "SDO 28", "Parameters of further SDO servers can be read, and have what the EDS says.", "CiA 301 7.5.2.33"
+)
+def read_servers(bench: Bench) -> Steps[None]:
+    values = yield from _read_all(bench, SERVERS, "SDO server beside the first")
+    for (index, sub), came in values.items():
+        entry = bench.eds.get(index, sub)
+        if entry is not None and entry.default is not None:
+            bench.check(came == entry.default, f"{entry.default.hex(' ')} in {entry.key}", came.hex(" "))
+
+
+@case("2.29", "SDO 29", "A reset of communication puts back the parameters of further servers.", "CiA 301 7.3.2.2")
+def reset_servers(bench: Bench) -> Steps[None]:
+    yield from nmt.reset(bench)
+    before = yield from _read_all(bench, SERVERS, "SDO server beside the first")
+    yield from _change_all(bench, before)
+    yield from nmt.reset(bench)
+    after = yield from _read_all(bench, SERVERS, "SDO server beside the first")
+    _check_same(bench, before, after, "after the reset")
+
+
+@case("2.30", "SDO 30", "Stored parameters of SDO clients outlast a reset.", "CiA 301 7.5.2.13, 7.5.2.34")
+def stored_clients(bench: Bench) -> Steps[None]:
+    before = yield from _read_all(bench, CLIENTS, "SDO client")
+    yield from store.check_can_save(bench, store.ALL)
+    yield from _change_all(bench, before)
+    changed = yield from _read_all(bench, CLIENTS, "SDO client")
+    yield from store.save(bench, store.ALL)
+    yield from nmt.reset(bench)
+    after = yield from _read_all(bench, CLIENTS, "SDO client")
+    _check_same(bench, changed, after, "after saving and the reset")
+
+
+def _read_all(bench: Bench, indices: tuple[int, int], what: str) -> Steps[Values]:
+    found = bench.eds.indices(*indices)
+    if not found:
+        bench.skip(f"the EDS has no {what} ({indices[0]:04X}h and following)")
+    values: Values = {}
+    for entry in bench.eds:
+        if entry.index in found and entry.is_readable:
+            values[entry.index, entry.sub] = yield from bench.sdo.read(entry.index, entry.sub)
+    return values
+
+
+def _change_all(bench: Bench, values: Values) -> Steps[None]:
+    """Another node-ID in sub-index 3, else a COB-ID that is not in use."""
+    is_changed = False
+    for (index, sub), value in values.items():
+        entry = bench.eds.get(index, sub)
+        if entry is None or not entry.is_writable:
+            continue
+        number = int.from_bytes(value, "little")
+        if sub == 3:
+            yield from bench.change(index, sub, number % 127 + 1)
+            is_changed = True
+        elif sub in (1, 2) and number & INVALID:
+            yield from bench.change(index, sub, number ^ 0x2 | INVALID)
+            is_changed = True
+    if not is_changed:
+        bench.skip("none of these parameters can be changed")
+
+
+def _check_same(bench: Bench, right: Values, came: Values, when: str) -> None:
+    for (index, sub), value in right.items():
+        bench.check(
+            came[index, sub] == value, f"{value.hex(' ')} in {index:04X}h:{sub:02X}h {when}", came[index, sub].hex(" ")
+        )

@@ -1,0 +1,160 @@
+"""Testing other 01 to 10: storing, restoring, the date of the configuration, and restricted CAN-IDs.
+
+Source: CiA 301 7.5.2.13 (1010h), 7.5.2.14 (1011h), 7.5.2.23 (1020h), table 41 (restricted CAN-IDs).  Reading: in the
+log, `wron` stands for a wrong signature and `daol` for "load"; its cases 01, 02, 05, 06 are the same with "save".
+"""
+
+from fieldrig_devices.conformance import nmt, store
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.description import Entry
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import Command
+from fieldrig_devices.conformance.objects import RPDO, TPDO
+from fieldrig_devices.conformance.pdo import INVALID
+from fieldrig_devices.conformance.store import ALL, COMMUNICATION, RESTORE, STORE
+from fieldrig_devices.conformance.verdict import NotApplicable
+
+CONFIGURATION_DATE, SYNC_ID, EMCY_ID = 0x1020, 0x1005, 0x1014
+CANNOT_STORE = tuple(range(0x0800_0020, 0x0800_0023))
+INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x0609_0030, 0x0609_0031, 0x0609_0032
+SAVE_CLAUSE, LOAD_CLAUSE = "CiA 301 7.5.2.13", "CiA 301 7.5.2.14"
+RESTRICTED = (0x000, 0x001, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF)
+"""The ends of the ranges of table 41."""
+
+# Parameters whose change is easy to see and does no harm, with two values each, the likeliest first.
+TRIALS = ((0x1017, 0, 1234, 2345), (0x100C, 0, 1234, 2345), (0x1016, 1, 0x7D04D2, 0x7D0929), (0x1029, 1, 1, 0))
+
+
+@case("8.1", "Testing other 01", "A wrong signature in 1010h:01h stores nothing and is refused.", SAVE_CLAUSE)
+def wrong_save(bench: Bench) -> Steps[None]:
+    yield from store.check_can_save(bench, ALL)
+    yield from _wrong_signature(bench, STORE, ALL)
+
+
+@case("8.2", "Testing other 02", '"save" in 1010h:01h keeps all parameters over a reset of the node.', SAVE_CLAUSE)
+def save_all(bench: Bench) -> Steps[None]:
+    yield from _saved(bench, ALL)
+
+
+@case("8.3", "Testing other 03", "A wrong signature in 1011h:01h restores nothing and is refused.", LOAD_CLAUSE)
+def wrong_restore(bench: Bench) -> Steps[None]:
+    yield from store.check_can_restore(bench, ALL)
+    yield from _wrong_signature(bench, RESTORE, ALL)
+
+
+@case("8.4", "Testing other 04", '"load" in 1011h:01h puts back all defaults with the next reset.', LOAD_CLAUSE)
+def restore_all(bench: Bench) -> Steps[None]:
+    yield from _restored(bench, ALL, Command.RESET_NODE)
+
+
+@case("8.5", "Testing other 05", "A wrong signature in 1010h:02h stores nothing and is refused.", SAVE_CLAUSE)
+def wrong_save_communication(bench: Bench) -> Steps[None]:
+    yield from store.check_can_save(bench, COMMUNICATION)
+    yield from _wrong_signature(bench, STORE, COMMUNICATION)
+
+
+@case("8.6", "Testing other 06", '"save" in 1010h:02h keeps the communication parameters over a reset.', SAVE_CLAUSE)
+def save_communication(bench: Bench) -> Steps[None]:
+    yield from _saved(bench, COMMUNICATION)
+
+
+@case("8.7", "Testing other 07", "A wrong signature in 1011h:02h restores nothing and is refused.", LOAD_CLAUSE)
+def wrong_restore_communication(bench: Bench) -> Steps[None]:
+    yield from store.check_can_restore(bench, COMMUNICATION)
+    yield from _wrong_signature(bench, RESTORE, COMMUNICATION)
+
+
+@case(
+    "8.8", "Testing other 08", '"load" in 1011h:02h puts back communication defaults with the next reset.', LOAD_CLAUSE
+)
+def restore_communication(bench: Bench) -> Steps[None]:
+    yield from _restored(bench, COMMUNICATION, Command.RESET_COMMUNICATION)
+
+
+@case(
+    "8.9",
+    "Testing other 09",
+    "The date of the configuration is stored with it; a later change of a parameter sets it to 0.",
+    "CiA 301 7.5.2.23",
+)
+def configuration_date(bench: Bench) -> Steps[None]:
+    bench.entry(CONFIGURATION_DATE, 1, writable=True)
+    bench.entry(CONFIGURATION_DATE, 2, writable=True)
+    yield from store.check_can_save(bench, ALL)
+    entry, first, _ = _trial(bench)
+    for sub, value in ((1, 12345), (2, 67890)):
+        yield from bench.change(CONFIGURATION_DATE, sub, value)
+    yield from store.save(bench, ALL)
+    yield from nmt.reset(bench, Command.RESET_NODE)
+    for sub, value in ((1, 12345), (2, 67890)):
+        came = yield from bench.read(CONFIGURATION_DATE, sub)
+        bench.check(came == value, f"{value} in 1020h:{sub:02X}h after saving and a reset", str(came))
+    yield from bench.change(entry.index, entry.sub, first)
+    for sub in (1, 2):
+        came = yield from bench.read(CONFIGURATION_DATE, sub)
+        bench.check(came == 0, f"0 in 1020h:{sub:02X}h after {entry.key} was changed", str(came))
+
+
+@case(
+    "8.10", "Testing other 10", "CAN-IDs that are reserved for other services are refused.", "CiA 301 7.3.5, table 41"
+)
+def restricted_ids(bench: Bench) -> Steps[None]:
+    entries = [entry for entry in bench.eds if _is_cob_id(entry) and entry.is_writable]
+    if not entries:
+        bench.skip("the EDS has no COB-ID that can be written")
+    for entry in entries:
+        before = yield from bench.read(entry.index, entry.sub)
+        if entry.index != SYNC_ID and not before & INVALID:
+            yield from bench.change(entry.index, entry.sub, before | INVALID)
+        for identifier in RESTRICTED:
+            attempt = bench.change(entry.index, entry.sub, identifier)
+            what = f"CAN-ID {identifier:03X}h for {entry.key}"
+            yield from bench.refuses(attempt, INVALID_VALUE, TOO_HIGH, TOO_LOW, what=what)
+
+
+def _wrong_signature(bench: Bench, index: int, sub: int) -> Steps[None]:
+    attempt = bench.sdo.write(index, sub, store.WRONG)
+    yield from bench.refuses(attempt, *CANNOT_STORE, what=f"a wrong signature for {index:04X}h:{sub:02X}h")
+
+
+def _saved(bench: Bench, sub: int) -> Steps[None]:
+    yield from store.check_can_save(bench, sub)
+    entry, first, second = _trial(bench)
+    yield from bench.change(entry.index, entry.sub, first)
+    yield from store.save(bench, sub)
+    yield from bench.change(entry.index, entry.sub, second)
+    yield from nmt.reset(bench, Command.RESET_NODE)
+    came = yield from bench.read(entry.index, entry.sub)
+    bench.check(came == first, f"{first} in {entry.key}, as it was saved, after a reset", str(came))
+
+
+def _restored(bench: Bench, sub: int, reset: Command) -> Steps[None]:
+    yield from store.check_can_restore(bench, sub)
+    entry, first, _ = _trial(bench)
+    yield from bench.change(entry.index, entry.sub, first)
+    if bench.eds.get(STORE, sub) is not None:
+        yield from store.check_can_save(bench, sub)
+        yield from store.save(bench, sub)
+    yield from store.restore(bench, sub)
+    came = yield from bench.read(entry.index, entry.sub)
+    bench.check(came == first, f"{first} in {entry.key} until the reset", str(came))
+    yield from nmt.reset(bench, reset)
+    came = yield from bench.read(entry.index, entry.sub)
+    default = int.from_bytes(entry.default or b"", "little")
+    bench.check(came == default, f"{default} in {entry.key}, its default, after the reset", str(came))
+
+
+def _trial(bench: Bench) -> tuple[Entry, int, int]:
+    """A parameter, and two values for it.  Not applicable if the EDS has none of them."""
+    for index, sub, first, second in TRIALS:
+        entry = bench.eds.get(index, sub)
+        if entry is not None and entry.is_writable:
+            return entry, first, second
+    raise NotApplicable("the EDS has no heartbeat, guard, consumer time or error behaviour that can be written")
+
+
+def _is_cob_id(entry: Entry) -> bool:
+    if (entry.index in RPDO or entry.index in TPDO) and entry.sub == 1:
+        return True
+    return entry.index in (SYNC_ID, EMCY_ID) and entry.sub == 0

@@ -1,0 +1,76 @@
+"""Transition 01 to 04: each NMT command from each state.
+
+Source: CiA 301 7.2.8.2.1, 7.3.2.1 (figure: NMT state diagram).
+"""
+
+from collections.abc import Iterator
+
+from fieldrig_devices.conformance import nmt
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.case import case
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import COMMAND_FOR, Command, State
+
+CLAUSE = "CiA 301 7.2.8.2.1, 7.3.2.1"
+ALL_NODES = 0
+
+
+@case(
+    "10.1",
+    "Transition 01",
+    "'Reset node' and 'reset communication' lead from each state over a boot-up message to 'pre-operational'.",
+    CLAUSE,
+)
+def resets(bench: Bench) -> Steps[None]:
+    for address in _addresses(bench):
+        for command in (Command.RESET_NODE, Command.RESET_COMMUNICATION):
+            for state in State:
+                yield from nmt.enter(bench, state)
+                yield from nmt.reset(bench, command, address)
+                yield from nmt.watch(bench)
+                yield from nmt.check_state(bench, State.PRE_OPERATIONAL, _name(command))
+    yield from nmt.reset(bench)
+
+
+@case("10.2", "Transition 02", "'Enter pre-operational' leads from each state to 'pre-operational'.", CLAUSE)
+def to_pre_operational(bench: Bench) -> Steps[None]:
+    yield from _from_each_state(bench, State.PRE_OPERATIONAL)
+
+
+@case("10.3", "Transition 03", "'Start remote node' leads from each state to 'operational'.", CLAUSE)
+def to_operational(bench: Bench) -> Steps[None]:
+    yield from _from_each_state(bench, State.OPERATIONAL)
+
+
+@case("10.4", "Transition 04", "'Stop remote node' leads from each state to 'stopped'.", CLAUSE)
+def to_stopped(bench: Bench) -> Steps[None]:
+    yield from _from_each_state(bench, State.STOPPED)
+
+
+def _from_each_state(bench: Bench, wanted: State) -> Steps[None]:
+    """And a command for another node leads nowhere."""
+    command = COMMAND_FOR[wanted]
+    yield from nmt.watch(bench)
+    for address in _addresses(bench):
+        for state in State:
+            yield from nmt.enter(bench, state)
+            yield from nmt.command(bench, Command.STOP if state is not State.STOPPED else Command.START, _other(bench))
+            yield from nmt.check_state(bench, state, "a command for another node")
+            yield from nmt.command(bench, command, address)
+            yield from nmt.check_state(bench, wanted, f"{_name(command)} in {state.name.lower()}")
+
+
+def _addresses(bench: Bench) -> Iterator[int]:
+    """The node's, and that of all nodes where there are no others."""
+    yield bench.node_id
+    if bench.options.is_alone:
+        yield ALL_NODES
+
+
+def _other(bench: Bench) -> int:
+    """A node-ID that most likely nobody has."""
+    return 126 if bench.node_id != 126 else 125
+
+
+def _name(command: Command) -> str:
+    return command.name.lower().replace("_", " ")

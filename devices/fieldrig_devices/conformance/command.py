@@ -1,0 +1,187 @@
+"""`fieldrig conform`: tests a CANopen node, and says what it found."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fieldrig.cli.options import AsJson, echo_json
+from fieldrig.errors import RigError
+from fieldrig.exits import Exit
+
+if TYPE_CHECKING:
+    from fieldrig.config import DeviceEntry, RigConfig
+    from fieldrig_devices.conformance.bench import Options
+    from fieldrig_devices.conformance.case import Case
+    from fieldrig_devices.conformance.description import Description
+    from fieldrig_devices.conformance.report import Report
+    from fieldrig_devices.conformance.run import OnResult
+
+_FILE = {"metavar": "FILE", "show_default": False}
+
+BusName = Annotated[
+    str | None,
+    typer.Option(
+        "--bus",
+        metavar="BUS",
+        help="can.socketcan:vcan0, can.udp:GROUP:PORT, can.hub:RUNFOLDER/can0, python-can:interface=...,channel=...;"
+        " with --rig the name of one of its buses.",
+        show_default=False,
+    ),
+]
+RigFile = Annotated[
+    Path | None, typer.Option("--rig", help="A rig file: of a rig that runs, or with time: virtual.", **_FILE)
+]
+NodeId = Annotated[int | None, typer.Option("--node", min=1, max=127, help="Its node-ID.", show_default=False)]
+Eds = Annotated[
+    Path | None, typer.Option("--eds", help="Its EDS or DCF file; left out: that of the rig file.", **_FILE)
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only",
+        metavar="PATTERN",
+        help="Cases by number, name or family: 2.7, 'PDO 2*', Guarding. As often as you like.",
+        show_default=False,
+    ),
+]
+Junit = Annotated[Path | None, typer.Option("--junit", help="Write a JUnit report.", **_FILE)]
+Html = Annotated[Path | None, typer.Option("--html", help="Write a report to read in a browser.", **_FILE)]
+Markdown = Annotated[Path | None, typer.Option("--markdown", help="Write a report in Markdown.", **_FILE)]
+Timeout = Annotated[
+    int, typer.Option("--timeout-ms", min=1, help="How long an answer may take; other times follow from it.")
+]
+NoStore = Annotated[bool, typer.Option("--no-store", help="Leave the node's non-volatile memory alone.")]
+Alone = Annotated[
+    bool, typer.Option("--alone", help="No other node is on the bus: NMT commands to all nodes are tried too.")
+]
+ListOnly = Annotated[bool, typer.Option("--list", help="Only list the cases, with what each asks for.")]
+
+
+def conform(
+    bus: BusName = None,
+    node_id: NodeId = None,
+    eds: Eds = None,
+    rig: RigFile = None,
+    only: Only = None,
+    junit: Junit = None,
+    html: Html = None,
+    markdown: Markdown = None,
+    timeout_ms: Timeout = 500,
+    no_store: NoStore = False,
+    alone: Alone = False,
+    list_only: ListOnly = False,
+    as_json: AsJson = False,
+) -> None:
+    """Test whether a CANopen node, ours or any other, does what CiA 301 asks for.
+
+    \b
+    127 named cases, each with its requirement, the frames seen and a verdict. What is changed in the node is read
+    before and put back after. The node is reset, started and stopped: not for a machine that moves.
+        fieldrig conform --bus can.socketcan:vcan0 --node 5 --eds io32.eds
+        fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a rig that runs
+        fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time, at once
+        fieldrig conform --bus can.hub:run/lab/can0 --node 5 --eds io32.eds --only 'SDO*' --html out.html
+    Exit code 0: no case failed; 8: some did.
+    """
+    from fieldrig_devices.conformance.bench import Options
+    from fieldrig_devices.conformance.report import as_data
+    from fieldrig_devices.conformance.run import choose
+    from fieldrig_devices.conformance.suite import Verdict
+    from fieldrig_devices.conformance.terminal import console, show_report, show_result
+
+    cases = choose(only or ())
+    if list_only:
+        _list(cases, as_json)
+        return
+    if bus is None or node_id is None:
+        raise typer.BadParameter("say which node: --bus and --node, and --eds or --rig")
+    out = console()
+    options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
+    report = _report(bus, node_id, eds, rig, cases, options, None if as_json else lambda one: show_result(out, one))
+    _write(report, junit, html, markdown)
+    if as_json:
+        echo_json(as_data(report))
+    else:
+        show_report(out, report)
+    raise typer.Exit(Exit.NOT_CONFORMING if report.count(Verdict.FAILED) else Exit.OK)
+
+
+def _report(
+    bus: str,
+    node_id: int,
+    eds: Path | None,
+    rig: Path | None,
+    cases: "list[Case]",
+    options: "Options",
+    on_result: "OnResult | None",
+) -> "Report":
+    from datetime import UTC, datetime
+
+    from fieldrig.config import load
+    from fieldrig.rig import Rig
+    from fieldrig_devices.conformance import address
+    from fieldrig_devices.conformance.description import Description
+    from fieldrig_devices.conformance.run import conform_real, conform_virtual
+
+    date = datetime.now(UTC).date().isoformat()
+    if rig is None:
+        where = address.parse(bus)
+        if eds is None:
+            raise typer.BadParameter("--eds FILE: the node's EDS or DCF file")
+        description = Description(eds, node_id)
+        return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
+    config = load(rig)
+    if bus not in config.buses:
+        raise RigError(f"{rig} has no bus {bus}", f"it has: {', '.join(config.buses)}")
+    description = _described(config, bus, node_id, eds)
+    if config.time == "virtual":
+        with Rig(config) as running:
+            return conform_virtual(running, bus, description, cases, options, on_result, date)
+    where_text = f"{bus} of {config.name}"
+    own = config.buses[bus].bus
+    return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text)
+
+
+def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) -> "Description":
+    """The node's EDS; the rig file's own power-on values (`objects`) go before it, as those of a DCF do."""
+    from fieldrig_devices.conformance.description import Description
+
+    found: Any = next((one for one in config.devices.values() if _is_node(one, bus, node_id)), None)
+    path = eds or getattr(getattr(found, "settings", None), "eds", None)
+    if path is None:
+        raise RigError(f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name it by --eds FILE")
+    description = Description(path, node_id)
+    if found is not None and eds is None:
+        for key, value in getattr(found.settings, "objects", {}).items():
+            description.set_default(key, value)
+    return description
+
+
+def _is_node(device: "DeviceEntry", bus: str, node_id: int) -> bool:
+    is_there = any(bus in buses for buses in device.links.values())
+    return is_there and getattr(device.settings, "node_id", None) == node_id
+
+
+def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Path | None) -> None:
+    from fieldrig_devices.conformance.report_files import to_html, to_junit, to_markdown
+
+    for path, make in ((junit, to_junit), (html, to_html), (markdown, to_markdown)):
+        if path is not None:
+            try:
+                path.write_text(make(report), encoding="utf-8")
+            except OSError as cause:
+                raise RigError(f"{path} can't be written: {cause.strerror}") from cause
+
+
+def _list(cases: "list[Case]", as_json: bool) -> None:
+    if as_json:
+        echo_json(
+            [
+                {"number": one.number, "name": one.name, "requirement": one.requirement, "clause": one.clause}
+                for one in cases
+            ]
+        )
+        return
+    for one in cases:
+        typer.echo(f"{one.number:>6} {one.name:30} {one.requirement} ({one.clause})")

@@ -1,0 +1,85 @@
+"""Errors that the suite can cause from outside, and the EMCY message that tells of them.
+
+Source: CiA 301 7.2.7, 7.2.2.5 (an RPDO that is too short), 7.2.8.2.2.2 (a heartbeat that is missed).
+"""
+
+from typing import NamedTuple
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance import nmt
+from fieldrig_devices.conformance.bench import ERROR_CONTROL, Bench
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import State
+from fieldrig_devices.conformance.pdo import INVALID, Pdo, identifier, pdos, read_mapping, size
+
+CONSUMER_TIME, COB_ID = 0x1016, 0x1014
+PDO_LENGTH, HEARTBEAT = 0x8210, 0x8130
+OPERATIONAL_STATE = b"\x05"
+
+
+class Forced(NamedTuple):
+    frame: CanFrame | None
+    """EMCY; None if the node sent none."""
+    code: int
+    """What it should have told."""
+    how: str
+
+
+def emcy_id(bench: Bench) -> Steps[int]:
+    bench.entry(COB_ID)
+    cob_id = yield from bench.read(COB_ID)
+    if cob_id & INVALID:
+        bench.skip("EMCY is switched off by bit 31 of 1014h")
+    return identifier(cob_id)
+
+
+def force(bench: Bench) -> Steps[Forced]:
+    """Cause an error in 'operational'.  Not applicable if the EDS gives no way to."""
+    emcy = yield from emcy_id(bench)
+    bench.is_upset = True
+    for pdo in pdos(bench, is_transmit=False):
+        forced = yield from _by_short_pdo(bench, emcy, pdo)
+        if forced is not None:
+            return forced
+    entry = bench.eds.get(CONSUMER_TIME, 1)
+    if entry is not None and entry.is_writable:
+        return (yield from _by_missing_heartbeat(bench, emcy))
+    bench.skip("nothing in the EDS lets an error be caused from outside: no RPDO, no heartbeat consumer")
+
+
+def producer_id(bench: Bench) -> int:
+    """The node-ID that the suite takes for its own heartbeat."""
+    return 127 if bench.node_id != 127 else 126
+
+
+def watch_us(bench: Bench, consumer_ms: int, producer: int) -> Steps[None]:
+    """Make the node a heartbeat consumer of ours; other entries for the same producer are its owner's affair."""
+    yield from bench.change(CONSUMER_TIME, 1, producer << 16 | consumer_ms)
+
+
+def beat(bench: Bench, producer: int, count: int, gap_ms: float) -> Steps[None]:
+    for _ in range(count):
+        bench.send(ERROR_CONTROL + producer, OPERATIONAL_STATE)
+        yield from bench.wait(gap_ms)
+
+
+def _by_short_pdo(bench: Bench, emcy: int, pdo: Pdo) -> Steps[Forced | None]:
+    """An RPDO without any data; None if this one can't be used for it."""
+    cob_id = yield from bench.read(pdo.communication, 1)
+    mapped = yield from read_mapping(bench, pdo)
+    kind = yield from bench.read(pdo.communication, 2)
+    if cob_id & INVALID or size(mapped) == 0 or kind < 254:
+        return None
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    bench.send(identifier(cob_id))
+    frame = yield from bench.expect(emcy)
+    return Forced(frame, PDO_LENGTH, f"{pdo.name} without data")
+
+
+def _by_missing_heartbeat(bench: Bench, emcy: int) -> Steps[Forced]:
+    producer = producer_id(bench)
+    yield from watch_us(bench, 2 * bench.period_ms, producer)
+    yield from nmt.enter(bench, State.OPERATIONAL)
+    bench.send(ERROR_CONTROL + producer, OPERATIONAL_STATE)
+    frame = yield from bench.expect(emcy, 2 * bench.period_ms + bench.options.timeout_ms)
+    return Forced(frame, HEARTBEAT, "a heartbeat that stopped")

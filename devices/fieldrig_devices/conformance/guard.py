@@ -1,0 +1,35 @@
+"""Node guarding as a master does it.
+
+Source: CiA 301 7.2.8.2.2.1.
+"""
+
+from fieldrig_devices.conformance import nmt
+from fieldrig_devices.conformance.bench import Bench, show
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.nmt import GUARD_TIME, HEARTBEAT_TIME
+
+LIFE_TIME_FACTOR = 0x100D
+
+
+def check_there(bench: Bench) -> None:
+    """Not applicable if the EDS doesn't have guarding."""
+    bench.entry(GUARD_TIME)
+    bench.entry(LIFE_TIME_FACTOR)
+
+
+def prepare(bench: Bench) -> Steps[None]:
+    """The node as after a reset, without heartbeat, which would go before guarding."""
+    check_there(bench)
+    yield from nmt.reset(bench)
+    if HEARTBEAT_TIME in bench.eds:
+        yield from bench.change(HEARTBEAT_TIME, 0, 0)
+
+
+def request(bench: Bench) -> Steps[int]:
+    """The byte of the answer; fails without one."""
+    bench.ask(bench.boot_up_id, 1)
+    frame = yield from bench.expect(bench.boot_up_id)
+    if frame is None:
+        bench.fail("an answer to a guarding request", "none")
+    bench.check(len(frame.data) == 1, "one byte in the answer to a guarding request", show(frame))
+    return frame.data[0]

@@ -1,0 +1,88 @@
+"""The suite's end of the bus: what it sends and sees, with times, and the player of its steps.
+
+A step is a generator that yields what it waits for, and is resumed with the frame or, when time is up, with None.  It
+knows no loop and no thread, so the same steps run in virtual and in real time.
+"""
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from fieldrig.clock import Clock, Timer
+from fieldrig.link import Link
+from fieldrig_bus.can.frame import CanFrame
+
+T = TypeVar("T")
+Matcher = Callable[[CanFrame], bool]
+
+
+@dataclass(slots=True)
+class Wish:
+    """Wait for a frame that is wanted (None: for none), or until an instant."""
+
+    wanted: Matcher | None
+    until_ns: int
+
+
+Steps = Generator[Wish, CanFrame | None, T]
+
+
+class Seen(NamedTuple):
+    """A frame on the bus, as this end saw or sent it."""
+
+    time_ns: int
+    is_ours: bool
+    frame: CanFrame
+
+
+class Line:
+    def __init__(self, clock: Clock, link: Link[CanFrame]) -> None:
+        self.clock, self._link = clock, link
+        self.seen: list[Seen] = []
+        self._steps: Steps[None] | None = None
+        self._wish: Wish | None = None
+        self._timer: Timer | None = None
+        self._on_end: Callable[[Exception | None], None] = _forget
+        link.on_receive(self._on_frame)
+
+    def send(self, frame: CanFrame) -> None:
+        self.seen.append(Seen(self.clock.now_ns(), True, frame))
+        self._link.send(frame)
+
+    def play(self, steps: Steps[None], on_end: Callable[[Exception | None], None]) -> None:
+        """Go through the steps; `on_end` is called after the last one, or with what went wrong in them."""
+        self._steps, self._on_end = steps, on_end
+        self._resume(None)
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        self.seen.append(Seen(self.clock.now_ns(), False, frame))
+        wish = self._wish
+        if wish is not None and wish.wanted is not None and wish.wanted(frame):
+            self._resume(frame)
+
+    def _on_time(self) -> None:
+        self._resume(None)
+
+    def _resume(self, frame: CanFrame | None) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        steps, self._wish, self._timer = self._steps, None, None
+        if steps is None:
+            return
+        try:
+            wish = steps.send(frame)
+        except StopIteration:
+            self._end(None)
+        except Exception as fault:  # noqa: BLE001  whoever plays the steps raises it where it can be seen
+            self._end(fault)
+        else:
+            self._wish = wish
+            self._timer = self.clock.call_at(wish.until_ns, self._on_time)
+
+    def _end(self, fault: Exception | None) -> None:
+        self._steps = None
+        self._on_end(fault)
+
+
+def _forget(fault: Exception | None) -> None:
+    """Nobody plays."""

@@ -1,0 +1,106 @@
+"""NMT commands, resets and how the suite tells the node's state.
+
+Source: CiA 301 7.2.8, 7.3.2.  The state is read from the node's heartbeat, else from its answer to a guarding request.
+"""
+
+from enum import IntEnum
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance.bench import Bench, show
+from fieldrig_devices.conformance.line import Matcher, Steps
+from fieldrig_devices.conformance.verdict import SdoFault
+
+HEARTBEAT_TIME, GUARD_TIME = 0x1017, 0x100C
+NMT_ID = 0x000
+BOOT_UP = b"\x00"
+
+
+class Command(IntEnum):
+    START = 1
+    STOP = 2
+    ENTER_PRE_OPERATIONAL = 128
+    RESET_NODE = 129
+    RESET_COMMUNICATION = 130
+
+
+class State(IntEnum):
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+LEADS_TO = {
+    Command.START: State.OPERATIONAL,
+    Command.STOP: State.STOPPED,
+    Command.ENTER_PRE_OPERATIONAL: State.PRE_OPERATIONAL,
+}
+COMMAND_FOR = {state: command for command, state in LEADS_TO.items()}
+SETTLE_MS = 50
+"""After an NMT command, which nothing acknowledges."""
+
+
+def command(bench: Bench, wanted: Command, node_id: int | None = None) -> Steps[None]:
+    """To the node, or another address; and time for it to act."""
+    bench.is_moved = True
+    bench.send(NMT_ID, bytes((wanted, bench.node_id if node_id is None else node_id)))
+    if wanted in LEADS_TO:
+        yield from bench.wait(SETTLE_MS)
+
+
+def enter(bench: Bench, state: State) -> Steps[None]:
+    yield from command(bench, COMMAND_FOR[state])
+
+
+def reset(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION, node_id: int | None = None) -> Steps[None]:
+    """Reset, and wait for the boot-up message.  Parameters are at their power-on values then."""
+    yield from command(bench, wanted, node_id)
+    bench.undo.clear()
+    yield from boot_up(bench, wanted.name.lower().replace("_", " "))
+
+
+def boot_up(bench: Bench, after: str) -> Steps[None]:
+    frame = yield from bench.expect(is_boot_up(bench), bench.options.boot_ms)
+    bench.check(
+        frame is not None, f"the boot-up message {bench.boot_up_id:03X}h with one byte 00h after {after}", "none"
+    )
+    yield from bench.wait(SETTLE_MS)
+
+
+def is_boot_up(bench: Bench) -> Matcher:
+    return lambda frame: frame.identifier == bench.boot_up_id and frame.data == BOOT_UP
+
+
+def watch(bench: Bench) -> Steps[None]:
+    """Make the node tell its state: by heartbeat if it has one.  Not applicable if it can't tell."""
+    entry = bench.eds.get(HEARTBEAT_TIME)
+    if entry is not None and entry.is_writable:
+        yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
+    elif GUARD_TIME not in bench.eds:
+        bench.skip("the node has neither heartbeat nor guarding by which it could tell its state")
+
+
+def state(bench: Bench) -> Steps[int]:
+    """What the node says; `watch` first.  Fails if it says nothing."""
+    frame: CanFrame | None = None
+    if HEARTBEAT_TIME in bench.eds:
+        frame = yield from bench.expect(bench.boot_up_id, 3 * bench.period_ms)
+    if frame is None and GUARD_TIME in bench.eds:
+        bench.ask(bench.boot_up_id, 1)
+        frame = yield from bench.expect(bench.boot_up_id)
+    if frame is None:
+        bench.fail("the node to tell its state by heartbeat or guarding", "nothing")
+    bench.check(len(frame.data) == 1, "one byte of state", show(frame))
+    return frame.data[0] & 0x7F
+
+
+def check_state(bench: Bench, wanted: State, after: str) -> Steps[None]:
+    came = yield from state(bench)
+    bench.check(came == wanted, f"state {wanted.name.lower()} ({wanted:02X}h) after {after}", f"{came:02X}h")
+
+
+def answers_sdo(bench: Bench) -> Steps[bool]:
+    try:
+        yield from bench.sdo.read(0x1000)
+    except SdoFault:
+        return False
+    return True

@@ -1,0 +1,92 @@
+"""What came of a run: counted, and as plain data for scripts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fieldrig_devices.conformance.bench import show
+from fieldrig_devices.conformance.line import Seen
+from fieldrig_devices.conformance.suite import Result, Verdict
+
+MOST_FRAMES = 60
+"""Of one case, that a report shows: the first and the last of them."""
+US_PER_S = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    node_id: int
+    eds: str
+    bus: str
+    date: str
+    version: str
+    results: Sequence[Result]
+    notes: Sequence[str]
+
+    def count(self, verdict: Verdict, family: str | None = None) -> int:
+        return sum(1 for one in self.results if one.verdict is verdict and family in (None, one.case.family))
+
+    @property
+    def families(self) -> list[str]:
+        return list(dict.fromkeys(one.case.family for one in self.results))
+
+    @property
+    def executed(self) -> int:
+        return len(self.results) - self.count(Verdict.NOT_APPLICABLE)
+
+    def of(self, verdict: Verdict) -> list[Result]:
+        return [one for one in self.results if one.verdict is verdict]
+
+    @property
+    def summary(self) -> str:
+        passed, failed = self.count(Verdict.PASSED), self.count(Verdict.FAILED)
+        rest = self.count(Verdict.NOT_APPLICABLE)
+        return f"{len(self.results)} cases: {passed} passed, {failed} failed, {rest} not applicable"
+
+
+def seconds(result: Result) -> float:
+    return (result.ended_ns - result.started_ns) / 1e9
+
+
+def shown_frames(result: Result, most: int = MOST_FRAMES) -> list[str]:
+    """One line each, with the time since the case began; where there are many, not those in the middle."""
+    lines = [_line(seen, result.started_ns) for seen in result.frames]
+    if len(lines) <= most:
+        return lines
+    half = most // 2
+    return [*lines[:half], f"... {len(lines) - most} more frames ...", *lines[-half:]]
+
+
+def _line(seen: Seen, started_ns: int) -> str:
+    arrow = ">" if seen.is_ours else "<"
+    return f"{(seen.time_ns - started_ns) / 1e9:10.6f} {arrow} {show(seen.frame)}"
+
+
+def as_data(report: Report) -> dict[str, Any]:
+    return {
+        "node_id": report.node_id,
+        "eds": report.eds,
+        "bus": report.bus,
+        "date": report.date,
+        "version": report.version,
+        "passed": report.count(Verdict.PASSED),
+        "failed": report.count(Verdict.FAILED),
+        "not_applicable": report.count(Verdict.NOT_APPLICABLE),
+        "notes": list(report.notes),
+        "cases": [
+            {
+                "number": one.case.number,
+                "name": one.case.name,
+                "requirement": one.case.requirement,
+                "clause": one.case.clause,
+                "verdict": one.verdict.value,
+                "reason": one.reason,
+                "expected": one.expected,
+                "came": one.came,
+                "seconds": seconds(one),
+                "notes": one.notes,
+                "frames": shown_frames(one),
+            }
+            for one in report.results
+        ],
+    }

@@ -1,0 +1,148 @@
+"""Reports as files: JUnit for build servers, HTML and Markdown for people.
+
+JUnit as Jenkins and GitLab read it: a suite per family, a case with its failure, its reason to be skipped, its frames.
+"""
+
+from xml.etree import ElementTree as Xml
+
+from fieldrig_devices.conformance.report import Report, seconds, shown_frames
+from fieldrig_devices.conformance.suite import Result, Verdict
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
+table { border-collapse: collapse; width: 100% } th, td { text-align: left; padding: .3rem .6rem; vertical-align: top }
+tr { border-bottom: 1px solid #ddd } pre { font-size: 12px; background: #f6f6f6; padding: .5rem; overflow-x: auto }
+.passed { color: #186a3b } .failed { color: #b03a2e; font-weight: 600 } .not-applicable { color: #777 }
+small { color: #777 } summary { cursor: pointer; color: #555 }
+"""
+
+
+def to_junit(report: Report) -> str:
+    root = Xml.Element("testsuites", {"name": f"CANopen conformance of node {report.node_id}", **_counts(report)})
+    for family in report.families:
+        suite = Xml.SubElement(root, "testsuite", {"name": family, **_counts(report, family)})
+        for result in (one for one in report.results if one.case.family == family):
+            _junit_case(suite, report, result)
+    Xml.indent(root)
+    return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _counts(report: Report, family: str | None = None) -> dict[str, str]:
+    results = [one for one in report.results if family in (None, one.case.family)]
+    return {
+        "tests": str(len(results)),
+        "failures": str(report.count(Verdict.FAILED, family)),
+        "errors": "0",
+        "skipped": str(report.count(Verdict.NOT_APPLICABLE, family)),
+        "time": f"{sum(map(seconds, results)):.3f}",
+    }
+
+
+def _junit_case(suite: Xml.Element, report: Report, result: Result) -> None:
+    case = result.case
+    element = Xml.SubElement(
+        suite,
+        "testcase",
+        name=f"{case.number} {case.name}",
+        classname=f"canopen.node{report.node_id}.{case.family.replace(' ', '_')}",
+        time=f"{seconds(result):.3f}",
+    )
+    if result.verdict is Verdict.FAILED:
+        failure = Xml.SubElement(element, "failure", message=result.reason)
+        failure.text = f"{case.requirement}\n{case.clause}\nexpected {result.expected}\ncame {result.came}"
+    elif result.verdict is Verdict.NOT_APPLICABLE:
+        Xml.SubElement(element, "skipped", message=result.reason)
+    output = Xml.SubElement(element, "system-out")
+    output.text = "\n".join([case.requirement, case.clause, *shown_frames(result), *result.notes])
+
+
+def to_html(report: Report) -> str:
+    root = Xml.Element("html", lang="en")
+    head, body = Xml.SubElement(root, "head"), Xml.SubElement(root, "body")
+    Xml.SubElement(head, "meta", charset="utf-8")
+    _text(head, "title", f"CANopen conformance of node {report.node_id}")
+    _text(head, "style", STYLE)
+    _text(body, "h1", f"CANopen conformance of node {report.node_id}")
+    _text(body, "p", f"{report.summary}.")
+    _text(body, "p", f"{report.eds} on {report.bus}; {report.date}, fieldrig {report.version}.")
+    for note in report.notes:
+        _text(body, "p", note)
+    table = Xml.SubElement(body, "table")
+    heading = Xml.SubElement(table, "tr")
+    for title in ("case", "requirement", "verdict"):
+        _text(heading, "th", title)
+    for result in report.results:
+        _html_row(table, result)
+    return "<!doctype html>\n" + Xml.tostring(root, encoding="unicode", method="html") + "\n"
+
+
+def _html_row(table: Xml.Element, result: Result) -> None:
+    row = Xml.SubElement(table, "tr")
+    _text(row, "td", f"{result.case.number} {result.case.name}")
+    about = Xml.SubElement(row, "td")
+    _text(about, "div", result.case.requirement)
+    _text(about, "small", result.case.clause)
+    verdict = Xml.SubElement(row, "td")
+    _text(verdict, "span", result.verdict.value, {"class": result.verdict.value.replace(" ", "-")})
+    for line in (result.reason, *result.notes):
+        if line:
+            _text(verdict, "div", line)
+    if result.frames:
+        details = Xml.SubElement(about, "details")
+        _text(details, "summary", f"{len(result.frames)} frames in {seconds(result):.3f} s")
+        _text(details, "pre", "\n".join(shown_frames(result)))
+
+
+def _text(parent: Xml.Element, tag: str, text: str, attributes: dict[str, str] | None = None) -> None:
+    Xml.SubElement(parent, tag, attributes or {}).text = text
+
+
+def to_markdown(report: Report) -> str:
+    lines = [
+        f"# CANopen conformance of node {report.node_id}",
+        "",
+        f"{report.summary}.  `{report.eds}` on {report.bus}; {report.date}, fieldrig {report.version}.",
+        "",
+        *(f"- {note}" for note in report.notes),
+        "",
+        "| family | cases | passed | failed | not applicable |",
+        "|---|---|---|---|---|",
+        *(_family_row(report, family) for family in report.families),
+        _family_row(report, None),
+        "",
+        "| case | | verdict | |",
+        "|---|---|---|---|",
+        *(_markdown_row(result) for result in report.results),
+    ]
+    for result in report.of(Verdict.FAILED):
+        lines += _markdown_failure(result)
+    return "\n".join(lines) + "\n"
+
+
+def _family_row(report: Report, family: str | None) -> str:
+    total = sum(1 for one in report.results if family in (None, one.case.family))
+    counts = (total, *(report.count(verdict, family) for verdict in Verdict))
+    return f"| {family or '**all**'} | {' | '.join(map(str, counts))} |"
+
+
+def _markdown_row(result: Result) -> str:
+    case, reason = result.case, "; ".join(filter(None, (result.reason, *result.notes)))
+    verdict = f"**{result.verdict.value}**" if result.verdict is Verdict.FAILED else result.verdict.value
+    cells = (f"{case.number} {case.name}", f"{case.requirement} ({case.clause})", verdict, reason)
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+
+
+def _markdown_failure(result: Result) -> list[str]:
+    case = result.case
+    frames = ["```", *shown_frames(result), "```"] if result.frames else []
+    return [
+        "",
+        f"## {case.number} {case.name} failed",
+        "",
+        f"{case.requirement}  {case.clause}",
+        "",
+        f"- expected: {result.expected}",
+        f"- came: {result.came}",
+        "",
+        *frames,
+    ]

@@ -1,0 +1,103 @@
+"""Runs the suite: in virtual time as an outside member of a rig, or in real time as a visitor on a bus."""
+
+from collections.abc import Callable, Iterable, Sequence
+from fnmatch import fnmatchcase
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from fieldrig.bus import Bus
+from fieldrig.clock import Clock
+from fieldrig.errors import RigError
+from fieldrig.link import Link
+from fieldrig.rig import Rig
+from fieldrig.visit import OnEnd, visit
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance import cases as _families
+from fieldrig_devices.conformance.bench import Bench, Options
+from fieldrig_devices.conformance.case import CASES, Case
+from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.line import Line
+from fieldrig_devices.conformance.report import Report
+from fieldrig_devices.conformance.suite import Result, Suite
+
+assert _families  # imported to be known
+MEMBER = "conform"
+OnResult = Callable[[Result], None]
+
+
+def choose(patterns: Iterable[str]) -> list[Case]:
+    """The cases whose number, name or family fits any pattern; all of them without.  RigError if none does."""
+    wanted = [pattern.casefold() for pattern in patterns]
+    every = sorted(CASES.values(), key=lambda case: case.order)
+    chosen = [case for case in every if not wanted or any(_fits(case, pattern) for pattern in wanted)]
+    if not chosen:
+        raise RigError(f"no case fits {' '.join(wanted)}", "such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'")
+    return chosen
+
+
+def conform_virtual(
+    rig: Rig,
+    bus: str,
+    eds: Description,
+    cases: Sequence[Case],
+    options: Options | None = None,
+    on_result: OnResult | None = None,
+    date: str = "",
+) -> Report:
+    """Run the cases on a node of a rig in virtual time, which goes on meanwhile."""
+    node = rig.attach(MEMBER)
+    run = _Run(eds, cases, options or Options(), on_result)
+    run.start(node.clock, node.link(bus), run.end)
+    while not run.is_ended and rig.step():
+        pass
+    return run.report(f"{bus} of {rig.config.name} (virtual time)", date)
+
+
+def conform_real(
+    bus: Bus[Any],
+    folder: Path,
+    eds: Description,
+    cases: Sequence[Case],
+    options: Options | None = None,
+    on_result: OnResult | None = None,
+    date: str = "",
+    bus_text: str = "",
+) -> Report:
+    """Run the cases on a node of a bus that is there.  BusError if it isn't."""
+    run = _Run(eds, cases, options or Options(), on_result)
+    visit(bus, folder, MEMBER, run.start)
+    return run.report(bus_text or bus.name, date)
+
+
+class _Run:
+    def __init__(self, eds: Description, cases: Sequence[Case], options: Options, on_result: OnResult | None) -> None:
+        self._eds, self._cases, self._options, self._on_result = eds, cases, options, on_result
+        self._results: list[Result] = []
+        self._suite: Suite | None = None
+        self._fault: Exception | None = None
+        self.is_ended = False
+
+    def start(self, clock: Clock, link: Link[CanFrame], on_end: OnEnd) -> None:
+        self._suite = Suite(Bench(Line(clock, link), self._eds, self._options), self._cases, self._take)
+        self._suite.bench.line.play(self._suite.steps(), on_end)
+
+    def end(self, fault: Exception | None) -> None:
+        self.is_ended, self._fault = True, fault
+
+    def report(self, bus: str, date: str) -> Report:
+        if self._fault is not None:
+            raise self._fault
+        notes = [] if self._suite is None else self._suite.notes
+        eds = self._eds
+        return Report(eds.node_id, eds.path.name, bus, date, version("fieldrig"), self._results, notes)
+
+    def _take(self, result: Result) -> None:
+        self._results.append(result)
+        if self._on_result is not None:
+            self._on_result(result)
+
+
+def _fits(case: Case, pattern: str) -> bool:
+    names = (case.number, case.name, case.family, f"{case.number} {case.name}")
+    return any(fnmatchcase(name.casefold(), pattern) for name in names)

@@ -1,0 +1,135 @@
+"""An SDO client of the suite's own: each protocol can be chosen, and single messages sent that break it.
+
+Source: CiA 301 7.2.4.3.  Shares nothing with the node's server, so that a misreading there isn't repeated here.
+"""
+
+from collections.abc import Callable
+from struct import Struct
+
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance.line import Steps
+from fieldrig_devices.conformance.verdict import Aborted, NoAnswer, Violation
+
+ABORT = 0x80
+NOTHING = bytes(4)
+_ABORT = Struct("<4xL")
+
+Expect = Callable[[int, float], Steps[CanFrame | None]]
+
+
+class Sdo:
+    """The server that listens at `request_id` and answers at `response_id`."""
+
+    def __init__(self, send: Callable[[int, bytes], None], expect: Expect, request_id: int, response_id: int) -> None:
+        self._send, self._expect = send, expect
+        self.request_id, self.response_id = request_id, response_id
+        self.within_ms = 500.0
+
+    # Single messages.
+
+    def send(self, request: bytes) -> None:
+        self._send(self.request_id, request.ljust(8, b"\x00"))
+
+    def answer(self, what: str, within_ms: float | None = None) -> Steps[bytes]:
+        """The 8 bytes that come next.  Aborted, NoAnswer, or Violation for another length."""
+        frame = yield from self._expect(self.response_id, self.within_ms if within_ms is None else within_ms)
+        if frame is None:
+            raise NoAnswer(f"no answer to {what}")
+        if len(frame.data) != 8:
+            raise Violation(f"an answer of {len(frame.data)} bytes to {what}, where 8 are right")
+        if frame.data[0] == ABORT:
+            raise Aborted(_ABORT.unpack(frame.data)[0], what)
+        return frame.data
+
+    def ask(self, request: bytes, what: str, within_ms: float | None = None) -> Steps[bytes]:
+        self.send(request)
+        return (yield from self.answer(what, within_ms))
+
+    def abort(self, index: int, sub: int, code: int = 0x0800_0000) -> None:
+        """End a transfer from this side.  The server doesn't answer it."""
+        self.send(bytes((ABORT,)) + multiplexer(index, sub) + code.to_bytes(4, "little"))
+
+    # Upload.
+
+    def read(self, index: int, sub: int = 0) -> Steps[bytes]:
+        """Expedited or in segments, as the server chooses."""
+        what = f"reading {key(index, sub)}"
+        answer = yield from self.initiate_upload(index, sub)
+        if answer[0] & 0x02:
+            return expedited_data(answer, what)
+        return (yield from self.upload_segments(answer, what))
+
+    def initiate_upload(self, index: int, sub: int) -> Steps[bytes]:
+        what = f"reading {key(index, sub)}"
+        answer = yield from self.ask(b"\x40" + multiplexer(index, sub), what)
+        if answer[0] & 0xF0 != 0x40:
+            raise Violation(f"command {answer[0]:02X}h in the answer to {what}, where 41h to 4Fh is right")
+        _check_multiplexer(answer, index, sub, what)
+        return answer
+
+    def upload_segments(self, initiated: bytes, what: str) -> Steps[bytes]:
+        """The segments after the answer to the initiation; the toggle bit and the size must be right."""
+        data, toggle = bytearray(), 0
+        while True:
+            answer = yield from self.ask(bytes((0x60 | toggle << 4,)), f"a segment of {what}")
+            if answer[0] & 0xF0 != toggle << 4:
+                raise Violation(f"command {answer[0]:02X}h in a segment of {what}, where {toggle << 4:02X}h is right")
+            data += answer[1 : 8 - (answer[0] >> 1 & 7)]
+            toggle ^= 1
+            if answer[0] & 1:
+                break
+        size = int.from_bytes(initiated[4:], "little")
+        if initiated[0] & 1 and size != len(data):
+            raise Violation(f"{len(data)} bytes in the segments of {what}, where {size} were announced")
+        return bytes(data)
+
+    # Download.
+
+    def write(self, index: int, sub: int, data: bytes, within_ms: float | None = None) -> Steps[None]:
+        """Expedited up to 4 bytes, else in segments."""
+        if not 0 < len(data) <= 4:
+            yield from self.write_segments(index, sub, data, within_ms)
+            return
+        first = 0x23 | (4 - len(data)) << 2
+        what = f"writing {data.hex(' ')} to {key(index, sub)}"
+        answer = yield from self.ask(bytes((first,)) + multiplexer(index, sub) + data, what, within_ms)
+        _check_command(answer, 0x60, 0xE0, what)
+        _check_multiplexer(answer, index, sub, what)
+
+    def write_segments(self, index: int, sub: int, data: bytes, within_ms: float | None = None) -> Steps[None]:
+        what = f"writing {key(index, sub)} in segments"
+        answer = yield from self.ask(b"\x21" + multiplexer(index, sub) + len(data).to_bytes(4, "little"), what)
+        _check_command(answer, 0x60, 0xE0, what)
+        _check_multiplexer(answer, index, sub, what)
+        toggle = 0
+        for start in range(0, max(len(data), 1), 7):
+            part, is_last = data[start : start + 7], start + 7 >= len(data)
+            first = toggle << 4 | (7 - len(part)) << 1 | is_last
+            answer = yield from self.ask(bytes((first,)) + part, f"a segment of {what}", within_ms if is_last else None)
+            _check_command(answer, 0x20 | toggle << 4, 0xF0, f"a segment of {what}")
+            toggle ^= 1
+
+
+def key(index: int, sub: int) -> str:
+    return f"{index:04X}h:{sub:02X}h"
+
+
+def multiplexer(index: int, sub: int) -> bytes:
+    return index.to_bytes(2, "little") + bytes((sub,))
+
+
+def expedited_data(answer: bytes, what: str) -> bytes:
+    """The data in the answer to an upload request; Violation if its size isn't said."""
+    if not answer[0] & 1:
+        raise Violation(f"no size in the expedited answer to {what}")
+    return answer[4 : 8 - (answer[0] >> 2 & 3)]
+
+
+def _check_command(answer: bytes, right: int, mask: int, what: str) -> None:
+    if answer[0] & mask != right:
+        raise Violation(f"command {answer[0]:02X}h in the answer to {what}, where {right:02X}h is right")
+
+
+def _check_multiplexer(answer: bytes, index: int, sub: int, what: str) -> None:
+    if answer[1:4] != multiplexer(index, sub):
+        raise Violation(f"index and sub-index {answer[1:4].hex(' ')} in the answer to {what}")

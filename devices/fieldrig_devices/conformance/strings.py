@@ -1,0 +1,22 @@
+"""An object that doesn't fit into one SDO message: the transfers of several need one."""
+
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.description import Entry
+from fieldrig_devices.conformance.line import Steps
+
+
+def long_object(bench: Bench) -> Steps[Entry]:
+    """A readable object of more than four bytes, the longest below 1 kB.  Not applicable if there is none."""
+    found: list[tuple[int, Entry]] = []
+    for entry in bench.eds:
+        if entry.is_readable and (entry.size is None or entry.size > 4):
+            initiated = yield from bench.sdo.initiate_upload(entry.index, entry.sub)
+            if initiated[0] & 0x02:
+                continue
+            bench.sdo.abort(entry.index, entry.sub)
+            size = int.from_bytes(initiated[4:], "little") if initiated[0] & 1 else 5
+            if size > 4:
+                found.append((size if size <= 1024 else 0, entry))
+    if not found:
+        bench.skip("no object of the EDS has more than four bytes")
+    return max(found, key=lambda one: one[0])[1]

@@ -1,0 +1,141 @@
+"""Goes through cases, one after the other, and leaves the node as it was.
+
+After each case what it changed is undone, the node brought back to 'pre-operational', and what was stored is stored
+anew as it was before; after the last, everything is compared with what the node had before the first.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fieldrig.errors import RigError
+from fieldrig_devices.conformance import nmt, store
+from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.case import Case
+from fieldrig_devices.conformance.line import Seen, Steps
+from fieldrig_devices.conformance.nmt import Command, State
+from fieldrig_devices.conformance.put_back import Snapshot
+from fieldrig_devices.conformance.verdict import Failed, NoAnswer, NotApplicable, SdoFault
+
+
+class Verdict(Enum):
+    PASSED = "passed"
+    FAILED = "failed"
+    NOT_APPLICABLE = "not applicable"
+
+
+@dataclass(slots=True)
+class Result:
+    case: Case
+    verdict: Verdict
+    reason: str = ""
+    """Why it is not applicable, or what was expected and what came."""
+    expected: str = ""
+    came: str = ""
+    started_ns: int = 0
+    ended_ns: int = 0
+    frames: list[Seen] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    """What could not be put back afterwards."""
+
+
+class Suite:
+    def __init__(self, bench: Bench, cases: Sequence[Case], on_result: Callable[[Result], None]) -> None:
+        self.bench, self._cases, self._on_result = bench, cases, on_result
+        self._snapshot = Snapshot()
+        self.notes: list[str] = []
+        """What became of the node's parameters."""
+
+    def steps(self) -> Steps[None]:
+        """RigError if the node doesn't answer at all."""
+        bench = self.bench
+        yield from nmt.enter(bench, State.PRE_OPERATIONAL)
+        try:
+            yield from bench.sdo.read(0x1000)
+            yield from self._snapshot.take(bench)
+        except NoAnswer as cause:
+            what = f"node {bench.node_id} doesn't answer: {cause}"
+            raise RigError(what, "is it on this bus, at this bit rate, with this node-ID?") from cause
+        except SdoFault:
+            pass  # SDO 01 says more
+        for case in self._cases:
+            yield from self._run(case)
+        yield from self._finish()
+
+    def _run(self, case: Case) -> Steps[None]:
+        bench, clock = self.bench, self.bench.line.clock
+        bench.begin()
+        result = Result(case, Verdict.PASSED, started_ns=clock.now_ns())
+        try:
+            yield from case.steps(bench)
+        except NotApplicable as reason:
+            result.verdict, result.reason = Verdict.NOT_APPLICABLE, str(reason)
+        except Failed as fault:
+            result.verdict, result.reason = Verdict.FAILED, str(fault)
+            result.expected, result.came = fault.expected, fault.came
+        except SdoFault as fault:
+            result.verdict, result.reason = Verdict.FAILED, f"came {fault}"
+            result.expected, result.came = "an SDO transfer to succeed", str(fault)
+        result.frames, result.ended_ns = list(bench.line.seen), clock.now_ns()
+        result.notes = yield from self._tidy(result.verdict is Verdict.FAILED)
+        self._on_result(result)
+
+    def _tidy(self, has_failed: bool) -> Steps[list[str]]:
+        """What could not be put back."""
+        bench = self.bench
+        try:
+            if has_failed:
+                bench.sdo.abort(0, 0)  # whatever transfer the server still waits for
+            if bench.is_moved:
+                yield from nmt.enter(bench, State.PRE_OPERATIONAL)
+            notes = yield from self._undo()
+            if bench.is_upset:
+                yield from nmt.reset(bench)
+            if bench.is_stored:
+                notes += yield from self._store_again()
+        except (NoAnswer, Failed) as fault:
+            notes = [f"the node didn't answer any more: {fault}"]
+            bench.send(nmt.NMT_ID, bytes((Command.RESET_NODE, bench.node_id)))
+            yield from bench.expect(nmt.is_boot_up(bench), bench.options.boot_ms)
+            yield from bench.wait(nmt.SETTLE_MS)
+        return notes
+
+    def _undo(self) -> Steps[list[str]]:
+        bench, notes = self.bench, list[str]()
+        while bench.undo:
+            index, sub, value = bench.undo.pop()
+            try:
+                yield from bench.sdo.write(index, sub, value)
+            except NoAnswer:
+                raise
+            except SdoFault as fault:
+                notes.append(f"{index:04X}h:{sub:02X}h is not {value.hex(' ')} again: {fault}")
+        return notes
+
+    def _store_again(self) -> Steps[list[str]]:
+        """So that the node's memory holds what it did before the case."""
+        bench = self.bench
+        _, notes = yield from self._snapshot.put_back(bench)
+        for sub in (store.ALL, store.COMMUNICATION):
+            if bench.eds.get(store.STORE, sub) is not None:
+                try:
+                    yield from store.save(bench, sub)
+                except NoAnswer:
+                    raise
+                except SdoFault as fault:
+                    notes.append(str(fault))
+                return notes
+        return [*notes, "stored parameters are at their defaults, and the EDS has no 1010h to store them again"]
+
+    def _finish(self) -> Steps[None]:
+        bench = self.bench
+        bench.begin()
+        yield from nmt.enter(bench, State.PRE_OPERATIONAL)
+        try:
+            count, faults = yield from self._snapshot.put_back(bench)
+        except SdoFault as fault:
+            self.notes.append(f"the node's parameters could not be compared with what they were: {fault}")
+            return
+        put_back = f"{count - len(faults)} put back at the end" if count else "nothing was left to put back at the end"
+        self.notes.append(f"parameters are as they were before: {put_back}; the node is pre-operational")
+        self.notes += faults
