@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 from xml.etree import ElementTree
 
 import pytest
@@ -22,6 +22,8 @@ from fieldrig.config import RigConfig, load
 from fieldrig.config_keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
 from fieldrig.exits import ABOUT, Exit
 from fieldrig.settings import Settings
+from fieldrig_bus.can import faults
+from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
@@ -36,6 +38,10 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a rig": {"rig": RigKeys},
     "Keys of every bus": {"bus": BusKeys},
     "Keys of every device": {"device": DeviceKeys},
+    "Keys of a controller": {"controller": Controller},
+    "Keys of a fault": {
+        get_args(model.model_fields["what"].annotation)[0]: model for model in get_args(get_args(faults.CanFault)[0])
+    },
     "Ties": {"tie": Tie},
     "Keys of one unit, of its identification, of its server id": {
         "units": UnitSettings,
@@ -132,6 +138,11 @@ def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
         assert kinds.find_bus(kind).times <= set(times.split(", ")), kind
 
 
+def test_every_fault_is_explained() -> None:
+    said = {code_in(row.cells[0])[0] for row in rows(DOCS / "can-faults.md") if row.heading == "What can go wrong"}
+    assert said == OTHER_SECTIONS["Keys of a fault"].keys()
+
+
 def test_exit_codes_are_those_of_the_program() -> None:
     said = {int(row.cells[0]): row.cells[1] for row in rows(DOCS / "command-line.md") if row.heading == "Exit codes"}
     assert said.keys() == {code.value for code in Exit}
@@ -223,9 +234,10 @@ def spaces(table: Table) -> list[Bit | Register | Fifo]:
 
 
 def commands() -> Iterator[tuple[str, Any]]:
-    """Every command with its whole name."""
+    """Every command with its whole name, those of installed packages too."""
     root: Any = typer.main.get_command(app)
-    for name, command in root.commands.items():
+    for name in root.list_commands(None):
+        command = root.get_command(None, name)
         inner = getattr(command, "commands", None)
         if inner is None:
             yield name, command
