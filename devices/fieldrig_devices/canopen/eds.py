@@ -21,8 +21,6 @@ from fieldrig_devices.canopen.variable import Access, Variable
 ACCESS = {access.value: access for access in Access} | {"r": Access.RO, "w": Access.WO, "constant": Access.CONST}
 MAPPINGS = (*range(rpdo.MAPPING, rpdo.MAPPING + 512), *range(tpdo.MAPPING, tpdo.MAPPING + 512))
 PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
-STRUCTURE = 0xFF
-"""The sub-index that tells data and object type."""
 FIRST_OBJECT = 0x1000
 """Below are data types; the ones among the variables are dummies."""
 
@@ -193,7 +191,7 @@ def _count(source: ODVariable) -> int:
     return (
         0
         if source.index == emcy.HISTORY or source.index in MAPPINGS
-        else max(sub for sub in parent.subindices if sub < STRUCTURE)
+        else max(sub for sub in parent.subindices if sub < standard.STRUCTURE)
     )
 
 

@@ -88,7 +88,7 @@ class EdsText:
     def _read(self) -> None:
         parser = RawConfigParser(inline_comment_prefixes=(";",), strict=False, allow_no_value=True, interpolation=None)
         try:
-            parser.read_string(_decode(self.path.read_bytes()))
+            parser.read_string(decode(self.path.read_bytes()))
         except Error as cause:
             raise EdsError(self.path, [f"is no EDS file: {cause.message}"]) from cause
         for name in parser.sections():
@@ -197,7 +197,7 @@ def _order(where: tuple[int, int | None]) -> tuple[int, int]:
     return index, -1 if sub is None else sub
 
 
-def _decode(data: bytes) -> str:
+def decode(data: bytes) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -22,6 +22,8 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen import cia401, lss, rpdo, sdo_server, tpdo
 from fieldrig_devices.canopen.cia401 import Cia401
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.eds_source import EdsSource
+from fieldrig_devices.canopen.eds_writer import write_dcf
 from fieldrig_devices.canopen.emcy import Emcy
 from fieldrig_devices.canopen.emcy_consumer import EmcyConsumer
 from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
@@ -168,6 +170,10 @@ class CanopenNode(Device):
     def _bit_rate(self) -> int:
         timing = self._lss.bit_timing
         return 0 if timing is None else lss.BIT_RATES[timing]
+
+    def dcf(self) -> str:
+        """The node as it is set now, as a device configuration file (CiA 306)."""
+        return write_dcf(EdsSource(self._settings.eds), self.dictionary, self._port.node_id, self.name)
 
     def send_to(self, number: int, node_id: int, index: int, subindex: int) -> None:
         """Send what TPDO `number`, from 1, has mapped to a variable of another node (destination address mode)."""

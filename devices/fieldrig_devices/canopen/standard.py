@@ -10,6 +10,9 @@ from fieldrig_devices.canopen.variable import Variable
 
 U8, U16, U32, U64 = DATA_TYPES[0x05], DATA_TYPES[0x06], DATA_TYPES[0x07], DATA_TYPES[0x1B]
 
+STRUCTURE = 0xFF
+"""The sub-index that tells data and object type."""
+
 PDO_PARAMETER: dict[int | None, DataType] = {0: U8, 1: U32, 2: U8, 3: U16, 5: U16, 6: U8}
 # Sub-index None: all that are not named.
 TYPES: list[tuple[range, dict[int | None, DataType]]] = [
@@ -46,14 +49,14 @@ TYPES: list[tuple[range, dict[int | None, DataType]]] = [
 def problems(variables: Iterable[Variable]) -> Iterator[str]:
     """What is of another type than it has to be."""
     for variable in variables:
-        wanted = _wanted(variable)
-        if wanted is not None and variable.type is not wanted:
+        right = wanted(variable.index, variable.subindex)
+        if right is not None and variable.type is not right:
             where = f"[{variable.index:04X}] sub-index {variable.subindex}: DataType"
-            yield f"{where} = {variable.type.name}: {wanted.name} would be right (CiA 301)"
+            yield f"{where} = {variable.type.name}: {right.name} would be right (CiA 301)"
 
 
-def _wanted(variable: Variable) -> DataType | None:
+def wanted(index: int, subindex: int) -> DataType | None:
     for indices, types in TYPES:
-        if variable.index in indices:
-            return types.get(variable.subindex, types.get(None))
+        if index in indices:
+            return types.get(subindex, types.get(None)) if subindex != STRUCTURE else U32
     return None

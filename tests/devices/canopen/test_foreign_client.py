@@ -224,7 +224,7 @@ def test_node_answers_to_guarding() -> None:
 
 
 def test_parameters_are_stored_by_the_client() -> None:
-    wire, node = connect()
+    _, node = connect()
     node.sdo[0x1017].raw = 250
     node.store()
     node.nmt.send_command(129)

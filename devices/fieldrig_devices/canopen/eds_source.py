@@ -1,0 +1,108 @@
+"""An EDS or DCF file line by line: nothing is put right and nothing is lost that a check or a writer wants to see.
+
+Source: CiA 306-1 4.2 and 4.3.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from fieldrig_devices.canopen.eds_text import decode, parse_number
+
+OBJECT = re.compile(r"([0-9A-F]{4})(?:sub([0-9A-F]{1,2}))?", re.IGNORECASE)
+NODE_ID = "$NODEID"
+
+
+class Entry(NamedTuple):
+    line: int
+    key: str
+    value: str
+
+
+class Section:
+    """One section; `entries` by key in lower case, the first of each."""
+
+    def __init__(self, name: str, line: int) -> None:
+        self.name, self.line = name, line
+        self.entries: dict[str, Entry] = {}
+        self.repeated: list[Entry] = []
+
+    def add(self, entry: Entry) -> None:
+        if entry.key.lower() in self.entries:
+            self.repeated.append(entry)
+        else:
+            self.entries[entry.key.lower()] = entry
+
+    def get(self, key: str) -> str:
+        """Its value, "" without it."""
+        entry = self.entries.get(key.lower())
+        return "" if entry is None else entry.value
+
+    def number(self, key: str) -> int | None:
+        """None for what is no number, or not there."""
+        try:
+            return parse_number(self.get(key))
+        except ValueError:
+            return None
+
+    def line_of(self, key: str) -> int:
+        entry = self.entries.get(key.lower())
+        return self.line if entry is None else entry.line
+
+
+class EdsSource:
+    """`sections` by name in lower case, the first of each; `strays` are lines that belong nowhere."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.lines = decode(path.read_bytes()).splitlines()
+        self.sections: dict[str, Section] = {}
+        self.repeated: list[Section] = []
+        self.strays: list[tuple[int, str]] = []
+        section: Section | None = None
+        for number, raw in enumerate(self.lines, start=1):
+            text = raw.strip()
+            if not text or text.startswith(";"):
+                continue
+            if text.startswith("[") and text.endswith("]"):
+                section = self._open(Section(text[1:-1].strip(), number))
+            elif "=" in text and section is not None:
+                key, _, value = text.partition("=")
+                section.add(Entry(number, key.strip(), _without_comment(value)))
+            else:
+                self.strays.append((number, text))
+
+    def _open(self, section: Section) -> Section:
+        if section.name.lower() in self.sections:
+            self.repeated.append(section)
+        else:
+            self.sections[section.name.lower()] = section
+        return section
+
+    def get(self, name: str) -> Section | None:
+        return self.sections.get(name.lower())
+
+    def objects(self) -> Iterator[tuple[int, int | None, Section]]:
+        """Index, sub-index (None: the object itself) and section, as they stand in the file."""
+        for section in self.sections.values():
+            match = OBJECT.fullmatch(section.name)
+            if match is not None:
+                yield int(match[1], 16), None if match[2] is None else int(match[2], 16), section
+
+
+def _without_comment(value: str) -> str:
+    return re.split(r"\s;", value, maxsplit=1)[0].strip()
+
+
+def evaluate(text: str, node_id: int) -> int:
+    """A number that may contain `$NODEID`.  ValueError for anything else."""
+    total = 0
+    for part in text.split("+"):
+        part = part.strip()
+        total += node_id if part.upper() == NODE_ID else parse_number(part)
+    return total
+
+
+def has_node_id(text: str) -> bool:
+    return NODE_ID in text.upper()
