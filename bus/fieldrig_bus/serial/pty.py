@@ -5,6 +5,7 @@ when it sends.  Left out, as a pty hasn't got it: control lines (the other end s
 whether a client is there at all; data bits, parity and stop bits are the configured ones.
 """
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -40,9 +41,9 @@ class SerialPty(SerialBus):
         return (PtyPort(self.path, self.settings),)
 
     def tools(self, run: Path) -> list[Tool]:
-        path, baud = run / self.path, self.settings.baud
+        path, baud = shlex.quote(str(run / self.path)), self.settings.baud
         return [
-            Tool("terminal", f"pyserial-miniterm {path} {baud}"),
+            Tool("terminal", f"python -m serial.tools.miniterm {path} {baud}"),
             Tool("over TCP", f"socat {path},rawer TCP-LISTEN:7000,bind=127.0.0.1,reuseaddr"),
         ]
 

@@ -32,10 +32,11 @@ class SerialRfc2217(SerialBus):
         return (Rfc2217Port(self.settings),)
 
     def tools(self, run: Path) -> list[Tool]:
-        url = f"rfc2217://{self.settings.listen}"
+        url, baud = f"rfc2217://{self.settings.listen}", self.settings.baud
+        steps = f"import serial; p = serial.serial_for_url('{url}', {baud}); print(p.cd, p.dsr, p.cts, p.ri); p.close()"
         return [
-            Tool("terminal", f"pyserial-miniterm {url} {self.settings.baud}"),
-            Tool("from Python", f"serial.serial_for_url({url!r}, {self.settings.baud})"),
+            Tool("terminal", f"python -m serial.tools.miniterm {url} {baud}"),
+            Tool("DCD, DSR, CTS, RI", f'python -c "{steps}"'),
         ]
 
 

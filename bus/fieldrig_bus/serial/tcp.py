@@ -45,7 +45,7 @@ class SerialTcp(SerialBus):
         if address is None:
             return []
         return [
-            Tool("terminal", f"pyserial-miniterm socket://{address} {baud}"),
+            Tool("terminal", f"python -m serial.tools.miniterm socket://{address} {baud}"),
             Tool("as a local port", f"socat pty,rawer,link=./{self.name} TCP:{address}"),
         ]
 

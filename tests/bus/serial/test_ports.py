@@ -264,6 +264,6 @@ def test_tools_are_lines_to_copy() -> None:
         )
         for tool in bus.tools(run)
     ]
-    assert "pyserial-miniterm run/serial/com1 19200" in lines
-    assert "pyserial-miniterm socket://127.0.0.1:5001 9600" in lines
-    assert "pyserial-miniterm rfc2217://127.0.0.1:5002 9600" in lines
+    assert "python -m serial.tools.miniterm run/serial/com1 19200" in lines
+    assert "python -m serial.tools.miniterm socket://127.0.0.1:5001 9600" in lines
+    assert "python -m serial.tools.miniterm rfc2217://127.0.0.1:5002 9600" in lines
