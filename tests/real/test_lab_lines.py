@@ -1,20 +1,14 @@
 """The lines that `fieldrig up` prints to be copied: each does what it says, run as printed."""
 
-import fcntl
-import os
-import pty
 import re
-import select
 import shutil
-import struct
 import subprocess
-import termios
-from typing import Self
 
 import pytest
 from lab_masters import CanopenMaster
 from lab_process import LabProcess
 from running_rig import until
+from terminal import Terminal
 
 pytestmark = pytest.mark.real
 
@@ -91,49 +85,6 @@ def test_line_starts_what_it_says(
 
 @pytest.mark.parametrize("label", STAYS)
 def test_line_that_stays_shows_the_heartbeats_until_its_key(lab: LabProcess, label: str) -> None:
-    with Terminal(printed(lab)[label], lab) as terminal:
+    with Terminal(printed(lab)[label], lab.folder) as terminal:
         terminal.until_shown("705", "706")
         assert terminal.press(STAYS[label]) == 0, terminal.shown
-
-
-class Terminal:
-    """A terminal window with a command in it."""
-
-    def __init__(self, line: str, lab: LabProcess) -> None:
-        self.shown = ""
-        self._screen, theirs = pty.openpty()
-        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 40, 120, 0, 0))
-        self._process = subprocess.Popen(
-            ["setsid", "--ctty", "--wait", "bash", "-c", line],
-            cwd=lab.folder,
-            env={**os.environ, "TERM": "xterm"},
-            stdin=theirs,
-            stdout=theirs,
-            stderr=theirs,
-        )
-        os.close(theirs)
-
-    def until_shown(self, *words: str) -> None:
-        until(lambda: self._look() and all(word in self.shown for word in words))
-
-    def press(self, key: str) -> int:
-        """The exit code of what ends then."""
-        os.write(self._screen, key.encode())
-        until(lambda: self._look() and self._process.poll() is not None)
-        return self._process.returncode
-
-    def _look(self) -> bool:
-        while select.select([self._screen], [], [], 0)[0]:
-            try:
-                self.shown += os.read(self._screen, 65536).decode(errors="replace")
-            except OSError:  # everybody has closed it
-                break
-        return True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        os.close(self._screen)
-        self._process.kill()
-        self._process.wait()
