@@ -27,7 +27,7 @@ from fieldrig.store import FileStore
 log = logging.getLogger(__name__)
 
 SOON_S = 0.01
-LATER_S = 0.5
+LATER_S = 0.1
 
 
 class End:

@@ -68,7 +68,7 @@ class RunFolder:
             if not _locked(lock, wait_s=LINGER_S):
                 raise RigError(
                     f"processes of an earlier rig still run in {self.folder}",
-                    "find them by `ps -ef | grep fieldrig.host`, and end them",
+                    "find them by `ps -e | grep rig:`, and end them",
                 )
         self.sweep()
 

@@ -108,8 +108,9 @@ class Display:
                 self._show_load(await control.ask_all("process/*/status", REFRESH_S))
 
     def _show_load(self, statuses: Mapping[str, Any]) -> None:
-        words = [word for status in statuses.values() for bus in status["buses"].items() if (word := self._load(*bus))]
-        line = "   ".join(words)[: shutil.get_terminal_size().columns - 1]
+        found = {bus: figures for status in statuses.values() for bus, figures in status["buses"].items()}
+        words = [self._load(bus, found[bus]) for bus in self._config.buses if bus in found]
+        line = "   ".join(filter(None, words))[: shutil.get_terminal_size().columns - 1]
         sys.stdout.write(f"{ERASE_LINE}{DIM}{line}{PLAIN}")
         sys.stdout.flush()
         self._has_load_line = True
