@@ -23,6 +23,8 @@ from fieldrig_bus.can.frame import CanFrame
 
 EXTENDED: Final = 0x8000_0000
 REMOTE: Final = 0x4000_0000
+EVERYTHING: Final = (0, 0)
+"""The pair that every frame passes, for an interest that has words too."""
 OWN: Final = "own"
 ERRORS: Final = "errors"
 STATE: Final = "state"

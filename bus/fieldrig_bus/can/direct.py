@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig_bus.can import codec
-from fieldrig_bus.can.acceptance import Filters, filters_of, wants_own
+from fieldrig_bus.can.acceptance import ERRORS, STATE, Filters, filters_of, wants, wants_own
 from fieldrig_bus.can.frame import CanFrame
 
 log = logging.getLogger(__name__)
@@ -32,6 +32,8 @@ class DirectEnd(ABC):
     def __init__(self, at: Attachment, sock: socket.socket) -> None:
         self.at, self.socket = at, sock
         self.handler: Callable[[CanFrame], None] | None = None
+        self.notices = frozenset[str]()
+        """The words of `acceptance` for what the controller has to say, as far as the medium tells it."""
         self._loop = asyncio.get_running_loop()
         self._queue: deque[CanFrame] = deque()
         self._sent = 0  # in this turn of the loop
@@ -50,6 +52,7 @@ class DirectEnd(ABC):
 
     def on_receive(self, handler: Callable[[CanFrame], None], interest: Sequence[object] | None = None) -> None:
         self.handler = handler
+        self.notices = frozenset(word for word in (ERRORS, STATE) if wants(interest, word))
         self.listen(filters_of(interest), wants_own(interest))
 
     def close(self) -> None:

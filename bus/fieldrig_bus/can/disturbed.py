@@ -262,6 +262,9 @@ class Disturbed:
         rates = self._wrong_rates(start)
         streams = [self._stream_of(request, rates) for request in senders]
         wire = min(streams, key=lambda each: each.bits)
+        lead = streams.index(wire)  # its sender sees no bit but its own
+        senders = (senders[lead], *senders[:lead], *senders[lead + 1 :])
+        streams = [wire, *streams[:lead], *streams[lead + 1 :]]
         strike = self._strike(start, senders[0], wire)
         outcome = Outcome(model, start, senders, losers, [], wire, strike)
         if not model.nominal:
@@ -344,7 +347,8 @@ class Disturbed:
         strike = Strike(start)
         key = member.order << 48 ^ member.frames << 12 ^ member.attempts & 0xFFF
         if not member.copy:
-            for fault in model.faults.of(Drop, Duplicate, Replace, Corrupt, ErrorFrame):
+            kinds = (Drop, Replace, Corrupt, ErrorFrame, *((Duplicate,) if member.is_first(request) else ()))
+            for fault in model.faults.of(*kinds):
                 if fault.strikes(start // model.per_ns, member.name, request.frame, key):
                     strike.add(fault, request.frame, wire, key)
         for fault in model.faults.of(Short):

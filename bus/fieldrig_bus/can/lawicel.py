@@ -8,7 +8,7 @@ Deviations.  Auto Poll (X) is what the EEPROM says; this adapter comes with it s
 python-can ever does so.  The bit rate is that of the bus: S and s take any and change nothing, and O, L, W, M and m
 need none before them; likewise U.  FD frames as with CANable's firmware: d and D, with switched bit rate b and B; Y
 sets the data bit rate.
-Left out: Q (opening the channel at power up); errors in the status flags, as the bus has none yet.
+Left out: Q (opening the channel at power up).
 """
 
 import asyncio
@@ -22,7 +22,9 @@ from typing import Final, NamedTuple
 from fieldrig.bus import Hub, Port
 from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
+from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, STATE
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
 from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
 from fieldrig_bus.pty import Pty
@@ -40,7 +42,12 @@ MOST_WAITING: Final = 32
 TIMESTAMPS_END_MS: Final = 60_000  # manual, Z: 0x0000 to 0xEA5F
 
 RECEIVE_FIFO_FULL: Final = 0x01
+ERROR_WARNING: Final = 0x04
 DATA_OVERRUN: Final = 0x08
+ERROR_PASSIVE: Final = 0x20
+ARBITRATION_LOST: Final = 0x40
+BUS_ERROR: Final = 0x80
+STATES: Final = {CanState.WARNING: ERROR_WARNING, CanState.PASSIVE: ERROR_PASSIVE, CanState.BUS_OFF: BUS_ERROR}
 
 
 class Form(NamedTuple):
@@ -96,7 +103,9 @@ class When(Flag):
 class Adapter:
     """One adapter: commands in, answers and frames out, an end of the bus."""
 
-    def __init__(self, clock: Clock, link: Link[CanFrame], write: Callable[[bytes], None], bus_name: str = "") -> None:
+    def __init__(
+        self, clock: Clock, link: Link[CanFrame | Notice], write: Callable[[bytes], None], bus_name: str = ""
+    ) -> None:
         self._clock, self._link, self._write, self._bus_name = clock, link, write, bus_name
         self._state = When.CLOSED
         self._rest = b""
@@ -105,6 +114,7 @@ class Adapter:
         self._has_timestamps = False
         self._waiting: deque[bytes] = deque()
         self._flags = 0
+        self._is_listen_only = False
 
     def receive(self, data: bytes) -> None:
         *lines, rest = (self._rest + data).split(CR)
@@ -137,15 +147,21 @@ class Adapter:
         return CR
 
     def _on_open(self, line: bytes) -> bytes:
-        self._link.on_receive(self._on_frame)
+        self._listen(False)
         return self._become(When.OPEN)
 
     def _on_listen(self, line: bytes) -> bytes:
-        self._link.on_receive(self._on_frame)
+        self._listen(True)
         return self._become(When.LISTENING)
 
+    def _listen(self, is_listen_only: bool) -> None:
+        self._link.on_receive(self._on_message, [EVERYTHING, ERRORS, STATE])
+        if is_listen_only is not self._is_listen_only:
+            self._is_listen_only = is_listen_only
+            self._link.send(CanControl(is_listen_only=is_listen_only))
+
     def _on_close(self, line: bytes) -> bytes:
-        self._link.on_receive(self._on_frame, [])
+        self._link.on_receive(self._on_message, [])
         self._waiting.clear()
         self._flags = 0
         return self._become(When.CLOSED)
@@ -161,6 +177,14 @@ class Adapter:
         if not self._is_auto_polling:
             return CR
         return b"z\r" if line[:1].islower() else b"Z\r"
+
+    def _on_message(self, message: CanFrame | Notice) -> None:
+        if isinstance(message, CanFrame):
+            self._on_frame(message)
+        elif isinstance(message, CanError):
+            self._flags |= ARBITRATION_LOST if message.kind is ErrorKind.ARBITRATION_LOST else BUS_ERROR
+        elif isinstance(message, BusState):
+            self._flags |= STATES.get(message.state, 0)
 
     def _on_frame(self, frame: CanFrame) -> None:
         if not self._filter.passes(frame):

@@ -62,7 +62,7 @@ class Strike:
                 if self.deaf is not None:
                     self.deaf |= frozenset(receivers)
                 self.faults.append((fault, f"dropped for {', '.join(receivers)}"))
-            case Duplicate():
+            case Duplicate() if not self.is_doubled:
                 self.is_doubled = True
                 self.faults.append((fault, "duplicated"))
             case Replace() as settings:
@@ -224,7 +224,7 @@ class Outcome:
         member.attempts = 0
         if not member.is_first(request):
             disturbed.babbled(member, self.start)
-        elif self.strike.is_doubled:
+        elif self.strike.is_doubled and request is self.senders[0]:
             member.copy = True
         else:
             member.copy = False

@@ -1,8 +1,9 @@
 """`can.socketcan`: a CAN bus of the Linux kernel, vcan or a real adapter.
 
 Source: Linux, Documentation/networking/can.rst, 4.1 (raw sockets), and include/uapi/linux/can.h.  What a member doesn't
-want is kept from it by the kernel, so it pays nothing for it.  The bit rate is that of the network device.
-Left out: setting devices up (it takes root: the errors say how), error frames.
+want is kept from it by the kernel, so it pays nothing for it.  The bit rate is that of the network device.  Its error
+frames come as notices to who asks for "errors" or "state".
+Left out: setting devices up (it takes root: the errors say how).
 """
 
 import errno
@@ -18,9 +19,11 @@ from fieldrig.bus import Attachment
 from fieldrig.device import Tool
 from fieldrig.errors import BusError
 from fieldrig.settings import Settings
-from fieldrig_bus.can.acceptance import EXTENDED, REMOTE, Filters, passes, received
+from fieldrig_bus.can import socketcan_errors
+from fieldrig_bus.can.acceptance import ERRORS, EXTENDED, REMOTE, STATE, Filters, passes, received
 from fieldrig_bus.can.direct import CanDirectBus, DirectEnd
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
+from fieldrig_bus.can.notices import BusState, CanError
 
 CLASSICAL: Final = struct.Struct("=IB3x8s")  # struct can_frame
 FD: Final = struct.Struct("=IBB2x64s")  # struct canfd_frame
@@ -28,6 +31,7 @@ HEAD: Final = struct.Struct("=IBB2x")
 FILTER: Final = struct.Struct("=II")  # struct can_filter
 ERROR: Final = 0x2000_0000  # CAN_ERR_FLAG; in a filter CAN_INV_FILTER
 BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS
+ERROR_FILTER: Final = 2  # CAN_RAW_ERR_FILTER; Python names it only where its headers had it
 MOST_FILTERS: Final = 512  # CAN_RAW_FILTER_MAX
 RECEIVE_BUFFER: Final = 1 << 20
 
@@ -73,6 +77,18 @@ def kernel_filters(filters: Filters | None) -> bytes:
     return b"".join(FILTER.pack(wanted, mask & ~ERROR) for wanted, mask in filters if not wanted & ERROR)
 
 
+def error_mask(notices: frozenset[str]) -> int:
+    """The classes of error frames that the kernel lets pass."""
+    mask = (socketcan_errors.ERRORS if ERRORS in notices else 0) | (socketcan_errors.STATES if STATE in notices else 0)
+    return int(mask)
+
+
+def notice_from_wire(data: bytes) -> CanError | BusState | None:
+    """Of an error frame; None if we have no word for it."""
+    word, _, _ = HEAD.unpack_from(data)
+    return socketcan_errors.notice_of(word & EXTENDED_MASK, data[HEAD.size :])
+
+
 class SocketcanEnd(DirectEnd):
     def __init__(self, at: Attachment, sock: socket.socket) -> None:
         super().__init__(at, sock)
@@ -93,6 +109,7 @@ class SocketcanEnd(DirectEnd):
         filters_here = with_own or (filters is not None and len(filters) > MOST_FILTERS)
         self._filters, self._with_own = (filters if filters_here else None), with_own
         self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, int(with_own))
+        self.socket.setsockopt(socket.SOL_CAN_RAW, ERROR_FILTER, error_mask(self.notices))
         in_kernel = kernel_filters(None if filters_here else filters)
         self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, in_kernel)
 
@@ -103,7 +120,9 @@ class SocketcanEnd(DirectEnd):
         else:
             data, is_own = self.socket.recv(FD.size), False
         frame, handler = from_wire(data), self.handler
-        if frame is not None and handler is not None and (is_own or passes(received(frame), self._filters)):
+        if frame is None and handler is not None and (notice := notice_from_wire(data)) is not None:
+            self.at.deliver(handler, notice)
+        elif frame is not None and handler is not None and (is_own or passes(received(frame), self._filters)):
             self.at.deliver(handler, frame)
 
 

@@ -7,7 +7,7 @@ bus ends the connection.  Clocked by the hub, stamped with the time of day.  Eac
 Deviations.  Commands are found across TCP segments, whatever stands between them is skipped, and white space in them
 doesn't matter (the daemon ends the connection).  `< statistics >` counts what this connection heard and sent.
 Left out: the UDP beacon (it is a broadcast, and traffic stays on this machine), bit timing and control mode bits (the
-rig's configuration says them), ISO-TP mode (an unknown command, as in a daemon without it), error frames.
+rig's configuration says them), ISO-TP mode (an unknown command, as in a daemon without it).
 """
 
 import asyncio
@@ -21,9 +21,11 @@ from fieldrig.bus import Hub, Port
 from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.link import Link
 from fieldrig_bus.can import socketcand_text as text
-from fieldrig_bus.can.acceptance import EXTENDED, REMOTE, received
+from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, EXTENDED, REMOTE, STATE, received
 from fieldrig_bus.can.broadcast_manager import CyclicJob, Subscription
 from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
+from fieldrig_bus.can.notices import BusState, CanError, Notice
+from fieldrig_bus.can.socketcan_errors import error_frame
 from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
 
 log = logging.getLogger(__name__)
@@ -127,7 +129,7 @@ class Session:
         # python-can takes a frame that comes along with the `< ok >` for a wrong answer.
         self._held = []
         self._timer = self._clock.call_at(self._clock.now_ns() + HOLD_NS, self._let_go)
-        self._link.on_receive(self._on_frame)
+        self._link.on_receive(self._on_message, [EVERYTHING, ERRORS, STATE])
 
     def _on_bcmmode(self, words: list[bytes]) -> None:
         self._enter(Mode.BCM)
@@ -247,9 +249,14 @@ class Session:
 
     # raw mode
 
-    def _on_frame(self, frame: CanFrame) -> None:
-        self._count(frame)
-        told = text.told(frame, self._time_ns())
+    def _on_message(self, message: CanFrame | Notice) -> None:
+        if isinstance(message, CanFrame):
+            self._count(message)
+            self._tell(text.told(message, self._time_ns()))
+        elif isinstance(message, CanError | BusState):
+            self._tell(text.told_error(error_frame(message)[0], self._time_ns()))
+
+    def _tell(self, told: bytes) -> None:
         if self._held is None:
             self._write(told)
         else:

@@ -87,3 +87,9 @@ def told(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
         flags = BIT_RATE_SWITCH if frame.is_bit_rate_switched else 0
         return f"< fdframe {who} {flags:02X} {when} {data} >".encode()
     return f"< frame {who} {when} {data} >".encode()
+
+
+def told_error(kind: int, time_ns: int) -> bytes:
+    """An error frame, by its class; the daemon tells no data."""
+    seconds, microseconds = divmod(time_ns // US, 1_000_000)
+    return f"< error {kind:03X} {seconds}.{microseconds:06} >".encode()

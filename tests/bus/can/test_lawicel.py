@@ -17,9 +17,11 @@ from fieldrig.clock import MS, VirtualClock
 from fieldrig.hub import LocalHub
 from fieldrig.real_clock import RealClock
 from fieldrig.testing import RecordedLink
+from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.lawicel import MOST_WAITING, Adapter, LawicelPort, decode, encode
+from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 
 FRAME = CanFrame(0x123, bytes.fromhex("11223344"))
 
@@ -27,7 +29,7 @@ FRAME = CanFrame(0x123, bytes.fromhex("11223344"))
 class Bench:
     def __init__(self, commands: str = "") -> None:
         self.clock = VirtualClock()
-        self.link = RecordedLink[CanFrame]()
+        self.link = RecordedLink[CanFrame | Notice]()
         self.written: list[bytes] = []
         self.adapter = Adapter(self.clock, self.link, self.written.append)
         self.say(commands)
@@ -172,7 +174,7 @@ def test_channel_hears_everything_while_it_is_open_and_nothing_before() -> None:
     bench = Bench("S6\r")
     assert bench.hear(FRAME) == ""
     bench.say("L\r")
-    assert bench.link.interest is None
+    assert bench.link.interest == [(0, 0), "errors", "state"]
     assert bench.hear(FRAME) == "t123411223344\r"
     bench.say("C\r")
     assert bench.link.interest == []
@@ -353,3 +355,30 @@ async def test_python_can_joins_sends_and_hears(way: str, tmp_path: Path) -> Non
     await hub.close()
     clock.close()
     assert list(tmp_path.iterdir()) == []
+
+
+# Manual, F: bit 2 error warning, 5 error passive, 6 arbitration lost, 7 bus error.
+FLAGS_OF = {
+    BusState(CanState.WARNING, 96, 0): b"F04\r",
+    BusState(CanState.PASSIVE, 128, 0): b"F20\r",
+    CanError(ErrorKind.ARBITRATION_LOST, Place.UNSPECIFIED, 5, 0, True, True, 0, 0): b"F40\r",
+    CanError(ErrorKind.ACK, Place.ACK, 41, 0, True, False, 8, 0): b"F80\r",
+}
+
+
+@pytest.mark.parametrize("notice", FLAGS_OF)
+def test_errors_of_the_bus_stand_in_the_status_flags_until_they_are_read(notice: BusState | CanError) -> None:
+    written: list[bytes] = []
+    link = RecordedLink[CanFrame | Notice]()
+    adapter = Adapter(VirtualClock(), link, written.append)
+    adapter.receive(b"O\r")
+    link.deliver(notice)
+    adapter.receive(b"F\rF\r")
+    assert written == [b"\r", FLAGS_OF[notice], b"F00\r"]
+
+
+def test_a_channel_that_only_listens_does_not_acknowledge() -> None:
+    link = RecordedLink[CanFrame | Notice]()
+    adapter = Adapter(VirtualClock(), link, lambda _: None)
+    adapter.receive(b"L\rC\rO\r")
+    assert link.sent == [CanControl(is_listen_only=True), CanControl(is_listen_only=False)]

@@ -16,8 +16,10 @@ from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.hub import LocalHub
 from fieldrig.real_clock import RealClock
 from fieldrig.testing import RecordedLink
+from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
+from fieldrig_bus.can.notices import BusState, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.socketcand import LONGEST_COMMAND, Session, SocketcandPort
 
 FRAME = CanFrame(0x123, bytes.fromhex("11223344"))
@@ -28,7 +30,7 @@ class Bench:
 
     def __init__(self, *commands: str) -> None:
         self.clock = VirtualClock()
-        self.link = RecordedLink[CanFrame]()
+        self.link = RecordedLink[Any]()
         self.written: list[bytes] = []
         self.is_closed = False
         self.session = Session(self.clock, self.link, "can0", self.written.append, self.close, 23_424_242_000)
@@ -48,7 +50,7 @@ class Bench:
         self.written.clear()
         return text
 
-    def hear(self, frame: CanFrame) -> str:
+    def hear(self, frame: CanFrame | Notice) -> str:
         self.link.deliver(frame)
         return self.take()
 
@@ -159,8 +161,15 @@ HEARD = [
 
 @pytest.mark.parametrize(("frame", "text"), HEARD)
 def test_raw_mode_tells_every_frame(raw: Bench, frame: CanFrame, text: str) -> None:
-    assert raw.link.interest is None
+    assert raw.link.interest == [(0, 0), "errors", "state"]
     assert raw.hear(frame) == text
+
+
+def test_raw_mode_tells_errors_by_their_class(raw: Bench) -> None:
+    """linux/can/error.h: ACK 020, BUSERROR 080 and CNT 200; BUSOFF 040 and CNT 200."""
+    error = CanError(ErrorKind.ACK, Place.ACK, 41, 0, True, False, 8, 0)
+    assert raw.hear(error) == "< error 2A0 23.424242 >"
+    assert raw.hear(BusState(CanState.BUS_OFF, 256, 0)) == "< error 240 23.424242 >"
 
 
 def test_frames_are_held_until_the_client_has_read_the_ok() -> None:

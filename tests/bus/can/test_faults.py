@@ -1,0 +1,214 @@
+"""Each fault of a CAN bus, on the wire and in the trace.  At 1 Mbit/s a bit takes 1 us; an empty frame 0 has 50."""
+
+from random import Random
+from typing import Any
+
+import pytest
+
+from fieldrig.bus import Delivery
+from fieldrig.clock import MS, US, S
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.notices import BusState, CanError, CanState, FaultNote
+from fieldrig_bus.can.virtual import CanSettings, CanVirtual
+
+SHORT = CanFrame(0)
+LATER = 10 * S
+
+
+def bus(*faults: dict[str, Any], bitrate: int | None = 1_000_000, seed: int = 7) -> CanBusModel:
+    settings = CanSettings.model_validate({"bitrate": bitrate, "faults": list(faults)})
+    model = CanVirtual("can0", settings).model()
+    model.begin(0, Random(f"{seed}/can0"))
+    for member in ("a", "b", "c"):
+        model.join(member)
+        model.listen(0, member, ["own", [0, 0]])
+    return model
+
+
+def heard(model: CanBusModel, until_ns: int = LATER) -> list[tuple[int, str, Any, tuple[str, ...]]]:
+    """Frames: when (us), whose, what, by whom."""
+    return [
+        (each.time_ns // US, each.sender, each.message, tuple(each.receivers))
+        for each in model.collect(until_ns)
+        if isinstance(each.message, CanFrame)
+    ]
+
+
+def notes(deliveries: list[Delivery[CanMessage]]) -> list[tuple[int, str, str]]:
+    return [
+        (each.time_ns // US, each.sender, each.message.what)
+        for each in deliveries
+        if isinstance(each.message, FaultNote)
+    ]
+
+
+def test_a_dropped_frame_is_on_the_wire_but_nobody_gets_it() -> None:
+    model = bus({"what": "drop", "identifier": 0, "count": 1})
+    model.submit(0, "a", SHORT)
+    model.submit(0, "a", SHORT)
+    assert heard(model) == [(50, "a", SHORT, ("a",)), (103, "a", SHORT, ("a", "b", "c"))]
+
+
+def test_a_frame_is_dropped_for_one_receiver_only() -> None:
+    model = bus({"what": "drop", "receivers": ["b"]})
+    model.submit(0, "a", SHORT)
+    assert heard(model) == [(50, "a", SHORT, ("a", "c"))]
+
+
+def test_every_application_is_in_the_trace() -> None:
+    model = bus({"what": "drop", "node": "a"}, {"what": "duplicate", "identifier": 0, "count": 1})
+    model.submit(0, "a", SHORT)
+    model.submit(0, "b", CanFrame(1))
+    assert notes(model.collect(LATER)) == [(50, "a", "dropped"), (50, "a", "duplicated")]
+
+
+def test_a_delayed_frame_keeps_those_behind_it_back() -> None:
+    model = bus({"what": "delay", "identifier": 0, "delay_ms": 2})
+    model.submit(0, "a", SHORT)
+    model.submit(0, "a", CanFrame(1))
+    model.submit(0, "b", CanFrame(2))
+    assert [(who, message.identifier) for _, who, message, _ in heard(model)] == [("b", 2), ("a", 0), ("a", 1)]
+
+
+def test_a_delayed_frame_starts_so_much_later() -> None:
+    model = bus({"what": "delay", "node": "a", "delay_ms": 2})
+    model.submit(0, "a", SHORT)
+    assert heard(model)[0][0] == 2050
+
+
+def test_a_duplicated_frame_comes_twice_and_is_confirmed_once() -> None:
+    model = bus({"what": "duplicate", "count": 1})
+    model.submit(0, "a", SHORT)
+    assert heard(model) == [(50, "a", SHORT, ("a", "b", "c")), (103, "a", SHORT, ("b", "c"))]
+
+
+@pytest.mark.parametrize(("how", "data"), [({"data": "ff"}, "ff02"), ({"xor": "00 03"}, "0101")])
+def test_replaced_data_come_with_a_right_crc(how: dict[str, str], data: str) -> None:
+    model = bus({"what": "replace", **how})
+    model.submit(0, "a", CanFrame(1, b"\x01\x02"))
+    (others, own) = heard(model)
+    assert others[2:] == (CanFrame(1, bytes.fromhex(data)), ("b", "c"))
+    assert own[2:] == (CanFrame(1, b"\x01\x02"), ("a",))
+    assert model.statistics(LATER)["error_frames"] == 0
+
+
+def test_a_corrupted_frame_is_sent_again() -> None:
+    model = bus({"what": "corrupt", "count": 3})
+    model.submit(0, "a", SHORT)
+    assert len(heard(model)) == 1
+    assert model.statistics(LATER)["error_frames"] == model.statistics(LATER)["retransmissions"] == 3
+
+
+def test_permanent_corruption_of_one_node_takes_it_off_the_bus() -> None:
+    model = bus({"what": "corrupt", "node": "a", "duration_ms": 20})
+    model.submit(0, "a", SHORT)
+    states = [
+        each.message.state
+        for each in model.collect(10 * MS)
+        if isinstance(each.message, BusState) and each.sender == "a"
+    ]
+    assert states[:3] == [CanState.WARNING, CanState.PASSIVE, CanState.BUS_OFF]
+
+
+def test_a_babbling_idiot_holds_up_higher_identifiers() -> None:
+    model = bus({"what": "babble", "node": "b", "identifier": 0, "duration_ms": 1})
+    model.submit(1, "a", CanFrame(1))
+    frames = heard(model)
+    assert {who for _, who, _, _ in frames[:-1]} == {"b"}
+    assert frames[-1][1] == "a"
+    assert frames[-1][0] > 1000
+
+
+def test_a_babbling_idiot_has_a_period_and_a_count() -> None:
+    model = bus({"what": "babble", "node": "b", "identifier": 0, "period_ms": 1, "count": 3})
+    assert [at for at, _, _, _ in heard(model)] == [50, 1050, 2050]
+
+
+@pytest.mark.parametrize("bitrate", [250_000, 800_000, 2_000_000])
+def test_a_wrong_bit_rate_makes_everybody_see_errors(bitrate: int) -> None:
+    model = bus({"what": "wrong_bit_rate", "node": "c", "bitrate": bitrate, "duration_ms": 50})
+    model.submit(0, "a", CanFrame(0x123, b"\x55"))
+    deliveries = model.collect(40 * MS)
+    assert sum(isinstance(each.message, CanError) for each in deliveries) > 5
+    frames = [each.receivers for each in deliveries if isinstance(each.message, CanFrame)]
+    assert frames == [("a", "b")]  # when c is error passive and destroys nothing any more
+    model.submit(40 * MS, "c", CanFrame(0x123, b"\x55"))
+    assert [each for each in model.collect(49 * MS) if isinstance(each.message, CanFrame)] == []
+
+
+def test_a_recessive_wire_takes_its_transmitter_off() -> None:
+    model = bus({"what": "short", "level": "recessive", "duration_ms": 5})
+    model.submit(0, "a", SHORT)
+    states = [(each.sender, each.message.state) for each in model.collect(4 * MS) if isinstance(each.message, BusState)]
+    assert ("a", CanState.BUS_OFF) in states
+    assert {who for who, _ in states} == {"a"}
+
+
+def test_a_short_without_end_blocks_until_it_is_cleared() -> None:
+    model = bus({"what": "short"})
+    model.submit(1, "a", SHORT)
+    assert heard(model) == []
+    assert model.next_ns() is None
+    model.clear_fault(LATER, 1)
+    assert heard(model, 2 * LATER) == [(LATER // US + 11 + 50, "a", SHORT, ("a", "b", "c"))]
+
+
+def struck(seed: int) -> list[int]:
+    model = bus({"what": "drop", "probability": 0.5}, seed=seed)
+    for number in range(200):
+        model.submit(number * MS, "a", CanFrame(number))
+    return [message.identifier for _, _, message, who in heard(model) if who == ("a",)]
+
+
+def test_chance_comes_from_the_seed() -> None:
+    assert struck(1) == struck(1) != struck(2)
+    assert 70 < len(struck(1)) < 130
+
+
+def test_faults_come_and_go_at_run_time() -> None:
+    model = bus()
+    number = model.add_fault(S, {"what": "drop", "start_ms": 1, "duration_ms": 2})
+    assert model.all_faults(S) == {
+        number: {"what": "drop", "start_ms": 1, "duration_ms": 2, "state": "waiting", "applied": 0}
+    }
+    for at_ns in (S, S + 2 * MS, S + 4 * MS):
+        model.submit(at_ns, "a", SHORT)
+    assert [who for _, _, _, who in heard(model)] == [("a", "b", "c"), ("a",), ("a", "b", "c")]
+    assert model.all_faults(LATER)[number]["state"] == "over"
+    model.clear_fault(LATER, number)
+    assert model.all_faults(LATER) == {}
+    with pytest.raises(ValueError, match="no fault 1 here"):
+        model.clear_fault(LATER, number)
+
+
+@pytest.mark.parametrize(
+    ("fault", "complaint"),
+    [
+        ({"what": "explode"}, "drop"),
+        ({"what": "drop", "mask": 3}, "only beside an identifier"),
+        ({"what": "drop", "probability": 2}, "less than or equal to 1"),
+        ({"what": "delay"}, "Field required"),
+        ({"what": "replace"}, "either data or xor"),
+        ({"what": "replace", "data": "xy"}, "write them in hex"),
+        ({"what": "drop", "identifer": 3}, "Extra inputs"),
+        ({}, "what"),
+    ],
+)
+def test_a_wrong_fault_is_refused_with_what_would_be_right(fault: dict[str, Any], complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        bus().add_fault(0, fault)
+
+
+def test_without_bit_times_there_are_no_errors_to_make() -> None:
+    with pytest.raises(ValueError, match="only on a bus with a bitrate"):
+        bus(bitrate=None).add_fault(0, {"what": "corrupt"})
+    with pytest.raises(ValueError, match=r"faults\.0: short needs a bus with a bitrate"):
+        bus({"what": "short"}, bitrate=None)
+
+
+def test_without_bit_times_frames_may_still_be_lost() -> None:
+    model = bus({"what": "drop", "count": 1}, bitrate=None)
+    model.submit(0, "a", SHORT)
+    model.submit(0, "a", SHORT)
+    assert [who for _, _, _, who in heard(model)] == [("a",), ("a", "b", "c")]
