@@ -1,13 +1,15 @@
 """The lab as a user has it: `fieldrig up configs/lab.yaml` in a process of its own, on ports that are free."""
 
+import re
 import socket
 import stat
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
 from addresses import free_port
-from running_rig import RunningRig, is_running, until
+from running_rig import PATIENCE_S, RunningRig, is_running, until
 
 from fieldrig.control import Client
 from fieldrig.errors import ControlError
@@ -28,14 +30,17 @@ AT_REST: dict[str, bool | int | float] = {
 
 
 class LabProcess(RunningRig):
-    def __init__(self, file: Path = LAB, *options: str) -> None:
+    def __init__(self, file: Path = LAB, can0: str | None = None, **more: object) -> None:
+        """`can0` is a CAN bus in place of the lab's hub; `more` are keys of the rig file and their values."""
         self.modbus_port, self.socketcand_port, self.slcan_port = free_port(), free_port(), free_port()
-        places = {"buses.mb_tcp.listen": f"127.0.0.1:{self.modbus_port}"}
-        if file == LAB:
+        places = {"buses.mb_tcp.listen": f"127.0.0.1:{self.modbus_port}", **more}
+        if can0 is not None:
+            places["buses.can0"] = can0
+        elif file == LAB:
             places["buses.can0.socketcand"] = f"127.0.0.1:{self.socketcand_port}"
             places["buses.can0.slcan"] = f'{{path: slcan, listen: "127.0.0.1:{self.slcan_port}"}}'
         sets = [word for key, place in places.items() for word in ("--set", f"{key}={place}")]
-        super().__init__(file, None, *sets, *options)
+        super().__init__(file, None, *sets)
         self._client: Client | None = None
 
     @property
@@ -63,6 +68,26 @@ class LabProcess(RunningRig):
     def set(self, point: str, value: bool | int | float | str) -> None:
         device, _, key = point.partition("/")
         self._control.ask(f"device/{device}/set", {"values": {key: value}})
+
+    def lines(self) -> dict[str, str]:
+        """What `up` has printed to be copied, by part and label, such as "io start it"."""
+        lines: dict[str, str] = {}
+        part = ""
+        for text in self.output().splitlines():
+            if match := re.fullmatch(r"  (\w+) .*", text):
+                part = match[1]
+            elif match := re.fullmatch(r"      (.+?)  +(\S.*)", text):
+                label = match[1].removeprefix(f"{part}: ")
+                lines[f"{part} {label}"] = match[2]
+        return lines
+
+    def do(self, line: str) -> str:
+        """What a shell in the lab's folder prints for a line, which succeeds."""
+        done = subprocess.run(
+            ["bash", "-c", line], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout.strip()
 
     def rest(self) -> None:
         until(lambda: all(process["state"] == "ready" for process in self._processes().values()))
