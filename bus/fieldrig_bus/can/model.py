@@ -33,7 +33,7 @@ from fieldrig_bus.can.faults import PACED, CanFault, Delay, Faults, fault_of
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.length import INTERMISSION_BITS, classical_bits, fd_bits
 from fieldrig_bus.can.member import Controller, Member, Request
-from fieldrig_bus.can.notices import CanControl, Notice
+from fieldrig_bus.can.notices import CanControl, CanState, Notice
 
 log = logging.getLogger(__name__)
 
@@ -264,6 +264,8 @@ class CanBusModel(BusModel[CanMessage]):
             "error_frames": float(self.error_frames),
             "retransmissions": float(sum(member.retransmissions for member in members)),
             "arbitration_lost": float(self.arbitration_lost),
+            "error_passive_members": float(sum(member.state is CanState.PASSIVE for member in members)),
+            "bus_off_members": float(sum(member.state is CanState.BUS_OFF for member in members)),
         }
         for member in members:
             totals[f"{member.name}.state"] = float(member.state)

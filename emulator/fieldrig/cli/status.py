@@ -94,11 +94,13 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
     typer.echo()
     echo_table(
         ("bus", "kind", ""),
-        [
-            (name, bus["kind"], ", ".join(f"{key} {value:g}" for key, value in bus.get("statistics", {}).items()))
-            for name, bus in rig["buses"].items()
-        ],
+        [(name, bus["kind"], _figures(bus.get("statistics", {}))) for name, bus in rig["buses"].items()],
     )
+
+
+def _figures(statistics: dict[str, float]) -> str:
+    """What has happened, in a line; all of it, and that of single members (`io.tec`), is in the JSON."""
+    return ", ".join(f"{key} {value:g}" for key, value in statistics.items() if value and "." not in key)
 
 
 def _duration(seconds: float) -> str:
