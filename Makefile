@@ -5,7 +5,7 @@ BIN := .venv/bin
 DRIVER := $(BIN)/python -m tests.driver
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test test-fast check format bench coverage-of-manuals clean
+.PHONY: help lab test test-fast check format fuzz bench coverage-of-manuals clean
 .DELETE_ON_ERROR:
 
 help: ## say what there is
@@ -26,6 +26,9 @@ check: .venv/dev-installed ## format, lint, types, import rule
 format: .venv/dev-installed ## format the code, and mend what ruff can mend
 	@$(BIN)/ruff format
 	@$(BIN)/ruff check --fix
+
+fuzz: .venv/dev-installed ## 200,000 spoilt frames against a CANopen node, the same ones each time
+	@FIELDRIG_FUZZ_FRAMES=200000 $(BIN)/python -m pytest -q tests/fuzz --timeout=600
 
 bench: .venv/dev-installed ## measure, and write docs/benchmarks.md
 	@$(DRIVER) bench
