@@ -28,7 +28,7 @@ def visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
 class _Visitor:
     """An `Attachment`."""
 
-    rig = ""
+    rig, seed = "", 0
 
     def __init__(self, member: str, clock: RealClock, run: Path) -> None:
         self.member, self.clock, self._run = member, clock, run

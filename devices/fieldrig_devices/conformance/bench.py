@@ -101,7 +101,7 @@ class Bench:
     def change(self, index: int, sub: int, value: int | bytes) -> Steps[None]:
         """Write a parameter, and remember what it was."""
         before = yield from self.sdo.read(index, sub)
-        data = value.to_bytes(len(before), "little") if isinstance(value, int) else value
+        data = value if isinstance(value, bytes) else self._encode(index, sub, value, len(before))
         if data != before:
             yield from self.sdo.write(index, sub, data)
             self.undo.append((index, sub, before))
@@ -116,6 +116,15 @@ class Bench:
                 self.fail(expected, str(abort))
         else:
             self.fail(expected, "no abort: it was taken")
+
+    def _encode(self, index: int, sub: int, value: int, size: int) -> bytes:
+        """In the size that the EDS gives it, or else that which was read."""
+        entry = self.eds.get(index, sub)
+        if entry is not None and entry.size is not None:
+            size = entry.size
+        if value >= 1 << 8 * size:
+            self.fail(f"room for {value} in {index:04X}h:{sub:02X}h", f"{size} bytes")
+        return value.to_bytes(size, "little")
 
     # The EDS.
 

@@ -26,15 +26,13 @@ class Snapshot:
         self._values: dict[tuple[int, int], bytes] = {}
 
     def take(self, bench: Bench) -> Steps[None]:
-        """Read everything that can be read and written.  NoAnswer if the node doesn't."""
+        """Read everything that can be read and written; what can't be read now has a case of its own."""
         for entry in bench.eds:
             if entry.is_readable and entry.is_writable and not is_command(entry):
                 try:
                     self._values[entry.index, entry.sub] = yield from bench.sdo.read(entry.index, entry.sub)
-                except NoAnswer:
-                    raise
                 except SdoFault:
-                    continue  # a case of its own
+                    continue
 
     def put_back(self, bench: Bench) -> Steps[tuple[int, list[str]]]:
         """How many values were put back, and which could not be.  NoAnswer if the node doesn't."""
@@ -53,7 +51,12 @@ class Snapshot:
     def _differing(self, bench: Bench) -> Steps[list[tuple[int, int]]]:
         differing: list[tuple[int, int]] = []
         for key, value in self._values.items():
-            now = yield from bench.sdo.read(*key)
+            try:
+                now = yield from bench.sdo.read(*key)
+            except NoAnswer:
+                raise
+            except SdoFault:
+                continue
             if now != value:
                 differing.append(key)
         return differing

@@ -17,6 +17,8 @@ from fieldrig_devices.conformance.nmt import Command, State
 from fieldrig_devices.conformance.put_back import Snapshot
 from fieldrig_devices.conformance.verdict import Failed, NoAnswer, NotApplicable, SdoFault
 
+TRIES = 3
+
 
 class Verdict(Enum):
     PASSED = "passed"
@@ -43,6 +45,7 @@ class Suite:
     def __init__(self, bench: Bench, cases: Sequence[Case], on_result: Callable[[Result], None]) -> None:
         self.bench, self._cases, self._on_result = bench, cases, on_result
         self._snapshot = Snapshot()
+        self._put_back = 0
         self.notes: list[str] = []
         """What became of the node's parameters."""
 
@@ -50,17 +53,22 @@ class Suite:
         """RigError if the node doesn't answer at all."""
         bench = self.bench
         yield from nmt.enter(bench, State.PRE_OPERATIONAL)
-        try:
-            yield from bench.sdo.read(0x1000)
-            yield from self._snapshot.take(bench)
-        except NoAnswer as cause:
-            what = f"node {bench.node_id} doesn't answer: {cause}"
-            raise RigError(what, "is it on this bus, at this bit rate, with this node-ID?") from cause
-        except SdoFault:
-            pass  # SDO 01 says more
+        yield from self._find_node()
+        yield from self._snapshot.take(bench)
         for case in self._cases:
             yield from self._run(case)
         yield from self._finish()
+
+    def _find_node(self) -> Steps[None]:
+        """Any answer will do: whether it is right is asked by the cases."""
+        bench = self.bench
+        for _ in range(TRIES):
+            bench.sdo.send(b"\x40\x00\x10\x00")
+            frame = yield from bench.expect(bench.sdo.response_id)
+            if frame is not None:
+                return
+        what = f"node {bench.node_id} doesn't answer"
+        raise RigError(what, "is it on this bus, at this bit rate, with this node-ID?")
 
     def _run(self, case: Case) -> Steps[None]:
         bench, clock = self.bench, self.bench.line.clock
@@ -93,8 +101,8 @@ class Suite:
                 yield from nmt.reset(bench)
             if bench.is_stored:
                 notes += yield from self._store_again()
-        except (NoAnswer, Failed) as fault:
-            notes = [f"the node didn't answer any more: {fault}"]
+        except (SdoFault, Failed) as fault:
+            notes = [f"the node could not be brought back: {fault}"]
             bench.send(nmt.NMT_ID, bytes((Command.RESET_NODE, bench.node_id)))
             yield from bench.expect(nmt.is_boot_up(bench), bench.options.boot_ms)
             yield from bench.wait(nmt.SETTLE_MS)
@@ -115,7 +123,7 @@ class Suite:
     def _store_again(self) -> Steps[list[str]]:
         """So that the node's memory holds what it did before the case."""
         bench = self.bench
-        _, notes = yield from self._snapshot.put_back(bench)
+        notes = yield from self._compare()
         for sub in (store.ALL, store.COMMUNICATION):
             if bench.eds.get(store.STORE, sub) is not None:
                 try:
@@ -132,10 +140,17 @@ class Suite:
         bench.begin()
         yield from nmt.enter(bench, State.PRE_OPERATIONAL)
         try:
-            count, faults = yield from self._snapshot.put_back(bench)
+            faults = yield from self._compare()
         except SdoFault as fault:
             self.notes.append(f"the node's parameters could not be compared with what they were: {fault}")
             return
-        put_back = f"{count - len(faults)} put back at the end" if count else "nothing was left to put back at the end"
-        self.notes.append(f"parameters are as they were before: {put_back}; the node is pre-operational")
+        how = f" ({self._put_back} that a reset had undone were written again)" if self._put_back else ""
+        but = " but for those below" if faults else ""
+        self.notes.append(f"the node's parameters are as they were before{but}{how}; it is pre-operational")
         self.notes += faults
+
+    def _compare(self) -> Steps[list[str]]:
+        """Write what differs from before; what could not be written."""
+        count, faults = yield from self._snapshot.put_back(self.bench)
+        self._put_back += count - len(faults)
+        return faults

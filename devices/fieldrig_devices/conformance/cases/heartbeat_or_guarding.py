@@ -26,9 +26,13 @@ def has_one(bench: Bench) -> Steps[None]:
         yield from bench.sdo.read(index)
 
 
-@case("7.202", "Heartbeat versus guarding 02", "Without heartbeat the node says nothing unasked.", CLAUSE)
+@case(
+    "7.202", "Heartbeat versus guarding 02", "A heartbeat that is switched off ends, and nothing comes unasked.", CLAUSE
+)
 def heartbeat_off(bench: Bench) -> Steps[None]:
-    yield from _with_both(bench, heartbeat=False, guarding=False)
+    yield from _with_both(bench, heartbeat=True, guarding=False)
+    yield from bench.change(HEARTBEAT_TIME, 0, 0)
+    yield from bench.wait(nmt.SETTLE_MS)
     yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
 
 

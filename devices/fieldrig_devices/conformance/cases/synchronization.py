@@ -58,6 +58,11 @@ def count_pdos(bench: Bench) -> Steps[None]:
 @case("6.4", "Synchronization 04", "With 1006h at 0, and as a consumer, the node sends no SYNC.", "CiA 301 7.5.2.6")
 def consumer(bench: Bench) -> Steps[None]:
     bench.entry(PERIOD, writable=True)
+    try:
+        yield from sync.produce(bench, bench.period_ms)
+        yield from bench.wait(2 * bench.period_ms)
+    except NotApplicable:
+        pass  # it never sends one
     sync_id = yield from sync.consume(bench)
     yield from bench.change(PERIOD, 0, 0)
     yield from bench.silence(sync_id, "SYNC of a consumer", 3 * bench.period_ms)

@@ -1,0 +1,76 @@
+"""`fieldrig conform` on rigs in virtual time."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from canopen_bench import EDS
+from typer.testing import CliRunner
+
+from fieldrig.cli.app import app
+from fieldrig.errors import RigError
+from fieldrig.exits import Exit
+
+LAB = EDS.parent / "lab-virtual.yaml"
+
+
+def conform(*arguments: object) -> Any:
+    return CliRunner().invoke(app, ["conform", *map(str, arguments)])
+
+
+def test_node_of_a_rig_file_passes_with_the_eds_and_values_that_the_file_names() -> None:
+    done = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--json")
+    assert done.exit_code == Exit.OK, done.output
+    report = json.loads(done.stdout)
+    assert (report["failed"], report["eds"]) == (0, "io32.eds")
+    assert report["passed"] >= 115
+
+
+def test_failure_is_told_by_the_exit_code(tmp_path: Path) -> None:
+    eds = tmp_path / "other.eds"
+    eds.write_text((EDS / "io32.eds").read_text().replace("DefaultValue=0x000F0191", "DefaultValue=0x00000191"))
+    done = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--eds", eds, "--only", "SDO 01")
+    assert done.exit_code == Exit.NOT_CONFORMING
+    assert "expected  91 01 00 00, as in the EDS" in done.stdout
+
+
+def test_reports_are_written(tmp_path: Path) -> None:
+    files = {kind: tmp_path / f"out.{kind}" for kind in ("junit", "html", "markdown")}
+    options = [word for kind, path in files.items() for word in (f"--{kind}", path)]
+    done = conform("--rig", LAB, "--bus", "can0", "--node", 6, "--only", "State", *options)
+    assert done.exit_code == Exit.OK, done.output
+    assert all("State 01" in path.read_text() for path in files.values())
+
+
+def test_cases_are_listed_without_a_node() -> None:
+    done = conform("--list", "--only", "Transition", "--json")
+    assert [case["number"] for case in json.loads(done.stdout)] == ["10.1", "10.2", "10.3", "10.4"]
+
+
+def test_what_is_missing_is_named(tmp_path: Path) -> None:
+    assert "--bus and --node" in conform().output
+    assert "--eds FILE" in conform("--bus", "can.udp", "--node", 5).output
+    for arguments, what in (
+        (("--rig", LAB, "--bus", "can7", "--node", 5), "has no bus can7"),
+        (("--rig", LAB, "--bus", "can0", "--node", 9), "has node-ID 9"),
+        (("--bus", "can.udp", "--node", 5, "--eds", tmp_path / "no.eds"), "no EDS that can be read"),
+        (("--only", "SDO 99"), "no case fits"),
+    ):
+        fault = conform(*arguments).exception
+        assert isinstance(fault, RigError)
+        assert what in fault.what
+
+
+def test_help_lists_the_installed_command() -> None:
+    done = CliRunner().invoke(app, ["--help"])
+    assert "conform  " in done.output
+
+
+@pytest.mark.parametrize("text", ["no sections at all", "[DeviceInfo]\n[1000]\nDataType=x\n"])
+def test_file_that_is_no_eds_is_named(tmp_path: Path, text: str) -> None:
+    eds = tmp_path / "wrong.eds"
+    eds.write_text(text)
+    fault = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--eds", eds).exception
+    assert isinstance(fault, RigError)
+    assert "is no EDS that can be read" in fault.what

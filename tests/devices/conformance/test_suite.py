@@ -1,0 +1,179 @@
+"""The suite on nodes that are whole: nothing fails, little is not applicable, and the node is left as it was."""
+
+from pathlib import Path
+
+import pytest
+from broken_nodes import NODE_ID
+from canopen_bench import IO32, LEVEL_SENSOR
+from conform_bench import HERE, conformed, failures, numbers, rig_of
+
+from fieldrig.config import from_dict
+from fieldrig.errors import RigError
+from fieldrig.rig import Rig
+from fieldrig.store import MemoryStore
+from fieldrig_devices.conformance.bench import Options
+from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.run import choose, conform_virtual
+from fieldrig_devices.conformance.suite import Verdict
+
+# Of the public log of CANopenNode under CiA's test tool: how many cases each family has.
+FAMILIES = {
+    "EDS checker": 1,
+    "SDO": 30,
+    "PDO": 33,
+    "OD": 9,
+    "Emergency": 6,
+    "Synchronization": 10,
+    "Guarding": 6,
+    "Heartbeat": 7,
+    "Heartbeat versus guarding": 7,
+    "Testing other": 10,
+    "State": 4,
+    "Transition": 4,
+}
+
+SDO_CLIENT = """
+[1280]
+ParameterName=SDO client parameter
+ObjectType=0x9
+SubNumber=4
+
+[1280sub0]
+ParameterName=Highest sub-index supported
+ObjectType=0x7
+DataType=0x0005
+AccessType=const
+DefaultValue=3
+
+[1280sub1]
+ParameterName=COB-ID client to server
+ObjectType=0x7
+DataType=0x0007
+AccessType=rw
+DefaultValue=0x80000000
+
+[1280sub2]
+ParameterName=COB-ID server to client
+ObjectType=0x7
+DataType=0x0007
+AccessType=rw
+DefaultValue=0x80000000
+
+[1280sub3]
+ParameterName=Node-ID of the server
+ObjectType=0x7
+DataType=0x0005
+AccessType=rw
+DefaultValue=0
+"""
+
+
+def test_there_are_the_127_cases_of_the_log() -> None:
+    cases = choose(())
+    assert len(cases) == 127
+    assert {family: sum(1 for case in cases if case.family == family) for family in FAMILIES} == FAMILIES
+    assert all(case.requirement.endswith(".") and case.clause for case in cases)
+    assert (cases[0].number, cases[7].number, cases[7].name, cases[-1].number) == ("1.0", "2.7", "SDO 07", "10.4")
+
+
+def test_io_node_passes_at_least_115_cases_and_fails_none() -> None:
+    report = conformed()
+    assert failures(report) == {}
+    assert report.executed >= 115
+    assert all(one.reason for one in report.of(Verdict.NOT_APPLICABLE))
+    assert all(not one.notes for one in report.results)
+
+
+def test_sensor_node_fails_none() -> None:
+    report = conformed(eds=LEVEL_SENSOR)
+    assert failures(report) == {}
+    assert report.executed >= 80
+    assert all(one.reason for one in report.of(Verdict.NOT_APPLICABLE))
+
+
+def test_same_run_gives_the_same_frames() -> None:
+    first, second = conformed("SDO", "State"), conformed("SDO", "State")
+    assert [one.frames for one in first.results] == [one.frames for one in second.results]
+
+
+def with_sdo_client(folder: Path) -> Path:
+    eds = folder / "client.eds"
+    eds.write_text(IO32.read_text() + SDO_CLIENT)
+    return eds
+
+
+def test_stored_parameters_of_an_sdo_client_are_tried(tmp_path: Path) -> None:
+    eds = with_sdo_client(tmp_path)
+    assert numbers(conformed("2.30", eds=eds), Verdict.PASSED) == ["2.30"]
+    assert numbers(conformed("2.30", eds=eds, fault="StoresNothing"), Verdict.FAILED) == ["2.30"]
+
+
+def test_eds_with_a_default_beyond_its_limit_fails(tmp_path: Path) -> None:
+    eds = tmp_path / "wrong.eds"
+    eds.write_text(
+        IO32.read_text().replace("DefaultValue=0\nLowLimit=0\nHighLimit=2\n", "DefaultValue=3\nHighLimit=2\n")
+    )
+    with Rig(from_dict(rig_of(), HERE)) as rig:
+        report = conform_virtual(rig, "can0", Description(eds, NODE_ID), choose(["1.0"]))
+    assert failures(report) == {
+        "1.0": "expected an EDS without faults; came 1029h:01h: default 3 above the HighLimit 2"
+    }
+
+
+# What is left behind.
+
+
+def values(rig: Rig) -> dict[str, object]:
+    """All points but the clock."""
+    return {key: rig.get("node", key) for key in rig.keys("node") if key != "time"}
+
+
+def test_node_is_as_it_was() -> None:
+    store = MemoryStore()
+    objects = {"1017:00": 700, "1018:04": 77, "6206:01": 3}
+    with Rig(from_dict(rig_of(objects=objects), HERE), stores={"node": store}) as rig:
+        rig.run_until(10_000_000)
+        before = values(rig)
+        report = conform_virtual(rig, "can0", Description(IO32, NODE_ID), choose(()))
+        after = values(rig)
+    assert {key: (before[key], after[key]) for key in before if before[key] != after[key]} == {}
+    assert report.notes[0].startswith("the node's parameters are as they were before")
+    with Rig(from_dict(rig_of(objects=objects), HERE), stores={"node": store}) as rig:
+        rig.run_until(10_000_000)
+        assert values(rig) == before
+
+
+def test_what_was_changed_since_power_on_is_put_back_too() -> None:
+    with Rig(from_dict(rig_of(), HERE)) as rig:
+        for key, value in (("1017:00", 350), ("1800:03", 70), ("6200:02", 0xA5)):
+            rig.set("node", key, value)
+        before = values(rig)
+        report = conform_virtual(rig, "can0", Description(IO32, NODE_ID), choose(["State", "Testing other"]))
+        assert values(rig) == before
+    assert "that a reset had undone were written again" in report.notes[0]
+
+
+def test_store_is_left_alone_if_asked() -> None:
+    store = MemoryStore()
+    with Rig(from_dict(rig_of(), HERE), stores={"node": store}) as rig:
+        options = Options(may_store=False)
+        report = conform_virtual(rig, "can0", Description(IO32, NODE_ID), choose(["Testing other"]), options)
+    assert store.load() is None
+    assert len(report.of(Verdict.NOT_APPLICABLE)) == 9
+
+
+def test_node_that_is_not_there_is_named() -> None:
+    with Rig(from_dict(rig_of(), HERE)) as rig, pytest.raises(RigError, match="node 6 doesn't answer") as caught:
+        conform_virtual(rig, "can0", Description(IO32, 6), choose(["2.1"]))
+    assert "node-ID" in caught.value.remedy
+
+
+def test_cases_are_chosen_by_number_name_and_family() -> None:
+    def chosen(*patterns: str) -> list[str]:
+        return [case.number for case in choose(patterns)]
+
+    assert chosen("2.7") == chosen("SDO 07") == chosen("sdo 07") == ["2.7"]
+    assert chosen("10.*") == chosen("Transition") == ["10.1", "10.2", "10.3", "10.4"]
+    assert len(chosen("Heartbeat")) == 7
+    with pytest.raises(RigError, match="no case fits sdo 99"):
+        chosen("SDO 99")
