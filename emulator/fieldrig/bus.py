@@ -123,6 +123,10 @@ class Attachment(Protocol):
     def rig(self) -> str:
         """The rig's name, for whatever two rigs could mix up."""
 
+    @property
+    def seed(self) -> int:
+        """The rig's seed, for what goes by chance."""
+
     def path(self, name: str) -> Path:
         """A path in the rig's run folder."""
 

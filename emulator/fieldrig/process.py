@@ -34,7 +34,8 @@ class End:
     """What a direct bus gets to make one device's end of itself (an `Attachment`)."""
 
     def __init__(self, member: str, bus: Bus[Any], process: "DeviceProcess") -> None:
-        self.clock, self.member, self.rig = process.clock, member, process.config.name
+        self.clock, self.member = process.clock, member
+        self.rig, self.seed = process.config.name, process.config.seed
         self._bus, self._process = bus, process
 
     def path(self, name: str) -> Path:

@@ -14,6 +14,7 @@ from fieldrig.errors import ControlError, RigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 
 HERE = Path(__file__).parent
@@ -151,3 +152,39 @@ def test_devices_that_answer_each_other_for_ever_are_named() -> None:
     squabblers = {name: {"kind": "rig_kinds:Squabbler", "links": WIRES} for name in ("ping", "pong")}
     with Rig(from_dict(dice_rig(devices=squabblers), HERE)) as rig, pytest.raises(RigError, match="ping, pong"):
         rig.run_until(1)
+
+
+def test_a_bus_takes_faults_at_run_time_or_says_that_it_takes_none() -> None:
+    buses = {"can0": {"kind": "can.virtual", "bitrate": 1_000_000}, "wires": {"kind": "wires.virtual"}}
+    with Rig(from_dict({"time": "virtual", "seed": 7, "buses": buses})) as rig:
+        number = rig.add_fault("can0", {"what": "drop"})
+        assert rig.faults("can0")[number]["what"] == "drop"
+        rig.clear_fault("can0", number)
+        assert rig.faults("can0") == {}
+        with pytest.raises(ControlError, match="can0: no fault 1 here"):
+            rig.clear_fault("can0", number)
+        with pytest.raises(ControlError, match="wires: this bus takes no faults"):
+            rig.add_fault("wires", {"what": "drop"})
+        with pytest.raises(ControlError, match="no bus 'can1'"):
+            rig.faults("can1")
+
+
+def struck_frames(seed: int) -> list[tuple[int, str, bytes]]:
+    """What a rig's CAN bus carries whose faults go by chance."""
+    can0 = {"kind": "can.virtual", "faults": [{"what": "corrupt", "probability": 0.3}]}
+    lines: list[tuple[int, str, bytes]] = []
+
+    def keep(bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        lines.append((delivery.time_ns, delivery.sender, bus.encode(delivery.message)))
+
+    with Rig(from_dict({"time": "virtual", "seed": seed, "buses": {"can0": can0}}), on_delivery=keep) as rig:
+        sender = rig.attach("sender").link("can0")
+        rig.attach("receiver").link("can0").on_receive(lambda _frame: None)
+        for number in range(20):
+            sender.send(CanFrame(number))
+        rig.run_until(S)
+    return lines
+
+
+def test_the_chance_of_a_fault_is_that_of_the_seed() -> None:
+    assert struck_frames(1) == struck_frames(1) != struck_frames(2)

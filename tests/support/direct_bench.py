@@ -17,6 +17,7 @@ class At:
     """An Attachment that keeps what goes into the trace."""
 
     rig = "lab"
+    seed = 7
 
     def __init__(self, member: str, clock: RealClock) -> None:
         self.member, self.clock = member, clock

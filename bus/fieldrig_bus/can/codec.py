@@ -67,14 +67,6 @@ def decode(data: bytes) -> CanFrame | Notice:
     return check(frame)
 
 
-def decode_frame(data: bytes) -> CanFrame:
-    """Where there are no notices.  ValueError for anything but a frame."""
-    message = decode(data)
-    if not isinstance(message, CanFrame):
-        raise ValueError(f"not a CAN frame: {data.hex(' ')}")
-    return message
-
-
 def show(message: CanFrame | Notice) -> str:
     """As candump shows it: `123 [3] 01 02 03`; with three digits 11 bits, with eight 29."""
     if not isinstance(message, CanFrame):

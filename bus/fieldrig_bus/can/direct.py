@@ -10,13 +10,21 @@ import socket
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
+from random import Random
 from typing import Any, ClassVar, Final
+
+from pydantic import Field
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
+from fieldrig.link import Link
+from fieldrig.settings import Settings
 from fieldrig_bus.can import codec
 from fieldrig_bus.can.acceptance import ERRORS, STATE, Filters, filters_of, wants, wants_own
+from fieldrig_bus.can.faulty_link import FaultyLink, LinkFault
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.model import CanMessage
+from fieldrig_bus.can.notices import BusState, CanError, FaultNote
 
 log = logging.getLogger(__name__)
 
@@ -98,13 +106,18 @@ class DirectEnd(ABC):
             self._come_back()
 
 
-class CanDirectBus(DirectBus[CanFrame]):
+class CanDirectSettings(Settings):
+    faults: list[LinkFault] = Field(default=[], description="at each device's own end, from its start on")
+
+
+class CanDirectBus(DirectBus[CanMessage]):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     family: ClassVar[str] = "can"
-    messages: ClassVar[tuple[type, ...]] = (CanFrame,)
+    messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote)
+    settings: CanDirectSettings
 
     encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode_frame)
+    decode = staticmethod(codec.decode)
     show = staticmethod(codec.show)
 
     def __init__(self, name: str, settings: Any) -> None:
@@ -119,9 +132,10 @@ class CanDirectBus(DirectBus[CanFrame]):
     def python_can(self) -> dict[str, object]:
         """What `can.Bus(...)` takes to join from outside."""
 
-    async def open(self, at: Attachment) -> DirectEnd:
+    async def open(self, at: Attachment) -> Link[Any]:
         end = self._ends[at.member] = self.end(at)
-        return end
+        faults = self.settings.faults
+        return FaultyLink(at, end, faults, Random(f"{at.seed}/{self.name}/{at.member}")) if faults else end
 
     async def close(self, member: str) -> None:
         end = self._ends.pop(member, None)

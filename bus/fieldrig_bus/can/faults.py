@@ -7,6 +7,7 @@ not matter in which order the model looks at frames.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from random import Random
 from typing import Annotated, Any, Final, Literal
 
@@ -73,6 +74,10 @@ class Delay(_FrameFault):
     what: Literal["delay"]
     delay_ms: float = Field(gt=0)
 
+    @property
+    def delay_ns(self) -> int:
+        return round(self.delay_ms * MS)
+
 
 class Duplicate(_FrameFault):
     """The frame goes over the bus once more."""
@@ -93,7 +98,10 @@ class Replace(_FrameFault):
             raise ValueError("give either data or xor")
         return self
 
-    def replaced(self, data: bytes) -> bytes:
+    def of(self, frame: CanFrame) -> CanFrame:
+        return replace(frame, data=self._replaced(frame.data))
+
+    def _replaced(self, data: bytes) -> bytes:
         given = bytes.fromhex(self.data if self.data is not None else self.xor or "")
         if self.data is not None:
             return given[: len(data)] + data[len(given) :]
@@ -201,7 +209,7 @@ class Fault:
         if not isinstance(self.settings, Delay) or not self.strikes(now_ns, sender, frame, key):
             return 0
         self.applied += 1
-        return round(self.settings.delay_ms * MS)
+        return self.settings.delay_ns
 
     def chance(self, key: int) -> int:
         """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""

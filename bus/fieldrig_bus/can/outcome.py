@@ -6,7 +6,7 @@ times 11 that it waits for.  Each end of a frame has 11 recessive bits too.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig.bus import Delivery
@@ -66,7 +66,7 @@ class Strike:
                 self.is_doubled = True
                 self.faults.append((fault, "duplicated"))
             case Replace() as settings:
-                self.frame = replace(frame, data=settings.replaced((self.frame or frame).data))
+                self.frame = settings.of(self.frame or frame)
                 self.faults.append((fault, f"data replaced, was {frame.data.hex(' ')}"))
             case Corrupt(bit=bit) if self.disturbance.first() is None:
                 flipped = _bit(bit, fault, wire, key)
@@ -134,12 +134,16 @@ class Outcome:
             seen = min(seen, last)
             self.end = self.start + wire.ticks(seen, model.nominal, model.switched) + (last - seen) * model.nominal
         self.free = self.end + INTERMISSION_BITS * model.nominal
-        held = self.strike.disturbance.dominant
-        if last in held:
-            self.free = self._after_short()
+        if last in self.strike.disturbance.dominant and self._short is not None:
+            self.free = self._after(self._short)
 
-    def _after_short(self) -> int:
-        model, until_ns = self.model, self.strike.faults[-1][0].until_ns
+    @property
+    def _short(self) -> Fault | None:
+        fault = self.strike.faults[-1][0] if self.strike.faults else None
+        return fault if fault is not None and isinstance(fault.settings, Short) else None
+
+    def _after(self, short: Fault) -> int:
+        model, until_ns = self.model, short.until_ns
         return NEVER if until_ns is None else until_ns * model.per_ns + SEQUENCE_BITS * model.nominal
 
     def act(self, disturbed: "Disturbed") -> list[Delivery[Any]]:

@@ -18,10 +18,9 @@ from pydantic import Field
 from fieldrig.bus import Attachment
 from fieldrig.device import Tool
 from fieldrig.errors import BusError
-from fieldrig.settings import Settings
 from fieldrig_bus.can import socketcan_errors
 from fieldrig_bus.can.acceptance import ERRORS, EXTENDED, REMOTE, STATE, Filters, passes, received
-from fieldrig_bus.can.direct import CanDirectBus, DirectEnd
+from fieldrig_bus.can.direct import CanDirectBus, CanDirectSettings, DirectEnd
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import BusState, CanError
 
@@ -38,7 +37,7 @@ RECEIVE_BUFFER: Final = 1 << 20
 NO_CAN: Final = "on Linux load it with `sudo modprobe can-raw vcan`; kind: can.hub needs no kernel support"
 
 
-class CanSocketcanSettings(Settings):
+class CanSocketcanSettings(CanDirectSettings):
     channel: str = Field(pattern=r"^[^\s/]{1,15}$", description="network device, such as vcan0 or can0")
     fd: bool = Field(default=False, description="also CAN FD frames; the device must be set up for them")
 

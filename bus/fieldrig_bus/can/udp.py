@@ -22,9 +22,8 @@ from pydantic import AfterValidator, Field
 from fieldrig.bus import Attachment
 from fieldrig.device import Tool
 from fieldrig.errors import BusError
-from fieldrig.settings import Settings
 from fieldrig_bus.can.acceptance import Filters, passes, received
-from fieldrig_bus.can.direct import CanDirectBus, DirectEnd
+from fieldrig_bus.can.direct import CanDirectBus, CanDirectSettings, DirectEnd
 from fieldrig_bus.can.frame import CanFrame, check
 
 log = logging.getLogger(__name__)
@@ -54,7 +53,7 @@ def _interface(text: str) -> str:
     return text
 
 
-class CanUdpSettings(Settings):
+class CanUdpSettings(CanDirectSettings):
     group: Annotated[str, AfterValidator(_group)] = Field(
         default="239.74.163.2", description="IPv4 multicast address; python-can's own if left out"
     )

@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_bus.can.bits import Place
-from fieldrig_bus.can.codec import decode, decode_frame, encode, show
+from fieldrig_bus.can.codec import decode, encode, show
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
 
@@ -121,11 +121,6 @@ def test_any_bytes_are_a_notice_or_refused(number: int, body: bytes) -> None:
         return
     assert encode(notice) == data
     assert show(notice)
-
-
-def test_where_only_frames_go_a_notice_is_refused() -> None:
-    with pytest.raises(ValueError, match="not a CAN frame"):
-        decode_frame(bytes.fromhex("02 00 00 60 04 00 01 ff"))
 
 
 def test_a_person_sees_what_a_notice_says() -> None:

@@ -259,3 +259,12 @@ def test_who_asks_hears_of_errors_and_states() -> None:
     deliveries = model.collect(LATER)
     assert receivers_of(deliveries, CanError) == [("a",), ("b",)] * 12
     assert receivers_of(deliveries, BusState) == [("a",), ("a",)]  # warning at 96, and active again
+
+
+def test_an_error_flag_that_nobody_needs_any_more_holds_nothing_up() -> None:
+    """A classical and an FD frame part early; six dominant bits from bit 33 on find their error frame over."""
+    model = bus("a", "b", "c")
+    model.add_fault(0, {"what": "error_frame", "bit": 33, "count": 1})
+    model.submit(0, "a", CanFrame(2))
+    model.submit(0, "b", CanFrame(2, is_fd=True))
+    assert len(told(model, CanFrame)) == 2

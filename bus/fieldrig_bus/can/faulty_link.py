@@ -1,0 +1,88 @@
+"""Faults on a CAN bus whose medium is not ours: at a device's own end, as far as that reaches.
+
+`drop`, `delay`, `duplicate` and `replace` strike what the device sends, if their `node` is this device or left out.
+A `drop` that names this device among its `receivers` strikes what it hears, whoever sent it.  Bits, error frames and
+other controllers are out of reach: kinds with a model have these faults.
+"""
+
+from collections.abc import Callable, Sequence
+from random import Random
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from fieldrig.bus import Attachment
+from fieldrig.link import Link
+from fieldrig_bus.can.faults import Delay, Drop, Duplicate, Fault, Faults, Replace
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.notices import FaultNote
+
+LinkFault = Annotated[Drop | Delay | Duplicate | Replace, Field(discriminator="what")]
+
+
+class FaultyLink:
+    """A link that loses, delays, doubles and changes frames on their way to the link it wraps."""
+
+    def __init__(self, at: Attachment, link: Link[Any], faults: Sequence[LinkFault], random: Random) -> None:
+        self._at, self._link = at, link
+        self._faults = Faults(random)
+        for fault in faults:
+            self._faults.add(at.clock.now_ns(), fault)
+        self._count = 0
+        self._held_until_ns = 0
+
+    def send(self, message: CanFrame) -> None:
+        member, now_ns = self._at.member, self._at.clock.now_ns()
+        self._count += 1
+        key, frames = self._count << 1, [message]
+        for fault in self._faults.of(Drop, Delay, Duplicate, Replace):
+            settings = fault.settings
+            if (isinstance(settings, Drop) and settings.receivers is not None) or not fault.strikes(
+                now_ns, member, message, key
+            ):
+                continue
+            fault.applied += 1
+            match settings:
+                case Drop():
+                    frames = []
+                    self._note(fault, "dropped")
+                case Delay():
+                    self._held_until_ns = max(self._held_until_ns, now_ns + settings.delay_ns)
+                    self._note(fault, "delayed")
+                case Duplicate():
+                    frames = frames * 2
+                    self._note(fault, "duplicated")
+                case Replace():
+                    frames = [settings.of(frame) for frame in frames]
+                    self._note(fault, f"data replaced, was {message.data.hex(' ')}")
+        for frame in frames:
+            self._send(now_ns, frame)
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        def hear(message: Any) -> None:
+            if not isinstance(message, CanFrame) or not self._is_lost(message):
+                handler(message)
+
+        self._link.on_receive(hear, interest)
+
+    def _send(self, now_ns: int, frame: CanFrame) -> None:
+        if now_ns >= self._held_until_ns:
+            self._link.send(frame)
+        else:  # in order: the clock keeps that of asking
+            self._at.clock.call_at(self._held_until_ns, lambda: self._link.send(frame))
+
+    def _is_lost(self, frame: CanFrame) -> bool:
+        self._count += 1
+        member, now_ns = self._at.member, self._at.clock.now_ns()
+        for fault in self._faults.of(Drop):
+            settings = fault.settings
+            if not isinstance(settings, Drop) or settings.receivers is None or settings.node is not None:
+                continue  # who sent a frame is not to be told here
+            if member in settings.receivers and fault.strikes(now_ns, "", frame, self._count << 1 | 1):
+                fault.applied += 1
+                self._note(fault, f"dropped for {member}")
+                return True
+        return False
+
+    def _note(self, fault: Fault, what: str) -> None:
+        self._at.heard(self._at.member, FaultNote(fault.number, what))
