@@ -246,6 +246,10 @@ class DictionaryModel:
         if data == self.data[where]:
             return
         self.data[where] = data
+        for number in list(self._buffers):
+            is_off = self.number(0x1400 + number, 1) & 1 << 31 or self.number(0x1400 + number, 2) > 240
+            if is_off:  # what waited for a SYNC is not for another mapping
+                del self._buffers[number]
         if where[0] != 0x1020 and not self._described[where].is_mappable and self._is_kept(where):
             self.data[0x1020, 1] = self.data[0x1020, 2] = bytes(4)
 

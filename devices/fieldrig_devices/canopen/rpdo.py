@@ -81,6 +81,8 @@ class Rpdo(Service):
         self._port.listen(self, Object.PDO, can_key(cob_id) if is_there else None, self._on_frame)
         is_synchronised = is_there and self._is_synchronous and self._port.state is State.OPERATIONAL
         self._sync.subscribe((0, self._number), self._on_sync if is_synchronised else None)
+        if not is_synchronised:
+            self._waiting = None  # it may come back with another mapping
 
     def _watch_time(self, is_there: bool) -> None:
         was_watched = self._overdue.when_ns is not None

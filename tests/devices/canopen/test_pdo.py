@@ -49,6 +49,14 @@ def test_rpdo_waiting_for_sync_is_forgotten_outside_operational(bench: CanopenBe
     assert outputs(bench) == [0, 0, 0, 0]
 
 
+def test_rpdo_waiting_for_sync_is_forgotten_with_its_mapping(bench: CanopenBench) -> None:
+    bench.write(type_of_rpdo_1(1))
+    bench.send(START, "205#01 02 03 04")
+    bench.write("23 00 14 01 05 02 00 80", "23 00 14 01 05 02 00 00")
+    bench.send(SYNC)
+    assert outputs(bench) == [0, 0, 0, 0]
+
+
 @pytest.mark.parametrize("command", [STOP, PREPARE])
 def test_no_pdo_outside_operational(running: CanopenBench, command: str) -> None:
     running.send(command, "205#01 02 03 04")
