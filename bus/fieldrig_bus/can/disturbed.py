@@ -11,7 +11,7 @@ A lone transmitter retransmits for ever.  Once it is error passive nothing about
 are no steps, they are counted when somebody asks, and a rig in virtual time comes to its end.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -174,17 +174,19 @@ class Disturbed:
     def _contenders(self) -> list[tuple[int, Request]]:
         """The first frame of everybody, and the tick from which it may start."""
         free = self._model.free
+        babbles = list(self._model.faults.of(Babble))
         found = []
         for member in self.everybody():
-            request = self._first_of(member) if member.may_send else None
-            if request is not None:
-                found.append((max(request.asked, free, member.resume), request))
+            if member.may_send and (babbles or member.queue):
+                request = self._first_of(member, babbles) if babbles else member.queue[0]
+                if request is not None:
+                    found.append((max(request.asked, free, member.resume), request))
         return found
 
-    def _first_of(self, member: Member) -> Request | None:
+    def _first_of(self, member: Member, babbles: Sequence[Fault]) -> Request | None:
         model = self._model
         waiting = member.queue[0] if member.queue else None
-        for fault in model.faults.of(Babble):
+        for fault in babbles:
             settings = fault.settings
             if isinstance(settings, Babble) and settings.node == member.name and not member.is_gone:
                 due = max(self.due.get(fault.number, 0), fault.start_ns * model.per_ns)
@@ -255,7 +257,7 @@ class Disturbed:
         if not model.nominal:  # without bit times there is no error; they go one after the other
             senders = (min(senders),)
         losers = tuple(request for request in rivals if request not in senders)
-        if len(senders) == 1 and not model.faults:
+        if len(senders) == 1 and not self._is_struck(start, senders[0]):
             smooth = self._smooth(start, senders, losers)
             if smooth is not None:
                 return self._step_of(smooth, 0)
@@ -288,18 +290,32 @@ class Disturbed:
 
     def _smooth(self, start: int, senders: tuple[Request, ...], losers: tuple[Request, ...]) -> Outcome | None:
         """Of most frames nothing needs to be played; None of the others."""
-        request = senders[0]
-        member = request.member
-        outcome = Outcome(self._model, start, senders, losers, [], _IDLE, Strike(start), is_smooth=True)
-        if self._model.nominal:
-            outcome.nodes = self._receivers((member,))
-            if not outcome.nodes:
+        request, model = senders[0], self._model
+        outcome = Outcome(model, start, senders, losers, [], _IDLE, Strike(start), is_smooth=True)
+        if model.nominal:
+            sender = request.member
+            others = [each for each in self.everybody() if each.may_send and not each.is_gone and each is not sender]
+            if not others and not model.is_acknowledged:
                 return None
-            if request.frame.is_fd and any(each is not None and each.is_classical for each, _ in outcome.nodes):
+            if request.frame.is_fd and any(each.is_classical for each in others):
                 return None
-            outcome.nodes.insert(0, (member, Node(member.tec, member.rec, _IDLE)))
-            outcome.all_is_well()
+            outcome.touched = [sender, *others]
         return outcome
+
+    def _is_struck(self, start: int, request: Request) -> bool:
+        """Whether a fault may have to do with this frame.  To say no is the quick way."""
+        model, member = self._model, request.member
+        now_ns, end_ns = start // model.per_ns, (start + request.ticks) // model.per_ns
+        if member.copy:
+            return True
+        key = _key_of(member)
+        for fault in model.faults:
+            if isinstance(fault.settings, Short | WrongBitRate):
+                if fault.start_ns <= end_ns and not fault.is_over(now_ns):
+                    return True
+            elif fault.is_framed and fault.strikes(now_ns, member.name, request.frame, key):
+                return True
+        return False
 
     def _step_of(self, outcome: Outcome, last: int) -> Step:
         outcome.end_at(last)
@@ -345,7 +361,7 @@ class Disturbed:
     def _strike(self, start: int, request: Request, wire: Stream) -> Strike:
         model, member = self._model, request.member
         strike = Strike(start)
-        key = member.order << 48 ^ member.frames << 12 ^ member.attempts & 0xFFF
+        key = _key_of(member)
         if not member.copy:
             kinds = (Drop, Replace, Corrupt, ErrorFrame, *((Duplicate,) if member.is_first(request) else ()))
             for fault in model.faults.of(*kinds):
@@ -375,3 +391,8 @@ class Disturbed:
 
     def _tick_of(self, wire: Stream, bit: int) -> int:
         return wire.ticks(bit, self._model.nominal, self._model.switched)
+
+
+def _key_of(member: Member) -> int:
+    """What chance goes by: whose frame, which one, which attempt."""
+    return member.order << 48 ^ member.frames << 12 ^ member.attempts & 0xFFF

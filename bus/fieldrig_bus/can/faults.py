@@ -181,7 +181,7 @@ _64: Final = (1 << 64) - 1
 class Fault:
     """One fault that was given."""
 
-    __slots__ = ("_salt", "applied", "number", "settings", "start_ns", "until_ns")
+    __slots__ = ("_salt", "applied", "is_framed", "number", "settings", "start_ns", "until_ns")
 
     def __init__(self, number: int, settings: CanFault, now_ns: int, salt: int) -> None:
         self.number, self.settings, self._salt = number, settings, salt
@@ -189,6 +189,8 @@ class Fault:
         duration_ms = settings.duration_ms
         self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
         self.applied = 0
+        self.is_framed = isinstance(settings, Drop | Duplicate | Replace | Corrupt | ErrorFrame)
+        """It strikes frames on the wire."""
 
     def is_over(self, now_ns: int) -> bool:
         count = getattr(self.settings, "count", None)
@@ -244,8 +246,8 @@ class Faults:
             there = ", ".join(map(str, self._live)) or "none"
             raise ValueError(f"no fault {number} here; there are: {there}") from None
 
-    def __bool__(self) -> bool:
-        return bool(self._live)
+    def __iter__(self) -> Iterator[Fault]:
+        return iter(self._live.values())
 
     def of(self, *kinds: type[Any]) -> Iterator[Fault]:
         return (fault for fault in self._live.values() if isinstance(fault.settings, kinds))

@@ -94,7 +94,8 @@ class Outcome:
     wire: Stream
     strike: Strike
     is_smooth: bool = False
-    """Nothing is wrong, and `wire` isn't needed."""
+    """Nothing is wrong; there are no nodes and no wire, but `touched`: the sender, and those that receive."""
+    touched: list[Member] = field(default_factory=list)
     end: int = 0
     """When it is told."""
     free: int = 0
@@ -159,8 +160,11 @@ class Outcome:
         is_lone = len(self.nodes) == 1 == len(self.senders) and self.senders[0].member.tec >= PASSIVE
         if not self.is_sent:
             model.error_frames += 1
+        if self.is_smooth:
+            self._settle_smoothly()
         for member, node in self._members():
             self._settle(member, node)
+            self.touched.append(member)
         deliveries += self._errors(end_ns)
         deliveries += self._states(end_ns)
         if is_lone and not self.is_sent:
@@ -273,6 +277,15 @@ class Outcome:
 
     # counters
 
+    def _settle_smoothly(self) -> None:
+        for member in self.touched[1:]:
+            if member.rec:
+                member.rec = min(member.rec - 1, REC_AFTER_PASSIVE)
+        for member in self.touched[:1]:
+            member.tec = max(0, member.tec - 1)
+            is_suspended = max(member.tec, member.rec) >= PASSIVE
+            member.resume = self.free + SUSPEND_BITS * is_suspended * self.model.nominal
+
     def _settle(self, member: Member, node: Node) -> None:
         nominal = self.model.nominal
         member.tec, member.rec = node.tec, node.rec
@@ -281,7 +294,7 @@ class Outcome:
         if node.is_sent:
             member.tec = max(0, node.tec - 1)
         elif self.senders and self._is_accepted(node):
-            member.rec = REC_AFTER_PASSIVE if node.rec > REC_AFTER_PASSIVE else max(0, node.rec - 1)
+            member.rec = max(0, min(node.rec - 1, REC_AFTER_PASSIVE))
         if any(request.member is member for request in self.senders):
             behind = max(0, node.done - self.length) if self.is_sent else 0
             is_suspended = max(member.tec, member.rec) >= PASSIVE
@@ -303,7 +316,9 @@ class Outcome:
         return Delivery(end_ns, member.name, error, (member.name,) if member.wants_errors else ())
 
     def _states(self, end_ns: int) -> Iterator[Delivery[Any]]:
-        for member, _ in self._members():
+        for member in self.touched:
+            if not (member.tec or member.rec) and member.state is CanState.ACTIVE:
+                continue  # most are so
             state = state_of(member.tec, member.rec)
             if state is not member.state:
                 member.state = state
