@@ -35,7 +35,9 @@ SDO_VALUE = bytes.fromhex("43 00 10 00 91 01 07 00")
 
 
 class Hub:
-    """A hub in this process, and the processes that attach to it."""
+    """A hub in this process, and the processes that attach to it: `script` run with the words of `be_member`."""
+
+    script = __file__
 
     def __init__(self, bitrate: int | None) -> None:
         self.clock = RealClock(asyncio.get_running_loop())
@@ -54,7 +56,7 @@ class Hub:
         for member in members:
             arguments = [str(self.run), "null" if self.bus.settings.bitrate is None else str(BITRATE)]
             process = await asyncio.create_subprocess_exec(
-                sys.executable, __file__, *arguments, *map(str, member),
+                sys.executable, self.script, *arguments, *map(str, member),
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             )  # fmt: skip
             self.members.append(process)
