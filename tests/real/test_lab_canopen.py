@@ -2,6 +2,7 @@
 
 import struct
 from itertools import pairwise
+from statistics import median
 
 import pytest
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
@@ -27,6 +28,11 @@ pytestmark = pytest.mark.real
 
 def count(heard: list[Heard], at_least: int) -> None:
     until(lambda: len(heard) >= at_least)
+
+
+def period_s(heard: list[Heard]) -> float:
+    """As most of them keep it, on a computer that does other things too."""
+    return median(second.time_s - first.time_s for first, second in pairwise(heard))
 
 
 # SDO
@@ -145,9 +151,7 @@ def test_heartbeat_keeps_its_period(master: CanopenMaster) -> None:
     beats = master.listen(0x700 + IO)
     master.io.sdo[0x1017].raw = 100
     count(beats, 11)
-    times_s = [beat.time_s for beat in beats[-11:]]
-    assert times_s[-1] - times_s[0] == pytest.approx(1.0, abs=0.1)  # of a computer that does other things
-    assert all(first < second for first, second in pairwise(times_s))
+    assert period_s(beats[-11:]) == pytest.approx(0.1, abs=0.02)
 
 
 def test_heartbeat_is_off_at_zero(master: CanopenMaster) -> None:
@@ -227,7 +231,7 @@ def test_modbus_master_starts_the_pump_and_tpdos_tell_the_level(master: CanopenM
     measured = master.listen(0x180 + SENSOR)
     master.start(master.io, master.sensor)
     pump.run(100)
-    until(lambda: len(events) > 3 and len(measured) > 2)
+    until(lambda: len(events) > 8 and len(measured) > 2)
     levels = [struct.unpack("<h", pdo.data[:2])[0] for pdo in events]
     assert levels == sorted(levels)
     assert levels[-1] > 5000
@@ -294,7 +298,7 @@ def test_event_timer_sends_a_tpdo_without_event(master: CanopenMaster) -> None:
     heard = master.listen(0x180 + IO)
     master.start(master.io)
     count(heard, 12)
-    assert heard[-1].time_s - heard[-11].time_s == pytest.approx(0.5, abs=0.1)
+    assert period_s(heard[-11:]) == pytest.approx(0.05, abs=0.02)
 
 
 def test_mapping_is_changed_by_the_master(lab: LabProcess, master: CanopenMaster) -> None:
