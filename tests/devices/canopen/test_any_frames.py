@@ -1,6 +1,7 @@
 """Whatever comes over the bus: no exception, the heartbeat goes on, and the dictionary is what the answers said."""
 
 from canopen_bench import IO32, CanopenBench, show
+from canopen_model import DictionaryModel, Frame
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,47 +44,21 @@ def test_no_frame_raises_and_the_heartbeat_goes_on(sent: list[CanFrame]) -> None
     assert bench.after(30).count("705#7f") == 3
 
 
-class Model:
-    """What a client knows of the dictionary from the answers alone."""
-
-    def __init__(self) -> None:
-        self.data: dict[bytes, bytes] = {}
-        self._under_way: tuple[bytes, bytearray] | None = None
-
-    def saw(self, request: bytes, answer: bytes) -> None:
-        command = request[0]
-        if answer[0] == 0x60 and command & 0x02:
-            size = 4 - (command >> 2 & 3) if command & 0x01 else 4
-            self.data[request[1:4]] = request[4 : 4 + size]
-        elif answer[0] == 0x60:
-            self._under_way = (request[1:4], bytearray())
-        elif answer[0] & 0xE0 == 0x20 and self._under_way is not None:
-            key, data = self._under_way
-            data += request[1 : 8 - (command >> 1 & 7)]
-            if command & 0x01:
-                self.data[key] = bytes(data)
+@settings(max_examples=200, deadline=None)
+@given(st.lists(sdo_requests, max_size=60))
+def test_dictionary_is_what_the_answers_of_the_server_said(requests: list[bytes]) -> None:
+    bench, model = CanopenBench(), DictionaryModel(IO32, 5, {})
+    bench.take()
+    for request in requests:
+        bench.can.deliver(CanFrame(0x605, request))
+        came = [Frame(0, one.identifier, one.data) for one in bench.can.take()]
+        model.went(Frame(0, 0x605, request), came)
+    for (index, subindex), expected in model.expected():
+        assert bench.node.dictionary.find(index, subindex).data == expected, f"{index:04X}:{subindex:02X}"
 
 
 BLOCK_GOES_ON = {0xA0, 0xA2, 0xC0, 0xC1}
 """Answers after which the number of answers depends on what was said before."""
-
-NO_PLAIN_MEMORY = {b"\x03\x10\x00"}
-"""1003h sub-index 0 takes only 0, and counts errors."""
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.lists(sdo_requests, max_size=60))
-def test_dictionary_is_what_the_answers_of_the_server_said(requests: list[bytes]) -> None:
-    bench, model = CanopenBench(), Model()
-    start = {variable.key: variable.data for variable in bench.node.dictionary}
-    for request in requests:
-        answer = bench.sdo(request.hex())
-        if answer:
-            model.saw(request, bytes.fromhex(answer))
-    for variable in bench.node.dictionary:
-        key = variable.index.to_bytes(2, "little") + bytes((variable.subindex,))
-        if key not in NO_PLAIN_MEMORY and not variable.is_process_input:
-            assert variable.data == model.data.get(key, start[variable.key])[: len(variable.data)], variable.key
 
 
 @settings(max_examples=200, deadline=None)

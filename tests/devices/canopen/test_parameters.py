@@ -2,8 +2,13 @@
 
 import json
 import logging
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
+import canopen_bench
 import pytest
 from canopen_bench import LEVEL_SENSOR, CanopenBench
 
@@ -207,3 +212,33 @@ def test_any_change_of_the_configuration_clears_its_date(bench: CanopenBench, ch
 def test_outputs_and_what_changes_nothing_leave_the_date(bench: CanopenBench, request_: str) -> None:
     bench.write(*DATED, request_)
     assert date(bench) == [0x3D2F, 0x0225_5100]
+
+
+# A kill
+
+SAVE_AND_WAIT = """
+import sys, time
+from pathlib import Path
+from canopen_bench import CanopenBench
+from fieldrig.store import FileStore
+
+bench = CanopenBench(store=FileStore(Path(sys.argv[1])))
+bench.write("2b 17 10 00 64 00 00 00", "23 10 10 01 73 61 76 65")
+print("stored", flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.system
+def test_what_was_confirmed_outlasts_a_killed_process(tmp_path: Path) -> None:
+    path = tmp_path / "io.store"
+    with subprocess.Popen(
+        [sys.executable, "-c", SAVE_AND_WAIT, str(path)],
+        stdout=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": str(Path(canopen_bench.__file__).parent)},
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"stored\n"
+        process.kill()
+    assert process.returncode == -signal.SIGKILL
+    assert CanopenBench(store=FileStore(path)).point("1017:00") == 100
