@@ -180,7 +180,7 @@ FAULTS = [
     (Parameters, "_on_change", lambda self: None),
     (Parameters, "_load", lambda self, group: None),
     (Rpdo, "_on_sync", lambda self, counter: None),
-    (Rpdo, "enter", lambda self, state: self._configure()),
+    (Rpdo, "_is_length_good", lambda self, frame: False),
     (Sync, "is_window_open", True),
     (Dictionary, "restore", lambda self, first, last: None),
     (HeartbeatProducer, "enter", lambda self, state: self._due.cancel()),

@@ -72,7 +72,7 @@ class CanopenBench:
     def interest(self) -> list[int]:
         """Identifiers that the node asks the bus for."""
         interest: Any = self.can.interest
-        return [identifier for identifier, mask in interest]
+        return [one[0] for one in interest if one != "state"]
 
 
 def parse(text: str) -> CanFrame:

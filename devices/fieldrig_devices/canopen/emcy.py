@@ -29,7 +29,9 @@ NO_ERROR = 0x0000
 class Error(IntEnum):
     """Error codes that communication itself raises (table 26)."""
 
+    ERROR_PASSIVE = 0x8120
     HEARTBEAT = 0x8130
+    RECOVERED_FROM_BUS_OFF = 0x8140
     PDO_NOT_PROCESSED = 0x8210
     PDO_LENGTH_EXCEEDED = 0x8220
     MPDO_NOT_PROCESSED = 0x8230

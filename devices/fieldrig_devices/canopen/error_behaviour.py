@@ -24,6 +24,7 @@ class ErrorBehaviour(Service):
     ) -> None:
         self._dictionary, self._errors, self._nmt, self._on_change = dictionary, errors, nmt, on_change
         self._lost: list[str] = []
+        self._is_off = False
         for entry in dictionary.members(ERROR_BEHAVIOUR):
             entry.writer = _writer(entry)
 
@@ -40,7 +41,17 @@ class ErrorBehaviour(Service):
             self._lost.remove(what)
         if not self._lost:
             self._errors.clear_error(emcy.Error.HEARTBEAT)
-        self._on_change(bool(self._lost))
+        self._tell()
+
+    def on_bus_off(self, is_off: bool) -> None:
+        """The controller has left the bus, or is back."""
+        self._is_off = is_off
+        if is_off:
+            self._react()
+        self._tell()
+
+    def _tell(self) -> None:
+        self._on_change(bool(self._lost) or self._is_off)
 
     def _react(self) -> None:
         reaction = REACTIONS.get(self._dictionary.number(ERROR_BEHAVIOUR, 1))

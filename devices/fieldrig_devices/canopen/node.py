@@ -20,6 +20,7 @@ from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen import cia401, lss, rpdo, sdo_server, tpdo
+from fieldrig_devices.canopen.bus_errors import BusErrors
 from fieldrig_devices.canopen.cia401 import Cia401
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds_source import EdsSource
@@ -110,6 +111,7 @@ class CanopenNode(Device):
         sync = Sync(clock, port, dictionary, self.emcy)
         behaviour = ErrorBehaviour(dictionary, self.emcy, self.nmt, self._on_communication_error)
         services: list[Service] = [self.nmt, self.emcy, behaviour]
+        services.append(BusErrors(port, self.emcy, behaviour.on_bus_off))
         services += [self._lss] if dictionary.features.has_lss else []
         services += [one for one in (self._profile, self._ties) if one is not None]
         services += [

@@ -4,7 +4,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from fieldrig.link import Link
+from fieldrig_bus.can.acceptance import STATE
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.notices import BusState
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.service import ALLOWED, Object, State
 
@@ -33,6 +35,9 @@ class Port:
         self._interest: list[int] | None = None
         self._is_batching = False
         self._silences = 0
+        self.has_heard = False
+        """Whether anybody else has been on the bus."""
+        self._on_bus_state: Callable[[BusState], None] | None = None
         self.state = State.INITIALISING
 
     def send(self, key: int, data: bytes) -> None:
@@ -55,6 +60,10 @@ class Port:
             self._listeners[owner] = wanted
         if not self._is_batching:
             self._connect()
+
+    def on_bus_state(self, handler: Callable[[BusState], None]) -> None:
+        """Call `handler` when the CAN controller changes its state."""
+        self._on_bus_state = handler
 
     def fall_silent(self) -> None:
         """Neither send nor hear, until `speak` is called as often."""
@@ -85,7 +94,8 @@ class Port:
         interest = sorted({key for carried, key, _ in listeners if is_configured or carried is Object.LSS})
         if interest != self._interest:
             self._interest = interest
-            self._can.on_receive(self._on_frame, [_accept(key) for key in interest])
+            words = [] if self._on_bus_state is None else [STATE]
+            self._can.on_receive(self._on_message, [*(_accept(key) for key in interest), *words])
 
     def _connect_routes(self) -> None:
         handlers: dict[int, list[Handler]] = {}
@@ -94,7 +104,12 @@ class Port:
                 handlers.setdefault(key, []).append(handler)
         self._routes = {key: several[0] if len(several) == 1 else _all(several) for key, several in handlers.items()}
 
-    def _on_frame(self, frame: CanFrame) -> None:
+    def _on_message(self, frame: CanFrame | BusState) -> None:
+        if isinstance(frame, BusState):
+            if self._on_bus_state is not None:
+                self._on_bus_state(frame)
+            return
+        self.has_heard = True
         key = frame.identifier
         if frame.is_extended:
             key |= EXTENDED_KEY
