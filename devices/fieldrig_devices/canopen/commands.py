@@ -26,7 +26,14 @@ def check(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="EDS or DCF files.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False,
 ) -> None:
-    """Say what CiA 306 and CiA 301 ask for and a file doesn't have, and what to write instead."""
+    """Say what CiA 306 and CiA 301 ask for and a file doesn't have, and what to write instead.
+
+    \b
+        fieldrig eds check configs/eds/io32.eds
+        fieldrig eds check --json *.eds *.dcf
+
+    Exit code 0: no errors, though maybe warnings; 2: errors.
+    """
     from fieldrig_devices.canopen.eds_check import Severity, check_eds
 
     has_error = False
