@@ -36,6 +36,8 @@ class Bench:
         self.sdo = Sdo(self.send, self.expect, SDO_REQUEST + self.node_id, SDO_RESPONSE + self.node_id)
         self.sdo.within_ms = options.timeout_ms
         self.undo: list[tuple[int, int, bytes]] = []
+        self.has_boot_up = True
+        """False once a reset was not followed by a boot-up message."""
         self.begin()
 
     def begin(self) -> None:
@@ -104,6 +106,16 @@ class Bench:
         data = value if isinstance(value, bytes) else self._encode(index, sub, value, len(before))
         if data != before:
             yield from self.sdo.write(index, sub, data)
+            self.undo.append((index, sub, before))
+
+    def attempt(self, index: int, sub: int, data: bytes) -> Steps[None]:
+        """Write what should be refused; if it is taken, that is undone after the case."""
+        try:
+            before: bytes | None = yield from self.sdo.read(index, sub)
+        except Aborted:
+            before = None
+        yield from self.sdo.write(index, sub, data)
+        if before is not None:
             self.undo.append((index, sub, before))
 
     def refuses(self, steps: Steps[object], *codes: int, what: str) -> Steps[None]:

@@ -20,7 +20,7 @@ def check_there(bench: Bench) -> None:
 def prepare(bench: Bench) -> Steps[None]:
     """The node as after a reset, without heartbeat, which would go before guarding."""
     check_there(bench)
-    yield from nmt.reset(bench)
+    yield from nmt.restart(bench)
     if HEARTBEAT_TIME in bench.eds:
         yield from bench.change(HEARTBEAT_TIME, 0, 0)
 

@@ -98,7 +98,7 @@ class Suite:
                 yield from nmt.enter(bench, State.PRE_OPERATIONAL)
             notes = yield from self._undo()
             if bench.is_upset:
-                yield from nmt.reset(bench)
+                yield from nmt.restart(bench)
             if bench.is_stored:
                 notes += yield from self._store_again()
         except (SdoFault, Failed) as fault:

@@ -58,6 +58,7 @@ ABORT_TEXTS = {
     0x0609_0030: "invalid value",
     0x0609_0031: "value too high",
     0x0609_0032: "value too low",
+    0x060A_0023: "resource not available",
     0x0800_0000: "general error",
     0x0800_0020: "can't be stored",
     0x0800_0021: "can't be stored: local control",

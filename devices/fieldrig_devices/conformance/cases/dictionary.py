@@ -37,7 +37,7 @@ def readable(bench: Bench) -> Steps[None]:
     "4.2", "OD 02", "After a reset, what lives on its own apart, values are the defaults of the EDS.", "CiA 306-1 4.6.3"
 )
 def defaults(bench: Bench) -> Steps[None]:
-    yield from nmt.reset(bench, nmt.Command.RESET_NODE)
+    yield from nmt.restart(bench, nmt.Command.RESET_NODE)
     yield from _compare_all(bench)
 
 
@@ -49,7 +49,7 @@ def read_only(bench: Bench) -> Steps[None]:
     faults = _Faults(bench, "abort 0601 0002h for writing what is read-only")
     for entry in entries:
         try:
-            yield from bench.sdo.write(entry.index, entry.sub, bytes(entry.size or 1))
+            yield from bench.attempt(entry.index, entry.sub, bytes(entry.size or 1))
         except Aborted as abort:
             if abort.code != READ_ONLY:
                 faults.add(entry, str(abort))
@@ -98,7 +98,7 @@ def limits(bench: Bench) -> Steps[None]:
         bench.skip("the EDS has no limits beyond which the type can hold a value")
     for entry in entries:
         for value in _beyond(entry):
-            attempt = bench.sdo.write(entry.index, entry.sub, entry.encode(value))
+            attempt = bench.attempt(entry.index, entry.sub, entry.encode(value))
             yield from bench.refuses(attempt, TOO_HIGH, TOO_LOW, INVALID_VALUE, what=f"{value} for {entry.key}")
         if is_plain(entry) and not entry.is_mappable:
             for value in (one for one in (entry.low, entry.high) if one is not None):
@@ -115,7 +115,7 @@ def readable_in_operational(bench: Bench) -> Steps[None]:
 
 @case("4.8", "OD 08", "In 'operational' too, values that nobody wrote are the defaults of the EDS.", "CiA 306-1 4.6.3")
 def defaults_in_operational(bench: Bench) -> Steps[None]:
-    yield from nmt.reset(bench, nmt.Command.RESET_NODE)
+    yield from nmt.restart(bench, nmt.Command.RESET_NODE)
     yield from nmt.enter(bench, State.OPERATIONAL)
     yield from _compare_all(bench)
 

@@ -84,7 +84,7 @@ def too_late(bench: Bench) -> Steps[None]:
 def after_reset(bench: Bench) -> Steps[None]:
     producer = yield from _watched(bench)
     yield from errors.beat(bench, producer, 2, bench.period_ms)
-    yield from nmt.reset(bench, Command.RESET_NODE)
+    yield from nmt.restart(bench, Command.RESET_NODE)
     yield from nmt.watch(bench)
     yield from errors.watch_us(bench, 3 * bench.period_ms, producer)
     yield from nmt.enter(bench, State.OPERATIONAL)

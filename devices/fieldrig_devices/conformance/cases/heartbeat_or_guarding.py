@@ -78,7 +78,7 @@ def _with_both(bench: Bench, heartbeat: bool, guarding: bool) -> Steps[None]:
     """Not applicable unless the EDS has both."""
     guard.check_there(bench)
     bench.entry(HEARTBEAT_TIME, writable=True)
-    yield from nmt.reset(bench)
+    yield from nmt.restart(bench)
     yield from bench.change(HEARTBEAT_TIME, 0, 0)
     yield from bench.change(GUARD_TIME, 0, 1000 if guarding else 0)
     yield from bench.change(LIFE_TIME_FACTOR, 0, 10 if guarding else 0)

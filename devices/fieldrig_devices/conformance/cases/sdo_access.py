@@ -46,7 +46,7 @@ def read_and_write(bench: Bench) -> Steps[None]:
 
 @case("2.3", "SDO 03", "Writing the device type, which is read-only, is refused.", ABORTS)
 def write_read_only(bench: Bench) -> Steps[None]:
-    yield from bench.refuses(bench.sdo.write(DEVICE_TYPE, 0, bytes(4)), READ_ONLY, what="writing 1000h:00h")
+    yield from bench.refuses(bench.attempt(DEVICE_TYPE, 0, bytes(4)), READ_ONLY, what="writing 1000h:00h")
 
 
 @case("2.4", "SDO 04", "Reading a write-only object is refused.", ABORTS)
@@ -92,7 +92,7 @@ def too_high(bench: Bench) -> Steps[None]:
         bench.skip("the EDS has no HighLimit below what the type can hold")
     for entry in entries:
         assert entry.high is not None
-        attempt = bench.sdo.write(entry.index, entry.sub, entry.encode(entry.high + 1))
+        attempt = bench.attempt(entry.index, entry.sub, entry.encode(entry.high + 1))
         yield from bench.refuses(attempt, TOO_HIGH, INVALID_VALUE, what=f"{entry.high + 1} for {entry.key}")
 
 
@@ -103,7 +103,7 @@ def too_low(bench: Bench) -> Steps[None]:
         bench.skip("the EDS has no LowLimit above what the type can hold")
     for entry in entries:
         assert entry.low is not None
-        attempt = bench.sdo.write(entry.index, entry.sub, entry.encode(entry.low - 1))
+        attempt = bench.attempt(entry.index, entry.sub, entry.encode(entry.low - 1))
         yield from bench.refuses(attempt, TOO_LOW, INVALID_VALUE, what=f"{entry.low - 1} for {entry.key}")
 
 
@@ -120,7 +120,7 @@ def _wrong_length(bench: Bench, entries: list[Entry], size: int, code: int) -> S
         bench.skip("the EDS has no such object that can be written")
     entry = entries[0]
     before = yield from bench.sdo.read(entry.index, entry.sub)
-    attempt = bench.sdo.write(entry.index, entry.sub, before[:1].ljust(size, b"\x00"))
+    attempt = bench.attempt(entry.index, entry.sub, before[:1].ljust(size, b"\x00"))
     what = f"{size} bytes for {entry.key} ({ABORT_TEXTS[code]})"
     yield from bench.refuses(attempt, code, LENGTH_MISMATCH, what=what)
     after = yield from bench.sdo.read(entry.index, entry.sub)

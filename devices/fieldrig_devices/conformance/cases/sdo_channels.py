@@ -26,10 +26,10 @@ def read_servers(bench: Bench) -> Steps[None]:
 
 @case("2.29", "SDO 29", "A reset of communication puts back the parameters of further servers.", "CiA 301 7.3.2.2")
 def reset_servers(bench: Bench) -> Steps[None]:
-    yield from nmt.reset(bench)
+    yield from nmt.restart(bench)
     before = yield from _read_all(bench, SERVERS, "SDO server beside the first")
     yield from _change_all(bench, before)
-    yield from nmt.reset(bench)
+    yield from nmt.restart(bench)
     after = yield from _read_all(bench, SERVERS, "SDO server beside the first")
     _check_same(bench, before, after, "after the reset")
 
@@ -41,7 +41,7 @@ def stored_clients(bench: Bench) -> Steps[None]:
     yield from _change_all(bench, before)
     changed = yield from _read_all(bench, CLIENTS, "SDO client")
     yield from store.save(bench, store.ALL)
-    yield from nmt.reset(bench)
+    yield from nmt.restart(bench)
     after = yield from _read_all(bench, CLIENTS, "SDO client")
     _check_same(bench, changed, after, "after saving and the reset")
 

@@ -23,7 +23,7 @@ ALLOWED = "CiA 301 7.3.2.2, table 39"
 def initialisation(bench: Bench) -> Steps[None]:
     power_on: int | None = None
     entry = bench.eds.get(HEARTBEAT_TIME)
-    yield from nmt.reset(bench)
+    yield from nmt.restart(bench)
     if entry is not None and entry.is_writable:
         power_on = yield from bench.read(HEARTBEAT_TIME)
         yield from bench.change(HEARTBEAT_TIME, 0, power_on + 5000)

@@ -86,7 +86,7 @@ def configuration_date(bench: Bench) -> Steps[None]:
     for sub, value in ((1, 12345), (2, 67890)):
         yield from bench.change(CONFIGURATION_DATE, sub, value)
     yield from store.save(bench, ALL)
-    yield from nmt.reset(bench, Command.RESET_NODE)
+    yield from nmt.restart(bench, Command.RESET_NODE)
     for sub, value in ((1, 12345), (2, 67890)):
         came = yield from bench.read(CONFIGURATION_DATE, sub)
         bench.check(came == value, f"{value} in 1020h:{sub:02X}h after saving and a reset", str(came))
@@ -124,7 +124,7 @@ def _saved(bench: Bench, sub: int) -> Steps[None]:
     yield from bench.change(entry.index, entry.sub, first)
     yield from store.save(bench, sub)
     yield from bench.change(entry.index, entry.sub, second)
-    yield from nmt.reset(bench, Command.RESET_NODE)
+    yield from nmt.restart(bench, Command.RESET_NODE)
     came = yield from bench.read(entry.index, entry.sub)
     bench.check(came == first, f"{first} in {entry.key}, as it was saved, after a reset", str(came))
 
@@ -139,7 +139,7 @@ def _restored(bench: Bench, sub: int, reset: Command) -> Steps[None]:
     yield from store.restore(bench, sub)
     came = yield from bench.read(entry.index, entry.sub)
     bench.check(came == first, f"{first} in {entry.key} until the reset", str(came))
-    yield from nmt.reset(bench, reset)
+    yield from nmt.restart(bench, reset)
     came = yield from bench.read(entry.index, entry.sub)
     default = int.from_bytes(entry.default or b"", "little")
     bench.check(came == default, f"{default} in {entry.key}, its default, after the reset", str(came))

@@ -73,7 +73,7 @@ def invalid_overflow(bench: Bench) -> Steps[None]:
     bench.entry(OVERFLOW, writable=True)
     yield from sync.without_period(bench)
     for value in INVALID_OVERFLOWS:
-        attempt = bench.sdo.write(OVERFLOW, 0, bytes((value,)))
+        attempt = bench.attempt(OVERFLOW, 0, bytes((value,)))
         yield from bench.refuses(attempt, INVALID_VALUE, TOO_HIGH, TOO_LOW, what=f"{value} for 1019h:00h")
 
 
@@ -103,7 +103,7 @@ def stored_overflow(bench: Bench) -> Steps[None]:
     yield from sync.without_period(bench)
     yield from bench.change(OVERFLOW, 0, 20)
     yield from store.save(bench, store.ALL)
-    yield from nmt.reset(bench, Command.RESET_NODE)
+    yield from nmt.restart(bench, Command.RESET_NODE)
     came = yield from bench.read(OVERFLOW)
     bench.check(came == 20, "20 in 1019h:00h after saving and a reset", str(came))
 
@@ -114,7 +114,7 @@ def overflow_in_use(bench: Bench) -> Steps[None]:
     bench.entry(PERIOD, writable=True)
     before = yield from bench.read(OVERFLOW)
     yield from bench.change(PERIOD, 0, bench.period_ms * 1000)
-    attempt = bench.sdo.write(OVERFLOW, 0, bytes((10 if before != 10 else 11,)))
+    attempt = bench.attempt(OVERFLOW, 0, bytes((10 if before != 10 else 11,)))
     yield from bench.refuses(attempt, DEVICE_STATE, GENERAL, what="a change of 1019h:00h while 1006h:00h is not 0")
 
 
@@ -134,7 +134,7 @@ def stored_producer(bench: Bench) -> Steps[None]:
     for index in (COB_ID, PERIOD, OVERFLOW):
         right[index] = yield from bench.read(index)
     yield from store.save(bench, store.ALL)
-    yield from nmt.reset(bench, Command.RESET_NODE)
+    yield from nmt.restart(bench, Command.RESET_NODE)
     for index, value in right.items():
         came = yield from bench.read(index)
         bench.check(came == value, f"{value:08X}h in {index:04X}h:00h after saving and a reset", f"{came:08X}h")

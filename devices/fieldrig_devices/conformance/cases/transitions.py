@@ -29,7 +29,6 @@ def resets(bench: Bench) -> Steps[None]:
                 yield from nmt.reset(bench, command, address)
                 yield from nmt.watch(bench)
                 yield from nmt.check_state(bench, State.PRE_OPERATIONAL, _name(command))
-    yield from nmt.reset(bench)
 
 
 @case("10.2", "Transition 02", "'Enter pre-operational' leads from each state to 'pre-operational'.", CLAUSE)

@@ -1,0 +1,52 @@
+"""`fieldrig conform` on a rig that runs, by each of the ways to its bus."""
+
+from collections.abc import Iterator
+
+import pytest
+from addresses import free_port
+from canopen_bench import IO32
+from conform_peers import NODE_ID, conform
+from running_rig import RunningRig
+
+pytestmark = pytest.mark.system
+
+CASES = ("--only", "SDO", "--only", "Emergency", "--only", "State")
+
+
+@pytest.fixture(scope="module")
+def slcan() -> int:
+    return free_port()
+
+
+@pytest.fixture(scope="module")
+def running(slcan: int) -> Iterator[RunningRig]:
+    rig = f"""
+time: real
+buses:
+  can0: {{kind: can.hub, bitrate: 1000000, attach: "127.0.0.1:{free_port()}", slcan: {{listen: "127.0.0.1:{slcan}"}}}}
+devices:
+  io: {{kind: canopen.node, node_id: {NODE_ID}, eds: {IO32}, links: {{can: can0}}}}
+"""
+    with RunningRig(rig, None) as running:
+        yield running.until_ready()
+
+
+def test_by_the_rig_file(running: RunningRig) -> None:
+    report = running.json("conform", "--rig", str(running.file), "--bus", "can0", "--node", str(NODE_ID), *CASES)
+    assert (report["failed"], report["bus"]) == (0, "can0 of lab")
+
+
+def test_by_the_run_folder(running: RunningRig) -> None:
+    report = conform("--bus", f"can.hub:{running.run}/can0", *CASES)
+    assert (report["failed"], report["passed"]) == (0, 39)
+
+
+def test_by_python_can(running: RunningRig, slcan: int) -> None:
+    report = conform("--bus", f"python-can:interface=slcan,channel=socket://127.0.0.1:{slcan}", *CASES)
+    assert (report["failed"], report["passed"]) == (0, 39)
+
+
+def test_hub_that_is_not_there_is_named(running: RunningRig) -> None:
+    done = running.tool("conform", "--bus", "can.hub:run/other/can0", "--node", "5", "--eds", str(IO32))
+    assert done.returncode == 3
+    assert "start the process that runs this bus first" in done.stderr
