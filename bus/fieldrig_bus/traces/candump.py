@@ -1,7 +1,8 @@
 """candump's log (`candump -L`), for CAN only: what canplayer, log2asc, SavvyCAN and python-can read.
 
 A line has time in microseconds, bus, and frame; no sender.  Lines are read by python-can; they are written here, as
-its writer leaves out how many bytes a remote frame asks for.  Error frames are skipped.
+its writer leaves out how many bytes a remote frame asks for.  Errors and changes of state are written as SocketCAN's
+error frames, and skipped in reading; a fault that was applied has no frame and is left out.
 """
 
 import io
@@ -14,17 +15,22 @@ from fieldrig.errors import RigError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.notices import BusState, CanError, Notice
+from fieldrig_bus.can.socketcan_errors import error_frame
 
 SUFFIX = ".log"
 _BRS = 1  # linux/can.h, CANFD_BRS
+_ERROR = 0x2000_0000  # CAN_ERR_FLAG
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
     """`start_unix_ns` is the time of day at instant 0 of the entries."""
     written = 0
     for entry in entries:
-        if entry.family == "can":
-            file.write(_line(start_unix_ns + entry.time_ns, entry.bus, decode(entry.data)).encode())
+        body = _body(decode(entry.data)) if entry.family == "can" else None
+        if body is not None:
+            seconds, microseconds = divmod((start_unix_ns + entry.time_ns) // 1000, 1_000_000)
+            file.write(f"({seconds}.{microseconds:06}) {entry.bus} {body}\n".encode())
             written += 1
     return written
 
@@ -53,16 +59,19 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
         raise RigError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
 
 
-def _line(unix_ns: int, bus: str, frame: CanFrame) -> str:
-    identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
-    if frame.is_remote:
-        body = f"#R{frame.remote_length or ''}"
-    elif frame.is_fd:
-        body = f"##{_BRS if frame.is_bit_rate_switched else 0}{frame.data.hex().upper()}"
-    else:
-        body = f"#{frame.data.hex().upper()}"
-    seconds, microseconds = divmod(unix_ns // 1000, 1_000_000)
-    return f"({seconds}.{microseconds:06}) {bus} {identifier}{body}\n"
+def _body(message: CanFrame | Notice) -> str | None:
+    """None for what candump has no line for."""
+    if isinstance(message, CanError | BusState):
+        kind, data = error_frame(message)
+        return f"{kind | _ERROR:08X}#{data.hex().upper()}"
+    if not isinstance(message, CanFrame):
+        return None
+    identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"
+    if message.is_remote:
+        return f"{identifier}#R{message.remote_length or ''}"
+    if message.is_fd:
+        return f"{identifier}##{_BRS if message.is_bit_rate_switched else 0}{message.data.hex().upper()}"
+    return f"{identifier}#{message.data.hex().upper()}"
 
 
 class _CountedLines(io.TextIOWrapper):

@@ -1,6 +1,7 @@
 """pcapng, for every family: what Wireshark and tshark read, by python-pcapng.
 
-One interface per bus, with its name.  CAN frames are SocketCAN's (LINKTYPE_CAN_SOCKETCAN), Modbus messages the TCP/IP
+One interface per bus, with its name.  CAN frames are SocketCAN's (LINKTYPE_CAN_SOCKETCAN), errors and states its error
+frames (a fault that was applied: one without a class, with a comment that tells it).  Modbus messages are the TCP/IP
 packets that they would be (`modbus_packet`), everything else the bytes of `Bus.encode` (LINKTYPE_USER0).  The comment
 of a packet is its sender; a second one has the bytes of the message, where the packet alone does not say them.  Times
 are of the day; instant 0 is in the comment of the section, so our own files are read as they were written.  In foreign
@@ -21,6 +22,8 @@ from fieldrig.errors import RigError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.notices import BusState, CanError
+from fieldrig_bus.can.socketcan_errors import LENGTH, error_frame
 from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
 
@@ -119,18 +122,23 @@ def _interface(section: Any, entry: TraceEntry) -> Any:
 
 def _packer(family: str, number: int) -> Callable[[TraceEntry], tuple[bytes, list[str]]]:
     if family == "can":
-        return lambda entry: (_can_packet(can_codec.decode(entry.data)), [entry.sender])
+        return _can_packet
     if family == "modbus":
         maker = PacketMaker(number)
         return lambda entry: _modbus_packet(maker, entry)
     return lambda entry: (entry.data, [entry.sender])
 
 
-def _can_packet(frame: CanFrame) -> bytes:
-    word = frame.identifier | frame.is_extended * _EXTENDED | frame.is_remote * _REMOTE
-    flags = frame.is_fd * _FD | frame.is_bit_rate_switched * _FD_SWITCHED
-    length = frame.remote_length if frame.is_remote else len(frame.data)
-    return _CAN.pack(word, length, flags) + frame.data
+def _can_packet(entry: TraceEntry) -> tuple[bytes, list[str]]:
+    message = can_codec.decode(entry.data)
+    if isinstance(message, CanFrame):
+        word = message.identifier | message.is_extended * _EXTENDED | message.is_remote * _REMOTE
+        flags = message.is_fd * _FD | message.is_bit_rate_switched * _FD_SWITCHED
+        length = message.remote_length if message.is_remote else len(message.data)
+        return _CAN.pack(word, length, flags) + message.data, [entry.sender]
+    kind, data = error_frame(message) if isinstance(message, CanError | BusState) else (0, bytes(LENGTH))
+    packet = _CAN.pack(kind | _ERROR, len(data), 0) + data
+    return packet, [entry.sender, f"fieldrig: message {entry.data.hex()}", can_codec.show(message)]
 
 
 def _modbus_packet(maker: PacketMaker, entry: TraceEntry) -> tuple[bytes, list[str]]:

@@ -56,7 +56,9 @@ class VirtualWire:
                 for receiver in delivery.receivers:
                     handler = self._links[receiver].handler
                     if handler is not None:
-                        handler(self.bus.decode(self.bus.encode(delivery.message)))
+                        message = self.bus.decode(self.bus.encode(delivery.message))
+                        assert isinstance(message, CanFrame)
+                        handler(message)
 
     def garble(self, data: bytes) -> None:
         with pytest.raises(ValueError, match=r"."):

@@ -14,7 +14,9 @@ from pcapng import blocks, scanner
 from fieldrig.errors import RigError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
+from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.notices import CanError, ErrorKind, FaultNote, Notice
 from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest, ModbusResponse
 from fieldrig_bus.traces import pcapng
@@ -25,7 +27,7 @@ ASK = ModbusRequest(1, bytes.fromhex("03 00 6b 00 03"), 7)  # V1.1b3, 6.3: the e
 ANSWER = ModbusResponse(1, bytes.fromhex("03 06 02 2b 00 00 00 64"), 3)
 
 
-def can(frame: CanFrame, time_ns: int = 0, bus: str = "can0", sender: str = "io") -> TraceEntry:
+def can(frame: CanFrame | Notice, time_ns: int = 0, bus: str = "can0", sender: str = "io") -> TraceEntry:
     return TraceEntry(time_ns, bus, "can", sender, can_codec.encode(frame))
 
 
@@ -38,6 +40,8 @@ ENTRIES = [
     can(CanFrame(0x123, is_remote=True, remote_length=4), 6, sender="tcp:1"),
     can(CanFrame(0x1ABCDEF0, bytes(range(64)), is_extended=True, is_fd=True, is_bit_rate_switched=True), 1 << 40),
     can(CanFrame(0x1, b"", is_fd=True), 8, bus="can1"),
+    can(CanError(ErrorKind.BIT, Place.DATA, 20, 0x123, True, False, 8, 0), 8),
+    can(FaultNote(1, "dropped"), 8),
     modbus(ASK, "tcp:1", 9),
     modbus(ANSWER, "drive", 10),
     modbus(ModbusRequest(2, b"\x11", 70_000, LineState(3, 4, True)), "rtu", 11, bus="line"),
