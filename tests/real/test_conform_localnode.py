@@ -17,4 +17,3 @@ def test_suite_finds_what_local_node_fails() -> None:
         with local_node(interface="slcan", channel=f"socket://127.0.0.1:{port}"):
             report = conform("--bus", f"can.hub:{running.run}/can0", "--timeout-ms", 200)
     check_local_node(report)
-    assert (report["passed"] + report["failed"], report["not_applicable"]) == (122, 5)

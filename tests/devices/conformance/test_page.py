@@ -1,0 +1,16 @@
+"""The results in the documentation are those that the suite gives."""
+
+from conformance_page import CASES_PAGE, PAGE, case_table, columns, family_table, table_in
+
+ANEW = "python tests/support/conformance_page.py writes it anew"
+
+
+def test_tables_are_those_of_a_run() -> None:
+    assert table_in(PAGE) == family_table(), ANEW
+    assert table_in(CASES_PAGE) == case_table(), ANEW
+
+
+def test_published_figures_of_canopennode_add_up() -> None:
+    verdicts = list(columns()["CANopenNode"].values())
+    counts = [verdicts.count(verdict) for verdict in ("passed", "skipped", "failed", "warning")]
+    assert counts == [85, 36, 5, 1]
