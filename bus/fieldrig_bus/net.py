@@ -1,4 +1,4 @@
-"""TCP ways in: an address as a setting, a server that takes its connections with it, a member for each client."""
+"""TCP ways in: addresses as settings, a server that takes its connections with it, a member for each client."""
 
 import asyncio
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from fieldrig.bus import Hub
 from fieldrig.errors import BusError
 from fieldrig.link import Link
 from fieldrig.net import bind_remedy, split_address
+from fieldrig.settings import Settings
 
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that doesn't read; what comes on top is lost to it."""
@@ -26,6 +27,13 @@ Address = Annotated[
     Field(description="host:port, such as 127.0.0.1:5020; port 0 takes a free one"),
 ]
 """`host:port` in settings; `split_address` takes it apart."""
+
+
+class HubSettings(Settings):
+    """How device processes reach the hub of a bus, if not by its Unix socket."""
+
+    attach: Address | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
+    connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
 class Connection(asyncio.Protocol):

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pydantic import Field
-
 from fieldrig.bus import BusModel, Delivery, ModelBus, Time
 from fieldrig.settings import Settings
+from fieldrig_bus.net import HubSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +85,8 @@ class WiresSettings(Settings):
     pass
 
 
-class WiresHubSettings(Settings):
-    attach: str | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
-    connect: str | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
+class WiresHubSettings(HubSettings):
+    pass
 
 
 class _Wires(ModelBus[Signal]):

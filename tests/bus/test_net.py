@@ -11,7 +11,11 @@ from fieldrig.clock import VirtualClock
 from fieldrig.errors import BusError
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
+from fieldrig_bus.can.hub import CanHubSettings
+from fieldrig_bus.modbus.tcp import ModbusTcpSettings
 from fieldrig_bus.net import Address, Connection, TcpServer, join_as_outsider
+from fieldrig_bus.serial.line import SerialHubSettings
+from fieldrig_bus.wires import WiresHubSettings
 
 pytestmark = pytest.mark.system
 
@@ -44,6 +48,13 @@ def test_addresses_that_are_some(address: str) -> None:
 def test_addresses_that_are_none_are_refused_with_what_is_right(address: str) -> None:
     with pytest.raises(ValidationError, match=r"write host:port, such as 127\.0\.0\.1:5020"):
         Keys(listen=address)
+
+
+@pytest.mark.parametrize("settings", [CanHubSettings, ModbusTcpSettings, SerialHubSettings, WiresHubSettings])
+@pytest.mark.parametrize("key", ["attach", "connect"])
+def test_every_hub_wants_an_address_for_other_machines(settings: type[Settings], key: str) -> None:
+    with pytest.raises(ValidationError, match=r"write host:port, such as 127\.0\.0\.1:5020"):
+        settings.model_validate({key: "the other machine"})
 
 
 @in_loop

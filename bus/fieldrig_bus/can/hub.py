@@ -16,7 +16,7 @@ from fieldrig.device import Tool
 from fieldrig.net import split_address
 from fieldrig.settings import Settings
 from fieldrig_bus.can.virtual import CanModelBus, CanSettings
-from fieldrig_bus.net import Address
+from fieldrig_bus.net import Address, HubSettings
 
 # The Lawicel command S0 to S8, by bit rate: what slcand's -s takes.
 LAWICEL_SPEED = {
@@ -43,13 +43,11 @@ class SlcanSettings(Settings):
         return self
 
 
-class CanHubSettings(CanSettings):
+class CanHubSettings(HubSettings, CanSettings):
     acknowledge: Literal["members", "always"] = Field(
         default="always",
         description="who acknowledges: the hub too, as outsiders come and go, or other members only, as on a bare bus",
     )
-    attach: Address | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
-    connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
     socketcand: Address | None = Field(default=None, description="host:port for the socketcand protocol (python-can)")
     channel: str | None = Field(
         default=None, pattern=r"^[^\s<>]+$", description="name of the bus for socketcand; that of the bus if left out"

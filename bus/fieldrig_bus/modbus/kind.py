@@ -2,20 +2,11 @@
 
 from typing import Any, ClassVar, Literal
 
-from pydantic import Field
-
 from fieldrig.bus import ModelBus
 from fieldrig.settings import Settings
 from fieldrig_bus.modbus import codec
 from fieldrig_bus.modbus.framing import LineTiming, Mode
 from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
-
-
-class HubSettings(Settings):
-    """How device processes reach the hub of a bus, if not by its Unix socket."""
-
-    attach: str | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
-    connect: str | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
 class ModbusBus(ModelBus[ModbusMessage]):

@@ -14,10 +14,10 @@ from fieldrig.bus import Hub, Port
 from fieldrig.errors import BusError
 from fieldrig.link import Link
 from fieldrig.net import split_address
-from fieldrig_bus.modbus.kind import CharacterSettings, HubSettings
+from fieldrig_bus.modbus.kind import CharacterSettings
 from fieldrig_bus.modbus.line_session import LineSession
 from fieldrig_bus.modbus.sockets import Master, Masters
-from fieldrig_bus.net import Address
+from fieldrig_bus.net import Address, HubSettings
 from fieldrig_bus.pty import Pty
 
 log = logging.getLogger(__name__)

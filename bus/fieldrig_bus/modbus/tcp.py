@@ -22,11 +22,11 @@ from fieldrig.device import Tool
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
-from fieldrig_bus.modbus.kind import HubSettings, ModbusBus
+from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.sockets import Master, Masters
-from fieldrig_bus.net import Address
+from fieldrig_bus.net import Address, HubSettings
 
 log = logging.getLogger(__name__)
 

@@ -10,6 +10,7 @@ from pydantic import Field
 from fieldrig.bus import ModelBus, Time
 from fieldrig.clock import US
 from fieldrig.settings import Settings
+from fieldrig_bus.net import HubSettings
 from fieldrig_bus.serial import codec
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 from fieldrig_bus.serial.model import SerialModel
@@ -35,9 +36,8 @@ class SerialSettings(Settings):
         return Format(self.baud, self.data_bits, self.parity, self.stop_bits)
 
 
-class SerialHubSettings(SerialSettings):
-    attach: str | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
-    connect: str | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
+class SerialHubSettings(HubSettings, SerialSettings):
+    pass
 
 
 class SerialBus(ModelBus[SerialMessage]):
