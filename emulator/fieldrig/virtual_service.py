@@ -62,6 +62,7 @@ class VirtualService:
         """RigError if a device can't be built, or devices answer each other for ever."""
         with Rig(self._config) as self._rig:
             self._serve()
+            await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready
             self._rebase()
             self.tell("ready")
             pacer = self._loop.create_task(self._pace())

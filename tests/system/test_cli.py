@@ -120,6 +120,12 @@ def test_no_rig_is_exit_code_4(rig: RunningRig) -> None:
     assert "fieldrig up FILE" in done.stderr
 
 
+def test_endpoint_that_was_typed_wins_over_the_variable(rig: RunningRig) -> None:
+    typed = f"control=unixsock-stream/{rig.folder}/typed"  # the variable's endpoint is the running rig's, and taken
+    done = rig.tool("up", "lab.yaml", "--set", typed)
+    assert (done.returncode, f"another rig runs in {rig.run}" in done.stderr) == (3, True), done.stderr
+
+
 def test_five_mistakes_are_said_at_once(rig: RunningRig) -> None:
     (rig.folder / "wrong.yaml").write_text(
         """

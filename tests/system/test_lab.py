@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -12,6 +13,8 @@ import pytest
 import virtual_lab
 from virtual_lab import ANALOG_EVENTS_ON, FULL_SPEED, PUMP_OFF, PUMP_ON, READ_INPUTS, START_ALL, Masters, open_outlet
 
+from fieldrig.cli import points
+from fieldrig.cli.app import app
 from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
@@ -40,6 +43,14 @@ def elsewhere(*overrides: str, hash_seed: str) -> bytes:
     )
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout
+
+
+def test_points_that_the_help_of_the_command_line_names_are_there(fieldrig_rig: RigMaker) -> None:
+    words = " ".join(filter(None, (app.info.help, points.get.__doc__, points.set_.__doc__)))
+    named = set(re.findall(r"\b(tank|io|drive)/([\w.:]+)", words))
+    rig = fieldrig_rig("configs/lab-virtual.yaml")
+    assert len(named) >= 4
+    assert [f"{device}/{key}" for device, key in named if key not in rig.keys(device)] == []
 
 
 def test_trace_has_every_bus(once: bytes) -> None:

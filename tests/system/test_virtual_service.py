@@ -42,6 +42,15 @@ def test_time_is_paused_stepped_and_run_on() -> None:
         assert rig.ended() == 0
 
 
+def test_what_can_be_reached_is_said_before_it_is_ready() -> None:
+    with RunningRig(BLINKING, KINDS) as rig:
+        rig.until_ready()
+        until(lambda: "ready in" in rig.output())
+        lines = rig.output().splitlines()
+    assert lines[0].startswith("lab: time: virtual")
+    assert lines[-1].startswith("ready in")
+
+
 def test_the_trace_starts_at_the_beginning_and_has_virtual_time() -> None:
     with RunningRig(BLINKING, KINDS, "--trace", "x.jsonl", "--set", "speed=max") as rig:
         rig.until_ready()

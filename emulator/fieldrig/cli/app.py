@@ -29,7 +29,7 @@ PLC program or service tool; the other commands look into a rig that runs.
     fieldrig status                       what runs, and how it is
     fieldrig watch can0                   every message on a bus
     fieldrig get tank                     all values of a device
-    fieldrig set drive/40001=1500         change one
+    fieldrig set drive/speed_set=50       change one
 """
 
 

@@ -44,8 +44,8 @@ def set_(
     """Write values of devices of a running rig, and print what they are then.
 
     \b
-        fieldrig set io/6000:01=0xFF
-        fieldrig set tank/level=1.25 drive/fault=true
+        fieldrig set io/6200:01=0xFF
+        fieldrig set tank/level=1.25 drive/run=true
     """
     from fieldrig.control import Client
     from fieldrig.values import parse_value

@@ -1,5 +1,6 @@
 """Start a rig and stay: up."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 
 
 def up(
+    context: typer.Context,
     file: RigFile,
     overrides: Overrides = None,
     only: Annotated[
@@ -66,7 +68,7 @@ def up(
     from fieldrig.config import load
     from fieldrig.trace_files import format_of
 
-    values = [*(overrides or ()), *([f"control={control}"] if control is not None else ())]
+    values = _values(overrides or (), control, _is_from_environment(context, "control"))
     config = load(file, values)
     if (only is not None or control_only) and config.time == "virtual":
         raise typer.BadParameter("a rig with time: virtual runs as a whole")
@@ -78,6 +80,17 @@ def up(
 
     wish = Wish(values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet)
     raise typer.Exit(run_rig(config, wish))
+
+
+def _values(overrides: Sequence[str], control: str | None, is_from_environment: bool) -> list[str]:
+    """All that is laid over the rig file; the last one wins.  What was typed for this run wins over a variable."""
+    endpoint = [] if control is None else [f"control={control}"]
+    return [*endpoint, *overrides] if is_from_environment else [*overrides, *endpoint]
+
+
+def _is_from_environment(context: typer.Context, parameter: str) -> bool:
+    source = context.get_parameter_source(parameter)
+    return source is not None and source.name == "ENVIRONMENT"  # by name: typer may have a click of its own
 
 
 def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
