@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 M = TypeVar("M")
 Time = Literal["real", "virtual"]
 
+NO_FAULTS = "this bus takes no faults\nkinds that do have a key `faults`: see `fieldrig devices KIND`"
+
 
 class Delivery(NamedTuple, Generic[M]):
     """One message that reached its receivers at one instant.  Every delivery is a line of the trace."""
@@ -71,12 +73,15 @@ class BusModel(ABC, Generic[M]):
         return {}
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
-        """A fault from now on, in the words of the bus; its number.  ValueError, with what would be right."""
-        raise ValueError("this bus takes no faults")
+        """A fault from now on, in the words of the bus; its number.  Values may be texts, as people type them.
+
+        ValueError: its first line is what is wrong, further ones are what would be right.
+        """
+        raise ValueError(NO_FAULTS)
 
     def clear_fault(self, now_ns: int, number: int) -> None:
         """ValueError if there is no such fault."""
-        raise ValueError("this bus takes no faults")
+        raise ValueError(NO_FAULTS)
 
     def all_faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         """What was added and not cleared, by number."""

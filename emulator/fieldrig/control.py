@@ -5,7 +5,7 @@ Keys, all under `fieldrig/<rig>/`:
     rig/<verb>                queries to the rig: status, join, stop, restart, pause, run, step
     process/<name>/status     query to one process
     device/<name>/<verb>      queries to the process that hosts the device: keys, get, set
-    bus/<name>/status         query to the process that runs the bus
+    bus/<name>/<verb>         queries to the process that runs the bus: status, faults, add_fault, clear_fault
     alive/<process>           liveliness token: gone the instant the process is
     ready/<process>           said once by a process whose devices have started
     event                     what the rig has to tell

@@ -6,7 +6,8 @@ RigError              anything a user can mend; printed without a traceback
 └── ControlError      no rig answers, or it refuses
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 
@@ -49,3 +50,13 @@ class BusError(RigError):
 
 class ControlError(RigError):
     """No rig answers at the control endpoint, or it refuses what it was asked."""
+
+
+@contextmanager
+def refusals(place: str) -> Iterator[None]:
+    """A ValueError as a ControlError of `place`: its first line is what is wrong, the others are the remedy."""
+    try:
+        yield
+    except ValueError as cause:
+        what, _, remedy = str(cause).partition("\n")
+        raise ControlError(f"{place}: {what}", remedy) from cause

@@ -20,13 +20,14 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from fieldrig import endpoint
+from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream
 from fieldrig.config import RigConfig, load
 from fieldrig.control import Control, NobodyError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan
-from fieldrig.points import RealPoints, answers, answers_statistics
+from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
@@ -92,7 +93,7 @@ class Host:
         control.show_life(f"alive/{name}")
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
         for bus_name, hub in process.hubs.items():
-            control.serve(f"bus/{bus_name}/status", answers_statistics(hub.statistics))
+            control.serve(f"bus/{bus_name}/*", answers_of_bus(hub))
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         terms = await self._join(control)

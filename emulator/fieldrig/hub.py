@@ -11,6 +11,7 @@ from typing import Any
 
 from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Timer
+from fieldrig.errors import refusals
 from fieldrig.hub_server import HubServer
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
@@ -116,13 +117,15 @@ class LocalHub:
         return self.model.statistics(self.clock.now_ns())
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        """A fault of the bus from now on; its number.  ValueError, with what would be right."""
-        number = self.model.add_fault(self.clock.now_ns(), fault)
+        """A fault of the bus from now on; its number.  ControlError, with what would be right."""
+        with refusals(self.bus.name):
+            number = self.model.add_fault(self.clock.now_ns(), fault)
         self.carry()
         return number
 
     def clear_fault(self, number: int) -> None:
-        self.model.clear_fault(self.clock.now_ns(), number)
+        with refusals(self.bus.name):
+            self.model.clear_fault(self.clock.now_ns(), number)
         self.carry()
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:

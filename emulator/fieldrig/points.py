@@ -1,6 +1,6 @@
-"""Questions about the points of a device (`keys`, `get`, `set`) and about a bus, alike in real and virtual time."""
+"""Questions about the points of a device (`keys`, `get`, `set`), alike in real and virtual time."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from fieldrig.control import Answer
@@ -37,15 +37,6 @@ class RealPoints:
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._device.points(), key, value)
-
-
-def answers_statistics(statistics: Callable[[], dict[str, float]]) -> Answer:
-    """For a bus."""
-
-    async def answer(_verb: str, _message: Any) -> Any:
-        return statistics()
-
-    return answer
 
 
 def answers(source: Source) -> Answer:

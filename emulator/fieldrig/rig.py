@@ -13,7 +13,7 @@ from typing import Any, Self
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
-from fieldrig.errors import ControlError, RigError
+from fieldrig.errors import ControlError, RigError, refusals
 from fieldrig.node import EventNode, LocalNode, Node, Stepped
 from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
@@ -109,16 +109,12 @@ class Rig:
 
     def add_fault(self, bus: str, fault: Mapping[str, Any]) -> int:
         """A fault of a bus from now on; its number.  ControlError, with what would be right."""
-        try:
+        with refusals(bus):
             return self._model(bus).add_fault(self.now_ns, fault)
-        except ValueError as cause:
-            raise ControlError(f"{bus}: {cause}") from cause
 
     def clear_fault(self, bus: str, number: int) -> None:
-        try:
+        with refusals(bus):
             self._model(bus).clear_fault(self.now_ns, number)
-        except ValueError as cause:
-            raise ControlError(f"{bus}: {cause}") from cause
 
     def faults(self, bus: str) -> Mapping[int, Mapping[str, Any]]:
         return self._model(bus).all_faults(self.now_ns)

@@ -13,6 +13,7 @@ from importlib.metadata import version
 from typing import Any
 
 from fieldrig.bus import Bus, Delivery
+from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream, OnDelivery
 from fieldrig.clock import S
 from fieldrig.config import RigConfig
@@ -20,7 +21,7 @@ from fieldrig.control import VERSION, Control
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
-from fieldrig.points import answers, answers_statistics
+from fieldrig.points import answers
 from fieldrig.rig import Rig
 from fieldrig.roster import Event, Report
 from fieldrig.this_process import facts
@@ -43,6 +44,23 @@ class VirtualPoints:
 
     def set(self, key: str, value: Value) -> None:
         self._rig.set(self._device, key, value)
+
+
+class VirtualBus:
+    def __init__(self, rig: Rig, bus: str) -> None:
+        self._rig, self._bus = rig, bus
+
+    def statistics(self) -> dict[str, float]:
+        return self._rig.statistics(self._bus)
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        return self._rig.add_fault(self._bus, fault)
+
+    def clear_fault(self, number: int) -> None:
+        self._rig.clear_fault(self._bus, number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._rig.faults(self._bus)
 
 
 class VirtualService:
@@ -93,7 +111,7 @@ class VirtualService:
             BusStream(control, bus, self._config.name, partial(self._listen, bus.name)) for bus in rig.buses.values()
         ]
         for bus in rig.buses:
-            control.serve(f"bus/{bus}/status", answers_statistics(partial(rig.statistics, bus)))
+            control.serve(f"bus/{bus}/*", answers_of_bus(VirtualBus(rig, bus)))
         for device in self._config.devices:
             control.serve(f"device/{device}/*", answers(VirtualPoints(rig, device)))
         control.serve(f"process/{self._config.name}/status", self._process_status)

@@ -10,10 +10,13 @@ from hypothesis import strategies as st
 
 from fieldrig.attach import attach
 from fieldrig.bus import Delivery
-from fieldrig.errors import BusError
+from fieldrig.errors import BusError, ControlError
 from fieldrig.hub import LocalHub
 from fieldrig.hub_wire import HEADER, Kind, Records, pack
 from fieldrig.real_clock import RealClock
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.hub import CanHub, CanHubSettings
+from fieldrig_bus.can.notices import FaultNote
 from fieldrig_bus.wires import Signal, WiresHub, WiresHubSettings
 
 pytestmark = pytest.mark.system
@@ -42,15 +45,15 @@ class Listener:
     """Collects what a link hears; `heard(n)` waits for n messages."""
 
     def __init__(self, link: Any, interest: list[str] | None = None) -> None:
-        self.messages: list[Signal] = []
+        self.messages: list[Any] = []
         self._changed = asyncio.Event()
         link.on_receive(self._on_message, interest)
 
-    def _on_message(self, message: Signal) -> None:
+    def _on_message(self, message: Any) -> None:
         self.messages.append(message)
         self._changed.set()
 
-    async def heard(self, count: int) -> list[Signal]:
+    async def heard(self, count: int) -> list[Any]:
         async with asyncio.timeout(20):
             while len(self.messages) < count:
                 self._changed.clear()
@@ -158,6 +161,46 @@ def test_devices_attach_over_tcp_too_and_a_taken_port_is_refused_with_the_remedy
             await other.open()
         await link.close()
         await bench.close()
+
+    asyncio.run(scene())
+
+
+def test_faults_come_and_go_while_the_hub_runs(tmp_path: Path) -> None:
+    async def scene() -> None:
+        clock = RealClock(asyncio.get_running_loop())
+        trace: list[Any] = []
+        bus = CanHub("can0", CanHubSettings(bitrate=None))
+        hub = LocalHub(bus, clock, tmp_path, lambda delivery: trace.append(delivery.message))
+        sender, heard = hub.join("here"), list[CanFrame]()
+        hub.join("there").on_receive(heard.append)
+        number = hub.add_fault({"what": "drop", "count": 1})
+        sender.send(CanFrame(1))
+        assert hub.faults()[number] == {"what": "drop", "count": 1, "state": "over", "applied": 1}
+        sender.send(CanFrame(2))
+        assert heard == [CanFrame(2)]
+        assert trace == [FaultNote(number, "dropped"), CanFrame(1), CanFrame(2)]
+        hub.clear_fault(number)
+        assert hub.faults() == {}
+        with pytest.raises(ControlError, match="can0: there is no fault 1\n  there are none"):
+            hub.clear_fault(number)
+        with pytest.raises(ControlError, match=r"can0: there is no fault 'dorp'\n  did you mean drop\?"):
+            hub.add_fault({"what": "dorp"})
+        await hub.close()
+        clock.close()
+
+    asyncio.run(scene())
+
+
+def test_a_fault_that_needs_no_frame_wakes_the_hub(tmp_path: Path) -> None:
+    async def scene() -> None:
+        clock = RealClock(asyncio.get_running_loop())
+        hub = LocalHub(CanHub("can0", CanHubSettings()), clock, tmp_path)
+        hub.join("here")
+        listener = Listener(hub.join("there"))
+        hub.add_fault({"what": "babble", "node": "here", "identifier": 5, "count": 3})
+        assert await listener.heard(3) == [CanFrame(5)] * 3
+        await hub.close()
+        clock.close()
 
     asyncio.run(scene())
 

@@ -161,7 +161,7 @@ def test_a_bus_takes_faults_at_run_time_or_says_that_it_takes_none() -> None:
         assert rig.faults("can0")[number]["what"] == "drop"
         rig.clear_fault("can0", number)
         assert rig.faults("can0") == {}
-        with pytest.raises(ControlError, match="can0: no fault 1 here"):
+        with pytest.raises(ControlError, match="can0: there is no fault 1"):
             rig.clear_fault("can0", number)
         with pytest.raises(ControlError, match="wires: this bus takes no faults"):
             rig.add_fault("wires", {"what": "drop"})

@@ -2,16 +2,16 @@
 
 A fault says where (identifier, node), what, when and how long (`start_ms` after it was given, `duration_ms`) and how
 often (`count`, `probability`).  In a rig file it stands under `faults:` of its bus; a running rig takes the same by
-`add_fault`.  Chance comes from a `random.Random` that is given in and from which frame of whom it is, so that it does
-not matter in which order the model looks at frames.
+`add_fault`, as `given_fault` reads it.  Chance comes from a `random.Random` that is given in and from which frame of
+whom it is, so that it does not matter in which order the model looks at frames.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from random import Random
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.clock import MS
 from fieldrig.settings import Settings
@@ -163,17 +163,6 @@ CanFault = Annotated[
 ]
 PACED: Final = (Corrupt, ErrorFrame, Short, WrongBitRate, Babble)
 """They need bit times."""
-_ADAPTER: Final[TypeAdapter[CanFault]] = TypeAdapter(CanFault)
-
-
-def fault_of(given: Mapping[str, Any]) -> CanFault:
-    """ValueError, with what would be right, if that is no fault."""
-    try:
-        return _ADAPTER.validate_python(dict(given))
-    except ValidationError as cause:
-        mistakes = [f"{'.'.join(map(str, each['loc'][1:] or each['loc']))}: {each['msg']}" for each in cause.errors()]
-        raise ValueError("; ".join(mistake.removeprefix(": ") for mistake in mistakes)) from cause
-
 
 _64: Final = (1 << 64) - 1
 
@@ -243,8 +232,9 @@ class Faults:
         try:
             return self._live.pop(number)
         except KeyError:
-            there = ", ".join(map(str, self._live)) or "none"
-            raise ValueError(f"no fault {number} here; there are: {there}") from None
+            there = ", ".join(map(str, self._live))
+            remedy = f"there are: {there}" if there else "there are none"
+            raise ValueError(f"there is no fault {number}\n{remedy}") from None
 
     def __iter__(self) -> Iterator[Fault]:
         return iter(self._live.values())

@@ -29,8 +29,9 @@ from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import S
 from fieldrig_bus.can.acceptance import ERRORS, STATE, filters_of, passes, received, wants, wants_own
 from fieldrig_bus.can.disturbed import Disturbed
-from fieldrig_bus.can.faults import PACED, CanFault, Delay, Faults, fault_of
+from fieldrig_bus.can.faults import PACED, CanFault, Delay, Faults
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.given_fault import fault_of
 from fieldrig_bus.can.length import INTERMISSION_BITS, classical_bits, fd_bits
 from fieldrig_bus.can.member import Controller, Member, Request
 from fieldrig_bus.can.notices import CanControl, CanState, Notice
@@ -40,6 +41,7 @@ log = logging.getLogger(__name__)
 LONGEST_QUEUE: Final = 10_000  # frames of one member: more than a second of a full bus at 1 Mbit/s
 _MOST_CACHED: Final = 4096  # identifiers a sender
 _PLAIN: Final = Controller()
+UNPACED_REMEDY: Final = "give the bus one; drop, delay, duplicate and replace need none"
 
 CanMessage = CanFrame | Notice
 
@@ -293,7 +295,7 @@ class CanBusModel(BusModel[CanMessage]):
 
     def _check_fault(self, fault: CanFault) -> None:
         if not self.nominal and isinstance(fault, PACED):
-            raise ValueError(f"{fault.what}: only on a bus with a bitrate")
+            raise ValueError(f"{fault.what}: only on a bus with a bitrate\n{UNPACED_REMEDY}")
 
     def _delayed(self, now_ns: int, sender: Member, frame: CanFrame) -> int:
         """Ticks by which faults keep it back."""

@@ -2,7 +2,7 @@
 
 import typer
 
-from fieldrig.cli import points, rigfile, status, timing, trace, up, watch
+from fieldrig.cli import fault, points, rigfile, status, timing, trace, up, watch
 from fieldrig.cli.installed import Commands
 from fieldrig.exits import ABOUT, Exit
 
@@ -50,6 +50,7 @@ app.command()(status.status)
 app.command()(watch.watch)
 app.command()(points.get)
 app.command("set")(points.set_)
+app.command()(fault.fault)
 app.command()(timing.step)
 app.command()(timing.pause)
 app.command()(timing.run)

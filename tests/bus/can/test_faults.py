@@ -178,26 +178,38 @@ def test_faults_come_and_go_at_run_time() -> None:
     assert model.all_faults(LATER)[number]["state"] == "over"
     model.clear_fault(LATER, number)
     assert model.all_faults(LATER) == {}
-    with pytest.raises(ValueError, match="no fault 1 here"):
+    with pytest.raises(ValueError, match="there is no fault 1"):
         model.clear_fault(LATER, number)
 
 
 @pytest.mark.parametrize(
     ("fault", "complaint"),
     [
-        ({"what": "explode"}, "drop"),
+        ({"what": "explode"}, "no fault 'explode'\nthere are: drop, delay"),
+        ({"what": "corupt"}, "no fault 'corupt'\ndid you mean corrupt"),
+        ({}, "what: this key is missing\nthere are: drop"),
+        ({"what": "drop", "identifer": 3}, "identifer: there is no such key\ndid you mean identifier"),
         ({"what": "drop", "mask": 3}, "only beside an identifier"),
-        ({"what": "drop", "probability": 2}, "less than or equal to 1"),
-        ({"what": "delay"}, "Field required"),
-        ({"what": "replace"}, "either data or xor"),
+        ({"what": "drop", "probability": "2"}, "probability: 2 doesn't fit\nright would be a number"),
+        ({"what": "drop", "count": "[many"}, "count: '\\[many' is not a value"),
+        ({"what": "delay"}, "delay_ms: this key is missing\nright would be a number above 0"),
+        ({"what": "replace"}, "^give either data or xor"),
         ({"what": "replace", "data": "xy"}, "write them in hex"),
-        ({"what": "drop", "identifer": 3}, "Extra inputs"),
-        ({}, "what"),
+        ({"what": "drop", "node": 5}, "node: 5 doesn't fit\nright would be a text"),
     ],
 )
 def test_a_wrong_fault_is_refused_with_what_would_be_right(fault: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         bus().add_fault(0, fault)
+
+
+def test_values_may_be_texts_as_people_type_them() -> None:
+    model = bus()
+    typed = {"what": "replace", "identifier": "0x185", "probability": "1", "extended": "false", "data": "0102"}
+    number = model.add_fault(0, typed)
+    assert model.all_faults(0)[number].items() >= {"identifier": 0x185, "extended": False, "data": "0102"}.items()
+    number = model.add_fault(0, {"what": "drop", "receivers": "[b, c]", "start_ms": "1e3", "node": "5"})
+    assert model.all_faults(0)[number].items() >= {"receivers": ["b", "c"], "start_ms": 1000, "node": "5"}.items()
 
 
 def test_without_bit_times_there_are_no_errors_to_make() -> None:

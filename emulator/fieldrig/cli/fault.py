@@ -1,0 +1,137 @@
+"""Faults of a bus of a running rig: fault."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Final
+
+import typer
+
+from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+
+TIMES: Final = ("start_ms", "duration_ms")
+STANDING: Final = ("what", "state", "applied")
+IN_HEX: Final = ("identifier", "mask")
+
+
+def fault(
+    bus: Annotated[str, typer.Argument(metavar="BUS", help="A bus of the rig.", show_default=False)],
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="WHAT|KEY=VALUE", help="The fault to add.", show_default=False),
+    ] = None,
+    clear: Annotated[
+        str | None, typer.Option("--clear", metavar="NUMBER", help="Take a fault away, or all.", show_default=False)
+    ] = None,
+    as_json: AsJson = False,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Show the faults of a bus, add one (this prints its number), or clear them.
+
+    \b
+        fieldrig fault can0
+        fieldrig fault can0 drop identifier=0x185 probability=0.1 count=5 duration_ms=2000
+        fieldrig fault can0 drop node=sensor receivers='[io]'
+        fieldrig fault can0 --clear 1
+        fieldrig fault can0 --clear all
+
+    Faults and their keys are those of `faults` in a rig file; `fieldrig watch BUS` shows when one strikes. A bus
+    forgets what it was given here when its process is restarted.
+    """
+    from fieldrig.control import Client
+
+    if words and clear is not None:
+        raise typer.BadParameter("either add a fault or clear some, not both at once")
+    given, number = _fault(words or []), _number(bus, clear)
+    with Client(endpoint) as client:
+        if given:
+            answer = _ask(client, bus, "add_fault", {"fault": given})
+        elif clear is not None:
+            answer = _ask(client, bus, "clear_fault", {"number": number})
+        else:
+            answer = _ask(client, bus, "faults", None)
+    if as_json:
+        echo_json(answer)
+    elif given:
+        typer.echo(answer["number"])
+    elif clear is not None:
+        typer.echo(f"cleared: {', '.join(map(str, answer['cleared'])) or 'none'}")
+    else:
+        _show(answer)
+
+
+def _fault(words: list[str]) -> dict[str, str]:
+    """Values stay texts: only the bus knows whether `data=10` is a number."""
+    given: dict[str, str] = {}
+    for position, word in enumerate(words):
+        key, equals, text = word.partition("=")
+        if not equals and position == 0:
+            key, text = "what", word
+        elif not equals or not key:
+            raise typer.BadParameter(f"{word!r} is no key of a fault: write it like probability=0.1")
+        if key in given:
+            raise typer.BadParameter(f"{key} is there twice")
+        given[key] = text
+    return given
+
+
+def _number(bus: str, clear: str | None) -> int | None:
+    if clear is None or clear == "all":
+        return None
+    try:
+        return int(clear)
+    except ValueError:
+        what = f"{clear!r} is no fault: write a number that `fieldrig fault {bus}` shows, or all"
+        raise typer.BadParameter(what) from None
+
+
+def _ask(client: Any, bus: str, verb: str, message: Any) -> Any:
+    """With words that help when nobody runs the bus."""
+    from fieldrig.control import NobodyError
+    from fieldrig.errors import ControlError
+
+    try:
+        return client.ask(f"bus/{bus}/{verb}", message)
+    except NobodyError:
+        rig = client.ask("rig/status")
+        known = rig["buses"]
+        if bus not in known:
+            raise ControlError(f"{rig['rig']} has no bus {bus!r}", f"it has: {', '.join(known) or 'none'}") from None
+        if any(bus in process["buses"] for process in rig["processes"].values()):
+            raise ControlError(
+                f"{bus} does not answer: it has not started, or its process died", "look at `fieldrig status`"
+            ) from None
+        raise ControlError(
+            f"{bus}: {known[bus]['kind']} takes no faults while it runs, for its medium is not the rig's",
+            f"where `fieldrig devices {known[bus]['kind']}` has a key `faults`, give them in the rig file",
+        ) from None
+
+
+def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
+    if not faults:
+        typer.echo("none")
+        return
+    echo_table(
+        ("number", "what", "where and how", "when", "state", "applied"),
+        [
+            (number, one["what"], _words(one, is_time=False), _words(one, is_time=True), one["state"], one["applied"])
+            for number, one in faults.items()
+        ],
+    )
+
+
+def _words(fault: Mapping[str, Any], *, is_time: bool) -> str:
+    """In the words that it is given with."""
+    return " ".join(
+        f"{key}={_text(key, value)}"
+        for key, value in fault.items()
+        if key not in STANDING and (key in TIMES) is is_time
+    )
+
+
+def _text(key: str, value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return f"[{', '.join(map(str, value))}]"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return f"{value:#x}" if key in IN_HEX and isinstance(value, int) else str(value)

@@ -1,0 +1,62 @@
+"""What the tests of faults in running rigs are made of; the processes of a rig import this module by name."""
+
+from typing import ClassVar
+
+from fieldrig.bus import Attachment, DirectBus, Time
+from fieldrig.clock import MS, Clock
+from fieldrig.device import Device
+from fieldrig.link import Link
+from fieldrig.settings import Settings
+from fieldrig.testing import RecordedLink
+from fieldrig_bus import wires
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.wires import Signal
+
+
+class Beacon(Device):
+    """Sends one frame every 10 ms."""
+
+    def __init__(self, clock: Clock, can: Link[CanFrame]) -> None:
+        self._clock, self._can = clock, can
+
+    def start(self) -> None:
+        self._can.send(CanFrame(0x185, b"\x01"))
+        self._clock.call_at(self._clock.now_ns() + 10 * MS, self.start)
+
+
+class Seedling(Device):
+    """Has an end of a bus, and nothing else."""
+
+    def __init__(self, soil: Link[Signal]) -> None:
+        self._soil = soil
+
+
+class SoilSettings(Settings):
+    pass
+
+
+class Soil(DirectBus[Signal]):
+    """Tells the seed that it got."""
+
+    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    family: ClassVar[str] = "wires"
+    messages: ClassVar[tuple[type, ...]] = (Signal,)
+
+    def __init__(self, name: str, settings: SoilSettings) -> None:
+        super().__init__(name, settings)
+
+    def encode(self, message: Signal) -> bytes:
+        return wires.encode(message)
+
+    def decode(self, data: bytes) -> Signal:
+        return wires.decode(data)
+
+    def show(self, message: Signal) -> str:
+        return wires.show(message)
+
+    async def open(self, at: Attachment) -> Link[Signal]:
+        at.heard(at.member, Signal("seed", at.seed))
+        return RecordedLink()
+
+    async def close(self, member: str) -> None:
+        """There is nothing to close."""

@@ -1,0 +1,127 @@
+"""`fieldrig fault`: faults of a bus of a running rig, given, shown and cleared."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from running_rig import RunningRig, until
+
+pytestmark = pytest.mark.system
+
+KINDS = Path(__file__).with_name("fault_kinds.py")
+REAL = """
+time: real
+seed: 42
+buses:
+  can0: {kind: can.hub}
+  free: {kind: can.hub, bitrate: null, process: can0}
+  wires: {kind: wires.hub, process: can0}
+  soil: {kind: "fault_kinds:Soil"}
+devices:
+  io: {kind: "fault_kinds:Beacon", links: {can: can0}}
+  bean: {kind: "fault_kinds:Seedling", links: {soil: soil}}
+"""
+VIRTUAL = """
+time: virtual
+speed: 1
+buses:
+  can0: {kind: can.virtual, acknowledge: always}
+devices:
+  io: {kind: "fault_kinds:Beacon", links: {can: can0}}
+"""
+
+
+@pytest.fixture(scope="module")
+def real() -> Iterator[RunningRig]:
+    with RunningRig(REAL, KINDS, "--trace", "all.jsonl") as rig:
+        yield rig.until_ready()
+
+
+def faults(rig: RunningRig) -> dict[str, Any]:
+    found: dict[str, Any] = rig.ask("bus/can0/faults")
+    return found
+
+
+def test_a_fault_is_given_strikes_is_shown_and_is_cleared(real: RunningRig) -> None:
+    words = "drop identifier=0x185 count=3 probability=0.9 duration_ms=60000"
+    number = real.tool("fault", "can0", *words.split()).stdout.strip()
+    until(lambda: faults(real)[number]["applied"] == 3)
+    assert real.json("fault", "can0")[number] == {
+        "what": "drop",
+        "identifier": 0x185,
+        "probability": 0.9,
+        "count": 3,
+        "duration_ms": 60000,
+        "state": "over",
+        "applied": 3,
+    }
+    line = real.tool("fault", "can0").stdout.splitlines()[1]
+    assert line.split() == [number, *words.split(), "over", "3"]
+    assert real.tool("fault", "can0", "--clear", number).stdout == f"cleared: {number}\n"
+    assert real.tool("fault", "can0").stdout == "none\n"
+
+
+def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
+    number = real.json("fault", "can0", "replace", "xor=10", "node=io")["number"]
+    until(lambda: faults(real)[str(number)]["applied"] > 0)
+    lines = real.tool("watch", "can0", "-n", "6").stdout
+    assert f"fault {number}: data replaced, was 01" in lines
+    assert "185 [1] 11" in lines
+    assert real.json("fault", "can0", "--clear", "all") == {"cleared": [number]}
+    assert real.json("fault", "can0", "--clear", "all") == {"cleared": []}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "what", "remedy"),
+    [
+        ("can0 dorp", 6, "can0: there is no fault 'dorp'", "did you mean drop?"),
+        ("can0 drop identifer=3", 6, "can0: identifer: there is no such key", "did you mean identifier?"),
+        ("can0 drop count=0", 6, "can0: count: 0 doesn't fit", "right would be a whole number of at least 1"),
+        ("can0 delay", 6, "can0: delay_ms: this key is missing", "right would be a number above 0"),
+        ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
+        ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
+        ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
+        ("soil drop", 6, "soil: fault_kinds:Soil takes no faults while it runs", "in the rig file"),
+        ("can1", 6, "lab has no bus 'can1'", "it has: can0, free, wires, soil"),
+        ("can0 drop 0x185", 2, "'0x185' is no key of a fault", "write it like probability=0.1"),
+        ("can0 drop count=1 count=2", 2, "count is there twice", ""),
+        ("can0 drop --clear 1", 2, "not both at once", ""),
+        ("can0 --clear some", 2, "'some' is no fault", "or all"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_would_be_right(
+    real: RunningRig, arguments: str, code: int, what: str, remedy: str
+) -> None:
+    done = real.tool("fault", *arguments.split())
+    said = " ".join(done.stderr.replace("│", " ").split())
+    assert (done.returncode, what in said, remedy in said) == (code, True, True), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_under_virtual_time_a_fault_starts_at_the_present_instant() -> None:
+    with RunningRig(VIRTUAL, KINDS) as rig:
+        rig.until_ready()
+        rig.json("pause")
+        number = str(rig.json("fault", "can0", "drop", "duration_ms=1000")["number"])
+        assert faults(rig)[number]["state"] == "on"
+        rig.json("step", "2s")
+        assert rig.json("fault", "can0")[number] == {
+            "what": "drop",
+            "duration_ms": 1000,
+            "state": "over",
+            "applied": 100,
+        }
+        refused = rig.tool("fault", "can0", "drop", "identifer=3")
+        assert (refused.returncode, "did you mean identifier?" in refused.stderr) == (6, True)
+        assert rig.json("fault", "can0", "--clear", number) == {"cleared": [int(number)]}
+
+
+def test_an_end_of_a_direct_bus_gets_the_seed_of_its_rig(real: RunningRig) -> None:
+    def told() -> list[str]:
+        messages = map(json.loads, (real.folder / "all.jsonl").read_text().splitlines())
+        return [bytes.fromhex(one["data"]).decode() for one in messages if one["bus"] == "soil"]
+
+    until(lambda: told() != [])
+    assert told() == ['["seed",42,""]']
