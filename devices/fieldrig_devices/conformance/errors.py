@@ -1,6 +1,6 @@
 """Errors that the suite can cause from outside, and the EMCY message that tells of them.
 
-Source: CiA 301 7.2.7, 7.2.2.5 (an RPDO that is too short), 7.2.8.2.2.2 (a heartbeat that is missed).
+Source: CiA 301 7.2.7, 7.2.2.5 (an RPDO that is too short), 7.2.8.3.2.2 (a heartbeat that is missed).
 """
 
 from typing import NamedTuple

@@ -1,6 +1,6 @@
 """Node guarding as a master does it.
 
-Source: CiA 301 7.2.8.2.2.1.
+Source: CiA 301 7.2.8.3.2.1.
 """
 
 from fieldrig_devices.conformance import nmt

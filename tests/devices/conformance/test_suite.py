@@ -115,9 +115,7 @@ def test_eds_with_a_default_beyond_its_limit_fails(tmp_path: Path) -> None:
     )
     with Rig(from_dict(rig_of(), HERE)) as rig:
         report = conform_virtual(rig, "can0", Description(eds, NODE_ID), choose(["1.0"]))
-    assert failures(report) == {
-        "1.0": "expected an EDS without errors; came line 618: [1029sub1] DefaultValue 3: within the limits, any to 2"
-    }
+    assert "[1029sub1] DefaultValue 3" in failures(report)["1.0"]
 
 
 # What is left behind.

@@ -20,7 +20,7 @@ GENERAL, INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x0800_0000, 0x0609_0030, 0x0609_003
 STRUCTURE, HISTORY = 0xFF, 0x1003
 SHOWN = 5
 """Faults of one case that its verdict names."""
-ACCESS = "CiA 301 7.4.8; CiA 306-1 4.6.3"
+ACCESS = "CiA 301 7.4; CiA 306-1 4.6.3"
 
 
 @case(
@@ -67,7 +67,7 @@ def write_only(bench: Bench) -> Steps[None]:
         yield from bench.refuses(bench.sdo.read(entry.index, entry.sub), WRITE_ONLY, what=f"reading {entry.key}")
 
 
-@case("4.5", "OD 05", "Where sub-index FFh is there, it gives the object's type and data type.", "CiA 301 7.4.7.3")
+@case("4.5", "OD 05", "Where sub-index FFh is there, it gives the object's type and data type.", "CiA 301 7.4.7")
 def structure(bench: Bench) -> Steps[None]:
     is_anywhere = False
     for index in bench.eds.indices(0x1000, 0xFFFF):

@@ -15,7 +15,7 @@ SHOWN = 5
     "1.0",
     "EDS checker",
     "The EDS has what CiA 306 asks for: its sections, the mandatory objects, and defaults within limits.",
-    "CiA 306-1 4.3 to 4.6; CiA 301 7.5.1",
+    "CiA 306-1 4.3 to 4.6; CiA 301 7.5.2",
 )
 def eds_file(bench: Bench) -> Steps[None]:
     errors = [_text(one) for one in check_eds(bench.eds.path) if one.severity is Severity.ERROR]

@@ -1,6 +1,6 @@
 """Guarding 01 to 06: node guarding and life guarding.
 
-Source: CiA 301 7.2.8.2.2.1, 7.5.2.11 (100Ch), 7.5.2.12 (100Dh).
+Source: CiA 301 7.2.8.3.2.1, 7.5.2.11 (100Ch), 7.5.2.12 (100Dh).
 """
 
 from fieldrig_devices.conformance import guard, nmt
@@ -11,7 +11,7 @@ from fieldrig_devices.conformance.guard import LIFE_TIME_FACTOR
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import GUARD_TIME, State
 
-CLAUSE = "CiA 301 7.2.8.2.2.1"
+CLAUSE = "CiA 301 7.2.8.3.2.1"
 ERROR_BEHAVIOUR = 0x1029
 NO_CHANGE, STOP = 1, 2
 

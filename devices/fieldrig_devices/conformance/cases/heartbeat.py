@@ -1,6 +1,6 @@
 """Heartbeat 01 to 07: the node's own heartbeat, and its watch over ours.
 
-Source: CiA 301 7.2.8.2.2.2, 7.5.2.19 (1016h), 7.5.2.20 (1017h).
+Source: CiA 301 7.2.8.3.2.2, 7.5.2.19 (1016h), 7.5.2.20 (1017h).
 """
 
 from fieldrig_bus.can.frame import CanFrame
@@ -11,7 +11,7 @@ from fieldrig_devices.conformance.errors import CONSUMER_TIME, HEARTBEAT
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import HEARTBEAT_TIME, Command, State
 
-PRODUCER, CONSUMER = "CiA 301 7.2.8.2.2.2, 7.5.2.20", "CiA 301 7.2.8.2.2.2, 7.5.2.19"
+PRODUCER, CONSUMER = "CiA 301 7.2.8.3.2.2, 7.5.2.20", "CiA 301 7.2.8.3.2.2, 7.5.2.19"
 INCOMPATIBLE = 0x0604_0043
 COUNTED = 10
 

@@ -1,6 +1,6 @@
 """Heartbeat versus guarding 01 to 07: a node has one of them at a time, and heartbeat goes first.
 
-Source: CiA 301 7.2.8.2.2, 7.5.2.11, 7.5.2.20.
+Source: CiA 301 7.2.8.3.2, 7.5.2.11, 7.5.2.20.
 """
 
 from fieldrig_bus.can.frame import CanFrame
@@ -11,7 +11,7 @@ from fieldrig_devices.conformance.guard import LIFE_TIME_FACTOR
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import GUARD_TIME, HEARTBEAT_TIME, State
 
-CLAUSE = "CiA 301 7.2.8.2.2"
+CLAUSE = "CiA 301 7.2.8.3.2"
 COUNTED = 10
 
 

@@ -1,6 +1,6 @@
 """PDO 22 to 33: changing what PDOs carry.
 
-Source: CiA 301 7.5.2.36, 7.5.2.38 (the mapping procedure), 7.4.7.1 (dummy mapping), CiA 306-1 4.6.3 (access types).
+Source: CiA 301 7.5.2.36, 7.5.2.38 (the mapping procedure), 7.4.7 (dummy mapping), CiA 306-1 4.6.3 (access types).
 A mapping that can't be may be refused when the entry is written, or when sub-index 0 is.
 """
 
@@ -121,7 +121,7 @@ def unmappable_to_tpdo(bench: Bench) -> Steps[None]:
     yield from _refused(bench, True, _unmappable(bench, ("ro", "rw", "rwr")), "read access and PDOMapping=0")
 
 
-@case("3.33", "PDO 33", "A dummy that the EDS allows can be mapped to an RPDO.", "CiA 301 7.4.7.1; CiA 306-1 4.5.3")
+@case("3.33", "PDO 33", "A dummy that the EDS allows can be mapped to an RPDO.", "CiA 301 7.4.7; CiA 306-1 4.5.3")
 def dummy(bench: Bench) -> Steps[None]:
     if not bench.eds.dummies:
         bench.skip("the EDS allows no dummies (DummyUsage)")

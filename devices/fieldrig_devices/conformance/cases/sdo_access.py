@@ -32,7 +32,7 @@ def read_expedited(bench: Bench) -> Steps[None]:
         bench.check(data == entry.default, f"{entry.default.hex(' ')}, as in the EDS", data.hex(" "))
 
 
-@case("2.2", "SDO 02", "What can be read and written keeps the value that is written.", "CiA 301 7.2.4.3.4, 7.4.8")
+@case("2.2", "SDO 02", "What can be read and written keeps the value that is written.", "CiA 301 7.2.4.3.4, 7.4")
 def read_and_write(bench: Bench) -> Steps[None]:
     entries = [one for one in bench.eds if is_plain(one) and one.is_writable and one.index <= LAST_OF_COMMUNICATION]
     if not entries:

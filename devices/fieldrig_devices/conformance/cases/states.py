@@ -11,7 +11,7 @@ from fieldrig_devices.conformance.nmt import HEARTBEAT_TIME, State
 from fieldrig_devices.conformance.pdo import configure, usable_tpdos
 from fieldrig_devices.conformance.verdict import NotApplicable
 
-ALLOWED = "CiA 301 7.3.2.2, table 39"
+ALLOWED = "CiA 301 7.3.2.2"
 
 
 @case(
