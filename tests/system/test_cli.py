@@ -161,5 +161,6 @@ def test_check_schema_and_devices_need_no_rig(rig: RunningRig) -> None:
 def test_every_command_has_help_with_an_example(rig: RunningRig) -> None:
     overview = rig.tool("--help").stdout
     assert "Exit codes:" in overview
-    for command in ("up", "status", "watch", "get", "set", "step", "run", "restart", "check", "devices", "schema"):
+    names = ("up", "status", "watch", "get", "set", "fault", "step", "run", "restart", "check", "devices", "schema")
+    for command in names:
         assert f"fieldrig {command}" in rig.tool(command, "--help").stdout

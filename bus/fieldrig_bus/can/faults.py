@@ -26,12 +26,15 @@ def _hex(text: str) -> str:
     return text
 
 
+LONGEST_MS: Final = 1_000_000_000  # eleven days
 Hex = Annotated[str, AfterValidator(_hex)]
 
 
 class _Timed(Settings):
-    start_ms: float = Field(default=0, ge=0, description="after it was given; in a rig file, after the rig's start")
-    duration_ms: float | None = Field(default=None, gt=0, description="left out: until it is cleared")
+    start_ms: float = Field(
+        default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
+    )
+    duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
 
 
 class _FrameFault(_Timed):
@@ -72,7 +75,7 @@ class Delay(_FrameFault):
     """The frame takes part in arbitration later, and what its sender asks for after it, too."""
 
     what: Literal["delay"]
-    delay_ms: float = Field(gt=0)
+    delay_ms: float = Field(gt=0, le=LONGEST_MS)
 
     @property
     def delay_ns(self) -> int:
@@ -149,7 +152,7 @@ class Babble(_Timed):
     identifier: int = Field(ge=0, le=EXTENDED_MASK)
     extended: bool | None = Field(default=None, description="29 bits; left out: as the identifier needs")
     data: Hex = Field(default="", max_length=23, description="hex")
-    period_ms: float = Field(default=0, ge=0, description="0: one after the other")
+    period_ms: float = Field(default=0, ge=0, le=LONGEST_MS, description="0: one after the other")
     count: int | None = Field(default=None, ge=1, description="frames; left out: any number")
 
     def frame(self) -> CanFrame:

@@ -16,10 +16,11 @@ TEXTS: Final = frozenset({"what", "node", "data", "xor", "level"})
 
 def fault_of(given: Mapping[str, Any]) -> CanFault:
     """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
-    model = MODELS.get(given.get("what"))
+    what = given.get("what")
+    model = MODELS.get(what) if isinstance(what, str) else None
     if model is None:
-        what = f"there is no fault {given['what']!r}" if "what" in given else "what: this key is missing"
-        raise ValueError(f"{what}\n{closest(given.get('what', ''), list(MODELS))}")
+        wrong = f"there is no fault {what!r}" if "what" in given else "what: this key is missing"
+        raise ValueError(f"{wrong}\n{closest(what, list(MODELS))}")
     values = {key: _value(key, value) for key, value in given.items()}
     try:
         fault: CanFault = model.model_validate(values)

@@ -4,10 +4,13 @@ from random import Random
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fieldrig.bus import Delivery
 from fieldrig.clock import MS, US, S
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.given_fault import MODELS
 from fieldrig_bus.can.model import CanBusModel, CanMessage
 from fieldrig_bus.can.notices import BusState, CanError, CanState, FaultNote
 from fieldrig_bus.can.virtual import CanSettings, CanVirtual
@@ -17,8 +20,7 @@ LATER = 10 * S
 
 
 def bus(*faults: dict[str, Any], bitrate: int | None = 1_000_000, seed: int = 7) -> CanBusModel:
-    settings = CanSettings.model_validate({"bitrate": bitrate, "faults": list(faults)})
-    model = CanVirtual("can0", settings).model()
+    model = CanVirtual("can0", CanSettings.model_validate({"bitrate": bitrate, "faults": list(faults)})).model()
     model.begin(0, Random(f"{seed}/can0"))
     for member in ("a", "b", "c"):
         model.join(member)
@@ -187,12 +189,13 @@ def test_faults_come_and_go_at_run_time() -> None:
     [
         ({"what": "explode"}, "no fault 'explode'\nthere are: drop, delay"),
         ({"what": "corupt"}, "no fault 'corupt'\ndid you mean corrupt"),
+        ({"what": ["drop"]}, "no fault .'drop'"),
         ({}, "what: this key is missing\nthere are: drop"),
         ({"what": "drop", "identifer": 3}, "identifer: there is no such key\ndid you mean identifier"),
         ({"what": "drop", "mask": 3}, "only beside an identifier"),
         ({"what": "drop", "probability": "2"}, "probability: 2 doesn't fit\nright would be a number"),
         ({"what": "drop", "count": "[many"}, "count: '\\[many' is not a value"),
-        ({"what": "delay"}, "delay_ms: this key is missing\nright would be a number above 0"),
+        ({"what": "delay"}, "delay_ms: this key is missing\nright would be a number"),
         ({"what": "replace"}, "^give either data or xor"),
         ({"what": "replace", "data": "xy"}, "write them in hex"),
         ({"what": "drop", "node": 5}, "node: 5 doesn't fit\nright would be a text"),
@@ -210,6 +213,34 @@ def test_values_may_be_texts_as_people_type_them() -> None:
     assert model.all_faults(0)[number].items() >= {"identifier": 0x185, "extended": False, "data": "0102"}.items()
     number = model.add_fault(0, {"what": "drop", "receivers": "[b, c]", "start_ms": "1e3", "node": "5"})
     assert model.all_faults(0)[number].items() >= {"receivers": ["b", "c"], "start_ms": 1000, "node": "5"}.items()
+
+
+NUMBERS = st.integers(0) | st.floats(0) | st.sampled_from([1, 0.5, "0x10", ".inf", "1e400"])
+BY_KEY: dict[str, st.SearchStrategy[Any]] = {
+    **dict.fromkeys(("node", "level", "data", "xor"), st.sampled_from(["a", "recessive", "0102", "zz", "", 5])),
+    "receivers": st.just(["a"]) | st.just("[b, c]") | st.text(max_size=4),
+    "extended": st.booleans() | st.just("true"),
+}
+
+
+def given_to(what: str) -> st.SearchStrategy[dict[str, Any]]:
+    keys = {key: BY_KEY.get(key, NUMBERS) for key in MODELS[what].model_fields if key != "what"}
+    needed = {key: value for key, value in keys.items() if MODELS[what].model_fields[key].is_required()}
+    others = {key: value for key, value in keys.items() if key not in needed}
+    return st.fixed_dictionaries({"what": st.just(what), **needed}, optional=others)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.sampled_from(sorted(MODELS)).flatmap(given_to))
+def test_whatever_is_given_is_taken_or_refused(fault: dict[str, Any]) -> None:
+    model = bus()
+    try:
+        model.add_fault(0, fault)
+    except ValueError:
+        assert model.all_faults(0) == {}
+    else:
+        model.submit(0, "a", SHORT)
+        model.collect(MS)
 
 
 def test_without_bit_times_there_are_no_errors_to_make() -> None:
