@@ -80,6 +80,13 @@ def test_without_the_option_nothing_is_reported(project: pytest.Pytester) -> Non
     result.stdout.no_fnmatch_line("*rows of the manuals*")
 
 
+def test_that_no_test_shows_a_row_is_a_report_and_no_failure(project: pytest.Pytester) -> None:
+    make_tests(project, "def test_shows_none(): pass")
+    outcome = project.runpytest("--manual-rows", "-m", "manual")
+    outcome.stdout.fnmatch_lines(["*not shown*"])
+    assert outcome.ret == pytest.ExitCode.OK
+
+
 def test_a_row_shown_in_a_worker_of_xdist_counts(project: pytest.Pytester) -> None:
     make_tests(project, "@manual('PD-010')\ndef test_shows_it(): pass")
     result = project.runpytest("-pxdist", "-n1", "--manual-rows")
