@@ -1,6 +1,8 @@
 """`fieldrig fault`: faults of a bus of a running rig, given, shown and cleared."""
 
 import json
+import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -125,3 +127,11 @@ def test_an_end_of_a_direct_bus_gets_the_seed_of_its_rig(real: RunningRig) -> No
 
     until(lambda: told() != [])
     assert told() == ['["seed",42,""]']
+
+
+def test_a_bus_whose_process_is_not_there_is_told_from_one_that_takes_no_faults() -> None:
+    with RunningRig(REAL.replace("can: can0}}", "can: can0}, process: can0, on_exit: ignore}"), KINDS) as rig:
+        os.kill(rig.until_ready().pid("can0"), signal.SIGKILL)
+        until(lambda: rig.status()["processes"]["can0"]["state"] == "gone")
+        done = rig.tool("fault", "can0")
+        assert (done.returncode, "can0 does not answer" in done.stderr) == (6, True), done.stderr
