@@ -14,6 +14,8 @@ from fieldrig.settings import Settings
 
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that doesn't read; what comes on top is lost to it."""
+MOST_AT_ONCE = 4096
+"""Bytes taken from a client before everybody else has a turn."""
 
 
 def _checked(address: str) -> str:
@@ -36,8 +38,12 @@ class HubSettings(Settings):
     connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
-class Connection(asyncio.Protocol):
-    """One client.  A subclass says in `data_received` what its bytes mean."""
+class Connection(asyncio.BufferedProtocol):
+    """One client.  A subclass says in `data_received` what its bytes mean.
+
+    A client that floods is read in small portions: a loop that takes what it can get takes megabytes at once, and
+    everybody else in this process waits for seconds.
+    """
 
     transport: asyncio.Transport
 
@@ -46,6 +52,8 @@ class Connection(asyncio.Protocol):
         self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.is_full = False
         """The client doesn't read: `MOST_UNREAD` bytes wait for it."""
+        self._portion = memoryview(bytearray(MOST_AT_ONCE))
+        self._is_wanted = True
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(asyncio.Transport, transport)  # uvloop's is one by its methods, not by its class
@@ -55,6 +63,32 @@ class Connection(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         self.server.connections.discard(self)
         self.lost.set_result(None)
+
+    def get_buffer(self, sizehint: int) -> memoryview:
+        return self._portion
+
+    def buffer_updated(self, nbytes: int) -> None:
+        self.data_received(self._portion[:nbytes].tobytes())
+        if nbytes == MOST_AT_ONCE:
+            self._read(False)
+            asyncio.get_running_loop().call_soon(lambda: self._read(self._is_wanted))
+
+    def data_received(self, data: bytes) -> None:
+        raise NotImplementedError
+
+    def read_on(self, is_wanted: bool) -> None:
+        """Take what the client says, or let it wait."""
+        self._is_wanted = is_wanted
+        self._read(is_wanted)
+
+    def _read(self, is_wanted: bool) -> None:
+        transport = self.transport
+        if transport.is_closing() or transport.is_reading() == is_wanted:
+            return
+        if is_wanted:
+            transport.resume_reading()
+        else:
+            transport.pause_reading()
 
     def pause_writing(self) -> None:
         self.is_full = True

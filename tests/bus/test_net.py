@@ -2,6 +2,7 @@ import asyncio
 import functools
 import socket
 from collections.abc import Callable, Coroutine
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.hub import CanHubSettings
 from fieldrig_bus.modbus.tcp import ModbusTcpSettings
-from fieldrig_bus.net import Address, Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import MOST_AT_ONCE, Address, Connection, TcpServer, join_as_outsider
 from fieldrig_bus.serial.line import SerialHubSettings
 from fieldrig_bus.wires import WiresHubSettings
 
@@ -99,6 +100,52 @@ async def test_client_that_does_not_read_loses_what_it_can_not_take() -> None:
     assert connection.is_full
     assert connection.transport.get_write_buffer_size() < 1_000_000
     client.close()
+    await server.close()
+
+
+@in_loop
+async def test_client_that_floods_leaves_others_their_turn() -> None:
+    taken: list[int] = []
+
+    class Noting(Connection):
+        def data_received(self, data: bytes) -> None:
+            taken.append(len(data))
+            asyncio.get_running_loop().call_soon(taken.append, 0)  # somebody else's turn
+
+    server = TcpServer("127.0.0.1:0", Noting)
+    await server.open()
+    _, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    writer.write(bytes(1_000_000))
+    async with asyncio.timeout(10):
+        while sum(taken) < 1_000_000:
+            await asyncio.sleep(0)
+    assert max(taken) <= MOST_AT_ONCE
+    assert all(0 in pair for pair in pairwise(taken))
+    writer.close()
+    await writer.wait_closed()
+    await server.close()
+
+
+@in_loop
+async def test_client_that_has_to_wait_waits_after_a_flood_too() -> None:
+    taken: list[int] = []
+
+    class Full(Connection):
+        def data_received(self, data: bytes) -> None:
+            taken.append(len(data))
+            self.read_on(False)
+
+    server = TcpServer("127.0.0.1:0", Full)
+    await server.open()
+    _, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    writer.write(bytes(3 * MOST_AT_ONCE))
+    async with asyncio.timeout(10):
+        while not taken:
+            await asyncio.sleep(0)
+    for _ in range(20):
+        await asyncio.sleep(0)
+    assert taken == [MOST_AT_ONCE]
+    writer.close()
     await server.close()
 
 

@@ -43,10 +43,10 @@ class Master(Connection):
         self.on_bytes(data)
 
     def pause_writing(self) -> None:
-        self.transport.pause_reading()
+        self.read_on(False)
 
     def resume_writing(self) -> None:
-        self.transport.resume_reading()
+        self.read_on(True)
 
     def on_open(self, link: Link[Any]) -> None:
         """It is a member; nothing has arrived yet."""

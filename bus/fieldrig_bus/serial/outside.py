@@ -140,15 +140,6 @@ class _Outsider(Connection):
         super().connection_lost(exc)
         self._place.left(self)
 
-    def read_on(self, is_wanted: bool) -> None:
-        transport = self.transport
-        if transport.is_closing() or transport.is_reading() == is_wanted:
-            return
-        if is_wanted:
-            transport.resume_reading()
-        else:
-            transport.pause_reading()
-
     def __str__(self) -> str:
         return str(self.transport.get_extra_info("peername"))
 
