@@ -1,0 +1,1 @@
+"""The ASA-RT ARP two-axis card."""

@@ -1,0 +1,107 @@
+"""The ARP's numbers: signed 32-bit integers, by convention a value times 1000, from -999999.999 to 999999.999.
+
+Source: manual 4.1, 5.3; digest chapter 2.  An arithmetic result outside the range is W02 and the limit is taken; every
+operation is checked, so that one sum in brackets behaves as two statements do.  Products and quotients are truncated
+toward zero.  Bit operations work on the raw 32 bits and never warn: a word whose bit 31 is set is legal, although it
+prints outside the range.  Addition and multiplication stand inline in the generated code (`language.expressions`);
+here is what they call when a result is out of range, and everything longer.
+"""
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+SCALE = 1_000
+LIMIT = 999_999_999  # raw
+PIG = 3_142  # manual 5: the constant has three decimals
+
+DIVISION_BY_ZERO = 201  # W01
+OUT_OF_RANGE = 202  # W02
+WRONG_PARAMETER = 203  # W03
+MEMORY_BLANK = 204  # W04
+
+
+def signed(word: int) -> int:
+    """The low 32 bits as a signed integer."""
+    return (word & 0xFFFF_FFFF ^ 0x8000_0000) - 0x8000_0000
+
+
+def whole(raw: int) -> int:
+    """The integer part of a value: 856.56 is 856, -0.5 is 0."""
+    return raw // SCALE if raw >= 0 else -(-raw // SCALE)
+
+
+def to_text(raw: int) -> str:
+    """As a person writes it: 2.5, -0.001, 5."""
+    head, tail = divmod(abs(raw), SCALE)
+    fraction = f".{tail:03}".rstrip("0").rstrip(".")
+    return f"{'-' if raw < 0 else ''}{head}{fraction}"
+
+
+def to_raw(value: int | str | Fraction) -> int:
+    """The raw integer of a value with at most three decimals.  ValueError if it has more, or is out of range."""
+    raw = Fraction(value) * SCALE
+    if raw.denominator != 1:
+        raise ValueError(f"{value} has more than three decimals")
+    if abs(raw) > LIMIT:
+        raise ValueError(f"{value} is not within -999999.999 to 999999.999")
+    return int(raw)
+
+
+class Arithmetic:
+    """The operations that may warn; `warn` gets 201 to 203."""
+
+    def __init__(self, warn: Callable[[int], None]) -> None:
+        self._warn = warn
+
+    def saturated(self, raw: int) -> int:
+        """The limit that a result out of range stands for."""
+        self._warn(OUT_OF_RANGE)
+        return LIMIT if raw > 0 else -LIMIT
+
+    def quotient(self, dividend: int, divisor: int) -> int:
+        if divisor == 0:
+            self._warn(DIVISION_BY_ZERO)
+            return 0
+        scaled = dividend * SCALE
+        raw = scaled // divisor if (scaled >= 0) == (divisor > 0) else -(-scaled // divisor)
+        return raw if -LIMIT <= raw <= LIMIT else self.saturated(raw)
+
+    def remainder(self, dividend: int, divisor: int) -> int:
+        """With the sign of the dividend, as truncated division leaves it."""
+        if divisor == 0:
+            self._warn(DIVISION_BY_ZERO)
+            return 0
+        raw = abs(dividend) % abs(divisor)
+        raw = raw if dividend >= 0 else -raw
+        return raw if -LIMIT <= raw <= LIMIT else self.saturated(raw)
+
+    def shifted_left(self, word: int, count: int) -> int:
+        return signed(word << places) if (places := self._places(count)) < 32 else 0
+
+    def shifted_right(self, word: int, count: int) -> int:
+        """Logical: zeros come in from the left."""
+        return signed((word & 0xFFFF_FFFF) >> places) if (places := self._places(count)) < 32 else 0
+
+    def _places(self, count: int) -> int:
+        places = whole(count)
+        if places < 0:
+            self._warn(WRONG_PARAMETER)
+            return 32
+        return places
+
+    def root(self, raw: int) -> int:
+        if raw < 0:
+            self._warn(WRONG_PARAMETER)
+            return 0
+        return math.isqrt(raw * SCALE)
+
+    def integer(self, raw: int) -> int:
+        return whole(raw) * SCALE
+
+    def sine(self, degrees: int) -> int:
+        """To the nearest thousandth: SEN(30) is 0.500, although binary fractions fall just short of it."""
+        return round(math.sin(math.radians(degrees % (360 * SCALE) / SCALE)) * SCALE)
+
+    def cosine(self, degrees: int) -> int:
+        return round(math.cos(math.radians(degrees % (360 * SCALE) / SCALE)) * SCALE)

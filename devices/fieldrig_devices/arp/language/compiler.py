@@ -1,0 +1,42 @@
+"""The ARP compiler: from text to what runs, with everything that is wrong in one go."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fieldrig_devices.arp.language import parser
+from fieldrig_devices.arp.language.check import check
+from fieldrig_devices.arp.language.lower import Lowered, lower
+from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
+from fieldrig_devices.arp.language.names import Symbols, resolve
+from fieldrig_devices.arp.language.tree import Program
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    program: Program
+    """Resolved: its only names are those of labels and routines."""
+    symbols: Symbols
+    lowered: Lowered
+    notes: tuple[Mistake, ...]
+
+    @property
+    def main(self) -> str:
+        return self.program.routines[0].name
+
+
+def compile_text(text: str) -> Compiled:
+    """CompileError, with every mistake, for a program that can't be compiled."""
+    return _compile(*parser.parse(text))
+
+
+def compile_lines(numbered: Iterable[tuple[int, str]], longest: int) -> Compiled:
+    """The same, of lines that bring their numbers along."""
+    return _compile(*parser.parse_lines(numbered, longest))
+
+
+def _compile(read: Program, mistakes: list[Mistake]) -> Compiled:
+    program, symbols, unresolved = resolve(read)
+    found = sorted({*mistakes, *unresolved, *check(program, symbols)})
+    if any(not one.is_note for one in found):
+        raise CompileError(found)
+    return Compiled(program, symbols, lower(program), tuple(found))

@@ -1,0 +1,122 @@
+"""From the text of an ARP program to its tree, with every mistake in one go.
+
+Source: manual 5; digest chapter 3 (grammar) and 18 (readings).  An instruction never leaves its line, so a line that
+can't be read costs one message and no other line.  Written by hand, a function a rule: lark would read the grammar too,
+but takes 37 ms to import where this takes 3, knows after an error only which terminals could have followed, and needs
+the tables of `instructions` a second time as rules; here the same tables say what was expected, in the manual's words.
+
+Hexadecimal numbers and names look alike (HEAD): a word that the program defines as a name is that name (digest 3, rule
+4), so names are collected before the lines are read.
+"""
+
+import re
+from collections.abc import Collection, Iterable
+
+from fieldrig_devices.arp.language.line import LineReader
+from fieldrig_devices.arp.language.mistakes import LineError, Mistake
+from fieldrig_devices.arp.language.tokens import LONGEST_LINE, Kind, Token, tokens
+from fieldrig_devices.arp.language.tree import Equ, Line, Program, Routine
+
+_DEFINES = re.compile(r"\bBEGA?\s+([A-Z]\w*)|\b([A-Z]\w*)(?=\s*:|\s+EQU\b)", re.IGNORECASE | re.ASCII)
+_ENDS = {"END": False, "ENDA": True}
+_BEGINS = {"BEG": False, "BEGA": True}
+
+
+def parse(text: str) -> tuple[Program, list[Mistake]]:
+    """The program as far as it can be read, and what is wrong.  Names are not looked at yet (`resolve`)."""
+    return parse_lines(enumerate(re.split(r"\r\n|\n|\r", text), start=1))
+
+
+def parse_lines(numbered: Iterable[tuple[int, str]], longest: int = LONGEST_LINE) -> tuple[Program, list[Mistake]]:
+    """The same, of lines that bring their numbers."""
+    source = list(numbered)
+    reader = _ProgramReader(_names(text for _, text in source), longest)
+    for number, text in source:
+        reader.line(number, text.rstrip())
+    return reader.end()
+
+
+def _names(lines: Iterable[str]) -> set[str]:
+    found = (match for line in lines for match in _DEFINES.findall(line.partition(";")[0]))
+    return {name.upper() for match in found for name in match if name}
+
+
+class _ProgramReader:
+    """Puts lines together to routines."""
+
+    def __init__(self, names: Collection[str], longest: int) -> None:
+        self._names, self._longest = names, longest
+        self._mistakes: list[Mistake] = []
+        self._routines: list[Routine] = []
+        self._outside: list[Line] = []
+        self._lines: list[Line] = []
+        self._open: tuple[int, str, bool] | None = None
+        """Line, name and kind of the routine that has begun."""
+
+    def line(self, number: int, text: str) -> None:
+        try:
+            if len(text) > self._longest:
+                raise LineError(self._longest + 1, f"the line has {len(text)} characters", f"at most {self._longest}")
+            self._read(number, tokens(text))
+        except LineError as wrong:
+            self._mistakes.append(Mistake(number, wrong.column, wrong.what, wrong.expected))
+
+    def end(self) -> tuple[Program, list[Mistake]]:
+        if self._open is not None:
+            number, name, is_interrupt = self._open
+            end = "ENDA" if is_interrupt else "END"
+            self._mistakes.append(Mistake(number, 1, f"{name} has no end", end))
+            self._close(number)
+        if not self._routines:
+            self._mistakes.append(Mistake(1, 1, "there is no main program", "BEG name ... END"))
+        elif self._routines[0].is_interrupt:
+            first = self._routines[0]
+            what = f"the first routine is the main program, and {first.name} is an interrupt routine"
+            self._mistakes.append(Mistake(first.number, 1, what, "BEG"))
+        return Program(tuple(self._routines), tuple(self._outside)), sorted(self._mistakes)
+
+    def _read(self, number: int, found: list[Token]) -> None:
+        word = found[0].text if found[0].kind is Kind.WORD else ""
+        reader = LineReader(found, self._names)
+        if word in _BEGINS and not found[1].is_sign(":"):
+            name = reader.begin()
+            self._begin(number, name, _BEGINS[word])
+        elif word in _ENDS and not found[1].is_sign(":"):
+            self._end(number, found[0], _ENDS[word])
+            reader.single_word()
+        elif found[0].kind is not Kind.END:
+            self._content(number, reader)
+        self._mistakes += (Mistake(number, column, what, "", is_note=True) for column, what in reader.notes)
+
+    def _begin(self, number: int, name: str, is_interrupt: bool) -> None:
+        if self._open is not None:
+            begun, before, was_interrupt = self._open
+            end = "ENDA" if was_interrupt else "END"
+            what = f"{before}, which begins in line {begun}, has no end"
+            self._mistakes.append(Mistake(number, 1, what, end))
+            self._close(number - 1)
+        self._open = (number, name, is_interrupt)
+
+    def _end(self, number: int, token: Token, is_interrupt: bool) -> None:
+        if self._open is None:
+            raise LineError(token.column, f"{token.text} ends nothing", "BEG name or BEGA name before it")
+        _, name, was_interrupt = self._open
+        self._close(number)
+        if is_interrupt is not was_interrupt:
+            end = "ENDA" if was_interrupt else "END"
+            raise LineError(token.column, f"{token.text} can't end {name}", end)
+
+    def _close(self, number: int) -> None:
+        assert self._open is not None
+        begun, name, is_interrupt = self._open
+        self._routines.append(Routine(name, is_interrupt, tuple(self._lines), begun, number))
+        self._lines, self._open = [], None
+
+    def _content(self, number: int, reader: LineReader) -> None:
+        line = reader.line(number)
+        if self._open is not None:
+            self._lines.append(line)
+        elif line.label is None and isinstance(line.content, Equ):
+            self._outside.append(line)
+        else:
+            raise LineError(reader.first_column, "this stands outside of every routine", "BEG name before it, or EQU")

@@ -1,0 +1,80 @@
+"""Words, numbers and signs of one line of ARP source.
+
+Source: manual 5, 5.1; digest chapter 3.  Upper and lower case are the same; blanks only separate, except that the
+number of a system variable touches its name.  Strings may stand in typographic quotes, as the manual prints them.
+"""
+
+import re
+from enum import Enum
+from typing import NamedTuple
+
+from fieldrig_devices.arp.language.mistakes import LineError
+
+LONGEST_LINE = 120  # manual 5.1, with blanks and comment
+
+
+class Kind(Enum):
+    WORD = "a name"
+    NUMBER = "a number"
+    STRING = "a string"
+    SYSTEM = "a system variable"
+    SIGN = "a sign"
+    END = "the end of the line"
+
+
+class Token(NamedTuple):
+    kind: Kind
+    text: str
+    """In capitals, except of a string, which comes without its quotes."""
+    column: int
+
+    def is_sign(self, *signs: str) -> bool:
+        return self.kind is Kind.SIGN and self.text in signs
+
+    def is_word(self, *words: str) -> bool:
+        return self.kind is Kind.WORD and self.text in words
+
+    def __str__(self) -> str:
+        return self.kind.value if self.kind is Kind.END else f'"{self.text}"'
+
+
+_TOKEN = re.compile(
+    r"""
+      (?P<blank>[ \t]+)
+    | (?P<end>;.*)
+    | (?P<system>[@\#][ ]*[A-Za-z]+[0-9]*)
+    | (?P<word>[A-Za-z][A-Za-z0-9_]*)
+    | (?P<number>[0-9]+(?:\.[0-9]*)?)
+    | (?P<string>["“”„][^"“”„]*["“”„])
+    | (?P<sign><<=|>>=|<<|>>|<=|>=|<>|==|\+=|-=|\*=|/=|\\=|%=|&=|\|=|\^=|[-+*/\\%&|^!=<>(),:\[\]])
+    """,
+    re.VERBOSE | re.ASCII,
+)
+_KINDS = {"system": Kind.SYSTEM, "word": Kind.WORD, "number": Kind.NUMBER, "string": Kind.STRING, "sign": Kind.SIGN}
+
+
+def tokens(line: str) -> list[Token]:
+    """The tokens of a line, always with END as the last one.  LineError for a character that has no place here."""
+    found = []
+    place = 0
+    while place < len(line):
+        match = _TOKEN.match(line, place)
+        if match is None:
+            raise _stranger(line, place)
+        if match.lastgroup == "end":
+            break
+        if match.lastgroup in _KINDS:
+            found.append(_token(_KINDS[match.lastgroup], match[0], place + 1))
+        place = match.end()
+    return [*found, Token(Kind.END, "", place + 1)]
+
+
+def _token(kind: Kind, text: str, column: int) -> Token:
+    return Token(kind, text[1:-1] if kind is Kind.STRING else text.upper(), column)
+
+
+def _stranger(line: str, place: int) -> LineError:
+    if line[place] in '"“”„':
+        return LineError(place + 1, "the string has no end", "a closing quote on the same line")
+    shown = line[place] if line[place].isprintable() else f"U+{ord(line[place]):04X}"
+    return LineError(place + 1, f'"{shown}" has no meaning here', "printable ASCII; comments begin with ;")

@@ -1,0 +1,1 @@
+"""Running a compiled ARP program: tasks, events, timers, and what it asks of the card."""

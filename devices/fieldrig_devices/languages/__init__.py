@@ -1,0 +1,1 @@
+"""What the run times of the emulated languages share."""

@@ -1,0 +1,225 @@
+"""A program as generated Python that gives way by itself, and goes on where it was.
+
+A language lowers each of its routines to a list of instructions: Python lines that run through (`Do`), jumps, calls,
+and places where it waits.  Here they become one Python function per routine, `routine(pc, n) -> (why, pc, n)`: `pc` is
+the instruction to go on with, `n` the instructions it may still run.  All that lasts stands in the tables the code was
+given, so a routine that has returned is nothing but its `pc`: it can be kept, compared, and gone on with by another
+build of the same routine.
+
+Three builds of each routine, made when first asked for:
+
+    FAST     may be entered at block starts only: jump targets, after calls and waits, and every `LONGEST` instructions.
+             The budget is taken at the end of a block, so a slice runs over by less than a block, and says so (n < 0)
+    WATCHED  the same, but stops in front of each instruction whose flag stands in its table of stops
+    STEPPED  may be entered anywhere; for single steps, and to get from a breakpoint to the next block
+
+A block that jumps to its own start is a Python loop of its own; other jumps find their block by a tree of comparisons.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+from fieldrig_devices.languages import sandbox
+
+LONGEST = 32  # instructions in a block: what a slice may run over
+INDENT = "    "
+
+
+class Why(IntEnum):
+    """Why a routine returned."""
+
+    SLICE = 0  # the budget is used up
+    CALL = 1  # the instruction at pc is a call; its target is in `calls`
+    END = 2
+    WAIT = 3  # a Pause or Hold: go on at pc, in another slice
+    STOP = 4  # in front of an instruction with a breakpoint
+
+
+@dataclass(frozen=True, slots=True)
+class Do:
+    """Runs through."""
+
+    line: int
+    python: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Runs `python`, and jumps if `condition` holds then."""
+
+    line: int
+    python: tuple[str, ...]
+    condition: str
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    line: int
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    line: int
+    routine: str
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Runs `python`; if `condition` holds then, the slice is over, and the next one begins behind it."""
+
+    line: int
+    python: tuple[str, ...]
+    condition: str
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """While `condition` holds, the slice is over, and the next one begins with it again."""
+
+    line: int
+    condition: str
+
+
+Instruction = Do | Branch | Jump | Call | End | Pause | Hold
+Function = Callable[[int, int], tuple[int, int, int]]
+
+
+class Build(IntEnum):
+    FAST = 0
+    WATCHED = 1
+    STEPPED = 2
+
+
+class Code:
+    """The routines of one program, and what they see.  `names` are the only names in `python` beside t0, t1, ..."""
+
+    def __init__(self, routines: Mapping[str, Sequence[Instruction]], names: Mapping[str, object]) -> None:
+        self.routines = [tuple(instructions) for instructions in routines.values()]
+        self.numbers = {name: number for number, name in enumerate(routines)}
+        self.calls = [
+            {pc: self.numbers[one.routine] for pc, one in enumerate(instructions) if isinstance(one, Call)}
+            for instructions in self.routines
+        ]
+        self.leaders = [frozenset(leaders(instructions)) for instructions in self.routines]
+        self.stops = [[0] * len(instructions) for instructions in self.routines]
+        self.names = {**names, **{f"stops_{number}": stops for number, stops in enumerate(self.stops)}}
+        self._built: dict[Build, list[Function]] = {}
+
+    def functions(self, build: Build) -> list[Function]:
+        if build not in self._built:
+            functions = sandbox.load(self.source(build), self.names)
+            self._built[build] = [functions[f"routine_{number}"] for number in range(len(self.routines))]
+        return self._built[build]
+
+    def source(self, build: Build) -> str:
+        parts = (_Writer(number, one, build).lines() for number, one in enumerate(self.routines))
+        return "\n".join(line for part in parts for line in part) + "\n"
+
+    def line(self, routine: int, pc: int) -> int:
+        """The source line of an instruction."""
+        return self.routines[routine][pc].line
+
+    def stop_at(self, lines: set[int]) -> set[int]:
+        """Put breakpoints on source lines, and nowhere else; the lines that have an instruction to stop at."""
+        found = set()
+        for instructions, stops in zip(self.routines, self.stops, strict=True):
+            before = 0
+            for pc, one in enumerate(instructions):
+                stops[pc] = int(one.line in lines and one.line != before)  # a line stops once
+                before = one.line
+                found |= {one.line} & lines
+        return found
+
+
+def leaders(instructions: Sequence[Instruction]) -> list[int]:
+    """Where blocks begin, in order."""
+    found = {0}
+    for pc, one in enumerate(instructions):
+        if isinstance(one, Branch | Jump):
+            found.add(one.target)
+        if isinstance(one, Call | Pause | Jump):
+            found.add(pc + 1)
+        if isinstance(one, Hold):
+            found.add(pc)
+    firm = sorted(pc for pc in found if pc < len(instructions))
+    ends = [*firm[1:], len(instructions)]
+    return [pc for first, end in zip(firm, ends, strict=True) for pc in range(first, end, LONGEST)]
+
+
+class _Writer:
+    """Python source of one build of one routine."""
+
+    def __init__(self, number: int, instructions: Sequence[Instruction], build: Build) -> None:
+        self._number, self._instructions, self._build = number, instructions, build
+        self._leaders = list(range(len(instructions))) if build is Build.STEPPED else leaders(instructions)
+
+    def lines(self) -> Iterator[str]:
+        yield f"def routine_{self._number}(pc, n):"
+        yield f"{INDENT}while n > 0:"
+        yield from self._tree(0, len(self._leaders), INDENT * 2)
+        yield f"{INDENT}return {Why.SLICE:d}, pc, n"
+
+    def _tree(self, first: int, end: int, indent: str) -> Iterator[str]:
+        """The blocks from `first` to before `end`, found by halving."""
+        if end - first == 1:
+            yield from self._block(first, indent)
+            return
+        middle = (first + end) // 2
+        yield f"{indent}if pc < {self._leaders[middle]}:"
+        yield from self._tree(first, middle, indent + INDENT)
+        yield f"{indent}else:"
+        yield from self._tree(middle, end, indent + INDENT)
+
+    def _block(self, index: int, indent: str) -> Iterator[str]:
+        first = self._leaders[index]
+        end = self._leaders[index + 1] if index + 1 < len(self._leaders) else len(self._instructions)
+        is_loop = any(getattr(one, "target", None) == first for one in self._instructions[first:end])
+        if is_loop:
+            yield f"{indent}while n > 0:"
+            indent += INDENT
+        for pc in range(first, end):
+            yield from (indent + line for line in self._instruction(pc, first, is_loop))
+        if not isinstance(self._instructions[end - 1], Jump | Call | End):
+            yield from (indent + line for line in self._leave(end, end - first, first, is_loop))
+
+    def _instruction(self, pc: int, first: int, is_loop: bool) -> Iterator[str]:
+        before = pc - first  # instructions of this block that have run; each costs one
+        if self._build is Build.WATCHED:
+            yield f"if stops_{self._number}[{pc}]:"
+            yield f"{INDENT}return {Why.STOP:d}, {pc}, n - {before}"
+        match self._instructions[pc]:
+            case Do(python=python):
+                yield from python
+            case Branch(python=python, condition=condition, target=target):
+                yield from python
+                yield f"if {condition}:"
+                yield from (INDENT + line for line in self._leave(target, before + 1, first, is_loop))
+            case Jump(target=target):
+                yield from self._leave(target, before + 1, first, is_loop)
+            case Call():
+                yield f"return {Why.CALL:d}, {pc}, n - {before + 1}"
+            case End():
+                yield f"return {Why.END:d}, {pc}, n - {before + 1}"
+            case Pause(python=python, condition=condition):
+                yield from python
+                yield f"if {condition}:"
+                yield f"{INDENT}return {Why.WAIT:d}, {pc + 1}, n - {before + 1}"
+            case Hold(condition=condition):
+                yield f"if {condition}:"
+                yield f"{INDENT}return {Why.WAIT:d}, {pc}, n - {before}"
+
+    def _leave(self, target: int, count: int, first: int, is_loop: bool) -> Iterator[str]:
+        yield f"n -= {count}"
+        if is_loop and target == first:
+            yield "continue"
+            return
+        yield f"pc = {target}"
+        yield "break" if is_loop else "continue"
