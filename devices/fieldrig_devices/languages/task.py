@@ -69,8 +69,8 @@ class Task:
             self._step()
 
     def go_on(self) -> None:
-        """Leave a breakpoint: `run` begins with the instruction it stands in front of."""
-        if self.state is TaskState.STOPPED:
+        """Leave a breakpoint: `run` begins with the instruction it stands in front of, whatever stops are there."""
+        if self.state in (TaskState.STOPPED, TaskState.READY):
             self.state = TaskState.READY
             self._is_between = True
 

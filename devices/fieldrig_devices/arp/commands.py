@@ -1,0 +1,82 @@
+"""`fieldrig arp`: commands for programs of the ARP card."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fieldrig.exits import Exit
+
+app = typer.Typer(
+    help="Programs of the ARP two-axis card.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+
+
+@app.callback()
+def arp() -> None:
+    """Programs of the ARP two-axis card."""
+
+
+@app.command("compile")
+def compile_(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The source, NAME.Inn.", show_default=False)],
+    system: Annotated[
+        int | None,
+        typer.Option(help="The card's address nn, if the name of the file doesn't say it.", show_default=False),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Where to write; beside the source.", show_default=False)
+    ] = None,
+) -> None:
+    """Compile a program, or say everything that is wrong in it.
+
+    \b
+    cam.I01 becomes cam.D01 (object), .E01 (mistakes), .M01 (map), .O01 (binary object), .S01 (symbols).
+    With mistakes only .E01 is written, and objects of earlier compilations are removed.
+        fieldrig arp compile cam.I01
+        fieldrig arp compile cam.txt --system 1 --out build
+    """
+    from fieldrig_devices.arp.files import HIGHEST_SYSTEM, failed, outputs, system_of
+    from fieldrig_devices.arp.language.compiler import compile_text
+    from fieldrig_devices.arp.language.mistakes import CompileError
+
+    named = system_of(file)
+    address = named if system is None else system
+    if address is None or not 0 <= address <= HIGHEST_SYSTEM:
+        raise typer.BadParameter(f"which card? name the file {file.stem}.I01, or say --system 0 to {HIGHEST_SYSTEM}")
+    if named is not None and named != address:
+        raise typer.BadParameter(f"{file.name} is for system {named:02}, not {address:02}")
+    try:
+        text = file.read_bytes().decode("utf-8", errors="replace")
+    except OSError as cause:
+        typer.echo(f"{file}: can't be read: {cause.strerror}", err=True)
+        raise typer.Exit(Exit.WRONG) from cause
+    folder = out or file.parent
+    try:
+        compiled = compile_text(text)
+    except CompileError as wrong:
+        _write(folder, file.stem, address, failed(wrong))
+        for mistake in wrong.mistakes:
+            typer.echo(f"{file}:{mistake}", err=True)
+        raise typer.Exit(Exit.WRONG) from wrong
+    for note in compiled.notes:
+        typer.echo(f"{file}:{note}")
+    written = outputs(compiled, file.stem, address)
+    if named is None or folder != file.parent:
+        written = {"I": text.encode(), **written}
+    _write(folder, file.stem, address, written)
+    typer.echo(f"{folder / file.stem}.{'|'.join(written)}{address:02} written")
+
+
+def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> None:
+    """Write these files, and remove what an earlier compilation left."""
+    from fieldrig.store import replace_file
+
+    for letter in "DEMOS":
+        if letter not in contents:
+            (folder / f"{name}.{letter}{system:02}").unlink(missing_ok=True)
+    for letter, content in contents.items():
+        replace_file(folder / f"{name}.{letter}{system:02}", content)

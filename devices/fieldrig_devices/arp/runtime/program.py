@@ -1,0 +1,157 @@
+"""The user's program on the card: the main program, the interrupt routines, the timers, and how they are debugged.
+
+Source: manual 3.3, 5.1, 5.5, 5.10; digest chapters 10 and 11.  The card calls `tick` in every control loop and then
+`run` with a budget (`slices`); between two slices the program stands between two instructions.  Events are served at
+the start of a slice and after each routine, also while the main program waits or is held on a busy axis (digest I-59).
+At its END the main program stops, and events with it; outputs stay as they are.
+"""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final
+
+from fieldrig_devices.arp.language.check import DEEPEST_CALL
+from fieldrig_devices.arp.language.compiler import Compiled
+from fieldrig_devices.arp.runtime.card import Card
+from fieldrig_devices.arp.runtime.events import Events
+from fieldrig_devices.arp.runtime.instructions import Instructions
+from fieldrig_devices.arp.runtime.timers import Timers
+from fieldrig_devices.languages.resumable import Code
+from fieldrig_devices.languages.task import Task, TaskState
+
+NO_PROGRAM: Final = 111  # E11: anomalous stop of the user's program
+STACK: Final = 112  # E12
+_NS_OF_RAW: Final = 1_000_000  # one raw unit of a time is a millisecond
+
+
+class ProgramState(Enum):
+    HELD = auto()  # at its first instruction
+    RUNNING = auto()
+    PAUSED = auto()  # by a breakpoint or from outside; goes on from there
+    ENDED = auto()
+    FAILED = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a program stands: the instruction that comes next."""
+
+    routine: str
+    line: int
+
+
+class _Thread:
+    def __init__(self, code: Code) -> None:
+        self.task = Task(code, DEEPEST_CALL)
+        self.wake_ns = 0
+
+
+class ArpProgram:
+    """One compiled program, bound to the tables and instructions of one card."""
+
+    def __init__(self, compiled: Compiled, card: Card) -> None:
+        self._card, self._main_name = card, compiled.main
+        self._timers, self._events = Timers(card), Events(card)
+        instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
+        self.code = Code(compiled.lowered.routines, instructions.names())
+        self._routine_names = list(compiled.lowered.routines)
+        self._main, self._interrupt = _Thread(self.code), _Thread(self.code)
+        self._active = self._main
+        self.state = ProgramState.HELD
+        self.breakpoints: frozenset[int] = frozenset()
+
+    # ---- run
+
+    def start(self) -> None:
+        """From the first instruction."""
+        self.reset()
+        self._main.task.start(self._main_name)
+        self.state = ProgramState.RUNNING
+
+    def reset(self) -> None:
+        """Hold it at its first instruction, with events and timers disarmed."""
+        self._events.reset()
+        self._timers.reset()
+        self._active = self._main
+        for thread in (self._main, self._interrupt):
+            thread.task.stop()
+            thread.wake_ns = 0
+        self.state = ProgramState.HELD
+
+    def tick(self) -> None:
+        """Once a control loop, before `run`: timers that are over, edges of events."""
+        self._timers.tick()
+        self._events.sample()
+
+    def run(self, budget: int) -> int:
+        """One slice.  Returns what is left of the budget: 0 or less if it was used up."""
+        now_ns = self._card.now_ns()
+        while budget > 0 and self.state is ProgramState.RUNNING:
+            thread = self._next_thread()
+            if thread.wake_ns > now_ns:
+                return budget
+            budget = thread.task.run(budget)
+            self._look_at(thread)
+        return budget
+
+    def _next_thread(self) -> _Thread:
+        if self._active is self._main and (routine := self._events.due()) is not None:
+            self._active = self._interrupt
+            self._interrupt.wake_ns = 0
+            self._interrupt.task.start(self._routine_names[routine])
+        return self._active
+
+    def _look_at(self, thread: _Thread) -> None:
+        match thread.task.state:
+            case TaskState.STOPPED:
+                self.state = ProgramState.PAUSED
+            case TaskState.TOO_DEEP:
+                self.state = ProgramState.FAILED
+                self._card.fail(STACK)
+            case TaskState.ENDED if thread is self._interrupt:
+                self._active = self._main
+            case TaskState.ENDED:
+                self.state = ProgramState.ENDED
+
+    def _start_wait(self, seconds: int) -> None:
+        self._active.wake_ns = self._card.now_ns() + seconds * _NS_OF_RAW
+
+    # ---- debugging
+
+    def break_at(self, lines: set[int]) -> set[int]:
+        """Stop in front of these source lines and no others; returns those that have an instruction."""
+        found = self.code.stop_at(lines)
+        self.breakpoints = frozenset(found)
+        for thread in (self._main, self._interrupt):
+            thread.task.is_watched = bool(found)
+        return found
+
+    def pause(self) -> None:
+        if self.state is ProgramState.RUNNING:
+            self.state = ProgramState.PAUSED
+
+    def go_on(self) -> None:
+        """Leave a pause; the instruction it stands in front of runs even if a breakpoint is there."""
+        if self.state is ProgramState.PAUSED:
+            self._active.task.go_on()
+            self.state = ProgramState.RUNNING
+
+    def step(self) -> None:
+        """While paused: run one instruction, or begin the event that is due.  A WAIT that is not over stays."""
+        if self.state is not ProgramState.PAUSED:
+            return
+        thread = self._next_thread()
+        if thread.wake_ns <= self._card.now_ns():
+            thread.task.step()
+            self._look_at(thread)
+
+    @property
+    def place(self) -> Place:
+        task = self._active.task
+        return Place(self._routine_names[task.routine], task.line)
+
+    @property
+    def calls(self) -> list[Place]:
+        """Where the callers go on, outermost first."""
+        stack = self._active.task.stack
+        return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc in stack]
