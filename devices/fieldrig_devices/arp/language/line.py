@@ -153,6 +153,8 @@ class LineReader(ExpressionReader):
         if value is Value.TEXT:
             if token.kind is not Kind.STRING:
                 raise LineError(token.column, f"{token} is no string", value.value)
+            if not (token.text.isascii() and token.text.isprintable()):
+                raise LineError(token.column, "the string has characters that no terminal shows", "printable ASCII")
             return Text(self._next().text, column=token.column)
         if value is Value.MODE:
             if not token.is_word("E", "P"):

@@ -50,7 +50,7 @@ class ArpProgram:
     """One compiled program, bound to the tables and instructions of one card."""
 
     def __init__(self, compiled: Compiled, card: Card) -> None:
-        self._card, self._main_name = card, compiled.main
+        self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
         self.code = Code(compiled.lowered.routines, instructions.names())
@@ -65,7 +65,7 @@ class ArpProgram:
     def start(self) -> None:
         """From the first instruction."""
         self.reset()
-        self._main.task.start(self._main_name)
+        self._main.task.start(self.compiled.main)
         self.state = ProgramState.RUNNING
 
     def reset(self) -> None:
