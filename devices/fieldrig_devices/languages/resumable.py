@@ -1,10 +1,11 @@
 """A program as generated Python that gives way by itself, and goes on where it was.
 
 A language lowers each of its routines to a list of instructions: Python lines that run through (`Do`), jumps, calls,
-and places where it waits.  Here they become one Python function per routine, `routine(pc, n) -> (why, pc, n)`: `pc` is
-the instruction to go on with, `n` the instructions it may still run.  All that lasts stands in the tables the code was
-given, so a routine that has returned is nothing but its `pc`: it can be kept, compared, and gone on with by another
-build of the same routine.
+and places where it waits.  Here they become one Python function per routine, `routine(pc, n, depth) -> (why, pc, n)`:
+`pc` is the instruction to go on with, `n` the instructions it may still run.  All that lasts stands in the tables the
+code was given, so a routine that has returned is nothing but its `pc`: it can be kept, compared, and gone on with by
+another build of the same routine.  A call is Python's own call; if the routine called has to return before its end, each
+of its callers says where it was (`leave`) and returns too, and whoever goes on does so with that stack of places.
 
 Three builds of each routine, made when first asked for:
 
@@ -19,6 +20,7 @@ A block that jumps to its own start is a Python loop of its own; other jumps fin
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Final, NamedTuple
 
 from fieldrig_devices.languages import sandbox
 
@@ -26,14 +28,12 @@ LONGEST = 32  # instructions in a block: what a slice may run over
 INDENT = "    "
 
 
-class Why(IntEnum):
-    """Why a routine returned."""
-
-    SLICE = 0  # the budget is used up
-    CALL = 1  # the instruction at pc is a call; its target is in `calls`
-    END = 2
-    WAIT = 3  # a Pause or Hold: go on at pc, in another slice
-    STOP = 4  # in front of an instruction with a breakpoint
+# Why a routine returned.  Plain integers: they are compared after every call and return of the program.
+SLICE: Final = 0  # the budget is used up
+CALL: Final = 1  # the instruction at pc is a call; its target is in `calls`
+END: Final = 2
+WAIT: Final = 3  # a Pause or Hold: go on at pc, in another slice
+STOP: Final = 4  # in front of an instruction with a breakpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,15 @@ class Hold:
 
 
 Instruction = Do | Branch | Jump | Call | End | Pause | Hold
-Function = Callable[[int, int], tuple[int, int, int]]
+Function = Callable[[int, int, int], tuple[int, int, int]]
+
+
+class Left(NamedTuple):
+    """A call that a routine was in when it had to return: `caller` goes on at `pc`."""
+
+    called: int
+    caller: int
+    pc: int
 
 
 class Build(IntEnum):
@@ -101,7 +109,11 @@ class Build(IntEnum):
 class Code:
     """The routines of one program, and what they see.  `names` are the only names in `python` beside t0, t1, ..."""
 
-    def __init__(self, routines: Mapping[str, Sequence[Instruction]], names: Mapping[str, object]) -> None:
+    def __init__(
+        self, routines: Mapping[str, Sequence[Instruction]], names: Mapping[str, object], deepest: int
+    ) -> None:
+        """`deepest` is how many calls within calls there may be."""
+        self.deepest = deepest
         self.routines = [tuple(instructions) for instructions in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
         self.calls = [
@@ -110,7 +122,10 @@ class Code:
         ]
         self.leaders = [frozenset(leaders(instructions)) for instructions in self.routines]
         self.stops = [[0] * len(instructions) for instructions in self.routines]
-        self.names = {**names, **{f"stops_{number}": stops for number, stops in enumerate(self.stops)}}
+        self.left: list[Left] = []
+        """The calls that the last run had to leave, innermost first; whoever ran it takes them out."""
+        own = {"leave": lambda called, caller, pc: self.left.append(Left(called, caller, pc))}
+        self.names = {**names, **own, **{f"stops_{number}": stops for number, stops in enumerate(self.stops)}}
         self._built: dict[Build, list[Function]] = {}
 
     def functions(self, build: Build) -> list[Function]:
@@ -120,7 +135,7 @@ class Code:
         return self._built[build]
 
     def source(self, build: Build) -> str:
-        parts = (_Writer(number, one, build).lines() for number, one in enumerate(self.routines))
+        parts = (_Writer(self, number, build).lines() for number in range(len(self.routines)))
         return "\n".join(line for part in parts for line in part) + "\n"
 
     def line(self, routine: int, pc: int) -> int:
@@ -157,15 +172,17 @@ def leaders(instructions: Sequence[Instruction]) -> list[int]:
 class _Writer:
     """Python source of one build of one routine."""
 
-    def __init__(self, number: int, instructions: Sequence[Instruction], build: Build) -> None:
-        self._number, self._instructions, self._build = number, instructions, build
-        self._leaders = list(range(len(instructions))) if build is Build.STEPPED else leaders(instructions)
+    def __init__(self, code: Code, number: int, build: Build) -> None:
+        self._code, self._number, self._build = code, number, build
+        self._instructions = code.routines[number]
+        entries = range(len(self._instructions)) if build is Build.STEPPED else code.leaders[number]
+        self._leaders = sorted(entries)
 
     def lines(self) -> Iterator[str]:
-        yield f"def routine_{self._number}(pc, n):"
+        yield f"def routine_{self._number}(pc, n, depth):"
         yield f"{INDENT}while n > 0:"
         yield from self._tree(0, len(self._leaders), INDENT * 2)
-        yield f"{INDENT}return {Why.SLICE:d}, pc, n"
+        yield f"{INDENT}return {SLICE}, pc, n"
 
     def _tree(self, first: int, end: int, indent: str) -> Iterator[str]:
         """The blocks from `first` to before `end`, found by halving."""
@@ -187,14 +204,16 @@ class _Writer:
             indent += INDENT
         for pc in range(first, end):
             yield from (indent + line for line in self._instruction(pc, first, is_loop))
-        if not isinstance(self._instructions[end - 1], Jump | Call | End):
-            yield from (indent + line for line in self._leave(end, end - first, first, is_loop))
+        last = self._instructions[end - 1]
+        if not isinstance(last, Jump | End) and not (isinstance(last, Call) and self._build is Build.STEPPED):
+            count = 0 if isinstance(last, Call) else end - first  # the call has taken all of them
+            yield from (indent + line for line in self._leave(end, count, first, is_loop))
 
     def _instruction(self, pc: int, first: int, is_loop: bool) -> Iterator[str]:
         before = pc - first  # instructions of this block that have run; each costs one
         if self._build is Build.WATCHED:
             yield f"if stops_{self._number}[{pc}]:"
-            yield f"{INDENT}return {Why.STOP:d}, {pc}, n - {before}"
+            yield f"{INDENT}return {STOP}, {pc}, n - {before}"
         match self._instructions[pc]:
             case Do(python=python):
                 yield from python
@@ -205,19 +224,33 @@ class _Writer:
             case Jump(target=target):
                 yield from self._leave(target, before + 1, first, is_loop)
             case Call():
-                yield f"return {Why.CALL:d}, {pc}, n - {before + 1}"
+                yield from self._call(pc, before + 1)
             case End():
-                yield f"return {Why.END:d}, {pc}, n - {before + 1}"
+                yield f"return {END}, {pc}, n - {before + 1}"
             case Pause(python=python, condition=condition):
                 yield from python
                 yield f"if {condition}:"
-                yield f"{INDENT}return {Why.WAIT:d}, {pc + 1}, n - {before + 1}"
+                yield f"{INDENT}return {WAIT}, {pc + 1}, n - {before + 1}"
             case Hold(condition=condition):
                 yield f"if {condition}:"
-                yield f"{INDENT}return {Why.WAIT:d}, {pc}, n - {before}"
+                yield f"{INDENT}return {WAIT}, {pc}, n - {before}"
+
+    def _call(self, pc: int, count: int) -> Iterator[str]:
+        """Python's own call, unless it is to be seen from outside, or there are too many."""
+        if self._build is Build.STEPPED:
+            yield f"return {CALL}, {pc}, n - {count}"
+            return
+        called = self._code.calls[self._number][pc]
+        yield f"if depth >= {self._code.deepest}:"
+        yield f"{INDENT}return {CALL}, {pc}, n - {count}"
+        yield f"why, at, n = routine_{called}(0, n - {count}, depth + 1)"
+        yield f"if why != {END}:"
+        yield f"{INDENT}leave({called}, {self._number}, {pc + 1})"
+        yield f"{INDENT}return why, at, n"
 
     def _leave(self, target: int, count: int, first: int, is_loop: bool) -> Iterator[str]:
-        yield f"n -= {count}"
+        if count:
+            yield f"n -= {count}"
         if is_loop and target == first:
             yield "continue"
             return

@@ -30,8 +30,9 @@ class ForbiddenPythonError(Exception):
 
 
 def check(source: str, names: Collection[str]) -> ast.Module:
-    """The tree of generated code that may run: functions at the top that call and read nothing but `names`."""
+    """The tree of generated code that may run: functions that call and read nothing but `names` and each other."""
     tree = ast.parse(source)
+    names = {*names, *(one.name for one in tree.body if isinstance(one, ast.FunctionDef))}
     for statement in tree.body:
         if not isinstance(statement, ast.FunctionDef):
             raise ForbiddenPythonError(f"line {statement.lineno}: not a function")
@@ -48,12 +49,14 @@ def load(source: str, names: Mapping[str, object]) -> dict[str, Callable[..., An
 
 
 def _check_function(function: ast.FunctionDef, names: Collection[str]) -> None:
-    if function.decorator_list or function.args.defaults or function.args.kw_defaults or function.returns:
+    parts = function.args
+    notes = (function.returns, *(argument.annotation for argument in parts.args))
+    if function.decorator_list or parts.defaults or parts.kwonlyargs or parts.vararg or parts.kwarg or any(notes):
         raise ForbiddenPythonError(f"line {function.lineno}: a function has parameters and a body, nothing else")
     nodes = list(ast.walk(function))[1:]  # without the function itself
-    own = {argument.arg for argument in function.args.args}
+    own = {argument.arg for argument in parts.args}
     own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    if clash := (own | {function.name}) & set(names):
+    if clash := own & set(names):
         raise ForbiddenPythonError(f"line {function.lineno}: {', '.join(sorted(clash))} must not be assigned")
     for node in nodes:
         if reason := _wrong(node, names, own):

@@ -6,7 +6,7 @@ the same code (see `resumable`), so that a program that nobody looks at pays not
 
 from enum import Enum, auto
 
-from fieldrig_devices.languages.resumable import Build, Code, Why
+from fieldrig_devices.languages.resumable import CALL, END, SLICE, STOP, WAIT, Build, Code
 
 
 class TaskState(Enum):
@@ -17,9 +17,13 @@ class TaskState(Enum):
     TOO_DEEP = auto()  # more calls within calls than allowed
 
 
+AFTER = {CALL: TaskState.TOO_DEEP, END: TaskState.ENDED, STOP: TaskState.STOPPED}
+"""What a task is when it can't follow a call, has nowhere to return to, or stands in front of a breakpoint."""
+
+
 class Task:
-    def __init__(self, code: Code, deepest: int) -> None:
-        self._code, self._deepest = code, deepest
+    def __init__(self, code: Code) -> None:
+        self._code = code
         self.state = TaskState.IDLE
         self.routine = 0
         self.pc = 0
@@ -52,13 +56,26 @@ class Task:
         """
         if self._is_between:
             budget = self._run_to_a_block(budget)
+        if self.state is not TaskState.READY:
+            return budget
         functions = self._code.functions(Build.WATCHED if self.is_watched else Build.FAST)
-        while budget > 0 and self.state is TaskState.READY:
-            why, self.pc, budget = functions[self.routine](self.pc, budget)
-            if why == Why.WAIT:
-                return min(budget, 0)
-            if why != Why.SLICE:
-                self._follow(why)
+        left, stack = self._code.left, self.stack
+        routine, pc = self.routine, self.pc
+        while budget > 0:
+            why, pc, budget = functions[routine](pc, budget, len(stack))
+            if left:  # it stands in a routine that it has called, innermost first
+                routine = left[0].called
+                stack += [(one.caller, one.pc) for one in reversed(left)]
+                left.clear()
+            if why == END and stack:
+                routine, pc = stack.pop()
+            elif why != SLICE:
+                if why == WAIT:
+                    budget = min(budget, 0)
+                else:
+                    self.state = AFTER[why]
+                break
+        self.routine, self.pc = routine, pc
         return budget
 
     def step(self) -> None:
@@ -84,7 +101,7 @@ class Task:
             why = self._step()
             budget -= 1
             is_first = False
-            if why is Why.WAIT:
+            if why == WAIT:
                 budget = 0
             elif self.pc in self._code.leaders[self.routine]:
                 return budget
@@ -94,30 +111,14 @@ class Task:
     def _is_stop(self) -> bool:
         return self.is_watched and bool(self._code.stops[self.routine][self.pc])
 
-    def _step(self) -> Why:
-        why, self.pc, _ = self._code.functions(Build.STEPPED)[self.routine](self.pc, 1)
+    def _step(self) -> int:
+        why, self.pc, _ = self._code.functions(Build.STEPPED)[self.routine](self.pc, 1, len(self.stack))
         self._is_between = True
-        if why not in (Why.SLICE, Why.WAIT):
-            self._follow(why)
-        return Why(why)
-
-    def _follow(self, why: int) -> None:
-        if why == Why.CALL:
-            self._call()
-        elif why == Why.END:
-            self._return()
-        else:
-            self.state = TaskState.STOPPED
-
-    def _call(self) -> None:
-        if len(self.stack) >= self._deepest:
-            self.state = TaskState.TOO_DEEP
-            return
-        self.stack.append((self.routine, self.pc + 1))
-        self.routine, self.pc = self._code.calls[self.routine][self.pc], 0
-
-    def _return(self) -> None:
-        if self.stack:
+        if why == CALL and len(self.stack) < self._code.deepest:
+            self.stack.append((self.routine, self.pc + 1))
+            self.routine, self.pc = self._code.calls[self.routine][self.pc], 0
+        elif why == END and self.stack:
             self.routine, self.pc = self.stack.pop()
-        else:
-            self.state = TaskState.ENDED
+        elif why in AFTER:
+            self.state = AFTER[why]
+        return why

@@ -317,7 +317,13 @@ end""")
 @pytest.mark.manual("ARP-059")
 @pytest.mark.manual("ARP-079")
 def test_a09_words_and_masks() -> None:
-    bench = ArpBench("V1 == @FLAG1\nV2 == V1 & H00FF\nV3 == @FLAG1 & HFFFFFF00\nV4 == H1388\nV5 == 1000.000\nV6 == h1000")
+    bench = ArpBench("""\
+V1 == @FLAG1
+V2 == V1 & H00FF
+V3 == @FLAG1 & HFFFFFF00
+V4 == H1388
+V5 == 1000.000
+V6 == h1000""")
     for flag in (1, 3, 9, 32):
         bench.card.F[flag] = 1
     bench.run()
@@ -355,8 +361,15 @@ def test_a12_a_loop_leaves_after_one_second() -> None:
 
 
 def test_a13_six_cams_one_inverted_and_off_again() -> None:
-    source = "X2 EQU V2\nX3 EQU V3\nbeg M\ncam1 1, X2, X3, O101\ncam6 1, X3, X2, !O106\ncam3 2, -1.5, V[V9], F9\ncam1\nend"
-    bench = ArpBench(source)
+    bench = ArpBench("""\
+X2 EQU V2
+X3 EQU V3
+beg M
+cam1 1, X2, X3, O101
+cam6 1, X3, X2, !O106
+cam3 2, -1.5, V[V9], F9
+cam1
+end""")
     bench.card.V[2], bench.card.V[3], bench.card.V[9] = 20_000, 30_000, 3_000
     assert bench.run().card.asked == [
         ("CAM", 1, Cam(1, 20_000, 30_000, False, "O", 101)),

@@ -42,7 +42,7 @@ class Place:
 
 class _Thread:
     def __init__(self, code: Code) -> None:
-        self.task = Task(code, DEEPEST_CALL)
+        self.task = Task(code)
         self.wake_ns = 0
 
 
@@ -53,7 +53,7 @@ class ArpProgram:
         self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
-        self.code = Code(compiled.lowered.routines, instructions.names())
+        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL)
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)
         self._active = self._main

@@ -1,0 +1,201 @@
+"""The ARP's BASIC against CPython doing the same by hand, unchecked: nanoseconds a statement.
+
+By hand means what a Python programmer would write for the same fixed-point integers, `while` and `if` for GOTO, on the
+same lists, with no range check, no saturation and nobody who could stop it.
+"""
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from arp_card import ArpBench
+from report import Report, progress
+
+ROUNDS = 20_000
+REPEATS = 7
+
+# Each program is a loop of as many statements as it says, GOTO included.
+COUNT = """\
+LOOP:
+V1 += 1
+V2 == V1 + V3
+V3 == V2 - V1
+IF V1 < 900000, LOOP
+V1 == 0
+GOTO LOOP"""
+
+CALCULATE = """\
+LOOP:
+V1 == V2 * V3
+V4 == V1 / V5 + V6
+V7 == (V4 + V1) * 0.5
+V2 += 0.001
+V8 == V7 - V4
+GOTO LOOP"""
+
+LOGIC = """\
+LOOP:
+F10 == I101 & F11 | !F12
+IF F10 = HI, SET O101
+IF F10 = LO, RES O101
+V1 == @FLAG_WORD
+V2 == V1 & H00FF
+F11 ^= 1
+GOTO LOOP""".replace("@FLAG_WORD", "V9")
+
+MACHINE = """\
+LOOP:
+V1 += 1
+IF V1 <= 500, L1
+V1 == 0
+L1:
+IF I101 = HI, L2
+V2 == V1 * 2.5 + V10
+IF V2 > V3, SET O102
+IF V2 <= V3, RES O102
+L2:
+V4 == V[V5]
+V4 += V2
+IF F20 = HI, V4 == 0
+GOTO LOOP"""
+
+CALLS = """\
+BEG MAIN
+LOOP:
+V1 += 1
+CALL SUB
+V3 == V2 + V1
+GOTO LOOP
+END
+BEG SUB
+V2 == V1 - 1
+V4 += 0.001
+END"""
+
+
+def count_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
+    for _ in range(rounds):
+        v[1] += 1000
+        v[2] = v[1] + v[3]
+        v[3] = v[2] - v[1]
+        if v[1] < 900000000:
+            continue
+        v[1] = 0
+
+
+def calculate_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
+    for _ in range(rounds):
+        v[1] = v[2] * v[3] // 1000
+        v[4] = v[1] * 1000 // v[5] + v[6]
+        v[7] = (v[4] + v[1]) * 500 // 1000
+        v[2] += 1
+        v[8] = v[7] - v[4]
+
+
+def logic_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
+    for _ in range(rounds):
+        f[10] = i[101] & f[11] | (f[12] ^ 1)
+        if f[10]:
+            o[101] = 1
+        if not f[10]:
+            o[101] = 0
+        v[1] = v[9]
+        v[2] = v[1] & 0xFF
+        f[11] ^= 1
+
+
+def machine_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
+    for _ in range(rounds):
+        v[1] += 1000
+        if v[1] > 500000:
+            v[1] = 0
+        if not i[101]:
+            v[2] = v[1] * 2500 // 1000 + v[10]
+            if v[2] > v[3]:
+                o[102] = 1
+            if v[2] <= v[3]:
+                o[102] = 0
+        v[4] = v[v[5] // 1000]
+        v[4] += v[2]
+        if f[20]:
+            v[4] = 0
+
+
+def calls_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
+    def sub() -> None:
+        v[2] = v[1] - 1000
+        v[4] += 1
+
+    for _ in range(rounds):
+        v[1] += 1000
+        sub()
+        v[3] = v[2] + v[1]
+
+
+@dataclass(frozen=True)
+class Case:
+    name: str
+    source: str
+    statements: int
+    """Of one round."""
+    by_hand: Callable[[list[int], list[int], list[int], list[int], int], None]
+
+
+CASES = (
+    Case("counting and comparing", COUNT, 4, count_by_hand),
+    Case("calculating", CALCULATE, 6, calculate_by_hand),
+    Case("bits", LOGIC, 7, logic_by_hand),
+    Case("a machine's cycle", MACHINE, 10, machine_by_hand),
+    Case("calls of a subprogram", CALLS, 7, calls_by_hand),
+)
+
+
+def tables(bench: ArpBench) -> tuple[list[int], list[int], list[int], list[int]]:
+    card = bench.card
+    card.V[:] = [0] * len(card.V)
+    card.V[2], card.V[3], card.V[5], card.V[6], card.V[9] = 1_500, 2_500, 7_000, 1_000, 0x1234
+    return card.V, card.F, card.I, card.O
+
+
+def measure(case: Case) -> tuple[float, float, float]:
+    """Nanoseconds a statement: by hand, compiled, with breakpoints on.  The three take turns, the fastest counts."""
+    fast, watched = ArpBench(case.source), ArpBench(case.source)
+    routine = watched.program.compiled.program.routines[0]
+    assert watched.program.break_at({routine.end_number})  # where none of them ever comes
+    total = case.statements * ROUNDS
+    taken: list[list[float]] = [[], [], []]
+    for _ in range(REPEATS):
+        numbers = tables(fast)
+        start = time.perf_counter_ns()
+        case.by_hand(*numbers, ROUNDS)
+        taken[0].append((time.perf_counter_ns() - start) / total)
+        for place, bench in ((1, fast), (2, watched)):
+            tables(bench)
+            bench.program.start()
+            start = time.perf_counter_ns()
+            bench.program.run(total)
+            taken[place].append((time.perf_counter_ns() - start) / total)
+    by_hand, compiled, with_stops = (min(each) for each in taken)
+    return by_hand, compiled, with_stops
+
+
+def run() -> Report:
+    report = Report(
+        "The ARP's BASIC",
+        f"Loops of a few statements, {ROUNDS:,} rounds, best of {REPEATS}; nanoseconds a statement.",
+        ("program", "CPython by hand, unchecked", "compiled", "ratio, at most 3", "breakpoints on", "ratio, at most 4"),
+    )
+    ratios = []
+    for case in CASES:
+        progress(f"ARP BASIC: {case.name}")
+        by_hand, compiled, watched = measure(case)
+        ratios.append((compiled / by_hand, watched / by_hand))
+        report.add(case.name, by_hand, compiled, compiled / by_hand, watched, watched / by_hand)
+    fast, stops = (statistics.geometric_mean(each) for each in zip(*ratios, strict=True))
+    report.notes.append(f"geometric means of the ratios: {fast:.2f} compiled, {stops:.2f} with breakpoints on")
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())

@@ -1,0 +1,197 @@
+"""The three builds of a program do the same, whatever their slices, as the instructions walked one by one."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig_devices.languages.resumable import (
+    LONGEST,
+    Branch,
+    Build,
+    Call,
+    Code,
+    Do,
+    End,
+    Hold,
+    Instruction,
+    Jump,
+    Pause,
+)
+from fieldrig_devices.languages.task import Task, TaskState
+
+DEEPEST = 3
+NAMES = ("A", "B", "C")
+ENOUGH = 120
+
+Routines = dict[str, list[Instruction]]
+
+
+@st.composite
+def routine(draw: st.DrawFn, number: int) -> list[Instruction]:
+    length = draw(st.integers(0, 12))
+    kinds = st.sampled_from(["do", "do", "do", "branch", "jump", "call", "pause", "hold"])
+    instructions: list[Instruction] = []
+    for pc in range(length):
+        line = 100 * number + pc
+        match draw(kinds):
+            case "do":
+                instructions.append(Do(line, (f"log({line})",)))
+            case "branch":
+                python = (f"t0 = chance({draw(st.integers(2, 5))})",)
+                instructions.append(Branch(line, python, "t0", draw(st.integers(0, length))))
+            case "jump":
+                instructions.append(Jump(line, draw(st.integers(0, length))))
+            case "call":
+                instructions.append(Call(line, draw(st.sampled_from(NAMES))))
+            case "pause":
+                instructions.append(Pause(line, (f"log({-line})",), "chance(2)"))
+            case "hold":
+                instructions.append(Hold(line, "chance(3)"))
+    return [*instructions, End(100 * number + 99)]
+
+
+PROGRAMS = st.tuples(routine(1), routine(2), routine(3)).map(lambda some: dict(zip(NAMES, some, strict=True)))
+
+
+class World:
+    """What a program sees, and what it has done to it."""
+
+    def __init__(self, routines: Routines) -> None:
+        self.done: list[int] = []
+        self._turns = 0
+        names = {"log": self.done.append, "chance": self.chance}
+        self.code = Code(routines, names, DEEPEST)
+        self.task = Task(self.code)
+        self.task.start("A")
+
+    def chance(self, every: int) -> int:
+        self._turns += 1
+        return int(self._turns % every == 0)
+
+    def is_over(self) -> bool:
+        return len(self.done) >= ENOUGH or self.task.state in (TaskState.ENDED, TaskState.TOO_DEEP)
+
+
+def walked(routines: Routines) -> tuple[list[int], bool]:
+    """The instructions one by one: what they did, and whether the program ended by itself."""
+    world = World(routines)
+    stack: list[tuple[str, int]] = []
+    name, pc = "A", 0
+    for _ in range(5_000):
+        if len(world.done) >= ENOUGH:
+            break
+        match routines[name][pc]:
+            case Do(line):
+                world.done.append(line)
+                pc += 1
+            case Branch(_, python, _, target):
+                is_true = world.chance(int(python[0].removeprefix("t0 = chance(").removesuffix(")")))
+                pc = target if is_true else pc + 1
+            case Jump(_, target):
+                pc = target
+            case Call(_, called):
+                if len(stack) >= DEEPEST:
+                    return world.done, True
+                stack.append((name, pc + 1))
+                name, pc = called, 0
+            case Pause(line):
+                world.done.append(-line)
+                world.chance(2)
+                pc += 1
+            case Hold():
+                pc += not world.chance(3)
+            case End():
+                if not stack:
+                    return world.done, True
+                name, pc = stack.pop()
+    return world.done, False
+
+
+def agree(done: list[int], expected: list[int], has_ended: bool) -> bool:
+    """A slice may run over, so only what both have done is compared, unless the program ended."""
+    return done == expected if has_ended else done[: len(expected)] == expected[: len(done)]
+
+
+@settings(max_examples=60, deadline=None)
+@given(routines=PROGRAMS, budgets=st.lists(st.integers(1, 40), min_size=1, max_size=4))
+def test_slices_do_not_change_what_a_program_does(routines: Routines, budgets: list[int]) -> None:
+    expected, has_ended = walked(routines)
+    world = World(routines)
+    for turn in range(5_000):
+        if world.is_over():
+            break
+        world.task.run(budgets[turn % len(budgets)])
+    assert agree(world.done, expected, has_ended and len(expected) < ENOUGH)
+
+
+@settings(max_examples=60, deadline=None)
+@given(routines=PROGRAMS)
+def test_single_steps_do_the_same(routines: Routines) -> None:
+    expected, has_ended = walked(routines)
+    world = World(routines)
+    for _ in range(5_000):
+        if world.is_over():
+            break
+        world.task.step()
+    assert agree(world.done, expected, has_ended and len(expected) < ENOUGH)
+
+
+@settings(max_examples=60, deadline=None)
+@given(routines=PROGRAMS, stops=st.sets(st.integers(100, 312), max_size=20), steps=st.integers(0, 3))
+def test_breakpoints_and_steps_between_slices_do_not_change_it_either(
+    routines: Routines, stops: set[int], steps: int
+) -> None:
+    expected, has_ended = walked(routines)
+    world = World(routines)
+    world.code.stop_at(stops)
+    world.task.is_watched = True
+    for _ in range(5_000):
+        if world.is_over():
+            break
+        world.task.run(7)
+        if world.task.state is TaskState.STOPPED:
+            assert world.task.line in stops
+            for _ in range(steps):
+                world.task.step()
+            world.task.go_on()
+    assert agree(world.done, expected, has_ended and len(expected) < ENOUGH)
+
+
+def test_a_slice_runs_over_by_less_than_a_block() -> None:
+    world = World({"A": [*(Do(line, (f"log({line})",)) for line in range(500)), Jump(500, 0), End(501)]})
+    for _ in range(100):
+        before = len(world.done)
+        left = world.task.run(10)
+        assert -LONGEST < left <= 0
+        assert len(world.done) - before <= 10 - left
+
+
+def test_a_loop_gives_way_and_goes_on() -> None:
+    world = World({"A": [Do(1, ("log(1)",)), Jump(2, 0), End(3)]})
+    assert world.task.run(1_000) == 0
+    assert len(world.done) == 500
+    assert world.task.run(10) == 0
+    assert len(world.done) == 505
+
+
+def test_a_breakpoint_stops_in_front_of_its_line_once_per_passage() -> None:
+    world = World({"A": [Do(1, ("log(1)",)), Do(2, ("log(2)",)), Do(2, ("log(22)",)), Jump(3, 0), End(4)]})
+    assert world.code.stop_at({2, 99}) == {2}
+    world.task.is_watched = True
+    for passage in range(1, 4):
+        world.task.run(1_000)
+        assert (world.task.state, world.task.line) == (TaskState.STOPPED, 2)
+        assert world.done.count(1) == passage
+        assert world.done.count(22) == passage - 1
+        world.task.go_on()
+    world.code.stop_at(set())
+    world.task.run(100)
+    assert world.task.state is TaskState.READY
+
+
+@pytest.mark.parametrize("build", list(Build))
+def test_deep_code_compiles(build: Build) -> None:
+    """CPython's parser takes 100 levels of indentation; the tree of blocks takes one for each doubling."""
+    routine = [Branch(pc, (f"t0 = chance({pc + 2})",), "t0", (pc * 7) % 3_000) for pc in range(3_000)]
+    code = Code({"A": [*routine, End(3_000)]}, {"chance": abs, "log": abs}, DEEPEST)
+    assert len(code.functions(build)) == 1

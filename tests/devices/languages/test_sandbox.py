@@ -1,0 +1,67 @@
+import pytest
+
+from fieldrig_devices.languages import sandbox
+from fieldrig_devices.languages.sandbox import ForbiddenPythonError
+
+ESCAPES = [
+    "import os",
+    "x = 1",
+    "def f(pc): import os",
+    "def f(pc): return pc.__class__",
+    "def f(pc): return ().__class__.__bases__[0].__subclasses__()",
+    "def f(pc): return open",
+    "def f(pc): return open(1)",
+    "def f(pc): return __builtins__",
+    "def f(pc): return eval('1')",
+    "def f(pc): return 'text'",
+    "def f(pc): return f'{pc}'",
+    "def f(pc): return b'bytes'",
+    "def f(pc): return 1.5",
+    "def f(pc): return None",
+    "def f(pc): return [pc for pc in V]",
+    "def f(pc): return lambda: 1",
+    "def f(pc): return (yield)",
+    "def f(pc): global V",
+    "def f(pc): V = 1",
+    "def f(pc): known = 1",
+    "def f(pc): pc()",
+    "def f(pc): V[0]()",
+    "def f(pc): known(x=1)",
+    "def f(pc): known(*V)",
+    "def f(pc): return V[0][0]",
+    "def f(pc): return V[0:1]",
+    "def f(pc): return 2 ** pc",
+    "def f(pc): return 1 << pc",
+    "def f(pc): return (x := 1)",
+    "def f(pc): return unknown",
+    "def f(pc):\n    def g(): return 1\n    return g()",
+    "def f(pc):\n    try: return 1\n    except: return 2",
+    "def f(pc):\n    with known: return 1",
+    "def f(pc):\n    del V[0]",
+    "def f(pc):\n    raise known",
+    "def f(pc=known(1)): return pc",
+    "@known\ndef f(pc): return pc",
+    "def f(pc) -> known(1): return pc",
+    "def f(pc: known(1)): return pc",
+    "class f: pass",
+    "async def f(pc): return 1",
+]
+
+
+@pytest.mark.parametrize("source", ESCAPES)
+def test_what_could_get_out_is_refused(source: str) -> None:
+    with pytest.raises(ForbiddenPythonError):
+        sandbox.load(source, {"V": [0], "known": int})
+
+
+def test_plain_arithmetic_on_given_tables_runs() -> None:
+    table = [1, 2]
+    source = "def f(pc, n):\n    while n > 0:\n        V[0] = V[1] + g(pc)\n        n -= 1\n    return pc, n\n"
+    functions = sandbox.load(source + "def g(pc):\n    return known(pc)\n", {"V": table, "known": abs})
+    assert functions["f"](-5, 1) == (-5, 0)
+    assert table == [7, 2]
+
+
+def test_there_are_no_builtins() -> None:
+    functions = sandbox.load("def f(pc):\n    return pc\n", {})
+    assert functions["f"].__builtins__ == {}
