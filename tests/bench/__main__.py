@@ -10,14 +10,15 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
-import can_hub  # noqa: E402  found beside this file
+import arp_language  # noqa: E402  found beside this file
+import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import modbus  # noqa: E402
 import start_up  # noqa: E402
 import timers  # noqa: E402
 import virtual_time  # noqa: E402
 
-BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, virtual_time)
+BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, virtual_time, arp_language)
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"
 

@@ -4,8 +4,8 @@ A language lowers each of its routines to a list of instructions: Python lines t
 and places where it waits.  Here they become one Python function per routine, `routine(pc, n, depth) -> (why, pc, n)`:
 `pc` is the instruction to go on with, `n` the instructions it may still run.  All that lasts stands in the tables the
 code was given, so a routine that has returned is nothing but its `pc`: it can be kept, compared, and gone on with by
-another build of the same routine.  A call is Python's own call; if the routine called has to return before its end, each
-of its callers says where it was (`leave`) and returns too, and whoever goes on does so with that stack of places.
+another build of the same routine.  A call is Python's own call; if the routine called has to return before its end,
+each of its callers says where it was (`leave`) and returns too, and whoever goes on does so with that stack of places.
 
 Three builds of each routine, made when first asked for:
 

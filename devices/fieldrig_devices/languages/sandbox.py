@@ -10,7 +10,8 @@ memory can't grow, because nothing here makes an object that lasts.
 """
 
 import ast
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
+from types import FunctionType
 from typing import Any
 
 ALLOWED = frozenset(
@@ -40,7 +41,7 @@ def check(source: str, names: Collection[str]) -> ast.Module:
     return tree
 
 
-def load(source: str, names: Mapping[str, object]) -> dict[str, Callable[..., Any]]:
+def load(source: str, names: Mapping[str, object]) -> dict[str, FunctionType]:
     """The functions of generated code by name; they see `names` and nothing else, not even the builtins."""
     tree = check(source, names)
     scope: dict[str, Any] = {**names, "__builtins__": {}}

@@ -144,14 +144,12 @@ def test_functions(expression: str, raw: int) -> None:
     assert Computed(expression)(0) == (raw, [])
 
 
-@pytest.mark.manual("ARP-051")
 def test_division_by_zero_is_w01_and_gives_0() -> None:
     assert DIVIDE(5_000, 0) == (0, [201])
     assert REMAIN(5_000, 0) == (0, [201])
     assert Computed("V1 / 0")(5_000) == (0, [201])
 
 
-@pytest.mark.manual("ARP-051")
 def test_a_result_out_of_range_is_w02_and_the_limit() -> None:
     assert Computed("999999 * 2")(0) == (999_999_999, [202])
     assert Computed("-999999.999 - 0.001")(0) == (-999_999_999, [202])
@@ -182,7 +180,7 @@ def test_values_that_do_not_fit_are_refused(value: str) -> None:
 @LAWS
 @given(degrees=st.integers(-LIMIT, LIMIT))
 def test_sine_is_that_of_the_angle_within_its_turn(degrees: int) -> None:
-    arithmetic = Arithmetic([].append)
+    arithmetic = Arithmetic(print)
     assert arithmetic.sine(degrees) == arithmetic.sine(degrees % 360_000)
     assert arithmetic.sine(degrees) == -arithmetic.sine(-degrees)
     assert arithmetic.cosine(degrees) == arithmetic.sine(degrees + 90_000)

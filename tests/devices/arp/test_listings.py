@@ -214,7 +214,6 @@ def test_a02_variables_address_variables() -> None:
     assert (bench.card.V[2], bench.card.V[1], bench.card.V[10]) == (2_250, 50_000, 12_345)
 
 
-@pytest.mark.manual("ARP-063")
 def test_a03_flags_from_inputs_and_flags() -> None:
     bench = ArpBench("If F10 = lo, set F101\nF112 == I102\nF23 == F[V2]")
     bench.card.I[102], bench.card.V[2], bench.card.F[77] = 1, 77_000, 1

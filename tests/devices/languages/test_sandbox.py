@@ -64,4 +64,4 @@ def test_plain_arithmetic_on_given_tables_runs() -> None:
 
 def test_there_are_no_builtins() -> None:
     functions = sandbox.load("def f(pc):\n    return pc\n", {})
-    assert functions["f"].__builtins__ == {}
+    assert functions["f"].__globals__["__builtins__"] == {}

@@ -169,7 +169,7 @@ class _Checker:
         for routine in program.routines:
             levels = _levels(routine.name, edges)
             is_first = routine is program.routines[0] or routine.is_interrupt
-            if routine.name in levels:
+            if routine.name in levels and routine is not program.routines[0]:
                 what = f"{routine.name} calls itself; the eleventh level stops the program with E12"
                 self.mistakes.append(Mistake(routine.number, 1, what, is_note=True))
             elif is_first and max(levels.values(), default=0) > DEEPEST_CALL:
