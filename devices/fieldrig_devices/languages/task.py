@@ -32,11 +32,12 @@ class Task:
         self.is_watched = False
         """Whether breakpoints count."""
         self._is_between = False  # may stand where the fast builds have no entry
+        self._passed: tuple[int, int] | None = None  # the place whose breakpoint doesn't count, until it is left
 
     def start(self, routine: str) -> None:
         self.routine, self.pc = self._code.numbers[routine], 0
         self.stack.clear()
-        self.state, self._is_between = TaskState.READY, False
+        self.state, self._is_between, self._passed = TaskState.READY, False, None
 
     def stop(self) -> None:
         """Forget where it was."""
@@ -89,27 +90,28 @@ class Task:
         """Leave a breakpoint: `run` begins with the instruction it stands in front of, whatever stops are there."""
         if self.state in (TaskState.STOPPED, TaskState.READY):
             self.state = TaskState.READY
-            self._is_between = True
+            self._is_between, self._passed = True, (self.routine, self.pc)
 
     def _run_to_a_block(self, budget: int) -> int:
-        self._is_between = False
-        is_first = True
         while budget > 0 and self.state is TaskState.READY:
-            if not is_first and self._is_stop():
+            if self._is_stop():
                 self.state = TaskState.STOPPED
                 break
             why = self._step()
-            budget -= 1
-            is_first = False
             if why == WAIT:
-                budget = 0
-            elif self.pc in self._code.leaders[self.routine]:
-                return budget
-        self._is_between = True
+                if (self.routine, self.pc) != self._passed:
+                    self._passed = None
+                return 0
+            self._passed = None
+            budget -= 1
+            if self.pc in self._code.leaders[self.routine]:
+                self._is_between = False
+                break
         return budget
 
     def _is_stop(self) -> bool:
-        return self.is_watched and bool(self._code.stops[self.routine][self.pc])
+        is_watched = self.is_watched and (self.routine, self.pc) != self._passed
+        return is_watched and bool(self._code.stops[self.routine][self.pc])
 
     def _step(self) -> int:
         why, self.pc, _ = self._code.functions(Build.STEPPED)[self.routine](self.pc, 1, len(self.stack))

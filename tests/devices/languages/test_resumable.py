@@ -189,6 +189,38 @@ def test_a_breakpoint_stops_in_front_of_its_line_once_per_passage() -> None:
     assert world.task.state is TaskState.READY
 
 
+def test_no_breakpoint_is_missed_where_a_slice_ends_between_two_of_them() -> None:
+    world = World({"A": [*(Do(line, (f"log({line})",)) for line in range(1, 9)), End(9)]})
+    world.code.stop_at(set(range(1, 10)))
+    world.task.is_watched = True
+    seen = []
+    while world.task.state is not TaskState.ENDED:
+        world.task.run(1)
+        if world.task.state is TaskState.STOPPED:
+            seen.append((world.task.line, list(world.done)))
+            world.task.go_on()
+    assert seen == [(line, list(range(1, line))) for line in range(1, 10)]
+
+
+def test_a_breakpoint_on_a_line_that_holds_stops_once_and_then_the_line_holds() -> None:
+    gate = [1]
+    code = Code({"A": [Do(1, ("log(1)",)), Hold(2, "gate[0]"), Do(2, ("log(2)",)), End(3)]},
+                {"log": (done := list[int]()).append, "gate": gate}, DEEPEST)  # fmt: skip
+    task = Task(code)
+    task.start("A")
+    code.stop_at({2})
+    task.is_watched = True
+    task.run(10)
+    assert (task.state, done) == (TaskState.STOPPED, [1])
+    task.go_on()
+    for _ in range(3):
+        assert task.run(10) == 0
+        assert (task.state, done) == (TaskState.READY, [1])
+    gate[0] = 0
+    task.run(10)
+    assert (task.state, done) == (TaskState.ENDED, [1, 2])
+
+
 @pytest.mark.parametrize("build", list(Build))
 def test_deep_code_compiles(build: Build) -> None:
     """CPython's parser takes 100 levels of indentation; the tree of blocks takes one for each doubling."""

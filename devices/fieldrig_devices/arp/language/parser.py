@@ -2,8 +2,8 @@
 
 Source: manual 5; digest chapter 3 (grammar) and 18 (readings).  An instruction never leaves its line, so a line that
 can't be read costs one message and no other line.  Written by hand, a function a rule: lark would read the grammar too,
-but takes 37 ms to import where this takes 3, knows after an error only which terminals could have followed, and needs
-the tables of `instructions` a second time as rules; here the same tables say what was expected, in the manual's words.
+but takes 37 ms more to import, knows after an error only which terminals could have followed, and needs the tables of
+`instructions` a second time as rules; here the same tables say what was expected, in the manual's words.
 
 Hexadecimal numbers and names look alike (HEAD): a word that the program defines as a name is that name (digest 3, rule
 4), so names are collected before the lines are read.
