@@ -68,7 +68,8 @@ def compile_(
     if named is None or folder != file.parent:
         written = {"I": text.encode(), **written}
     _write(folder, file.stem, address, written)
-    typer.echo(f"{folder / file.stem}.{'|'.join(written)}{address:02} written")
+    names = ", ".join(f"{file.stem}.{letter}{address:02}" for letter in written)
+    typer.echo(f"written to {folder}: {names}")
 
 
 def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> None:
