@@ -62,6 +62,14 @@ def on_signals(names: Sequence[str], action: Callable[[], None]) -> None:
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(action))
 
 
+def interrupt_on_signals(names: Sequence[str]) -> None:
+    """Until a loop takes them over: as Ctrl-C does, so that every `finally` on the way out has its turn."""
+    for name in names:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)
+
+
 def _peak_bytes() -> int:
     """The most it ever was: all that is to be had where there is no /proc."""
     try:

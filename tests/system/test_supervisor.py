@@ -2,6 +2,7 @@
 
 import signal
 import stat
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -70,6 +71,18 @@ def test_ctrl_c_while_it_starts_leaves_nothing_either() -> None:
         processes = pids(rig)
         assert rig.end(signal.SIGINT) == 0
         assert_nothing_is_left(rig, processes)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_signal_as_soon_as_there_is_a_process_leaves_none(number: signal.Signals) -> None:
+    with RunningRig(LAMP, KINDS) as rig:
+        children = Path(f"/proc/{rig.process.pid}/task/{rig.process.pid}/children")
+        until(lambda: bool(children.read_text()) or rig.process.poll() is not None)
+        born = [int(pid) for pid in children.read_text().split()]
+        rig.end(number)
+        assert born
+        assert not [pid for pid in born if Path(f"/proc/{pid}").exists()]
 
 
 def test_a_second_ctrl_c_waits_for_nobody() -> None:

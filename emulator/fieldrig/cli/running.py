@@ -19,9 +19,11 @@ from fieldrig.hub_wire import socket_name
 from fieldrig.placement import is_modelled, placement
 from fieldrig.run_folder import RunFolder
 from fieldrig.supervisor import Supervisor
-from fieldrig.this_process import age_s, on_signals
+from fieldrig.this_process import age_s, interrupt_on_signals, on_signals
 from fieldrig.trace_files import Recorder
 from fieldrig.virtual_service import VirtualService
+
+ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class Service(Protocol):
@@ -54,6 +56,7 @@ def run_rig(config: RigConfig, wish: Wish) -> Exit:
 
 def _run_processes(config: RigConfig, wish: Wish, display: Display) -> Exit:
     """Everything that may refuse is asked before the first process starts."""
+    interrupt_on_signals(ENDING)
     plans = placement(config)
     endpoint.check_free(config.control)
     folder = RunFolder(config.run)
@@ -104,4 +107,4 @@ def _end_on_signals(service: Service, display: Display) -> None:
         display.on_signal()
         service.end()
 
-    on_signals(("SIGINT", "SIGTERM", "SIGHUP"), end)
+    on_signals(ENDING, end)
