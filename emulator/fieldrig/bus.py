@@ -195,6 +195,11 @@ class ModelBus(Bus[M]):
     """
 
     @property
+    def awake_ns(self) -> int:
+        """How long the hub looks for the next message before it sleeps.  It costs a core while there is traffic."""
+        return 0
+
+    @property
     def attach(self) -> str | None:
         """`tcp://host:port` where the hub also listens for device processes; None: the Unix socket is enough."""
         return getattr(self.settings, "attach", None)

@@ -26,6 +26,9 @@ class HubServer:
         self._servers: list[asyncio.Server] = []
         self._path = hub.path(socket_name(hub.bus))
         self.streams: set[MemberStream] = set()
+        self._loop = asyncio.get_running_loop()
+        self._awake_ns = hub.bus.awake_ns
+        self._sleep_at_ns = 0
 
     async def open(self) -> None:
         """BusError if a socket can't be had."""
@@ -50,6 +53,20 @@ class HubServer:
             await server.wait_closed()
         self._servers.clear()
         self._path.unlink(missing_ok=True)
+
+    def stay_awake(self) -> None:
+        """Look for the next message for a while before sleeping, where the bus says that one follows at once."""
+        if self._awake_ns:
+            is_asleep = self._sleep_at_ns == 0
+            self._sleep_at_ns = time.monotonic_ns() + self._awake_ns
+            if is_asleep:
+                self._loop.call_soon(self._look_again)
+
+    def _look_again(self) -> None:
+        if time.monotonic_ns() < self._sleep_at_ns:
+            self._loop.call_soon(self._look_again)
+        else:
+            self._sleep_at_ns = 0
 
     def _stream(self) -> "MemberStream":
         return MemberStream(self._hub, self)
@@ -100,6 +117,7 @@ class MemberStream(asyncio.Protocol):
             log.warning("%s: %s is put off the bus: %s", hub.bus.name, member, fault)
             self.abort()
         hub.carry()
+        self._server.stay_awake()
 
     def deliver(self, delivery: Delivery[Any]) -> None:
         if self._transport is not None:

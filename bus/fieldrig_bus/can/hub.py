@@ -32,6 +32,9 @@ LAWICEL_SPEED = {
 }
 
 
+AWAKE_NS = 100_000  # longer than a node takes to answer
+
+
 class SlcanSettings(Settings):
     path: str | None = Field(default=None, min_length=1, description="a pty's link, relative to the run folder")
     listen: Address | None = Field(default=None, description="host:port")
@@ -63,6 +66,11 @@ class CanHub(CanModelBus):
     def __init__(self, name: str, settings: CanHubSettings) -> None:
         super().__init__(name, settings)
         self._channel = settings.channel or name
+
+    @property
+    def awake_ns(self) -> int:
+        """Without frame times to hide behind, the waking of a core is what a round trip consists of."""
+        return AWAKE_NS if self.settings.bitrate is None else 0
 
     def ports(self) -> Sequence[Port]:
         settings, ports = self.settings, list[Port]()
