@@ -111,9 +111,9 @@ def test_what_has_a_pty_in_the_lab_has_a_port_here(stack: Stack) -> None:
 
 def test_a_part_that_is_killed_comes_back(stack: Stack) -> None:
     before = stack.containers()["sensor"]["RestartCount"]
-    _docker(
-        "exec", stack.containers()["sensor"]["Id"], "python", "-c", "import os, signal; os.kill(-1, signal.SIGKILL)"
-    )
+    kill_all = "import os, signal; os.kill(-1, signal.SIGKILL)"
+    # its own exit code is left alone: the container may be gone before or after this command ends
+    subprocess.run(["docker", "exec", stack.containers()["sensor"]["Id"], "python", "-c", kill_all], check=False)
     _wait_until(lambda: stack.containers()["sensor"]["RestartCount"] > before)
     stack.wait_until_healthy()
 
