@@ -1,15 +1,18 @@
 """Wires: named signals with units between devices and plants.
 
 A wire has one driver and any number of listeners; it keeps its value, so whoever listens later hears the present one.
-A signal arrives at the instant at which it was driven.  A device's interest is the names it listens to.
+A signal arrives at the instant at which it was driven.  A device's interest is the names it listens to.  What moves
+steadily, an encoder or a train of pulses, is told as a `Motion`, when its course changes, and not edge by edge.
 """
 
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, ClassVar
 
 from fieldrig.bus import BusModel, Delivery, ModelBus, Time
+from fieldrig.clock import S
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 
@@ -23,23 +26,52 @@ class Signal:
     unit: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Motion(Signal):
+    """A signal that moves on by itself until the next one is told: `value` is where it was at `time_ns`.
+
+    Who knows nothing of motions takes it for a signal with that value.
+    """
+
+    time_ns: int = 0
+    speed: float = 0.0
+    """Units per second, at `time_ns`."""
+    acceleration: float = 0.0
+    """Units per second squared."""
+
+    def at(self, now_ns: int) -> float:
+        seconds = (now_ns - self.time_ns) / S
+        return self.value + (self.speed + self.acceleration / 2 * seconds) * seconds
+
+    def speed_at(self, now_ns: int) -> float:
+        return self.speed + self.acceleration * (now_ns - self.time_ns) / S
+
+
 def encode(signal: Signal) -> bytes:
-    return json.dumps([signal.name, signal.value, signal.unit], separators=(",", ":"), allow_nan=False).encode()
+    fields = [signal.name, signal.value, signal.unit]
+    if isinstance(signal, Motion):
+        fields += [signal.time_ns, signal.speed, signal.acceleration]
+    return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()
 
 
 def decode(data: bytes) -> Signal:
     """ValueError for anything that `encode` doesn't write."""
     fields = json.loads(data)
     match fields:
-        case [str(name), bool() | int() | float() as value, str(unit)] if value == value and abs(value) != float("inf"):
+        case [str(name), bool() | int() | float() as value, str(unit)] if isfinite(value):
             return Signal(name, value, unit)
+        case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, course] if (
+            isinstance(course, int | float) and isfinite(value) and isfinite(speed) and isfinite(course)
+        ):
+            return Motion(name, value, unit, time_ns, speed, course)
     raise ValueError(f"not a signal: {data!r}")
 
 
 def show(signal: Signal) -> str:
     value = signal.value
     text = str(value) if isinstance(value, bool | int) else f"{value:.6g}"
-    return f"{signal.name} = {text} {signal.unit}".rstrip()
+    course = f", {signal.speed:.6g} {signal.unit}/s" if isinstance(signal, Motion) else ""
+    return f"{signal.name} = {text} {signal.unit}".rstrip() + course
 
 
 class WiresModel(BusModel[Signal]):

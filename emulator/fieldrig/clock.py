@@ -40,6 +40,12 @@ class Clock(Protocol):
         Actions asked for the same instant are called in the order of asking.
         """
 
+    def late_ns(self) -> int:
+        """How long after its instant the present event is being handled: what a cycle time monitor would see.
+
+        Always 0 in virtual time.
+        """
+
 
 class TimerQueue:
     """The wishes of one clock, earliest first; equal times in order of asking."""
@@ -85,6 +91,9 @@ class VirtualClock:
 
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
         return self._timers.add(max(when_ns, self._now_ns), action)
+
+    def late_ns(self) -> int:
+        return 0
 
     def next_ns(self) -> int | None:
         """The earliest wish of anybody; None if nobody has one."""

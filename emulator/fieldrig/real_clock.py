@@ -47,6 +47,9 @@ class RealClock:
             self._arm(when_ns)
         return timer
 
+    def late_ns(self) -> int:
+        return 0 if self._instant_ns is None else time.monotonic_ns() - self._instant_ns
+
     def handle(self, action: Callable[..., None], *arguments: Any) -> None:
         """Call `action` as an event of its own, at the present."""
         self.handle_at(time.monotonic_ns(), action, *arguments)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.wires import Signal, WiresModel, decode, encode
+from fieldrig_bus.wires import Motion, Signal, WiresModel, decode, encode, show
 
 
 def test_a_signal_reaches_those_who_listen_to_its_name() -> None:
@@ -76,3 +76,23 @@ def test_garbage_is_refused_with_a_value_error(data: bytes) -> None:
     except ValueError:
         return
     assert math.isfinite(signal.value)
+
+
+def test_a_motion_goes_on_by_itself() -> None:
+    motion = Motion("axis1.encoder", 100, "count", 2_000_000_000, 1_000.0, -500.0)
+    assert motion.at(2_000_000_000) == 100
+    assert motion.at(3_000_000_000) == 850  # 100 + 1000 * 1 - 500 / 2
+    assert motion.speed_at(3_000_000_000) == 500
+    assert show(motion) == "axis1.encoder = 100 count, 1000 count/s"
+
+
+def test_a_motion_crosses_processes_as_json() -> None:
+    motion = Motion("axis1.encoder", 7, "count", 12, 1.5, 0.0)
+    assert encode(motion) == b'["axis1.encoder",7,"count",12,1.5,0.0]'
+    assert decode(encode(motion)) == motion
+
+
+@pytest.mark.parametrize("course", ["12,1.5", '12,1.5,"a"', "1.5,1.5,0", "12,1e999,0", "12,0,null", "12,0,0,0"])
+def test_what_is_no_motion_is_refused(course: str) -> None:
+    with pytest.raises(ValueError, match="not a signal"):
+        decode(f'["axis1.encoder",7,"count",{course}]'.encode())
