@@ -1,0 +1,21 @@
+"""Where the manual is silent or contradicts itself: what the card does, as settings that its owner may flip.
+
+Source: digest chapters 2 to 18; each setting names the entry it stands for.  The defaults are the digest's readings.
+"""
+
+from typing import Literal
+
+from pydantic import Field
+
+from fieldrig.settings import Settings
+
+
+class Readings(Settings):
+    """Of passages in the manual that leave a choice."""
+
+    zero_offset_step: Literal["jump", "ignore"] = Field(
+        default="jump", description="a new offset with @ParX[20] or [23] at 0: taken at once, or not at all (I-08)"
+    )
+    pst_join: Literal["round", "through"] = Field(
+        default="round", description="joins of PST round the points of the table off, or pass through them (I-35)"
+    )
