@@ -2,19 +2,18 @@
 
 A fault says where (identifier, node), what, when and how long (`start_ms` after it was given, `duration_ms`) and how
 often (`count`, `probability`).  In a rig file it stands under `faults:` of its bus; a running rig takes the same by
-`add_fault`, as `given_fault` reads it.  Chance comes from a `random.Random` that is given in and from which frame of
-whom it is, so that it does not matter in which order the model looks at frames.
+`add_fault`, as `given_fault` reads it.  Chance goes by which frame of whom it is.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 from random import Random
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from fieldrig import faults
 from fieldrig.clock import MS
-from fieldrig.settings import Settings
+from fieldrig.faults import LONGEST_MS, Timed
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 
 
@@ -26,18 +25,10 @@ def _hex(text: str) -> str:
     return text
 
 
-LONGEST_MS: Final = 1_000_000_000  # eleven days
 Hex = Annotated[str, AfterValidator(_hex)]
 
 
-class _Timed(Settings):
-    start_ms: float = Field(
-        default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
-    )
-    duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
-
-
-class _FrameFault(_Timed):
+class _FrameFault(Timed):
     identifier: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="left out: of any")
     mask: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="bits of the identifier that count")
     extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or any")
@@ -129,14 +120,14 @@ class ErrorFrame(_FrameFault):
     )
 
 
-class Short(_Timed):
+class Short(Timed):
     """The wire is held dominant, or recessive, whatever anybody sends."""
 
     what: Literal["short"]
     level: Literal["dominant", "recessive"] = "dominant"
 
 
-class WrongBitRate(_Timed):
+class WrongBitRate(Timed):
     """One member's bit rate is wrong: others see errors in its frames, and it in theirs."""
 
     what: Literal["wrong_bit_rate"]
@@ -144,7 +135,7 @@ class WrongBitRate(_Timed):
     bitrate: int = Field(ge=1_000, le=10_000_000, description="bit/s that it has instead")
 
 
-class Babble(_Timed):
+class Babble(Timed):
     """A member sends one frame over and over: a babbling idiot."""
 
     what: Literal["babble"]
@@ -167,36 +158,19 @@ CanFault = Annotated[
 PACED: Final = (Corrupt, ErrorFrame, Short, WrongBitRate, Babble)
 """They need bit times."""
 
-_64: Final = (1 << 64) - 1
 
-
-class Fault:
-    """One fault that was given."""
-
-    __slots__ = ("_salt", "applied", "is_framed", "number", "settings", "start_ns", "until_ns")
+class Fault(faults.Fault[CanFault]):
+    __slots__ = ("is_framed",)
 
     def __init__(self, number: int, settings: CanFault, now_ns: int, salt: int) -> None:
-        self.number, self.settings, self._salt = number, settings, salt
-        self.start_ns = now_ns + round(settings.start_ms * MS)
-        duration_ms = settings.duration_ms
-        self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
-        self.applied = 0
+        super().__init__(number, settings, now_ns, salt)
         self.is_framed = isinstance(settings, Drop | Duplicate | Replace | Corrupt | ErrorFrame)
         """It strikes frames on the wire."""
-
-    def is_over(self, now_ns: int) -> bool:
-        count = getattr(self.settings, "count", None)
-        return (self.until_ns is not None and now_ns >= self.until_ns) or (count is not None and self.applied >= count)
-
-    def is_on(self, now_ns: int) -> bool:
-        return now_ns >= self.start_ns and not self.is_over(now_ns)
 
     def strikes(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> bool:
         settings = self.settings
         assert isinstance(settings, _FrameFault)
-        if not self.is_on(now_ns) or not settings.fits(sender, frame):
-            return False
-        return settings.probability >= 1 or self.chance(key) < settings.probability * (1 << 64)
+        return self.is_on(now_ns) and settings.fits(sender, frame) and self.happens(key)
 
     def delay_ns(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> int:
         """By how much this one keeps a frame back that is asked for now."""
@@ -205,48 +179,7 @@ class Fault:
         self.applied += 1
         return self.settings.delay_ns
 
-    def chance(self, key: int) -> int:
-        """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""
-        mixed = self._salt + key * 0x9E37_79B9_7F4A_7C15 & _64
-        mixed = (mixed ^ mixed >> 30) * 0xBF58_476D_1CE4_E5B9 & _64
-        mixed = (mixed ^ mixed >> 27) * 0x94D0_49BB_1331_11EB & _64
-        return mixed ^ mixed >> 31
 
-    def about(self, now_ns: int) -> dict[str, Any]:
-        state = "over" if self.is_over(now_ns) else "on" if self.is_on(now_ns) else "waiting"
-        return {**self.settings.model_dump(exclude_unset=True), "state": state, "applied": self.applied}
-
-
-class Faults:
-    """Those of one bus, in the order in which they were given."""
-
+class Faults(faults.Faults[Fault]):
     def __init__(self, random: Random | None = None) -> None:
-        self._random = random or Random(0)
-        self._live: dict[int, Fault] = {}
-        self._given = 0
-
-    def add(self, now_ns: int, settings: CanFault) -> Fault:
-        self._given += 1
-        fault = Fault(self._given, settings, now_ns, self._random.getrandbits(64))
-        self._live[fault.number] = fault
-        return fault
-
-    def clear(self, number: int) -> Fault:
-        try:
-            return self._live.pop(number)
-        except KeyError:
-            there = ", ".join(map(str, self._live))
-            remedy = f"there are: {there}" if there else "there are none"
-            raise ValueError(f"there is no fault {number}\n{remedy}") from None
-
-    def __iter__(self) -> Iterator[Fault]:
-        return iter(self._live.values())
-
-    def of(self, *kinds: type[Any]) -> Iterator[Fault]:
-        return (fault for fault in self._live.values() if isinstance(fault.settings, kinds))
-
-    def is_any_left(self, now_ns: int) -> bool:
-        return any(not fault.is_over(now_ns) for fault in self._live.values())
-
-    def about(self, now_ns: int) -> dict[int, dict[str, Any]]:
-        return {number: fault.about(now_ns) for number, fault in self._live.items()}
+        super().__init__(Fault, random)

@@ -1,0 +1,143 @@
+"""Faults, in one form everywhere: where, what, when, how long, how often.
+
+What there is to break is the affair of the bus or the device: it has a settings model for each fault, with a literal
+`what`, derived from `Timed`.  In a rig file faults stand under `faults:`; a running rig takes the same as plain values
+from a test, or as texts from `fieldrig fault`.  Chance comes from a `random.Random` that is given in and from a key of
+what is struck, so that it does not matter in which order a model looks at its messages.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from random import Random
+from typing import Any, Final, Generic, TypeVar, get_args
+
+from pydantic import Field, ValidationError
+
+from fieldrig.clock import MS
+from fieldrig.settings import Settings
+from fieldrig.wording import closest, explain
+from fieldrig.yaml_source import key_text, read
+
+LONGEST_MS: Final = 1_000_000_000  # eleven days
+_64: Final = (1 << 64) - 1
+
+
+class Timed(Settings):
+    """The when and how long of a fault."""
+
+    start_ms: float = Field(
+        default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
+    )
+    duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
+
+
+S = TypeVar("S", bound=Timed, covariant=True)
+
+
+class Fault(Generic[S]):
+    """One fault that was given."""
+
+    __slots__ = ("_salt", "applied", "number", "settings", "start_ns", "until_ns")
+
+    def __init__(self, number: int, settings: S, now_ns: int, salt: int) -> None:
+        self.number, self.settings, self._salt = number, settings, salt
+        self.start_ns = now_ns + round(settings.start_ms * MS)
+        duration_ms = settings.duration_ms
+        self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
+        self.applied = 0
+
+    def is_over(self, now_ns: int) -> bool:
+        count = getattr(self.settings, "count", None)
+        return (self.until_ns is not None and now_ns >= self.until_ns) or (count is not None and self.applied >= count)
+
+    def is_on(self, now_ns: int) -> bool:
+        return now_ns >= self.start_ns and not self.is_over(now_ns)
+
+    def happens(self, key: int) -> bool:
+        """Whether chance, if the fault leaves any, strikes what `key` stands for."""
+        probability = getattr(self.settings, "probability", 1.0)
+        return probability >= 1 or self.chance(key) < probability * (1 << 64)
+
+    def chance(self, key: int) -> int:
+        """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""
+        mixed = self._salt + key * 0x9E37_79B9_7F4A_7C15 & _64
+        mixed = (mixed ^ mixed >> 30) * 0xBF58_476D_1CE4_E5B9 & _64
+        mixed = (mixed ^ mixed >> 27) * 0x94D0_49BB_1331_11EB & _64
+        return mixed ^ mixed >> 31
+
+    def about(self, now_ns: int) -> dict[str, Any]:
+        state = "over" if self.is_over(now_ns) else "on" if self.is_on(now_ns) else "waiting"
+        return {**self.settings.model_dump(exclude_unset=True), "state": state, "applied": self.applied}
+
+
+F = TypeVar("F", bound=Fault[Any])
+
+
+class Faults(Generic[F]):
+    """Those of one bus or device, in the order in which they were given."""
+
+    def __init__(self, make: Callable[[int, Any, int, int], F], random: Random | None = None) -> None:
+        """`make` is the class of the faults."""
+        self._make = make
+        self._random = random or Random(0)
+        self._live: dict[int, F] = {}
+        self._given = 0
+
+    def add(self, now_ns: int, settings: Timed) -> F:
+        self._given += 1
+        fault = self._make(self._given, settings, now_ns, self._random.getrandbits(64))
+        self._live[fault.number] = fault
+        return fault
+
+    def clear(self, number: int) -> F:
+        try:
+            return self._live.pop(number)
+        except KeyError:
+            there = ", ".join(map(str, self._live))
+            remedy = f"there are: {there}" if there else "there are none"
+            raise ValueError(f"there is no fault {number}\n{remedy}") from None
+
+    def __iter__(self) -> Iterator[F]:
+        return iter(self._live.values())
+
+    def of(self, *kinds: type[Any]) -> Iterator[F]:
+        return (fault for fault in self._live.values() if isinstance(fault.settings, kinds))
+
+    def is_any_left(self, now_ns: int) -> bool:
+        return any(not fault.is_over(now_ns) for fault in self._live.values())
+
+    def about(self, now_ns: int) -> dict[int, dict[str, Any]]:
+        return {number: fault.about(now_ns) for number, fault in self._live.items()}
+
+
+def models_of(union: Any) -> dict[str, type[Timed]]:
+    """The members of an annotated union of faults, by their `what`."""
+    return {get_args(model.model_fields["what"].annotation)[0]: model for model in get_args(get_args(union)[0])}
+
+
+def fault_of(given: Mapping[str, Any], models: Mapping[str, type[Timed]], texts: frozenset[str]) -> Timed:
+    """A fault as it is given to a running bus or device.
+
+    `texts` names the keys whose values are texts, even where YAML would see a number.  ValueError if that is no fault:
+    what is wrong, and on further lines what would be right.
+    """
+    what = given.get("what")
+    model = models.get(what) if isinstance(what, str) else None
+    if model is None:
+        wrong = f"there is no fault {what!r}" if "what" in given else "what: this key is missing"
+        raise ValueError(f"{wrong}\n{closest(what, list(models))}")
+    values = {key: value if key in texts else _value(key, value) for key, value in given.items()}
+    try:
+        return model.model_validate(values)
+    except ValidationError as cause:
+        found = explain(cause, values, model)
+        lines = [(f"{key_text(one.path)}: {one.what}".removeprefix(": "), one.remedy) for one in found]
+        raise ValueError("\n".join(line for both in lines for line in both if line)) from cause
+
+
+def _value(key: str, value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    source = read(value, "")
+    if source.mistakes:
+        raise ValueError(f"{key}: {value!r} is not a value as in a rig file\n{source.mistakes[0].what}")
+    return source.data
