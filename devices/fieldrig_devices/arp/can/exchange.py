@@ -1,0 +1,142 @@
+"""Data exchange between ARP cards: which variables and flag words go out in which PDO, and where those of others land.
+
+Source: manual line 91 says that cards exchange information over CAN, and gives no instruction for it (digest I-38).  So
+it is configuration: PDO parameters of the card's dictionary, which a foreign tool sees and may change too.  Channel k
+of a card, 1 to 4, is its TPDO 4 + k; a reception is its RPDO 5 to 8, in the order of the settings.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from fieldrig.settings import Settings
+from fieldrig_devices.arp.can import objects
+
+CHANNELS: Final = 4
+FIRST_PDO: Final = 4
+"""PDO 5, counted from 0."""
+CHANNEL_IDS: Final = (0x1C0, 0x2C0, 0x3C0, 0x4C0)
+"""CAN-ID of each channel for node-ID 0: between those of the pre-defined connection set of nodes up to 63."""
+LAST_NODE: Final = 63
+NOT_USED: Final = 1 << 31
+MADE_HERE: Final = 1 << 30
+SYNC_ID: Final = 0x80
+AT_SYNC, AT_CHANGE = 1, 255
+WORD_BITS: Final = 32
+WORDS_IN_PDO: Final = 2
+
+Objects = dict[str, bool | int | float | str]
+"""Power-on values by index and sub-index, as `CanopenSettings` takes them."""
+
+SENT: Final = "V1 to V1000, FLAG1 to 10, OUT1 to 3, INP1 to 3, POS1, POS2, VEL1 or VEL2"
+RECEIVED: Final = "V1 to V1000, FLAG1 to 10 or OUT1 to 3"
+NAME: Final = re.compile(r"(?P<what>V|FLAG|OUT|INP|POS|VEL)(?P<number>[1-9]\d{0,3})")
+
+
+def locate(word: str) -> tuple[int, int]:
+    """Index and sub-index of the object with the card's word `V12`, `FLAG3`, `POS1`.  ValueError for no such word."""
+    match = NAME.fullmatch(word.upper())
+    if match is None or not 1 <= int(match["number"]) <= objects.WORDS[match["what"]]:
+        raise ValueError(f"{word!r} is no word of the card: {SENT} would be right")
+    return objects.place(match["what"], int(match["number"]))
+
+
+def _sent(word: str) -> str:
+    locate(word)
+    return word
+
+
+def _received(word: str) -> str:
+    locate(word)
+    if word.upper().startswith(("INP", "POS", "VEL")):
+        raise ValueError(f"{word!r} can't be written: {RECEIVED} would be right")
+    return word
+
+
+class Sent(Settings):
+    """One channel of this card."""
+
+    channel: Annotated[int, Field(ge=1, le=CHANNELS, description="1 to 4, each one PDO")]
+    words: Annotated[
+        list[Annotated[str, AfterValidator(_sent)]],
+        Field(min_length=1, max_length=WORDS_IN_PDO, description=f"what it carries: {SENT}"),
+    ]
+    at: Annotated[Literal["change", "sync"], Field(description="sent when a word has changed, or with each SYNC")] = (
+        "change"
+    )
+    every_ms: Annotated[int, Field(ge=0, le=0xFFFF, description="also after this time without a change; 0: not")] = 0
+    inhibit_ms: Annotated[int, Field(ge=0, le=6_553, description="at least this time between two")] = 0
+
+
+class Received(Settings):
+    """One channel of another card."""
+
+    node: Annotated[int, Field(ge=1, le=LAST_NODE, description="node-ID, @Par[5], of the card that sends")]
+    channel: Annotated[int, Field(ge=1, le=CHANNELS, description="its channel")]
+    words: Annotated[
+        list[Annotated[str, AfterValidator(_received)]],
+        Field(min_length=1, max_length=WORDS_IN_PDO, description=f"where its words land: {RECEIVED}"),
+    ]
+    timeout_ms: Annotated[
+        int, Field(ge=0, le=0xFFFF, description="silence after which EMCY 8250h tells that it fails; 0: never")
+    ] = 0
+
+
+class ExchangeSettings(Settings):
+    """`exchange:` of a card."""
+
+    send: list[Sent] = Field(default_factory=list, max_length=CHANNELS, description="channels of this card")
+    receive: list[Received] = Field(default_factory=list, max_length=CHANNELS, description="channels of other cards")
+    sync_ms: Annotated[
+        int, Field(ge=0, le=1_000, description="period of the SYNC that this card makes; 0: another node does")
+    ] = 0
+
+    @model_validator(mode="after")
+    def _channels_are_used_once(self) -> Self:
+        channels = [sent.channel for sent in self.send]
+        if len(set(channels)) != len(channels):
+            raise ValueError(f"send: channels {channels}: each channel once would be right")
+        return self
+
+    def objects(self, node_id: int) -> Objects:
+        """The power-on values that make a card with `node_id` do this."""
+        values: Objects = {}
+        for sent in self.send:
+            values.update(_sending(sent, node_id))
+        for place, received in enumerate(self.receive):
+            values.update(_receiving(received, place))
+        if self.sync_ms:
+            values |= {"1005:00": MADE_HERE | SYNC_ID, "1006:00": self.sync_ms * 1000}
+        return values
+
+
+def _sending(sent: Sent, node_id: int) -> Objects:
+    pdo = FIRST_PDO + sent.channel - 1
+    communication = f"{0x1800 + pdo:04X}"
+    return {
+        f"{communication}:01": CHANNEL_IDS[sent.channel - 1] + node_id,
+        f"{communication}:02": AT_SYNC if sent.at == "sync" else AT_CHANGE,
+        f"{communication}:03": sent.inhibit_ms * 10,
+        f"{communication}:05": sent.every_ms,
+        **dict(_mapping(0x1A00 + pdo, sent.words)),
+    }
+
+
+def _receiving(received: Received, place: int) -> Objects:
+    pdo = FIRST_PDO + place
+    communication = f"{0x1400 + pdo:04X}"
+    return {
+        f"{communication}:01": CHANNEL_IDS[received.channel - 1] + received.node,
+        f"{communication}:02": AT_CHANGE,
+        f"{communication}:05": received.timeout_ms,
+        **dict(_mapping(0x1600 + pdo, received.words)),
+    }
+
+
+def _mapping(index: int, words: list[str]) -> Iterator[tuple[str, int]]:
+    yield f"{index:04X}:00", len(words)
+    for entry, word in enumerate(words, start=1):
+        at, sub = locate(word)
+        yield f"{index:04X}:{entry:02X}", at << 16 | sub << 8 | WORD_BITS
