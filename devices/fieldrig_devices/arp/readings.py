@@ -19,3 +19,11 @@ class Readings(Settings):
     pst_join: Literal["round", "through"] = Field(
         default="round", description="joins of PST round the points of the table off, or pass through them (I-35)"
     )
+    cam_wrap: Literal["travel", "jump"] = Field(
+        default="travel",
+        description="CAM where the counter wraps: a step over the wrap counts as the way the axis went, and cams may"
+        " reach over it; or the plain numbers are compared (chapter 15)",
+    )
+    pid_ramp_start: Literal["zero", "sgloff"] = Field(
+        default="zero", description="where the reference of PID starts its ramp: at 0, or at SGLOFF (chapter 14)"
+    )
