@@ -1,0 +1,77 @@
+"""Frames on a serial line: HDLC-like framing as PPP has it, with its FCS-16.
+
+Source: RFC 1662, 3.1, 4 and appendix C.  A frame is a body, its FCS (least significant octet first), a flag at either
+end; the flag between two frames may be one.  Flag and escape within a frame are escaped, and so may be any other octet.
+Left out: address and control fields of RFC 1662 (the body has its own, see `messages`), and the map of control
+characters, since every octet gets through the lines this is for.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+FLAG: Final = 0x7E
+ESCAPE: Final = 0x7D
+FLIP: Final = 0x20
+GOOD_FCS: Final = 0xF0B8  # RFC 1662, C.2: of a body with its FCS
+SHORTEST_BODY: Final = 4
+LONGEST_BODY: Final = 260
+
+_FLAG, _ESCAPE = bytes((FLAG,)), bytes((ESCAPE,))
+_ESCAPED_FLAG, _ESCAPED_ESCAPE = bytes((ESCAPE, FLAG ^ FLIP)), bytes((ESCAPE, ESCAPE ^ FLIP))
+_LONGEST_WIRE: Final = 2 * (LONGEST_BODY + 2)  # every octet escaped
+
+
+def _table() -> Iterator[int]:
+    """RFC 1662, C.2: x**0 + x**5 + x**12 + x**16, least significant bit first."""
+    for octet in range(256):
+        value = octet
+        for _ in range(8):
+            value = value >> 1 ^ 0x8408 if value & 1 else value >> 1
+        yield value
+
+
+_TABLE: Final = tuple(_table())
+
+
+def fcs16(data: bytes) -> int:
+    """Without the complement that makes it the FCS."""
+    value = 0xFFFF
+    for octet in data:
+        value = value >> 8 ^ _TABLE[(value ^ octet) & 0xFF]
+    return value
+
+
+def encode(body: bytes) -> bytes:
+    """What goes over the line."""
+    checked = body + (fcs16(body) ^ 0xFFFF).to_bytes(2, "little")
+    return _FLAG + checked.replace(_ESCAPE, _ESCAPED_ESCAPE).replace(_FLAG, _ESCAPED_FLAG) + _FLAG
+
+
+class Deframer:
+    """Takes bytes as they come, in whatever pieces, and gives the bodies of good frames; the rest is dropped."""
+
+    def __init__(self) -> None:
+        self._held = b""  # since the last flag
+        self._is_skipping = True  # up to the next flag: line noise, or a frame that is too long
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        *frames, rest = (self._held + data).split(_FLAG)
+        for wire in frames:
+            is_whole, self._is_skipping = not self._is_skipping, False
+            if is_whole and (body := _body(wire)) is not None:
+                self._held = b""
+                yield body
+        self._is_skipping |= len(rest) > _LONGEST_WIRE
+        self._held = b"" if self._is_skipping else rest
+
+
+def _body(wire: bytes) -> bytes | None:
+    """None for what is no frame, is damaged, or ends in an escape (RFC 1662, 4.3: was aborted)."""
+    if ESCAPE in wire:
+        first, *parts = wire.split(_ESCAPE)
+        if not all(parts):
+            return None
+        wire = first + b"".join(bytes((part[0] ^ FLIP,)) + part[1:] for part in parts)
+    if not SHORTEST_BODY <= len(wire) - 2 <= LONGEST_BODY or fcs16(wire) != GOOD_FCS:
+        return None
+    return wire[:-2]
