@@ -1,8 +1,8 @@
 """The six analog inputs: two load cells with range and filter, two of +-10 V, two of 0 to 10 V.
 
-Source: manual 3.1 (@Par[2] to [4]), 5.6.1; digest chapters 6.1 and 9.  A load cell is read in microvolts.  Its converter
-gives a value at the output rate of @Par[4], through a first-order low-pass that is at -3 dB where the manual says; both
-follow from that one number, since each rate of the table is 25 times its -3 dB frequency.  Every input saturates.
+Source: manual 3.1 (@Par[2] to [4]), 5.6.1; digest chapters 6.1 and 9.  A load cell is read in microvolts.  Its
+converter gives a value at the output rate of @Par[4], through a first-order low-pass that is at -3 dB where the manual
+says; every rate of its table is 25 times that frequency, so one coefficient serves all.  Every input saturates.
 Left out: the stop frequencies of the table, which a filter of first order doesn't have; noise and resolution.
 """
 

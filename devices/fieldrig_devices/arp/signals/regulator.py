@@ -120,12 +120,12 @@ class Regulator:
 
     def _advance(self, period_ns: int, is_started: bool) -> None:
         """On and off, and the ramp of the reference."""
+        refpid, sgloff, deltar = self._raw[:3]
         if self.is_reset:
-            self._reference = self._raw[Table._fields.index("sgloff")] * S if self._starts_at_sgloff else 0
+            self._reference = sgloff * S if self._starts_at_sgloff else 0
             if not is_started:
                 return
             self.is_reset = False
-        refpid, sgloff, deltar = self._raw[:3]
         target, step = (refpid if is_started else sgloff) * S, max(0, deltar) * period_ns
         self._reference = min(max(target, self._reference - step), self._reference + step)
         if self._reference == target and not is_started:
@@ -138,7 +138,8 @@ class Regulator:
         slope = 0.0 if last is None else (error - last) / period_s
         total = self._sum + error * period_s
         value = kp * error + ki * total + kd * slope
-        if not (value > self._table.maxpid and error > 0 or value < self._table.minpid and error < 0):
+        drives_beyond = value > self._table.maxpid if error > 0 else value < self._table.minpid
+        if not drives_beyond:
             self._sum = total
         return _clamp(value, self._table.minpid, self._table.maxpid)
 

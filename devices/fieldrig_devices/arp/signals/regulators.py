@@ -1,8 +1,8 @@
 """The PID instruction: one regulator for each analog output, with its flags.
 
-Source: manual 5.8; digest chapter 14.  The instruction is executed if the axis of its output is of kind 3, and ends when
-that is so no longer.  Its flags are those of the axis of the output: F271 to F274, F303 to F306.  Executed again with
-the same numbers it changes nothing, else the new one takes the place of the old.  Stop ends it, and is cleared then.
+Source: manual 5.8; digest chapter 14.  The instruction is executed if the axis of its output is of kind 3, and ends
+when that is so no longer.  Its flags are those of the axis of the output: F271 to F274, F303 to F306.  Executed again
+with the same numbers it changes nothing, else the new one takes the place of the old.  Stop ends it, and is cleared.
 """
 
 from typing import Final, NamedTuple
