@@ -9,22 +9,23 @@ import re
 from collections.abc import Iterator, Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import pytest
 import typer
 from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, prose, rows
 
-from fieldrig import kinds
+from fieldrig import faults, kinds
 from fieldrig.cli.app import app
 from fieldrig.config import RigConfig, load
 from fieldrig.config_keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
 from fieldrig.exits import ABOUT, Exit
 from fieldrig.settings import Settings
-from fieldrig_bus.can import faults
+from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_bus.ring.faults import RingFault
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
@@ -39,9 +40,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of every bus": {"bus": BusKeys},
     "Keys of every device": {"device": DeviceKeys},
     "Keys of a controller": {"controller": Controller},
-    "Keys of a fault": {
-        get_args(model.model_fields["what"].annotation)[0]: model for model in get_args(get_args(faults.CanFault)[0])
-    },
+    "Keys of a fault": faults.models_of(CanFault),
+    "Keys of a ring fault": faults.models_of(RingFault),
     "Ties": {"tie": Tie},
     "Keys of one unit, of its identification, of its server id": {
         "units": UnitSettings,

@@ -1,0 +1,68 @@
+"""Faults of a fibre ring: what they may be told.
+
+A fault says where (a segment, by the station that it leaves; or a station), what, when and how long (`start_ms`,
+`duration_ms`) and how often (`count`, `probability`).  Healing is clearing the fault, or its end.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal, cast
+
+from pydantic import Field, model_validator
+
+from fieldrig import faults
+from fieldrig.faults import Timed
+
+MASTER: Final = "master"
+"""The segment that leaves the master, whatever its device is called."""
+
+
+class Break(Timed):
+    """The fibre of one segment is cut or pulled: behind it nothing is heard, and what is before it can't come round."""
+
+    what: Literal["break"]
+    after: str = Field(description="the station that the segment leaves, or master")
+
+
+class Off(Timed):
+    """A station has no power: the ring is open there, unless it has an optical bypass."""
+
+    what: Literal["off"]
+    station: str
+
+
+class _Struck(Timed):
+    count: int | None = Field(default=None, ge=1, description="telegrams that it strikes; left out: any number")
+    probability: float = Field(default=1.0, gt=0, le=1, description="of striking a telegram that fits")
+
+
+class Distort(_Struck):
+    """Telegrams come with a wrong FCS, and so not at all."""
+
+    what: Literal["distort"]
+    after: str | None = Field(default=None, description="a segment: MST and MDT behind it, ATs from before it")
+    station: str | None = Field(default=None, description="one station: what it hears, and its AT")
+    telegram: Literal["mst", "mdt", "at"] | None = Field(default=None, description="left out: any")
+
+    @model_validator(mode="after")
+    def _check_place(self) -> "Distort":
+        if (self.after is None) == (self.station is None):
+            raise ValueError("where: give either after, a segment, or station")
+        return self
+
+
+class Late(_Struck):
+    """A station's AT is not ready when its slot comes."""
+
+    what: Literal["late"]
+    station: str
+
+
+RingFault = Annotated[Break | Off | Distort | Late, Field(discriminator="what")]
+MODELS: Final = faults.models_of(RingFault)
+TEXTS: Final = frozenset({"what", "after", "station", "telegram"})
+"""Keys whose values are texts, even where YAML would see a number."""
+
+
+def fault_of(given: Mapping[str, Any]) -> RingFault:
+    """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
+    return cast(RingFault, faults.fault_of(given, MODELS, TEXTS))

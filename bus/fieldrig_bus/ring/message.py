@@ -1,0 +1,104 @@
+"""What a ring carries, as the interface chips at both ends of the fibre report it.
+
+Source: IEC 61491 (SERCOS I/II) by its public facts.  Between the fibre and a station's program stands a chip (SERCON):
+it repeats what passes, checks the FCS, and sends the AT that lies in its buffer in its slot after the next MST.  So a
+drive has one event a cycle, and leaves one AT.  Telegrams are bytes as on the fibre, address first; delimiters,
+stuffing and FCS are the chip's affair: a telegram with a wrong FCS does not arrive.
+"""
+
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+BROADCAST: Final = 0xFF
+"""Address of every MST, and of the MDT in CP3 and CP4."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """Master to drives: one communication cycle.  A telegram that failed is b""."""
+
+    number: int
+    """Counts cycles; it is not on the fibre."""
+    mst: bytes
+    """Address FFh and the phase."""
+    mdt: bytes
+    """Address and data records: of one drive in CP1 and CP2, of all from CP3 on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """To the master: the ATs of one cycle, in the order of the ring; those that failed are not there."""
+
+    number: int
+    ats: tuple[bytes, ...]
+    ring_closed: bool
+    """Whether the master's own MST came round."""
+    errors: int = 0
+    """Telegrams that came with a wrong FCS."""
+
+
+At = bytes
+"""Drive to its chip: address and data, sent once, after the next MST."""
+
+RingMessage = Cycle | Answers | bytes
+
+_CYCLE, _ANSWERS, _AT = 0, 1, 2
+_HEAD: Final = struct.Struct("<BIBH")  # sort, number, length of the MST, length of the MDT
+_ANSWERS_HEAD: Final = struct.Struct("<BI?H")  # sort, number, ring closed, errors
+
+
+def encode(message: RingMessage) -> bytes:
+    if isinstance(message, bytes):
+        return bytes((_AT,)) + message
+    if isinstance(message, Cycle):
+        head = _HEAD.pack(_CYCLE, message.number & 0xFFFF_FFFF, len(message.mst), len(message.mdt))
+        return head + message.mst + message.mdt
+    head = _ANSWERS_HEAD.pack(_ANSWERS, message.number & 0xFFFF_FFFF, message.ring_closed, message.errors)
+    return head + b"".join(len(at).to_bytes(2, "little") + at for at in message.ats)
+
+
+def decode(data: bytes) -> RingMessage:
+    """ValueError for anything that `encode` doesn't write."""
+    sort = data[:1]
+    try:
+        if sort == bytes((_AT,)):
+            return data[1:]
+        if sort == bytes((_CYCLE,)):
+            return _decoded_cycle(data)
+        if sort == bytes((_ANSWERS,)):
+            return _decoded_answers(data)
+    except struct.error as cause:
+        raise ValueError(f"a ring message is cut short: {data.hex(' ')}") from cause
+    raise ValueError(f"not a ring message: {data[:20].hex(' ')}")
+
+
+def _decoded_cycle(data: bytes) -> Cycle:
+    _, number, mst, mdt = _HEAD.unpack_from(data)
+    start = _HEAD.size
+    if len(data) != start + mst + mdt:
+        raise ValueError(f"a cycle of {len(data)} bytes says it has {start + mst + mdt}")
+    return Cycle(number, data[start : start + mst], data[start + mst :])
+
+
+def _decoded_answers(data: bytes) -> Answers:
+    _, number, is_closed, errors = _ANSWERS_HEAD.unpack_from(data)
+    ats, start = [], _ANSWERS_HEAD.size
+    while start < len(data):
+        end = start + 2 + int.from_bytes(data[start : start + 2], "little")
+        if end > len(data) or end < start + 3:
+            raise ValueError("an AT is cut short, or has no address")
+        ats.append(data[start + 2 : end])
+        start = end
+    return Answers(number, tuple(ats), is_closed, errors)
+
+
+def show(message: RingMessage) -> str:
+    if isinstance(message, bytes):
+        return f"AT {message.hex(' ')}"
+    if isinstance(message, Cycle):
+        return f"{message.number} MST {message.mst.hex(' ') or 'failed'} MDT {message.mdt.hex(' ') or 'none'}"
+    ats = "; ".join(at.hex(" ") for at in message.ats) or "none"
+    closed = "" if message.ring_closed else ", ring open"
+    errors = f", {message.errors} with a wrong FCS" if message.errors else ""
+    return f"{message.number} ATs {ats}{closed}{errors}"
