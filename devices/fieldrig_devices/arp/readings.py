@@ -27,3 +27,10 @@ class Readings(Settings):
     pid_ramp_start: Literal["zero", "sgloff"] = Field(
         default="zero", description="where the reference of PID starts its ramp: at 0, or at SGLOFF (chapter 14)"
     )
+    lost_io: Literal["zero", "hold"] = Field(
+        default="zero", description="inputs of a remote I/O node that is lost: to 0, or as they were last (10.2)"
+    )
+    terminal_value: Literal["follows", "once"] = Field(
+        default="follows",
+        description="a variable on the terminal: what it is now, or what it was when TERM was executed (chapter 16)",
+    )
