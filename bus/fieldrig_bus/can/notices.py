@@ -11,15 +11,16 @@ Named after FMI-LS-BUS 1.0 (its network abstraction for CAN):
     Bus Error               CanError; the codes of ErrorKind are those of the standard
     Arbitration Lost        CanError with ARBITRATION_LOST, of a one-shot member; others just try again
     Status                  BusState
-    Configuration           the settings of the bus (bit rates), CanControl (arbitrationLostBehavior: one-shot)
+    Configuration           the settings of the bus (bit rates), BitRate, CanControl (arbitrationLostBehavior: one-shot)
     Wake-up, Format Error   have no counterpart: nobody sleeps, and a frame is sound when it is made
 """
 
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
+from fieldrig.link import Link
 from fieldrig_bus.can.bits import Place
 
 NOTICE: Final = 0x6000_0000
@@ -100,7 +101,28 @@ class CanControl:
     recover: bool = False
 
 
-Notice = CanError | BusState | FaultNote | CanControl
+@dataclass(frozen=True, slots=True)
+class BitRate:
+    """A member to its controller: this is its bit rate from now on.  Until it says so, a member has that of the bus.
+
+    With another one it hears nothing, and its frames are errors, where the bus is our model; where the medium is there
+    without us, the bit rate is the medium's.
+    """
+
+    WIRE: ClassVar = struct.Struct("<I")
+    bit_per_s: int
+
+
+SLOWEST, FASTEST = 1_000, 10_000_000
+"""Bit rates, in bit/s."""
+
+
+def use_bit_rate(can: Link[Any], bit_per_s: int) -> None:
+    """Set the bit rate of the controller at this link."""
+    can.send(BitRate(bit_per_s))
+
+
+Notice = CanError | BusState | FaultNote | CanControl | BitRate
 
 _WORD: Final = struct.Struct("<I")
 _THREE: Final = (None, False, True)
@@ -118,6 +140,8 @@ def encode(notice: Notice) -> bytes:
         case CanControl(is_one_shot, is_listen_only, recover):
             choices = (_THREE.index(is_one_shot), _THREE.index(is_listen_only), int(recover))
             return _word(4) + bytes(choices)
+        case BitRate(bit_per_s):
+            return _word(5) + BitRate.WIRE.pack(bit_per_s)
 
 
 def decode(data: bytes) -> Notice:
@@ -143,6 +167,10 @@ def _decode(number: int, body: bytes) -> Notice:
             return FaultNote(FaultNote.WIRE.unpack(body[:size])[0], body[size:].decode())
         case 4 if len(body) == 3:
             return CanControl(_THREE[body[0]], _THREE[body[1]], {0: False, 1: True}[body[2]])
+        case 5:
+            (bit_per_s,) = BitRate.WIRE.unpack(body)
+            if SLOWEST <= bit_per_s <= FASTEST:
+                return BitRate(bit_per_s)
     raise ValueError(f"there is no CAN notice {number} of {len(body)} bytes")
 
 
@@ -159,6 +187,8 @@ def show(notice: Notice) -> str:
             return f"fault {fault}: {what}"
         case CanControl():
             return f"control: {notice.is_one_shot=}, {notice.is_listen_only=}, {notice.recover=}".replace("notice.", "")
+        case BitRate(bit_per_s):
+            return f"bit rate {bit_per_s} bit/s"
 
 
 def _word(number: int) -> bytes:

@@ -35,9 +35,12 @@ class Code(IntEnum):
     NO_DATA = 0x0800_0024
 
 
-class Abort(Exception):  # noqa: N818 - the standard's word for it
-    """An access is refused with `code`."""
+NAMES = {int(code): code.name for code in Code}
 
-    def __init__(self, code: Code) -> None:
-        super().__init__(f"{code:08X}h {code.name}")
+
+class Abort(Exception):  # noqa: N818 - the standard's word for it
+    """An access is refused with `code`: one of ours, or whatever another node says."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"{code:08X}h {NAMES.get(code, 'a code of its own')}")
         self.code = code

@@ -1,0 +1,204 @@
+"""The remote I/O of the card: CiA 401 modules that it runs as their master, I201 to I332 and O201 to O332.
+
+Source: manual 3.2 (I/O nodes 1 and 2), digest chapters 9 and 20: inputs 6000h:1 to 4 are the bytes of TPDO1, outputs
+6200h:1 to 4 those of RPDO1.  A lost module, or a card that is off the bus, is E06 (digest 10.3).
+After a module was started its inputs are read by SDO too, as not every module sends a TPDO then.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Final
+
+from fieldrig.clock import Clock
+from fieldrig.link import Link
+from fieldrig_bus.can.acceptance import STATE
+from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
+from fieldrig_bus.can.notices import BusState, CanState
+from fieldrig_bus.can.shared import SharedLink
+from fieldrig_devices.arp import faults as codes
+from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.readings import Readings
+from fieldrig_devices.canopen.abort import Abort
+from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
+from fieldrig_devices.canopen.remote_node import RemoteNode, Write
+
+HEARTBEAT_MS: Final = 100
+TPDO1, RPDO1 = 0x180, 0x200
+INPUTS: Final = 0x6000
+BYTES, BITS = 4, 32
+"""Of a module."""
+ALL_OFF: Final = [0] * BITS
+
+
+class RemoteIo:
+    """Keeps the elements of `inputs` and `outputs` from 201 on (first module) and 301 on (second) in step with them."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        can: Link[CanFrame],
+        node_ids: Sequence[int | None],
+        inputs: list[int],
+        outputs: list[int],
+        faults: Faults,
+        heartbeat_ms: int = HEARTBEAT_MS,
+        *,
+        readings: Readings | None = None,
+        configuration: Sequence[Write] = (),
+    ) -> None:
+        """`node_ids`: of I/O node 1, 2; None for one that isn't fitted.  `can` is an end of their own.
+
+        `configuration` is written to each module before it is started.
+        """
+        self._faults = faults
+        shared = SharedLink(can)
+        is_zeroed = (readings or Readings()).lost_io == "zero"
+        self._modules = [
+            _Module(
+                clock,
+                shared,
+                node_id,
+                (inputs, outputs, 100 * number + 1),
+                heartbeat_ms,
+                configuration,
+                is_zeroed,
+                self.fail,
+            )
+            for number, node_id in enumerate(node_ids, start=2)
+            if node_id is not None
+        ]
+        self._is_frozen = True
+        self._is_off = False
+        shared.share().on_receive(self._on_bus_state, [STATE])
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether a module is missing, or the card is off the bus."""
+        return self._is_off or any(module.is_lost for module in self._modules)
+
+    @property
+    def nodes(self) -> list[RemoteNode]:
+        return [module.node for module in self._modules]
+
+    def start(self) -> None:
+        """Power-on: configure and start the modules.  Their outputs are at 0 until `release`."""
+        for module in self._modules:
+            module.node.start()
+
+    def refresh(self) -> None:
+        """One pass of the scheduler: what has come in goes to the inputs, changed outputs go out."""
+        for module in self._modules:
+            module.refresh(self._is_frozen)
+
+    def freeze(self) -> None:
+        """The card is disabled: outputs to 0 now, and no E06 in the place of its own error."""
+        self._is_frozen = True
+        self.refresh()
+
+    def release(self) -> None:
+        """The card is enabled, its errors are cleared: outputs follow again; what is missing is E06 again."""
+        self._is_frozen = False
+        if self.is_lost:
+            self.fail()
+
+    def fail(self) -> None:
+        if not self._is_frozen:
+            self._faults.fail(codes.CAN)
+
+    def _on_bus_state(self, notice: Any) -> None:
+        was_off = self._is_off
+        self._is_off = isinstance(notice, BusState) and notice.state is CanState.BUS_OFF
+        if self._is_off == was_off:
+            return
+        if self._is_off:
+            self.fail()
+        for module in self._modules:
+            module.on_bus_off(self._is_off)
+
+
+class _Module:
+    """One I/O node; `place` is where its inputs and outputs stand."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        shared: SharedLink,
+        node_id: int,
+        place: tuple[list[int], list[int], int],
+        heartbeat_ms: int,
+        configuration: Sequence[Write],
+        is_zeroed: bool,
+        fail: Callable[[], None],
+    ) -> None:
+        self._inputs, self._outputs, first = place
+        self._range = slice(first, first + BITS)
+        self._is_zeroed, self._fail = is_zeroed, fail
+        self._can = shared.share()
+        self.node = RemoteNode(
+            clock,
+            shared.share(),
+            node_id,
+            heartbeat_ms,
+            self._on_lost,
+            self._on_back,
+            configuration=configuration,
+        )
+        self._image = bytearray(BYTES)
+        self._is_fresh = False
+        self._sent: list[int] | None = None
+        """What the module has of the outputs; None if that isn't known."""
+        self.is_lost = False
+        self._can.on_receive(self._on_tpdo, [[TPDO1 + node_id, EXTENDED_KEY | STANDARD_MASK]])
+
+    def refresh(self, is_frozen: bool) -> None:
+        if self._is_fresh:
+            self._is_fresh = False
+            word = int.from_bytes(self._image, "little")
+            self._inputs[self._range] = [word >> bit & 1 for bit in range(BITS)]
+        if self.node.is_running:
+            levels = ALL_OFF if is_frozen else self._outputs[self._range]
+            if levels != self._sent:
+                self._send(levels)
+
+    def on_bus_off(self, is_off: bool) -> None:
+        if is_off:
+            self._clear_inputs()
+        elif self.node.is_running:
+            self._renew()
+
+    def _send(self, levels: list[int]) -> None:
+        self._sent = levels
+        word = sum(level << bit for bit, level in enumerate(levels))
+        self._can.send(CanFrame(RPDO1 + self.node.node_id, word.to_bytes(BYTES, "little")))
+
+    def _on_lost(self) -> None:
+        self.is_lost = True
+        self._clear_inputs()
+        self._fail()
+
+    def _on_back(self) -> None:
+        self.is_lost = False
+        self._renew()
+
+    def _clear_inputs(self) -> None:
+        if self._is_zeroed:
+            self._image[:] = bytes(BYTES)
+            self._is_fresh = True
+
+    def _renew(self) -> None:
+        """Outputs go out with the next pass, inputs are asked for."""
+        self._sent = None
+        for number in range(BYTES):
+            self.node.sdo.upload(INPUTS, number + 1, partial(self._on_input, number))
+
+    def _on_tpdo(self, frame: CanFrame) -> None:
+        if self.node.is_running and not frame.is_remote:
+            self._take(0, frame.data[:BYTES])
+
+    def _on_input(self, number: int, answer: bytes | Abort) -> None:
+        if isinstance(answer, bytes):
+            self._take(number, answer[:1])
+
+    def _take(self, first: int, data: bytes) -> None:
+        self._image[first : first + len(data)] = data
+        self._is_fresh = True

@@ -1,0 +1,196 @@
+"""What a master does for one slave: configure it, start it, watch its heartbeat, and bring it back when it was gone.
+
+Source: CiA 302-2, 'boot NMT slave', in its plain form: the configuration is written by SDO, then the slave is started.
+Left out: identity checks, node guarding, program download, the reset of a slave that keeps it from running on (here it
+is made pre-operational before it is configured, which leaves its outputs alone).
+
+    our start, or a heartbeat of a slave that was lost    pre-operational, configuration, start
+    boot-up message                                       configuration, start
+    no answer                                             the same again after `RETRY_NS`
+    heartbeat of a running slave says it doesn't run      start
+    no heartbeat within the limit                         lost
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from functools import partial
+from typing import Final
+
+from fieldrig.clock import MS, Clock, S
+from fieldrig.link import Link
+from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
+from fieldrig_bus.can.shared import SharedLink
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
+from fieldrig_devices.canopen.deadline import Deadline
+from fieldrig_devices.canopen.heartbeat import CONSUMER_TIME, PRODUCER_TIME
+from fieldrig_devices.canopen.nmt import BOOT_UP, ERROR_CONTROL_ID, NMT_ID, Command
+from fieldrig_devices.canopen.sdo_client import SdoClient
+from fieldrig_devices.canopen.service import State
+
+SDO_TIMEOUT_NS: Final = 500 * MS
+RETRY_NS: Final = 1 * S
+STATES: Final = {int(state): state for state in State}
+TOGGLE: Final = 0x80
+"""Of node guarding; a heartbeat has it at 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """One object of a slave's configuration."""
+
+    index: int
+    subindex: int
+    data: bytes
+
+
+def watch_over(node_id: int, limit_ms: int) -> Write:
+    """Lets a slave watch the heartbeat of `node_id`, such as its master's, with its first entry of 1016h."""
+    return Write(CONSUMER_TIME, 1, (node_id << 16 | limit_ms).to_bytes(4, "little"))
+
+
+class Presence(Enum):
+    OFF = auto()
+    """Not started yet."""
+    CONFIGURING = auto()
+    RUNNING = auto()
+    ABSENT = auto()
+    """It doesn't answer, or its heartbeat has stopped."""
+
+
+class RemoteNode:
+    """The master's view of slave `node_id`; `can` is its own end of the bus, `sdo` its SDO client for others to use."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        can: Link[CanFrame],
+        node_id: int,
+        heartbeat_ms: int,
+        on_lost: Callable[[], None],
+        on_back: Callable[[], None],
+        *,
+        configuration: Sequence[Write] = (),
+        limit_ms: int | None = None,
+        sdo_timeout_ns: int = SDO_TIMEOUT_NS,
+    ) -> None:
+        """`heartbeat_ms` is written to 1017h, after `configuration`; 0: no heartbeat is asked for, nor watched.
+
+        `limit_ms` without a heartbeat is a loss; twice the time if it isn't given.
+        `on_lost` is called once when it is lost or has rebooted, or doesn't answer at our start; `on_back` each time
+        it was started, the first time too.
+        """
+        self._clock, self.node_id = clock, node_id
+        self._on_lost, self._on_back = on_lost, on_back
+        self._heartbeat = Write(PRODUCER_TIME, 0, heartbeat_ms.to_bytes(2, "little")) if heartbeat_ms else None
+        self._configuration = (*configuration, *(() if self._heartbeat is None else (self._heartbeat,)))
+        self._limit_ns = (2 * heartbeat_ms if limit_ms is None else limit_ms) * MS
+        shared = SharedLink(can)
+        self._can = shared.share()
+        self.sdo = SdoClient(clock, shared.share(), node_id, sdo_timeout_ns)
+        self._silence = Deadline(clock, self._lose)
+        self._retry = Deadline(clock, self._take_up)
+        self._is_told_lost = False
+        self.presence = Presence.OFF
+        self.state: State | None = None
+        """As its last heartbeat said."""
+        self.refused: dict[Write, Abort] = {}
+        """What of its configuration it didn't take the last time; it was started all the same."""
+        self._can.on_receive(self._on_frame, [[ERROR_CONTROL_ID + node_id, EXTENDED_KEY | STANDARD_MASK]])
+
+    @property
+    def is_running(self) -> bool:
+        return self.presence is Presence.RUNNING
+
+    def start(self) -> None:
+        """Configure and start it; also if it runs already."""
+        self._is_told_lost = False
+        self._take_up()
+
+    def stop(self) -> None:
+        """Watch it no longer."""
+        self._forget()
+        self.presence = Presence.OFF
+
+    def command(self, command: Command) -> None:
+        """NMT, to this node alone."""
+        self._can.send(CanFrame(NMT_ID, bytes((command, self.node_id))))
+
+    def _forget(self) -> None:
+        self.sdo.cancel()
+        self._silence.cancel()
+        self._retry.cancel()
+
+    def _take_up(self) -> None:
+        self.command(Command.ENTER_PRE_OPERATIONAL)
+        self._configure()
+
+    def _configure(self) -> None:
+        self._forget()
+        self.presence = Presence.CONFIGURING
+        self.refused.clear()
+        self._write(0)
+
+    def _write(self, number: int) -> None:
+        if number < len(self._configuration):
+            write = self._configuration[number]
+            self.sdo.download(write.index, write.subindex, write.data, partial(self._on_written, number))
+        else:
+            self._run()
+
+    def _on_written(self, number: int, abort: Abort | None) -> None:
+        if abort is not None and abort.code == Code.PROTOCOL_TIMED_OUT:
+            self._lose()
+            return
+        if abort is not None:
+            self.refused[self._configuration[number]] = abort
+        self._write(number + 1)
+
+    def _run(self) -> None:
+        self.presence = Presence.RUNNING
+        self.command(Command.START)
+        if self._heartbeat is not None and self._heartbeat not in self.refused:
+            self._watch()  # what sends none by itself is watched from the first one on
+        self._is_told_lost = False
+        self._on_back()
+
+    def _watch(self) -> None:
+        if self._limit_ns:
+            self._silence.set(self._clock.now_ns() + self._limit_ns)
+
+    def _lose(self) -> None:
+        self._forget()
+        self.presence = Presence.ABSENT
+        self.state = None
+        self._retry.set(self._clock.now_ns() + RETRY_NS)
+        self._tell_lost()
+
+    def _tell_lost(self) -> None:
+        if not self._is_told_lost:
+            self._is_told_lost = True
+            self._on_lost()
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        if self.presence is Presence.OFF or frame.is_remote or len(frame.data) != 1:
+            return
+        if frame.data == BOOT_UP:
+            self._on_boot_up()
+        else:
+            self._on_heartbeat(frame.data[0] & ~TOGGLE)
+
+    def _on_boot_up(self) -> None:
+        was_running, self.presence = self.is_running, Presence.CONFIGURING
+        self.state = State.PRE_OPERATIONAL
+        if was_running:
+            self._tell_lost()
+        self._configure()
+
+    def _on_heartbeat(self, code: int) -> None:
+        self.state = STATES.get(code)
+        if self.presence is Presence.ABSENT:
+            self._take_up()
+        elif self.is_running:
+            self._watch()
+            if self.state is not State.OPERATIONAL:
+                self.command(Command.START)
