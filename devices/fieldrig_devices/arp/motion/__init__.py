@@ -1,0 +1,1 @@
+"""The card's two axes: counters, profiles, position loops, and the electronic cam."""

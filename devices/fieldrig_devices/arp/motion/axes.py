@@ -1,0 +1,216 @@
+"""The two axes of the card, as its control loop and the program's instructions see them.
+
+Source: manual 3.2, 4.2.1, 4.6, 5.9; digest chapters 6.1, 7, 8.2, 12 and 13.  Axis 2, the master of PST, comes first in
+each loop, so that axis 1 follows where it is and not where it was.  Instructions act from the last control loop on.
+Moves of an axis that may not move (encoder only, PID, not under control) are skipped without an error.
+"""
+
+import logging
+from collections.abc import Sequence
+from typing import Final
+
+from fieldrig.clock import MS, S
+from fieldrig_devices.arp.faults import PARAMETERS, Faults
+from fieldrig_devices.arp.fixed import LIMIT, SCALE
+from fieldrig_devices.arp.motion import profile
+from fieldrig_devices.arp.motion.axis import Axis
+from fieldrig_devices.arp.motion.cam import Cam
+from fieldrig_devices.arp.motion.cam_table import CamTable, Demand, TableError, read_points
+from fieldrig_devices.arp.motion.guides import Move, Run
+from fieldrig_devices.arp.motion.profile import Limits
+from fieldrig_devices.arp.motion.setup import Setup
+from fieldrig_devices.arp.parameters import GENERAL, Kind, Par, Parameters
+from fieldrig_devices.arp.readings import Readings
+
+log = logging.getLogger(__name__)
+
+SLAVE: Final = 1
+MASTER: Final = 2
+
+
+class Axes:
+    def __init__(
+        self, parameters: Parameters, flags: list[int], variables: list[int], faults: Faults, readings: Readings
+    ) -> None:
+        self._parameters, self._variables, self._faults, self._readings = parameters, variables, faults, readings
+        self._tables = {axis: list(parameters.ram[axis]) for axis in (SLAVE, MASTER)}
+        self._version = parameters.version
+        self._axes = {axis: Axis(axis, Setup.of(table), flags, faults) for axis, table in self._tables.items()}
+        self._slave, self._master = self._axes[SLAVE], self._axes[MASTER]
+        self._now_ns: int | None = None
+
+    # ---- the card's side
+
+    def start(self) -> None:
+        """After parameters were loaded at power-on or a reset: control off, VEL/ACC/DEC back to 100 %, flags as new."""
+        self._refresh()
+        for axis in self._axes.values():
+            axis.start()
+
+    def engage(self) -> None:
+        """Enable is high and the card runs: axes of kind 1 and 2 come under control where they stand; F260 follows."""
+        self._refresh()
+        for axis in self._axes.values():
+            axis.engage()
+
+    def release(self) -> None:
+        """Control off (Enable low, Ctrl-F2, blocking error): output 0, the reading goes on."""
+        for axis in self._axes.values():
+            axis.release()
+
+    def control(self, now_ns: int, counts: Sequence[int | None], latches: Sequence[int]) -> None:
+        """One loop.  `counts[1]`, `counts[2]`: encoder counters (None: no wire yet, reads 0); `latches` likewise."""
+        self._refresh()
+        seconds = self._seconds_to(now_ns)
+        slave, master = self._slave, self._master
+        master.control(now_ns, seconds, counts[MASTER], latches[MASTER])
+        slave.control(now_ns, seconds, counts[SLAVE], latches[SLAVE])
+        master.jump = slave.jump = 0.0
+
+    def _seconds_to(self, now_ns: int) -> float:
+        last_ns, self._now_ns = self._now_ns, now_ns
+        if last_ns is None or now_ns <= last_ns:
+            return self._parameters.ram[GENERAL][Par.CONTROL_PERIOD_MS] / SCALE * MS / S
+        return (now_ns - last_ns) / S
+
+    def _refresh(self) -> None:
+        """Parameters as they are now; a program may change one and use it in the next line."""
+        if self._parameters.version == self._version:
+            return
+        self._version = self._parameters.version
+        for axis, table in self._tables.items():
+            ram = self._parameters.ram[axis]
+            if table != ram:
+                table[:] = ram
+                self._axes[axis].configure(Setup.of(ram))
+
+    def volts(self, axis: int) -> float | None:
+        """What the position loop gives to the driver; None if the axis doesn't own its output (kind 0, 1, 3)."""
+        self._refresh()
+        one = self._axes[axis]
+        return one.volts if one.setup.kind is Kind.CONTROLLED else None
+
+    def tracking_error(self, axis: int) -> int:
+        return _raw(self._axes[axis].error)
+
+    def diagnostic(self, axis: int, code: int) -> float:
+        """Codes 1 to 9 of @Par[10]; 0 for any other."""
+        one = self._axes[axis]
+        match code:
+            case 1:
+                return float(one.counter.counts)
+            case 2:
+                return one.reading
+            case 3:
+                return one.measured_speed
+            case 4:
+                return one.reference
+            case 5:
+                return one.speed
+            case 6:
+                return one.acceleration
+            case 7:
+                return one.volts
+            case 8:
+                return one.error
+            case 9:
+                return float(one.counter.delta)
+        return 0.0
+
+    # ---- the program's side: names and arguments as in runtime/card.py
+
+    def position(self, axis: int) -> int:
+        return _raw(self._axes[axis].reference)
+
+    def preset_position(self, axis: int, raw: int) -> None:
+        self._refresh()
+        self._axes[axis].preset(raw / SCALE)
+
+    def speed(self, axis: int) -> int:
+        return _raw(self._axes[axis].measured_speed)
+
+    def latched_rising(self, axis: int) -> int:
+        return _raw(self._axes[axis].latched_rising)
+
+    def latched_falling(self, axis: int) -> int:
+        return _raw(self._axes[axis].latched_falling)
+
+    def limit_speed(self, axis: int, percent: int) -> None:
+        self._axes[axis].shares.speed = percent / SCALE
+
+    def limit_acceleration(self, axis: int, percent: int) -> None:
+        self._axes[axis].shares.acceleration = percent / SCALE
+
+    def limit_deceleration(self, axis: int, percent: int) -> None:
+        self._axes[axis].shares.deceleration = percent / SCALE
+
+    def home(self, axis: int) -> None:
+        """Not in firmware 3.00 (manual 5.9.2.1): no effect."""
+
+    def move_to(self, axis: int, target: int) -> None:
+        if (one := self._movable(axis)) is not None:
+            self._move(one, target / SCALE)
+
+    def move_by(self, axis: int, distance: int) -> None:
+        if (one := self._movable(axis)) is not None:
+            self._move(one, one.reference + distance / SCALE)
+
+    def move_at(self, axis: int, percent: int) -> None:
+        """To a share of @ParX[7], capped by VEL."""
+        if (one := self._movable(axis)) is not None:
+            limits = one.shares.of(one.setup)
+            wanted = one.setup.speed * min(percent / SCALE, one.shares.speed) / 100
+            one.begin(Run(one, profile.change_speed(one.speed, wanted, limits)))
+
+    def stop_axis(self, axis: int) -> None:
+        """An axis that stands has nothing to do."""
+        one = self._movable(axis)
+        if one is not None and one.guide is not None:
+            braking = profile.brake(one.speed, one.shares.of(one.setup))
+            one.begin(Move(one, braking, one.reference + braking.distance, obeys_stop_flag=False))
+
+    def follow_table(self, master: int, slave: int, first: int) -> None:
+        """PST.  E13 leaves everything as it was, and so does a master outside the table, without an error."""
+        self._refresh()
+        if (master, slave) != (MASTER, SLAVE):
+            self._refuse("master and slave must be 2 and 1")
+            return
+        try:
+            table = self._table(first)
+        except TableError as cause:
+            self._refuse(str(cause))
+            return
+        if (one := self._movable(SLAVE)) is None:
+            return
+        cam = Cam(one, self._master, table, self._readings.zero_offset_step == "ignore")
+        if cam.is_inside:
+            _, acceleration, deceleration = one.shares.of(one.setup)
+            cam.enter(one, Limits(one.setup.entry_speed, acceleration, deceleration))
+
+    def _movable(self, axis: int) -> Axis | None:
+        """None if the axis isn't under control: the instruction is not executed (manual 5.9.3.1)."""
+        self._refresh()
+        one = self._axes[axis]
+        return one if one.is_controlled else None
+
+    def _move(self, axis: Axis, end: float) -> None:
+        course = profile.move(end - axis.reference, axis.speed, axis.shares.of(axis.setup))
+        axis.begin(Move(axis, course, end))
+
+    def _table(self, first: int) -> CamTable:
+        setup = self._slave.setup
+        if setup.master_speed <= 0:
+            raise TableError("@ParX[24] of the slave must be greater than 0")
+        speed, acceleration, _ = self._slave.shares.of_cam(setup)
+        demand = Demand(setup.master_speed, speed, acceleration)
+        points = read_points(self._variables, first)
+        return CamTable(points, self._master.setup.span, setup.span, demand, self._readings.pst_join)
+
+    def _refuse(self, why: str) -> None:
+        log.debug("PST: %s", why)
+        self._faults.fail(PARAMETERS, SLAVE)
+
+
+def _raw(value: float) -> int:
+    """As programs see it."""
+    return min(max(round(value * SCALE), -LIMIT), LIMIT)

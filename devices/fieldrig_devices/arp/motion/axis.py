@@ -1,0 +1,266 @@
+"""One axis: its counter, its reference, what leads the reference, its position loop, its flags.
+
+Source: manual 3.2, 4.2.1, 4.6, 5.9.3; digest chapters 8.2 and 12.  What gives a moving axis its reference is a `Guide`;
+an axis without one rests.  The counter reads the encoder, but on a simulated axis it is the reference itself.  An axis
+that is not under control (encoder only, PID, no Enable, control lost) has its reading for a reference.
+Without effect in firmware 3.00, and here: HOME.
+"""
+
+from typing import Protocol
+
+from fieldrig_devices.arp.faults import CONTROL_LOSS, Faults
+from fieldrig_devices.arp.motion.counter import Counter
+from fieldrig_devices.arp.motion.flags import FLAGS_BEFORE, AxisFlag
+from fieldrig_devices.arp.motion.position_loop import PositionLoop
+from fieldrig_devices.arp.motion.profile import State
+from fieldrig_devices.arp.motion.setup import Setup, Shares
+from fieldrig_devices.arp.parameters import Kind
+
+
+class Guide(Protocol):
+    """Leads an axis' reference until it lets go of the axis itself, or another takes its place."""
+
+    def lead(self, axis: "Axis", now_ns: int) -> None:
+        """Called once a control loop."""
+
+    def shift(self, distance: float) -> None:
+        """The counter was written: what stood at p now stands at p + distance."""
+
+
+class Axis:
+    def __init__(self, number: int, setup: Setup, flags: list[int], faults: Faults) -> None:
+        self.number, self.setup, self._faults = number, setup, faults
+        self.shares = Shares()
+        self.flags = flags
+        self.counter = Counter(setup.span, setup.per_count)
+        self._loop = PositionLoop(setup)
+        self.guide: Guide | None = None
+        self.reference = self.speed = self.acceleration = 0.0
+        """What the axis should do; `speed` and `acceleration` are the reference's too."""
+        self.measured_speed = self.error = self.volts = 0.0
+        self.jump = 0.0
+        """By how much the counter went round or was written since this was last set to 0: travel is reading + jump."""
+        self.latched_rising = self.latched_falling = 0.0
+        self.is_controlled = False
+        self.now_ns = 0
+        """Of the last control loop: where instructions begin."""
+        self._ahead = 0.0
+        """By how many whole ranges the reference goes round later than the reading, in units."""
+        self._is_engaged = self._is_lost = False
+        self._is_settling = False
+        self._inside_ns: int | None = None
+        self._level: int | None = None
+        self._has_wire = False
+        self._before = FLAGS_BEFORE[number]
+        self._stop = self._before + AxisFlag.STOP
+
+    # ---- flags
+
+    def set_flag(self, flag: AxisFlag, bit: int) -> None:
+        self.flags[self._before + flag] = bit
+
+    def flag(self, flag: AxisFlag) -> int:
+        return self.flags[self._before + flag]
+
+    @property
+    def is_to_stop(self) -> bool:
+        """F262: PAC, PRC, PVC and PST end, and leave the axis at its speed."""
+        return self.flags[self._stop] != 0
+
+    # ---- being put under control, and parameters
+
+    def start(self) -> None:
+        """Control off, flags and limits as new; the reading stays."""
+        self.release()
+        self.shares = Shares()
+        for flag in AxisFlag:
+            self.set_flag(flag, 0)
+
+    def engage(self) -> None:
+        self._is_engaged, self._is_lost = True, False
+        self._leave()
+        self._take_control()
+
+    def release(self) -> None:
+        self._is_engaged = False
+        self._leave()
+        self._take_control()
+
+    def configure(self, setup: Setup) -> None:
+        """Parameters have changed.  A new kind ends what is going on, and takes control or leaves it."""
+        old, self.setup = self.setup, setup
+        self._loop.configure(setup)
+        if (old.span.low, old.span.high, old.per_count) != (setup.span.low, setup.span.high, setup.per_count):
+            self.counter.configure(setup.span, setup.per_count)
+            self.preset(self.reference)
+        if old.kind != setup.kind:
+            self._leave()
+            self.counter.preset(self.counter.reading)
+            self._take_control()
+
+    def _take_control(self) -> None:
+        """Where the axis stands, if it may be controlled at all."""
+        kind = self.setup.kind
+        self.is_controlled = self._is_engaged and not self._is_lost and kind in (Kind.SIMULATED, Kind.CONTROLLED)
+        self._follow_reading()
+        self._loop.reset()
+        self._settle_from_now()
+
+    def _leave(self) -> None:
+        """Whatever moves the axis ends; arrival and final speed stay as they are."""
+        if self.guide is not None:
+            self.guide = None
+            self.set_flag(AxisFlag.RUNNING, 0)
+            self.set_flag(AxisFlag.SYNCHRONOUS, 0)
+        self.speed = self.acceleration = self.volts = 0.0
+
+    def _lose(self) -> None:
+        self._is_lost = True
+        self._leave()
+        self.is_controlled = False
+        self._faults.fail(CONTROL_LOSS, self.number)
+
+    # ---- what guides do with the axis
+
+    def begin(self, guide: Guide) -> None:
+        """The flags of a movement that starts (digest 12)."""
+        self.guide = guide
+        self.set_flag(AxisFlag.ARRIVED, 0)
+        self.set_flag(AxisFlag.SYNCHRONOUS, 0)
+        self.set_flag(AxisFlag.STOP, 0)
+        self.set_flag(AxisFlag.RUNNING, 1)
+        self.set_flag(AxisFlag.FINAL_SPEED, 0)
+
+    def place(self, reference: float, state: State) -> float:
+        """Put the reference there, going round if it must; returns what was taken off in doing so."""
+        self.speed, self.acceleration = state.speed, state.acceleration
+        span = self.setup.span
+        if span.low <= reference <= span.high:
+            self.reference = reference
+            return 0.0
+        laps = span.laps(reference)
+        self.reference = span.back(reference, laps)
+        removed = laps * span.length
+        self._ahead += removed
+        if self.setup.kind is Kind.SIMULATED:
+            self._pass(laps)
+        return removed
+
+    def rest(self) -> None:
+        """The reference has come to its end."""
+        self.guide = None
+        self.speed = self.acceleration = 0.0
+        self.set_flag(AxisFlag.RUNNING, 0)
+        self._settle_from_now()
+
+    def end_at_speed(self) -> None:
+        """The flags of an instruction that ends with the axis moving."""
+        self.set_flag(AxisFlag.RUNNING, 0)
+        self.set_flag(AxisFlag.SYNCHRONOUS, 0)
+        self.set_flag(AxisFlag.FINAL_SPEED, 1)
+
+    # ---- position
+
+    @property
+    def reading(self) -> float:
+        return self.counter.reading
+
+    def preset(self, position: float) -> None:
+        """@POS: counter and reference are written together, and nothing moves (digest 7)."""
+        span, counter = self.setup.span, self.counter
+        before, error = counter.reading, self.error
+        distance = span.wrapped(position) - self.reference
+        self.reference += distance
+        reading = self.reference - error
+        laps = span.laps(reading)
+        counter.preset(span.back(reading, laps))
+        self._ahead = -laps * span.length if laps else 0.0
+        self.jump += before - counter.reading
+        if self.guide is not None:
+            self.guide.shift(distance)
+
+    def _follow_reading(self) -> None:
+        self.reference = self.counter.reading
+        self._ahead = self.error = 0.0
+
+    def _pass(self, laps: int) -> None:
+        """The counter went round."""
+        self.set_flag(AxisFlag.PASSED_MAXIMUM if laps > 0 else AxisFlag.PASSED_MINIMUM, 1)
+        self.jump += laps * self.setup.span.length
+
+    # ---- the control loop
+
+    def control(self, now_ns: int, seconds: float, counts: int | None, level: int) -> None:
+        """One loop, `seconds` after the last."""
+        kind = self.setup.kind
+        if counts is not None:
+            self._read(counts, seconds, kind)
+        if self.guide is not None:
+            self.guide.lead(self, now_ns)
+        if kind is Kind.SIMULATED:
+            self.counter.reading = self.reference
+            self._ahead = 0.0
+            self.measured_speed = self.speed
+        elif not self.is_controlled:
+            self._follow_reading()
+        else:
+            self._regulate(seconds)
+        if self._is_settling and self.is_controlled:
+            self._settle(now_ns)
+        if level != self._level:
+            self._latch(level)
+        self.now_ns = now_ns
+
+    def _read(self, counts: int, seconds: float, kind: Kind) -> None:
+        counter = self.counter
+        if not self._has_wire:
+            self._find(counts)
+        if kind is Kind.SIMULATED:
+            counter.counts, counter.delta = counts, 0
+            return
+        laps = counter.take(counts)
+        self.measured_speed = counter.delta * self.setup.per_count / seconds
+        if laps:
+            self._ahead -= laps * self.setup.span.length
+            self._pass(laps)
+
+    def _find(self, counts: int) -> None:
+        """The encoder is heard of for the first time: that is where the axis stands, without having moved there."""
+        self._has_wire = True
+        self.counter.counts = counts
+        if self.setup.kind is not Kind.SIMULATED:
+            self.preset(self.reference + counts * self.setup.per_count)
+
+    def _regulate(self, seconds: float) -> None:
+        self.error = error = self.reference - self.counter.reading + self._ahead
+        if abs(error) > self.setup.error_maximum:
+            self._lose()
+        else:
+            self.volts = self._loop.volts(error, self.speed, seconds)
+
+    def _settle_from_now(self) -> None:
+        self._is_settling, self._inside_ns = True, None
+
+    def _settle(self, now_ns: int) -> None:
+        """Arrived: inside the window for the dwell (manual 3.2, @ParX[15], [16])."""
+        if self.guide is not None or abs(self.error) > self.setup.window:
+            self._inside_ns = None
+            self._is_settling = self.guide is None
+            return
+        if self._inside_ns is None:
+            self._inside_ns = now_ns
+        if now_ns - self._inside_ns >= self.setup.dwell_ns:
+            self.set_flag(AxisFlag.ARRIVED, 1)
+            self._is_settling = False
+
+    def _latch(self, level: int) -> None:
+        """An edge of the latch input takes the reading, if it is armed for."""
+        is_first, self._level = self._level is None, level
+        arm = AxisFlag.ARM_RISING if level else AxisFlag.ARM_FALLING
+        if is_first or not self.flag(arm):
+            return
+        if level:
+            self.latched_rising = self.counter.reading
+        else:
+            self.latched_falling = self.counter.reading
+        self.set_flag(arm, 0)

@@ -1,0 +1,132 @@
+"""PST: axis 1 follows axis 2 by a table.
+
+Source: manual 5.9.4.1, 3.2 (@ParX[19] to [25], all of the slave's set); digest chapters 13.4 and 13.5.  The master is
+seen through gear and offset, as one that moves on by itself: a preset of the real counter does not move it.
+While the master stands the slave drives to the curve; a moving one is followed at once, with the jump that may be.
+Positions are compared as the program sees them, in thousandths: who parks on an end of the table is inside.
+"""
+
+from typing import Final
+
+from fieldrig_devices.arp.motion.axis import Axis
+from fieldrig_devices.arp.motion.cam_table import CamTable, Value
+from fieldrig_devices.arp.motion.flags import AxisFlag
+from fieldrig_devices.arp.motion.guides import Move, coast
+from fieldrig_devices.arp.motion.profile import Limits, State, move
+from fieldrig_devices.arp.motion.setup import Offset
+from fieldrig_devices.arp.parameters import Kind
+
+_GRAIN: Final = 0.0005  # half of what a raw number counts
+
+
+class VirtualMaster:
+    """The master as PST sees it: `lapped` is how often it went round, up less down, in the last `look`."""
+
+    def __init__(self, master: Axis, gear: float, offset: float) -> None:
+        self._master, self._gear = master, gear
+        self._shift = master.reading * (1 - gear)
+        self.offset = offset
+        self.lapped = 0
+        self.speed = 0.0
+        self.position = 0.0
+        self._find()
+        self._shift -= gear * master.jump  # what the reading has in it already
+
+    @property
+    def is_standing(self) -> bool:
+        """Less than a count in a sample; a simulated one has no counts."""
+        master = self._master
+        return master.speed == 0 if master.setup.kind is Kind.SIMULATED else master.counter.delta == 0
+
+    def look(self, gear: float, offset: float) -> None:
+        """Once a control loop."""
+        if gear != self._gear:
+            self._shift += (self._gear - gear) * self._last
+            self._gear = gear
+        master = self._master
+        if master.jump:
+            self._shift += gear * master.jump
+        self.offset = offset
+        self.speed = gear * master.measured_speed
+        self._find()
+
+    def _find(self) -> None:
+        reading = self._master.reading
+        self._last = reading
+        position = self._gear * reading + self._shift + self.offset
+        span = self._master.setup.span
+        if span.low <= position <= span.high:
+            self.position, self.lapped = position, 0
+            return
+        self.lapped = span.laps(position)
+        self._shift -= self.lapped * span.length
+        self.position = span.back(position, self.lapped)
+
+
+class Cam:
+    """Leads the slave: first onto the curve if need be, then along it."""
+
+    def __init__(self, slave: Axis, master: Axis, table: CamTable, ignores_zero_steps: bool) -> None:
+        """Nothing happens yet; `is_inside` says whether anything may."""
+        setup = slave.setup
+        self._table, self._ignores_zero_steps = table, ignores_zero_steps
+        self._master = VirtualMaster(master, setup.master_gear, setup.master_offset.wanted)
+        self._offset = setup.slave_offset.wanted
+        self._shift = 0.0
+        """Whole ranges by which the slave's counter is elsewhere than the table has it."""
+        self._entry: Move | None = None
+
+    @property
+    def is_inside(self) -> bool:
+        return self._table.low - _GRAIN <= self._master.position <= self._table.high + _GRAIN
+
+    def enter(self, slave: Axis, limits: Limits) -> None:
+        """Take the slave over; it drives to the curve within `limits` if the master stands."""
+        slave.begin(self)
+        span = slave.setup.span
+        place = self._table.at(self._master.position).slave + self._offset
+        end = span.wrapped(place)
+        self._shift = -span.laps(place) * span.length if end != place else 0.0
+        distance = end - slave.reference
+        if self._master.is_standing and (abs(distance) >= _GRAIN or slave.speed != 0):
+            self._entry = Move(slave, move(distance, slave.speed, limits), end)
+        else:
+            slave.set_flag(AxisFlag.SYNCHRONOUS, 1)
+
+    def lead(self, slave: Axis, now_ns: int) -> None:
+        setup = slave.setup
+        self._master.look(setup.master_gear, self._step(self._master.offset, setup.master_offset))
+        self._offset = self._step(self._offset, setup.slave_offset)
+        if slave.is_to_stop or not self.is_inside:
+            coast(slave, now_ns)
+        elif self._entry is None:
+            self._follow(slave, now_ns)
+        elif self._entry.follow(slave, now_ns):
+            self._entry = None
+            slave.set_flag(AxisFlag.SYNCHRONOUS, 1)
+
+    def shift(self, distance: float) -> None:
+        """The table stays where it is."""
+        if self._entry is not None:
+            self._entry.shift(distance)
+
+    def _follow(self, slave: Axis, now_ns: int) -> None:
+        master, table = self._master, self._table
+        value = table.at(master.position)
+        if table.leaves_slave_span and not slave.setup.span.low <= value.slave <= slave.setup.span.high:
+            coast(slave, now_ns)  # manual 5.9.4.1, notes 5 and 6
+            return
+        if master.lapped:
+            self._shift += master.lapped * table.lap
+        self._shift -= slave.place(value.slave + self._offset + self._shift, _state(value, master.speed))
+
+    def _step(self, present: float, offset: Offset) -> float:
+        if present == offset.wanted:
+            return present
+        if offset.step > 0:
+            return present + min(max(offset.wanted - present, -offset.step), offset.step)
+        return present if self._ignores_zero_steps else offset.wanted
+
+
+def _state(value: Value, master_speed: float) -> State:
+    return State(value.slave, value.slope * master_speed, value.curvature * master_speed * master_speed)

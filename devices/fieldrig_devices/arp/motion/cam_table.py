@@ -1,0 +1,160 @@
+"""The table of PST as a curve: straight pieces between the points, parabolas at the joins.
+
+Source: manual 5.9.4.1; digest chapters 13.1 to 13.3 and 13.6.  A join is so wide that the slave gets along with its
+acceleration at the master's maximum speed.  It rounds the corner off; with the other reading, `through`, the corners
+are moved until the curve passes through the points of the table.  A table that spans the master's counter repeats
+itself if the slave is back where it began, or has gone round its own counter: then the ends are joined too.
+"""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, Literal, NamedTuple
+
+from fieldrig_devices.arp.fixed import SCALE, whole
+from fieldrig_devices.arp.motion.counter import Span
+
+FEWEST_PAIRS: Final = 2
+MOST_PAIRS: Final = 22
+_LAST_VARIABLE: Final = 1_000
+_ROUNDINGS: Final = 1e-12  # relative: what is at a limit is within it
+_ITERATIONS: Final = 200
+_CLOSE: Final = 1e-9  # units; the program's are 0.001
+
+
+class TableError(Exception):
+    """E13; the message says which of its causes."""
+
+
+class Point(NamedTuple):
+    master: float
+    slave: float
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What the slave is to be capable of."""
+
+    master_speed: float
+    slave_speed: float
+    slave_acceleration: float
+
+
+class Piece(NamedTuple):
+    """slave = position + slope * u + bend * u^2, with u = master - begin."""
+
+    begin: float
+    position: float
+    slope: float
+    bend: float
+
+
+class Value(NamedTuple):
+    slave: float
+    slope: float
+    curvature: float
+
+
+def read_points(variables: Sequence[int], first: int) -> list[Point]:
+    """The pairs of the table at V`first`.  TableError for a count or an order that can't be."""
+    pairs = whole(variables[first]) if 1 <= first <= _LAST_VARIABLE else 0
+    if not FEWEST_PAIRS <= pairs <= MOST_PAIRS:
+        raise TableError(f"{pairs} pairs; 2 to 22 are right")
+    if first + 2 * pairs > _LAST_VARIABLE:
+        raise TableError(f"the table ends behind V{_LAST_VARIABLE}")
+    raw = variables[first + 1 : first + 1 + 2 * pairs]
+    points = [Point(master / SCALE, slave / SCALE) for master, slave in zip(raw[::2], raw[1::2], strict=True)]
+    if any(left.master >= right.master for left, right in pairwise(points)):
+        raise TableError("the master's positions don't rise from each point to the next")
+    return points
+
+
+class CamTable:
+    def __init__(
+        self,
+        points: Sequence[Point],
+        master: Span,
+        slave: Span,
+        demand: Demand,
+        join: Literal["round", "through"] = "round",
+    ) -> None:
+        """TableError if the slave can't follow, or joins don't fit between their points."""
+        first, last = points[0], points[-1]
+        spans_master = (first.master, last.master) == (master.low, master.high)
+        goes_round = {first.slave, last.slave} == {slave.low, slave.high}
+        self.is_repetitive = spans_master and (goes_round or first.slave == last.slave)
+        self.lap = last.slave - first.slave if self.is_repetitive else 0.0
+        """How far the slave has got when the master has gone round once."""
+        self.low, self.high = first.master, last.master
+        within = all(slave.low <= point.slave <= slave.high for point in points)
+        self.leaves_slave_span = not within and not self.is_repetitive
+        self._demand = demand
+        self._masters = [point.master for point in points]
+        corners = [point.slave for point in points]
+        self._check(corners)
+        if join == "through":
+            corners = self._moved(corners)
+            self._check(corners)
+        self._pieces = self._built(corners)
+        self._begins = [piece.begin for piece in self._pieces]
+
+    def at(self, master: float) -> Value:
+        """For a master position from `low` to `high`; beyond, the last piece goes on."""
+        begin, position, slope, bend = self._pieces[max(bisect_right(self._begins, master) - 1, 0)]
+        u = master - begin
+        return Value(position + (slope + bend * u) * u, slope + 2 * bend * u, 2 * bend)
+
+    @property
+    def joins(self) -> list[float]:
+        """The width of each point's join, in master units; 0 where there is none."""
+        return self._widths(self._slopes(self._corners))
+
+    def _slopes(self, corners: Sequence[float]) -> list[float]:
+        """Of the segments, and before and after them what a point at either end joins to."""
+        inner = [
+            (right - left) / (after - before)
+            for (left, right), (before, after) in zip(pairwise(corners), pairwise(self._masters), strict=True)
+        ]
+        return [inner[-1], *inner, inner[0]] if self.is_repetitive else [inner[0], *inner, inner[-1]]
+
+    def _widths(self, slopes: Sequence[float]) -> list[float]:
+        factor = self._demand.master_speed**2 / self._demand.slave_acceleration
+        return [abs(after - before) * factor for before, after in pairwise(slopes)]
+
+    def _check(self, corners: Sequence[float]) -> None:
+        slopes = self._slopes(corners)
+        demand = self._demand
+        if max(map(abs, slopes)) * demand.master_speed > demand.slave_speed * (1 + _ROUNDINGS):
+            raise TableError("the slave would exceed its maximum speed")
+        for (left, right), (before, after) in zip(pairwise(self._widths(slopes)), pairwise(self._masters), strict=True):
+            if (left + right) / 2 > (after - before) * (1 + _ROUNDINGS):
+                raise TableError("a join is wider than there is room between the points")
+
+    def _moved(self, points: Sequence[float]) -> list[float]:
+        """Corners whose joins pass through the points: each lies off its point by what its join cuts off."""
+        corners = list(points)
+        for _ in range(_ITERATIONS):
+            slopes = self._slopes(corners)
+            cuts = [
+                (after - before) * width / 8
+                for (before, after), width in zip(pairwise(slopes), self._widths(slopes), strict=True)
+            ]
+            wanted = [point - cut for point, cut in zip(points, cuts, strict=True)]
+            off = max(abs(new - old) for new, old in zip(wanted, corners, strict=True))
+            corners = [(new + old) / 2 for new, old in zip(wanted, corners, strict=True)]
+            if off < _CLOSE:
+                return wanted
+        raise TableError("no curve with these joins passes through the points")
+
+    def _built(self, corners: Sequence[float]) -> list[Piece]:
+        self._corners = corners
+        slopes = self._slopes(corners)
+        pieces: list[Piece] = []
+        for number, (master, slave, width) in enumerate(zip(self._masters, corners, self._widths(slopes), strict=True)):
+            before, after = slopes[number], slopes[number + 1]
+            half = width / 2
+            if width > 0:
+                pieces.append(Piece(master - half, slave - before * half, before, (after - before) / (2 * width)))
+            pieces.append(Piece(master + half, slave + after * half, after, 0.0))
+        return pieces

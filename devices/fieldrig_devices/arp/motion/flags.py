@@ -1,0 +1,24 @@
+"""The flags of an axis, as numbers within its 32: F257 is number 1 of axis 1, F289 of axis 2.
+
+Source: manual 4.6; digest chapter 8.2.
+"""
+
+from enum import IntEnum
+from typing import Final
+
+FLAGS_BEFORE: Final = (0, 256, 288)
+"""By axis: the flag numbers in front of its own."""
+
+
+class AxisFlag(IntEnum):
+    HOMING = 2
+    HOMED = 3
+    ARRIVED = 4
+    SYNCHRONOUS = 5
+    STOP = 6
+    RUNNING = 7
+    FINAL_SPEED = 8
+    ARM_RISING = 9
+    ARM_FALLING = 10
+    PASSED_MAXIMUM = 11
+    PASSED_MINIMUM = 12

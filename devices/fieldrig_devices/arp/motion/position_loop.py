@@ -1,0 +1,40 @@
+"""The filter that turns tracking error into the volts of a driver's current reference.
+
+Source: manual 3.2, @ParX[10] to [13]; digest chapter 12, which gives the form: feed-forward on the speed of the
+reference, and a PID.  The sum stands still while the output is at its limit and the error drives it further out.
+"""
+
+from typing import Final
+
+from fieldrig_devices.arp.motion.setup import Setup
+
+MAXIMUM_V: Final = 10.0
+
+
+class PositionLoop:
+    __slots__ = ("_last", "_setup", "_sum")
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._sum = self._last = 0.0
+
+    def configure(self, setup: Setup) -> None:
+        self._setup = setup
+
+    def reset(self, error: float = 0.0) -> None:
+        self._sum, self._last = 0.0, error
+
+    def volts(self, error: float, speed: float, seconds: float) -> float:
+        """`seconds` since the last sample."""
+        setup = self._setup
+        total = self._sum + error * seconds
+        volts = (
+            setup.feed_forward * speed + setup.kp * error + setup.ki * total + setup.kd * (error - self._last) / seconds
+        )
+        self._last = error
+        if -MAXIMUM_V <= volts <= MAXIMUM_V:
+            self._sum = total
+            return volts * setup.output_sign
+        if volts * error < 0:
+            self._sum = total
+        return (MAXIMUM_V if volts > 0 else -MAXIMUM_V) * setup.output_sign
