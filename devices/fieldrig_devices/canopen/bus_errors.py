@@ -19,6 +19,8 @@ class BusErrors(Service):
     def __init__(self, port: Port, errors: "emcy.Emcy", on_bus_off: Callable[[bool], None]) -> None:
         self._port, self._errors, self._on_bus_off = port, errors, on_bus_off
         self._state = CanState.ACTIVE
+        self.times_off = 0
+        """How often the controller has left the bus."""
         port.on_bus_state(self._on_state)
 
     def reset(self, scope: Reset) -> None:
@@ -29,6 +31,7 @@ class BusErrors(Service):
         before, self._state = self._state, notice.state
         self._report(notice.state)
         if notice.state is CanState.BUS_OFF:
+            self.times_off += 1
             self._on_bus_off(True)
         elif before is CanState.BUS_OFF:
             self._on_bus_off(False)

@@ -107,7 +107,7 @@ def _wrong_entry(source: EdsSource, entry: int, is_received: bool) -> str:
     index, sub, bits = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
     if index < 0x20:
         return _wrong_dummy(source, index, bits, is_received)
-    target = source.get(f"{index:04X}sub{sub:X}") or (source.get(f"{index:04X}") if sub == 0 else None)
+    target = source.get(f"{index:04X}sub{sub:X}") or _described_by_object(source, index, sub)
     if target is None:
         return f"an object that is there: {index:04X}h sub-index {sub} is not described"
     if target.number("PDOMapping") != 1:
@@ -120,6 +120,14 @@ def _wrong_entry(source: EdsSource, entry: int, is_received: bool) -> str:
     if lengths and bits not in lengths:
         return f"0x{entry >> 8:06X}{lengths[0]:02X}: [{target.name}] has {lengths[0]} bits"
     return ""
+
+
+def _described_by_object(source: EdsSource, index: int, sub: int) -> Section | None:
+    """The section of the whole object: of one variable, or of a compact array whose members are all alike."""
+    section = source.get(f"{index:04X}")
+    members = 0 if section is None else section.number("CompactSubObj") or 0
+    is_described = 1 <= sub <= members if members else sub == 0
+    return section if is_described else None
 
 
 def _wrong_dummy(source: EdsSource, index: int, bits: int, is_received: bool) -> str:

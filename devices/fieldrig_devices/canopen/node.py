@@ -110,8 +110,9 @@ class CanopenNode(Device):
         port, dictionary = self._port, self.dictionary
         sync = Sync(clock, port, dictionary, self.emcy)
         behaviour = ErrorBehaviour(dictionary, self.emcy, self.nmt, self._on_communication_error)
+        self.bus_errors = BusErrors(port, self.emcy, behaviour.on_bus_off)
         services: list[Service] = [self.nmt, self.emcy, behaviour]
-        services.append(BusErrors(port, self.emcy, behaviour.on_bus_off))
+        services.append(self.bus_errors)
         services += [self._lss] if dictionary.features.has_lss else []
         services += [one for one in (self._profile, self._ties) if one is not None]
         services += [
@@ -176,6 +177,12 @@ class CanopenNode(Device):
     def dcf(self) -> str:
         """The node as it is set now, as a device configuration file (CiA 306)."""
         return write_dcf(EdsSource(self._settings.eds), self.dictionary, self._port.node_id, self.name)
+
+    @property
+    def transmitted(self) -> list[Variable]:
+        """What TPDOs carry at present.  An application that has put readers into variables keeps these up to date
+        with `set`; nobody looks at the others but SDO, which asks the reader."""
+        return [variable for tpdo in self._tpdos for variable in tpdo.variables]
 
     def send_to(self, number: int, node_id: int, index: int, subindex: int) -> None:
         """Send what TPDO `number`, from 1, has mapped to a variable of another node (destination address mode)."""

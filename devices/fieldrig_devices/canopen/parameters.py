@@ -1,8 +1,8 @@
 """Parameters: stored (1010h), restored (1011h), and the date of their configuration (1020h).
 
 Source: CiA 301 7.5.2.10, 7.5.2.11, 7.5.2.24.  Stored are variables that the network may write, but for process
-outputs and domains; only what differs from the factory's value is kept, so a default COB-ID follows the node-ID.
-'Load' takes effect with the reset that follows it (1011h).
+outputs, domains, and what a reader gives, since that lives elsewhere; only what differs from the factory's value is
+kept, so a default COB-ID follows the node-ID.  'Load' takes effect with the reset that follows it (1011h).
 """
 
 import logging
@@ -104,7 +104,7 @@ class Parameters:
 
 def is_stored(variable: Variable) -> bool:
     is_output = variable.is_mappable and variable.access in (Access.RWW, Access.WO)
-    is_kept = variable.access.is_writable and variable.index not in NOT_STORED
+    is_kept = variable.access.is_writable and variable.index not in NOT_STORED and variable.reader is None
     return is_kept and not is_output and variable.type is not DOMAIN
 
 

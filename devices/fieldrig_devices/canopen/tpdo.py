@@ -79,6 +79,11 @@ class Tpdo(Service):
             if variable is not None:
                 variable.watchers.append(self._configure)
 
+    @property
+    def variables(self) -> list[Variable]:
+        """What it carries at present; nothing while it is not sent."""
+        return _carried(self._mapping) if self._is_active else []
+
     def _is_valid(self) -> bool:
         return self._cob_id is not None and is_valid(self._cob_id.number)
 
@@ -112,6 +117,9 @@ class Tpdo(Service):
 
     def _activate(self) -> None:
         self._is_active = True
+        for variable in _carried(self._mapping):
+            if variable.reader is not None:  # the application's: nobody has kept it up to date until now
+                variable.set(variable.reader())
         self._pack, self._sample = self._packer(), None
         self._type = _number(self._type_variable, 255) if self._mapping.mode is Mode.MAPPED else EVENT_DRIVEN[-1]
         self._inhibit_ns = _number(self._inhibit_time) * INHIBIT_UNIT_NS
@@ -128,8 +136,7 @@ class Tpdo(Service):
             self._scanner = mpdo.Scanner(self._dictionary, self._port.node_id, self._on_event)
             self._watches = self._scanner.watches
         else:
-            variables = [part.variable for part in self._mapping.parts if part.variable is not None]
-            self._watches = [(variable, self._on_event) for variable in variables]
+            self._watches = [(variable, self._on_event) for variable in _carried(self._mapping)]
         for variable, on_event in self._watches:
             variable.events.append(on_event)
 
@@ -212,6 +219,10 @@ class Tpdo(Service):
     def _start_event_timer(self) -> None:
         if self._event_ns > 0:
             self._event_timer.set(self._clock.now_ns() + self._event_ns)
+
+
+def _carried(mapping: Mapping) -> list[Variable]:
+    return [part.variable for part in mapping.parts if part.variable is not None]
 
 
 def _number(variable: Variable | None, default: int = 0) -> int:

@@ -5,6 +5,7 @@ it is configuration: PDO parameters of the card's dictionary, which a foreign to
 of a card, 1 to 4, is its TPDO 4 + k; a reception is its RPDO 5 to 8, in the order of the settings.
 """
 
+import logging
 import re
 from collections.abc import Iterator
 from typing import Annotated, Final, Literal, Self
@@ -13,6 +14,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.settings import Settings
 from fieldrig_devices.arp.can import objects
+
+log = logging.getLogger(__name__)
 
 CHANNELS: Final = 4
 FIRST_PDO: Final = 4
@@ -103,7 +106,9 @@ class ExchangeSettings(Settings):
     def objects(self, node_id: int) -> Objects:
         """The power-on values that make a card with `node_id` do this."""
         values: Objects = {}
-        for sent in self.send:
+        if self.send and node_id > LAST_NODE:
+            log.warning("node-ID %d: exchange is sent by cards with node-IDs up to %d only", node_id, LAST_NODE)
+        for sent in self.send if node_id <= LAST_NODE else ():
             values.update(_sending(sent, node_id))
         for place, received in enumerate(self.receive):
             values.update(_receiving(received, place))

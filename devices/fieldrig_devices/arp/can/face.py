@@ -1,15 +1,28 @@
 """The card as a CANopen node (CiA 301): what a foreign master reads and commands, and what cards tell each other.
 
 Source: digest chapters 7 to 10, 17 and 20; the manual describes no objects, so `arp-card.eds` is ours, and
-docs/arp-can.md tells it.  The node's reset is not the card's: it starts communication anew, the program goes on.
+docs/arp-can.md tells it.  A reset of the node is not one of the card: communication starts anew, the program goes on.
+Left out: the CiA 402 image of the axes that the digest proposes; programs move axes, masters ask programs to.
 """
+
+from functools import partial
+from pathlib import Path
+from typing import Final
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.arp.can import control, objects
+from fieldrig_devices.arp.can.emergencies import Emergencies
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
+from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.arp.parameters import GENERAL, Par
+from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
+from fieldrig_devices.canopen.variable import Variable
+
+EDS: Final = Path(__file__).with_name("arp-card.eds")
 
 
 class CanFace:
@@ -26,9 +39,43 @@ class CanFace:
     ) -> None:
         self._clock, self._name, self._can, self._card, self._store = clock, name, can, card, store
         self._exchange = exchange or ExchangeSettings()
+        self._node: CanopenNode | None = None
+        self._emergencies: Emergencies | None = None
 
     def start(self) -> None:
         """Power-on, once the card's parameters are loaded: boot-up message, then operational."""
+        self._node = node = CanopenNode(self._clock, self._name, self._can, self._settings(), self._store)
+        for cell in objects.cells(self._card):
+            _connect(node.dictionary.find(cell.index, cell.subindex), cell)
+        control.connect(node.dictionary, self._card)
+        self._emergencies = Emergencies(node, self._card)
+        node.start()
+        self.refresh()
 
     def refresh(self) -> None:
         """Each pass of the scheduler: what PDOs carry follows the card; errors are told by EMCY."""
+        if self._node is None or self._emergencies is None:
+            return
+        for variable in self._node.transmitted:
+            if variable.reader is not None:
+                variable.set(variable.reader())
+        self._emergencies.refresh()
+
+    def _settings(self) -> CanopenSettings:
+        node_id = self._card.parameters.ram[GENERAL][Par.CAN_NODE_ID] // SCALE
+        return CanopenSettings(
+            node_id=node_id, eds=EDS, ties={}, objects=self._exchange.objects(node_id), serial_number=self._card.number
+        )
+
+
+def _connect(variable: Variable, cell: objects.Cell) -> None:
+    variable.reader = cell.read
+    if cell.write is not None:
+        variable.writer = partial(_write, variable, cell.write)
+
+
+def _write(variable: Variable, write: objects.Write, data: bytes) -> None:
+    """Also what TPDOs carry of it is true at once."""
+    write(data)
+    assert variable.reader is not None
+    variable.set(variable.reader())

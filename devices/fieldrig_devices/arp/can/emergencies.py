@@ -1,0 +1,64 @@
+"""The card's errors as emergency messages.
+
+Source: digest chapter 20, CiA 301 table 26.  Warnings are not sent.  The manufacturer's bytes hold the code of the card
+(103 to 116) in two, its axis, and the state.
+"""
+
+import struct
+from typing import Final, NamedTuple
+
+from fieldrig_devices.arp import faults
+from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.canopen.emcy import COMMUNICATION
+from fieldrig_devices.canopen.node import CanopenNode
+
+DEVICE_PROFILE, MANUFACTURER = 0x20, 0x80
+"""Bits of the error register, besides the generic one."""
+INFO: Final = struct.Struct("<HBB")
+
+
+class Meaning(NamedTuple):
+    code: int
+    register: int = 0
+
+
+MEANINGS: Final = {
+    faults.EEPROM: Meaning(0x5530),  # hardware: EEPROM
+    faults.RESET: Meaning(0x9000),  # external: Enable is low
+    faults.CAN: Meaning(0x8130, COMMUNICATION),  # a node that the card watches is lost; or see OFF
+    faults.STOPPED_PROGRAM: Meaning(0x6200, MANUFACTURER),  # user software
+    faults.STACK: Meaning(0x6100, MANUFACTURER),  # internal software
+    faults.PARAMETERS: Meaning(0x6320, MANUFACTURER),  # parameter error
+    faults.CONTROL_LOSS: Meaning(0x8611, MANUFACTURER),  # following error
+}
+
+
+OFF: Final = Meaning(0x8140, COMMUNICATION)
+"""The CAN error of a card that was in bus-off, told when it is back."""
+
+
+class Emergencies:
+    """An error is told when `refresh` first finds it; all are gone when the card has none any more."""
+
+    def __init__(self, node: CanopenNode, card: Outside) -> None:
+        self._node, self._card = node, card
+        self._present: dict[int, tuple[Meaning, bytes]] = {}
+        """By the card's code."""
+        self._times_off = 0
+
+    def refresh(self) -> None:
+        error, times_off = self._card.faults.error, self._node.bus_errors.times_off
+        if error == 0:
+            self._clear()
+        elif error in MEANINGS and error not in self._present:
+            was_off = error == faults.CAN and times_off > self._times_off
+            info = INFO.pack(error, self._card.faults.error_axis, self._card.state)
+            self._present[error] = OFF if was_off else MEANINGS[error], info
+        self._times_off = times_off
+        for meaning, info in self._present.values():
+            self._node.emcy.raise_error(meaning.code, meaning.register, info)  # no news, but after a reset of the node
+
+    def _clear(self) -> None:
+        for meaning, _ in self._present.values():
+            self._node.emcy.clear_error(meaning.code)
+        self._present.clear()

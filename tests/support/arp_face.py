@@ -1,0 +1,162 @@
+"""An ARP card seen from CAN: what a program would move is moved by the test, frames are text."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from canopen_bench import parse, show
+
+from fieldrig.clock import MS, Clock, VirtualClock
+from fieldrig.device import Device, Point
+from fieldrig.link import Link
+from fieldrig.settings import Settings
+from fieldrig.store import MemoryStore, Store
+from fieldrig.testing import RecordedLink
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.arp.can.exchange import ExchangeSettings
+from fieldrig_devices.arp.can.face import CanFace
+from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.parameters import Parameters
+from fieldrig_devices.arp.runtime.instructions import WRITABLE
+from fieldrig_devices.arp.runtime.program import ArpProgram
+from fieldrig_devices.arp.runtime.words import packed
+
+NODE_ID = 10  # the default of @Par[5]
+SCHEDULER_PERIOD_NS = 20 * MS
+
+
+class OutsideCard:
+    """`Outside` with nothing behind it.  `asked` keeps the commands."""
+
+    def __init__(self) -> None:
+        self.number = 7
+        self.V, self.F = [0] * 1001, [0] * 321
+        self.I, self.O = [0] * 333, [0] * 333
+        self.parameters = Parameters()
+        self.faults = Faults(lambda code: None)
+        self.state = CardState.RUN
+        self.program: ArpProgram | None = None
+        self.program_name = "WINDER"
+        self.positions, self.speeds, self.errors = {1: 0, 2: 0}, {1: 0, 2: 0}, {1: 0, 2: 0}
+        self.adc, self.dac = dict.fromkeys(range(1, 7), 0), {1: 0, 2: 0}
+        self.asked: list[str] = []
+        self.is_willing = True
+        """Whether commands fit the state, and outputs are not held at 0."""
+
+    def position(self, axis: int) -> int:
+        return self.positions[axis]
+
+    def speed(self, axis: int) -> int:
+        return self.speeds[axis]
+
+    def tracking_error(self, axis: int) -> int:
+        return self.errors[axis]
+
+    def analog_input(self, channel: int) -> int:
+        return self.adc[channel]
+
+    def analog_output(self, channel: int) -> int:
+        return self.dac[channel]
+
+    def set_variables(self, first: int, values: Sequence[int]) -> bool:
+        self.V[first : first + len(values)] = values
+        return True
+
+    def set_flag(self, number: int, bit: int) -> bool:
+        if number in WRITABLE:
+            self.F[number] = bit
+        return number in WRITABLE
+
+    def set_output(self, number: int, bit: int) -> bool:
+        if self.is_willing:
+            self.O[number] = bit
+        return self.is_willing
+
+    def set_parameter(self, group: int, number: int, raw: int) -> bool:
+        return self.parameters.set_ram(group, number, raw)
+
+    def save_parameter(self, group: int, number: int, raw: int) -> bool:
+        self.asked.append(f"save {group}/{number}")
+        return self.parameters.set_flash(group, number, raw) and self.parameters.set_ram(group, number, raw)
+
+    def run_program(self) -> bool:
+        return self._command("run")
+
+    def stop_program(self) -> bool:
+        return self._command("stop")
+
+    def reset(self) -> None:
+        self._command("reset")
+
+    def load(self, data: bytes) -> None:
+        self.asked.append("load")
+
+    def _command(self, what: str) -> bool:
+        self.asked.append(what)
+        return self.is_willing
+
+
+class FaceBench:
+    """A card with node-ID 10 that has booted; a power cycle is another bench on the same `store`."""
+
+    def __init__(self, store: Store | None = None, **exchange: Any) -> None:
+        self.clock = VirtualClock()
+        self.can, self.card = RecordedLink[CanFrame](), OutsideCard()
+        self.store = store or MemoryStore()
+        settings = ExchangeSettings.model_validate(exchange)
+        self.face = CanFace(self.clock, "card1", self.can, self.card, self.store, settings)
+
+    def start(self) -> list[str]:
+        """Power-on; what it sends then."""
+        self.face.start()
+        return self.after(0)
+
+    def refresh(self) -> list[str]:
+        """One pass of the scheduler; what comes of it."""
+        self.face.refresh()
+        return self.after(0)
+
+    def send(self, *frames: str) -> list[str]:
+        for frame in frames:
+            self.can.deliver(parse(frame))
+        return self.after(0)
+
+    def after(self, ms: float) -> list[str]:
+        self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
+        return [show(frame) for frame in self.can.take()]
+
+    def sdo(self, request: str) -> str:
+        """The answer to 8 bytes in hex."""
+        (answer,) = (frame[4:] for frame in self.send(f"60A#{request}") if frame.startswith("58A#"))
+        return answer
+
+
+class FaceSettings(Settings):
+    node_id: int = NODE_ID
+    exchange: ExchangeSettings = ExchangeSettings()
+
+
+class FaceDevice(Device):
+    """The same in a rig: V1 counts passes of the scheduler, and F1 blinks with them."""
+
+    def __init__(self, clock: Clock, name: str, can: Link[CanFrame], settings: FaceSettings, store: Store) -> None:
+        self._clock, self.card = clock, OutsideCard()
+        self.card.parameters.ram[0][5] = 1000 * settings.node_id
+        self._face = CanFace(clock, name, can, self.card, store, settings.exchange)
+
+    def start(self) -> None:
+        self._face.start()
+        self._on_pass()
+
+    def _on_pass(self) -> None:
+        self.card.V[1] += 1
+        self.card.F[1] = self.card.V[1] & 1
+        self._face.refresh()
+        self._clock.call_at(self._clock.now_ns() + SCHEDULER_PERIOD_NS, self._on_pass)
+
+    def points(self) -> Mapping[str, Point]:
+        variables = {f"V{number}": self._variable(number) for number in range(1, 1001)}
+        return {**variables, "@FLAG2": Point(lambda: packed(self.card.F[33:65]))}
+
+    def _variable(self, number: int) -> Point:
+        return Point(lambda: self.card.V[number], lambda value: self.card.V.__setitem__(number, int(value)))
