@@ -1,0 +1,211 @@
+"""A servo axis: current amplifier, motor, gear, load, brake, encoder.
+
+The amplifier turns its reference into torque, rated torque at 10 V, and holds no speed and no position: that is for
+who drives it.  Between two changes of its inputs the axis is the exact solution (`axis_model`), and the encoder is told
+as a `Motion`: again when the course changes, or before the parabola told is off by `encoder_tolerance_counts`.  So an
+axis that stands, or runs at a steady speed, costs nothing.  The value of the encoder is a real number, of which a
+counter sees the whole part.  The brake opens on true, and holds until it is told.
+Left out: thermal limits, cogging, the voltage limit at high speed, elasticity, and the line noise of the encoder.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import ceil, floor, inf, isfinite, tau
+
+from fieldrig.clock import Clock, S, Timer
+from fieldrig.device import Device, Point, Value
+from fieldrig.link import Link
+from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants.axis_model import Course, State, after
+from fieldrig_devices.plants.servo_settings import ServoSettings
+from fieldrig_devices.plants.switches import Switch
+
+FULL_SCALE_V = 10.0
+LARGEST_LOAD_NM = 1e6  # whatever a wire says
+HORIZON_S = 86_400.0
+"""A course is looked at once a day at least: what never ends needs no other answer."""
+
+
+class Servo(Device):
+    about = "a servo axis: current amplifier, motor, load and encoder (a plant, on wires)"
+
+    def __init__(self, clock: Clock, name: str, settings: ServoSettings, wires: Link[Signal]) -> None:
+        self._clock, self._settings, self._wires = clock, settings, wires
+        self._counts_per_rad = settings.counts_per_rad
+        self._tolerance_rad = settings.encoder_tolerance_counts / abs(self._counts_per_rad)
+        self._free = settings.mechanics()
+        self._braked = settings.mechanics(settings.brake_torque_nm or 0.0)
+        self._jammed = replace(self._free, breakaway=inf)
+        self._volt = self._reference_nm = 0.0
+        self._load_nm = 0.0  # what comes from outside
+        self._is_blocked, self._is_braked = False, settings.brake_torque_nm is not None
+        self._since_ns = clock.now_ns()
+        self._state = State(settings.initial_position_rad * settings.gear_ratio)
+        self._timer: Timer | None = None
+        self._due_ns = 0
+        self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
+        self._told: Motion | None = None
+        self._switches = _switches(settings)
+        self._closed: dict[str, bool] = {}
+        self._inputs = {
+            settings.reference_wire or f"{name}.reference": self._on_reference,
+            settings.load_torque_wire or f"{name}.load_torque": self._on_load_torque,
+            settings.blocked_wire or f"{name}.blocked": self._on_blocked,
+        }
+        if settings.brake_torque_nm is not None:
+            self._inputs[settings.brake_wire or f"{name}.brake"] = self._on_brake
+        self._begin()
+        wires.on_receive(self._on_signal, tuple(self._inputs))
+
+    def start(self) -> None:
+        self._since_ns = self._clock.now_ns()
+        self._go_on()
+
+    def points(self) -> Mapping[str, Point]:
+        gear = self._settings.gear_ratio
+        return {
+            "position": Point(lambda: self._now().position / gear, None, "rad", "of the load"),
+            "speed": Point(lambda: self._now().speed / gear, None, "rad/s", "of the load"),
+            "encoder": Point(lambda: floor(self._now().position * self._counts_per_rad), None, "count"),
+            "reference": Point(lambda: self._volt, None, "V", "to the amplifier"),
+            "torque": Point(lambda: self._now().torque, None, "N m", "of the motor"),
+            "load_torque": Point(
+                lambda: self._load_nm, self._write_load_torque, "N m", "from outside, at the load; positive pulls down"
+            ),
+            "blocked": Point(lambda: self._is_blocked, self._write_blocked, "", "the axis is jammed"),
+            "brake": Point(lambda: self._is_braked, None, "", "the brake holds"),
+            "at_stop": Point(self._is_at_stop, None, "", "the load leans against a stop"),
+        }
+
+    def _on_signal(self, signal: Signal) -> None:
+        self._inputs[signal.name](signal.value)
+
+    def _on_reference(self, volt: float) -> None:
+        volt = min(max(volt, -FULL_SCALE_V), FULL_SCALE_V)
+        if volt != self._volt:
+            self._look()
+            self._volt, self._reference_nm = volt, self._settings.rated_torque_nm * volt / FULL_SCALE_V
+            self._go_on()
+
+    def _on_load_torque(self, torque_nm: float) -> None:
+        torque_nm = min(max(torque_nm, -LARGEST_LOAD_NM), LARGEST_LOAD_NM)
+        if torque_nm != self._load_nm:
+            self._look()
+            self._load_nm = torque_nm
+            self._go_on()
+
+    def _on_blocked(self, is_on: float) -> None:
+        self._look()
+        self._is_blocked = bool(is_on)
+        if is_on:
+            self._state = self._state._replace(speed=0.0)
+        self._go_on()
+
+    def _on_brake(self, is_open: float) -> None:
+        self._look()
+        self._is_braked = not is_open
+        self._go_on()
+
+    def _write_load_torque(self, value: Value) -> None:
+        if isinstance(value, str | bool) or not isfinite(value):
+            raise ValueError("a torque in N m")
+        self._on_load_torque(value)
+
+    def _write_blocked(self, value: Value) -> None:
+        if not isinstance(value, bool):
+            raise ValueError("true or false")
+        self._on_blocked(value)
+
+    def _is_at_stop(self) -> bool:
+        return self._now().position in (self._free.low, self._free.high)
+
+    def _seconds(self) -> float:
+        return (self._clock.now_ns() - self._since_ns) / S
+
+    def _now(self) -> State:
+        seconds = self._seconds()
+        if seconds < self._ends_s:
+            return self._course.state(seconds)
+        return after(self._mechanics, self._state, self._reference_nm, self._outer_nm, seconds)
+
+    def _look(self) -> None:
+        """Bring the state up to now, under the inputs of the time since the last look."""
+        self._state = self._now()
+        self._since_ns = self._clock.now_ns()
+
+    def _begin(self) -> None:
+        """A new course from the present state."""
+        settings = self._settings
+        self._mechanics = self._jammed if self._is_blocked else self._braked if self._is_braked else self._free
+        self._outer_nm = -(settings.load_torque_nm + self._load_nm) / settings.gear_ratio
+        self._course = Course(self._mechanics, self._state, self._reference_nm, self._outer_nm)
+        self._tangent = self._course.tangent(self._tolerance_rad)
+        within = min(self._tangent.seconds, HORIZON_S)
+        end = self._course.end(within)
+        self._ends_s = inf if end is None else end.seconds
+        self._wake_s = min(within, self._ends_s)
+
+    def _go_on(self) -> None:
+        self._begin()
+        self._tell_encoder()
+        if self._switches:
+            self._tell_switches()
+            self._wake_s = min(self._wake_s, self._seconds_to_switch())
+        if self._course.direction or self._ends_s < inf:
+            self._wake_at(self._since_ns + max(1, ceil(self._wake_s * S)))
+
+    def _tell_encoder(self) -> None:
+        scale, told = self._counts_per_rad, self._told
+        speed, acceleration, _ = self._tangent
+        value = self._state.position * scale
+        if told is not None and not self._course.direction and told.value == value and not told.speed:
+            return  # it stands where it stood
+        self._told = Motion(self._encoder_wire, value, "count", self._since_ns, speed * scale, acceleration * scale)
+        self._wires.send(self._told)
+
+    def _tell_switches(self) -> None:
+        for switch in self._switches:
+            is_closed = switch.is_closed(self._state.position)
+            if self._closed.get(switch.wire) is not is_closed:
+                self._closed[switch.wire] = is_closed
+                self._wires.send(Signal(switch.wire, is_closed))
+
+    def _seconds_to_switch(self) -> float:
+        """When the next one changes, if that is before the next look."""
+        direction = self._course.direction
+        if not direction:
+            return inf
+        edges = [switch.next_change(self._state.position, direction) for switch in self._switches]
+        edge = min(edges) if direction > 0 else max(edges)
+        ahead = (edge - self._course.at(self._wake_s)[0]) * direction
+        return inf if ahead > 0 else self._course.seconds_to(edge, self._wake_s)
+
+    def _wake_at(self, when_ns: int) -> None:
+        """One timer is enough, and one that comes too early is cheaper than a new one each time."""
+        self._due_ns = when_ns
+        if self._timer is not None:
+            if self._timer.when_ns <= when_ns:
+                return
+            self._timer.cancel()
+        self._timer = self._clock.call_at(when_ns, self._on_timer)
+
+    def _on_timer(self) -> None:
+        self._timer = None
+        if self._clock.now_ns() < self._due_ns:
+            self._wake_at(self._due_ns)
+            return
+        self._look()
+        self._go_on()
+
+
+def _switches(settings: ServoSettings) -> list[Switch]:
+    """In radians of the motor."""
+    gear = settings.gear_ratio
+    switches = [
+        Switch(wire, one.from_rad * gear, one.to_rad * gear, inf if one.every_rad is None else one.every_rad * gear)
+        for wire, one in settings.switches.items()
+    ]
+    if settings.index_wire is not None:
+        turn = tau * (gear if settings.encoder_at == "load" else 1.0)
+        switches.append(Switch(settings.index_wire, 0.0, turn / (4 * settings.encoder_lines), turn))
+    return switches
