@@ -21,6 +21,8 @@ from fieldrig.bus import Bus
 
 Value = bool | int | float | str
 
+NO_FAULTS = "this device takes no faults\nkinds that do say so in docs/devices.md; every bus of a rig's own takes some"
+
 
 @dataclass(frozen=True, slots=True)
 class Point:
@@ -56,6 +58,21 @@ class Device:
 
     def points(self) -> Mapping[str, Point]:
         """What `fieldrig get`, `set` and `watch` see, by key."""
+        return {}
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        """A fault from now on, in the words of the device; its number.  Values may be texts, as people type them.
+
+        ValueError: its first line is what is wrong, further ones are what would be right.
+        """
+        raise ValueError(NO_FAULTS)
+
+    def clear_fault(self, number: int) -> None:
+        """ValueError if there is no such fault."""
+        raise ValueError(NO_FAULTS)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        """What was added and not cleared, by number."""
         return {}
 
     @classmethod

@@ -102,7 +102,7 @@ class Host:
         await process.attach(self._config.start_timeout_s)
         process.start()
         for device_name, device in process.devices.items():
-            control.serve(f"device/{device_name}/*", answers(RealPoints(device, process.clock)))
+            control.serve(f"device/{device_name}/*", answers(RealPoints(device_name, device, process.clock)))
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
         self._state = "ready"

@@ -10,7 +10,7 @@ from fieldrig.build import build_device
 from fieldrig.clock import VirtualClock
 from fieldrig.config import DeviceEntry
 from fieldrig.device import Device, Point, Value
-from fieldrig.errors import ControlError
+from fieldrig.errors import ControlError, refusals
 from fieldrig.link import Link
 from fieldrig.store import Store
 
@@ -42,6 +42,14 @@ class Node(Protocol):
 
     def set(self, key: str, value: Value) -> None:
         """ControlError for a key that isn't there or can't be written, or a value that it can't take."""
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        """ControlError for a fault that the device can't take."""
+
+    def clear_fault(self, number: int) -> None:
+        """ControlError if there is no such fault."""
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
 
     def stop(self) -> None: ...
 
@@ -99,6 +107,7 @@ class LocalNode(EventNode):
 
     def __init__(self, entry: DeviceEntry, seed: int, store: Store) -> None:
         super().__init__()
+        self._name = entry.name
         links: dict[str, Link[Any] | list[Link[Any]]] = {
             parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
             for parameter, buses in entry.links.items()
@@ -114,6 +123,17 @@ class LocalNode(EventNode):
 
     def set(self, key: str, value: Value) -> None:
         write_point(self.device.points(), key, value)
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        with refusals(self._name):
+            return self.device.add_fault(fault)
+
+    def clear_fault(self, number: int) -> None:
+        with refusals(self._name):
+            self.device.clear_fault(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self.device.faults()
 
     def stop(self) -> None:
         self.device.stop()

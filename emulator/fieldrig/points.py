@@ -1,17 +1,18 @@
-"""Questions about the points of a device (`keys`, `get`, `set`), alike in real and virtual time."""
+"""Questions about a device, its points (`keys`, `get`, `set`) and its faults, alike in real and virtual time."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
 
 from fieldrig.control import Answer
 from fieldrig.device import Device, Value
-from fieldrig.errors import ControlError
+from fieldrig.errors import ControlError, refusals
+from fieldrig.fault_questions import VERBS, Faulty, answer_of_faults
 from fieldrig.node import read_point, write_point
 from fieldrig.real_clock import RealClock
 from fieldrig.values import fitting
 
 
-class Source(Protocol):
+class Source(Faulty, Protocol):
     """Get and set raise ControlError for a key that isn't there, or a value that it can't take."""
 
     def facts(self) -> Mapping[str, Any]:
@@ -23,8 +24,8 @@ class Source(Protocol):
 
 
 class RealPoints:
-    def __init__(self, device: Device, clock: RealClock) -> None:
-        self._device, self._clock = device, clock
+    def __init__(self, name: str, device: Device, clock: RealClock) -> None:
+        self._name, self._device, self._clock = name, device, clock
 
     def facts(self) -> Mapping[str, Any]:
         return {
@@ -37,6 +38,19 @@ class RealPoints:
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._device.points(), key, value)
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        numbers: list[int] = []
+        with refusals(self._name):
+            self._clock.handle(lambda: numbers.append(self._device.add_fault(fault)))
+        return numbers[0]
+
+    def clear_fault(self, number: int) -> None:
+        with refusals(self._name):
+            self._clock.handle(self._device.clear_fault, number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._device.faults()
 
 
 def answers(source: Source) -> Answer:
@@ -52,6 +66,8 @@ def answers(source: Source) -> Answer:
                 for key, value in values.items():
                     source.set(key, fitting(value, source.get(key)))
                 return {key: source.get(key) for key in values}
-        raise ControlError(f"a device can't {verb} {message!r}", "it can: keys, get, set")
+        if verb in VERBS:
+            return answer_of_faults(source, verb, message)
+        raise ControlError(f"a device can't {verb} {message!r}", f"it can: keys, get, set, {', '.join(VERBS)}")
 
     return answer

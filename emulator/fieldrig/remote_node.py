@@ -55,6 +55,16 @@ class RemoteNode:
     def set(self, key: str, value: Value) -> None:
         self._ask("set", key, value)
 
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        number: int = self._ask("add_fault", dict(fault))
+        return number
+
+    def clear_fault(self, number: int) -> None:
+        self._ask("clear_fault", number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return dict(self._ask("faults"))
+
     def stop(self) -> None:
         if self._process.is_alive():
             try:
@@ -104,7 +114,15 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         listens, sent, next_ns = node.finish()
         return listens, [(bus, encode[bus](message)) for bus, message in sent], next_ns
 
-    verbs: dict[str, Callable[..., Any]] = {"keys": node.keys, "get": node.get, "set": node.set, "stop": node.stop}
+    verbs: dict[str, Callable[..., Any]] = {
+        "keys": node.keys,
+        "get": node.get,
+        "set": node.set,
+        "add_fault": node.add_fault,
+        "clear_fault": node.clear_fault,
+        "faults": node.faults,
+        "stop": node.stop,
+    }
     while True:
         try:
             verb, *arguments = pipe.recv()

@@ -5,7 +5,8 @@ of the configuration, lets the nodes react, gives what they sent to the buses, a
 instant.  The same seed gives the same bytes on every bus, with all nodes in this process or each in its own.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from random import Random
 from types import TracebackType
 from typing import Any, Self
@@ -99,25 +100,32 @@ class Rig:
 
     def set(self, device: str, key: str, value: Value) -> None:
         """Write a point, at the present instant."""
-        node = self._node(device)
-        self._step({device: node}, self.now_ns, {})
-        node.set(key, value)
-        self._step({device: node}, self.now_ns, {})
+        with self._present(device) as node:
+            node.set(key, value)
 
     def statistics(self, bus: str) -> dict[str, float]:
         return self._models[bus].statistics(self.now_ns)
 
-    def add_fault(self, bus: str, fault: Mapping[str, Any]) -> int:
-        """A fault of a bus from now on; its number.  ControlError, with what would be right."""
-        with refusals(bus):
-            return self._model(bus).add_fault(self.now_ns, fault)
+    def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
+        """A fault of a bus or a device from now on; its number.  ControlError, with what would be right."""
+        if where in self._models:
+            with refusals(where):
+                return self._models[where].add_fault(self.now_ns, fault)
+        with self._present(where) as node:
+            return node.add_fault(fault)
 
-    def clear_fault(self, bus: str, number: int) -> None:
-        with refusals(bus):
-            self._model(bus).clear_fault(self.now_ns, number)
+    def clear_fault(self, where: str, number: int) -> None:
+        if where in self._models:
+            with refusals(where):
+                self._models[where].clear_fault(self.now_ns, number)
+            return
+        with self._present(where) as node:
+            node.clear_fault(number)
 
-    def faults(self, bus: str) -> Mapping[int, Mapping[str, Any]]:
-        return self._model(bus).all_faults(self.now_ns)
+    def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
+        if where in self._models:
+            return self._models[where].all_faults(self.now_ns)
+        return self._node(where).faults()
 
     def close(self) -> None:
         """Stop every device, the last started first."""
@@ -148,11 +156,13 @@ class Rig:
         except KeyError:
             raise ControlError(f"the rig has no device {device!r}", f"it has: {', '.join(self._nodes)}") from None
 
-    def _model(self, bus: str) -> BusModel[Any]:
-        try:
-            return self._models[bus]
-        except KeyError:
-            raise ControlError(f"the rig has no bus {bus!r}", f"it has: {', '.join(self._models)}") from None
+    @contextmanager
+    def _present(self, device: str) -> Iterator[Node]:
+        """A device whose clock stands at the present instant; what it then does, the rig takes."""
+        node = self._node(device)
+        self._step({device: node}, self.now_ns, {})
+        yield node
+        self._step({device: node}, self.now_ns, {})
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns

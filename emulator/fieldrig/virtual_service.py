@@ -32,35 +32,36 @@ BEHIND_S = 0.5
 """A rig that lags further gives up the time that it lost."""
 
 
-class VirtualPoints:
-    def __init__(self, rig: Rig, device: str) -> None:
-        self._rig, self._device = rig, device
+class _Part:
+    """A bus or a device of the rig."""
 
-    def facts(self) -> Mapping[str, Any]:
-        return {key: {"unit": unit} for key, unit in self._rig.keys(self._device).items()}
-
-    def get(self, key: str) -> Value:
-        return self._rig.get(self._device, key)
-
-    def set(self, key: str, value: Value) -> None:
-        self._rig.set(self._device, key, value)
-
-
-class VirtualBus:
-    def __init__(self, rig: Rig, bus: str) -> None:
-        self._rig, self._bus = rig, bus
-
-    def statistics(self) -> dict[str, float]:
-        return self._rig.statistics(self._bus)
+    def __init__(self, rig: Rig, name: str) -> None:
+        self._rig, self._name = rig, name
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._rig.add_fault(self._bus, fault)
+        return self._rig.add_fault(self._name, fault)
 
     def clear_fault(self, number: int) -> None:
-        self._rig.clear_fault(self._bus, number)
+        self._rig.clear_fault(self._name, number)
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._rig.faults(self._bus)
+        return self._rig.faults(self._name)
+
+
+class VirtualPoints(_Part):
+    def facts(self) -> Mapping[str, Any]:
+        return {key: {"unit": unit} for key, unit in self._rig.keys(self._name).items()}
+
+    def get(self, key: str) -> Value:
+        return self._rig.get(self._name, key)
+
+    def set(self, key: str, value: Value) -> None:
+        self._rig.set(self._name, key, value)
+
+
+class VirtualBus(_Part):
+    def statistics(self) -> dict[str, float]:
+        return self._rig.statistics(self._name)
 
 
 class VirtualService:

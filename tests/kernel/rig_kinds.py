@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 from random import Random
+from typing import Any, Literal
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
+from fieldrig.faults import Fault, Faults, Timed, fault_of
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig.store import Store
@@ -13,6 +15,12 @@ from fieldrig_bus.wires import Signal
 
 class DiceSettings(Settings):
     period_ms: int = 10
+
+
+class Loaded(Timed):
+    """Every throw is a six."""
+
+    what: Literal["loaded"]
 
 
 class Dice(Device):
@@ -24,6 +32,7 @@ class Dice(Device):
         self._clock, self._name, self._settings, self._wires = clock, name, settings, wires
         self._store, self._random = store, random
         self._throws = int.from_bytes(store.load() or b"", "little")
+        self._faults: Faults[Fault[Loaded]] = Faults(Fault, random)
 
     def start(self) -> None:
         self._throw()
@@ -37,10 +46,22 @@ class Dice(Device):
         self._throws = value
         self._wires.send(Signal(f"{self._name}.throws", value))
 
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        return self._faults.add(self._clock.now_ns(), fault_of(fault, {"loaded": Loaded}, frozenset({"what"}))).number
+
+    def clear_fault(self, number: int) -> None:
+        self._faults.clear(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._faults.about(self._clock.now_ns())
+
     def _throw(self) -> None:
         self._throws += 1
         self._store.save(self._throws.to_bytes(4, "little"))
-        self._wires.send(Signal(f"{self._name}.thrown", self._random.randint(1, 6)))
+        thrown = self._random.randint(1, 6)
+        for fault in self._faults:
+            thrown = 6 if fault.is_on(self._clock.now_ns()) else thrown
+        self._wires.send(Signal(f"{self._name}.thrown", thrown))
         self._clock.call_at(self._clock.now_ns() + self._settings.period_ms * MS, self._throw)
 
 

@@ -165,8 +165,29 @@ def test_a_bus_takes_faults_at_run_time_or_says_that_it_takes_none() -> None:
             rig.clear_fault("can0", number)
         with pytest.raises(ControlError, match="wires: this bus takes no faults"):
             rig.add_fault("wires", {"what": "drop"})
-        with pytest.raises(ControlError, match="no bus 'can1'"):
+        with pytest.raises(ControlError, match="no device 'can1'"):
             rig.faults("can1")
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("processes", ["one", "each"])
+def test_a_device_takes_faults_at_run_time_wherever_it_is(processes: str) -> None:
+    trace = Trace()
+    with Rig(from_dict(dice_rig(processes=processes), HERE), trace) as rig:
+        number = rig.add_fault("one", {"what": "loaded", "duration_ms": "45"})
+        rig.run_until(60 * MS)
+        assert rig.faults("one")[number] == {"what": "loaded", "duration_ms": 45, "state": "over", "applied": 0}
+        rig.clear_fault("one", number)
+        assert rig.faults("one") == {}
+        with pytest.raises(ControlError, match="one: there is no fault 'loded'"):
+            rig.add_fault("one", {"what": "loded"})
+        with pytest.raises(ControlError, match="adder: this device takes no faults"):
+            rig.add_fault("adder", {"what": "loaded"})
+        with pytest.raises(ControlError, match="adder: this device takes no faults"):
+            rig.clear_fault("adder", 1)
+    thrown = [data for when_ns, _, sender, data in trace.lines if sender == "one" and 0 < when_ns <= 60 * MS]
+    assert thrown[:4] == [b'["one.thrown",6,""]'] * 4
+    assert len(thrown) == 6
 
 
 def struck_frames(seed: int) -> list[tuple[int, str, bytes]]:

@@ -1,10 +1,12 @@
 """What the tests of faults in running rigs are made of; the processes of a rig import this module by name."""
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device
+from fieldrig.faults import Fault, Faults, Timed, fault_of
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
@@ -13,14 +15,29 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 
 
+class Mute(Timed):
+    what: Literal["mute"]
+
+
 class Beacon(Device):
-    """Sends one frame every 10 ms."""
+    """Sends one frame every 10 ms, unless it is mute."""
 
     def __init__(self, clock: Clock, can: Link[CanFrame]) -> None:
         self._clock, self._can = clock, can
+        self._faults: Faults[Fault[Mute]] = Faults(Fault)
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        return self._faults.add(self._clock.now_ns(), fault_of(fault, {"mute": Mute}, frozenset({"what"}))).number
+
+    def clear_fault(self, number: int) -> None:
+        self._faults.clear(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._faults.about(self._clock.now_ns())
 
     def start(self) -> None:
-        self._can.send(CanFrame(0x185, b"\x01"))
+        if not self._faults.is_any_left(self._clock.now_ns()):
+            self._can.send(CanFrame(0x185, b"\x01"))
         self._clock.call_at(self._clock.now_ns() + 10 * MS, self.start)
 
 

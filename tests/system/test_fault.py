@@ -65,6 +65,13 @@ def test_a_fault_is_given_strikes_is_shown_and_is_cleared(real: RunningRig) -> N
     assert real.tool("fault", "can0").stdout == "none\n"
 
 
+def test_a_device_takes_faults_too(real: RunningRig) -> None:
+    number = real.tool("fault", "io", "mute").stdout.strip()
+    assert real.json("fault", "io") == {number: {"what": "mute", "state": "on", "applied": 0}}
+    assert real.tool("fault", "io", "--clear", "all").stdout == f"cleared: {number}\n"
+    assert real.tool("fault", "io").stdout == "none\n"
+
+
 def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
     number = real.json("fault", "can0", "replace", "xor=10", "node=io")["number"]
     until(lambda: faults(real)[str(number)]["applied"] > 0)
@@ -86,7 +93,10 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
         ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
         ("soil drop", 6, "soil: fault_kinds:Soil takes no faults while it runs", "in the rig file"),
-        ("can1", 6, "lab has no bus 'can1'", "it has: can0, free, wires, soil"),
+        ("can1", 6, "lab has no bus or device 'can1'", "it has: can0, free, wires, soil, io, bean"),
+        ("io dumb", 6, "io: there is no fault 'dumb'", "there are: mute"),
+        ("io --clear 7", 6, "io: there is no fault 7", "there are none"),
+        ("bean mute", 6, "bean: this device takes no faults", "docs/devices.md"),
         ("can0 drop 0x185", 2, "'0x185' is no key of a fault", "write it like probability=0.1"),
         ("can0 drop count=1 count=2", 2, "count is there twice", ""),
         ("can0 drop --clear 1", 2, "not both at once", ""),

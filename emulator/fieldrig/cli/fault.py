@@ -1,4 +1,4 @@
-"""Faults of a bus of a running rig: fault."""
+"""Faults of a bus or a device of a running rig: fault."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Final
@@ -13,7 +13,9 @@ IN_HEX: Final = ("identifier", "mask")
 
 
 def fault(
-    bus: Annotated[str, typer.Argument(metavar="BUS", help="A bus of the rig.", show_default=False)],
+    where: Annotated[
+        str, typer.Argument(metavar="BUS|DEVICE", help="A bus or a device of the rig.", show_default=False)
+    ],
     words: Annotated[
         list[str] | None,
         typer.Argument(metavar="WHAT|KEY=VALUE", help="The fault to add.", show_default=False),
@@ -24,7 +26,7 @@ def fault(
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Show the faults of a bus, add one (this prints its number), or clear them.
+    """Show the faults of a bus or a device, add one (this prints its number), or clear them.
 
     \b
         fieldrig fault can0
@@ -32,22 +34,23 @@ def fault(
         fieldrig fault can0 drop node=sensor receivers='[io]'
         fieldrig fault can0 --clear 1
         fieldrig fault can0 --clear all
+        fieldrig fault ring0 break after=belt duration_ms=500
 
-    Faults and their keys are those of `faults` in a rig file; `fieldrig watch BUS` shows when one strikes. A bus
-    forgets what it was given here when its process is restarted.
+    Faults and their keys are those of `faults` in a rig file; `fieldrig watch BUS` shows when one strikes on a bus.
+    What was given here is forgotten when the process of the bus or device is restarted.
     """
     from fieldrig.control import Client
 
     if words and clear is not None:
         raise typer.BadParameter("either add a fault or clear some, not both at once")
-    given, number = _fault(words or []), _number(bus, clear)
+    given, number = _fault(words or []), _number(where, clear)
     with Client(endpoint) as client:
         if given:
-            answer = _ask(client, bus, "add_fault", {"fault": given})
+            answer = _ask(client, where, "add_fault", {"fault": given})
         elif clear is not None:
-            answer = _ask(client, bus, "clear_fault", {"number": number})
+            answer = _ask(client, where, "clear_fault", {"number": number})
         else:
-            answer = _ask(client, bus, "faults", None)
+            answer = _ask(client, where, "faults", None)
     if as_json:
         echo_json(answer)
     elif given:
@@ -73,35 +76,36 @@ def _fault(words: list[str]) -> dict[str, str]:
     return given
 
 
-def _number(bus: str, clear: str | None) -> int | None:
+def _number(where: str, clear: str | None) -> int | None:
     if clear is None or clear == "all":
         return None
     try:
         return int(clear)
     except ValueError:
-        what = f"{clear!r} is no fault: write a number that `fieldrig fault {bus}` shows, or all"
+        what = f"{clear!r} is no fault: write a number that `fieldrig fault {where}` shows, or all"
         raise typer.BadParameter(what) from None
 
 
-def _ask(client: Any, bus: str, verb: str, message: Any) -> Any:
-    """With words that help when nobody runs the bus."""
+def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
+    """With words that help when nobody runs the bus or device."""
     from fieldrig.control import NobodyError
     from fieldrig.errors import ControlError
 
+    rig = client.ask("rig/status")
+    known, devices = rig["buses"], rig["devices"]
+    if where not in known and where not in devices:
+        there = f"it has: {', '.join([*known, *devices]) or 'none'}"
+        raise ControlError(f"{rig['rig']} has no bus or device {where!r}", there)
     try:
-        return client.ask(f"bus/{bus}/{verb}", message)
+        return client.ask(f"{'bus' if where in known else 'device'}/{where}/{verb}", message)
     except NobodyError:
-        rig = client.ask("rig/status")
-        known = rig["buses"]
-        if bus not in known:
-            raise ControlError(f"{rig['rig']} has no bus {bus!r}", f"it has: {', '.join(known) or 'none'}") from None
-        if any(bus in process["buses"] for process in rig["processes"].values()):
+        if where in devices or any(where in process["buses"] for process in rig["processes"].values()):
             raise ControlError(
-                f"{bus} does not answer: it has not started, or its process died", "look at `fieldrig status`"
+                f"{where} does not answer: it has not started, or its process died", "look at `fieldrig status`"
             ) from None
         raise ControlError(
-            f"{bus}: {known[bus]['kind']} takes no faults while it runs, for its medium is not the rig's",
-            f"where `fieldrig devices {known[bus]['kind']}` has a key `faults`, give them in the rig file",
+            f"{where}: {known[where]['kind']} takes no faults while it runs, for its medium is not the rig's",
+            f"where `fieldrig devices {known[where]['kind']}` has a key `faults`, give them in the rig file",
         ) from None
 
 
