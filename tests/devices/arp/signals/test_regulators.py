@@ -198,6 +198,28 @@ def test_executed_again_it_goes_on_and_with_other_numbers_it_begins_anew() -> No
     assert bench["DG_PID"] == 1.001  # the old table is left alone
 
 
+@pytest.mark.manual("ARP-113")
+def test_the_other_load_cell_is_another_regulator() -> None:
+    bench = Bench(ki=1, REFPID=1).start().run(1_000)
+    bench.card.regulate(2, 2, FIRST)
+    assert bench.run()["DG_PID"] == 0.001
+
+
+@pytest.mark.manual("ARP-074")
+def test_executed_with_start_high_it_regulates_at_once() -> None:
+    bench = Bench(KFF=0.01, REFPID=300)
+    bench.card.regulators.reset()
+    bench.start().card.regulate(1, 2, FIRST)
+    assert bench.flags == (1, 0, 0, 1)
+    assert bench.run().volts == 3
+
+
+def test_a_loop_twice_at_the_same_instant_is_one() -> None:
+    bench = Bench(ki=1, kd=1, REFPID=1).start().run(10)
+    bench.card.regulators.control(bench.card.time_ns)
+    assert bench["DG_PID"] == 0.01
+
+
 def test_reset_ends_every_regulator() -> None:
     bench = Bench(OFFDAC=4)
     bench.card.set_kind(1, Kind.PID)
@@ -248,8 +270,8 @@ def test_the_reference_ramps_at_deltar() -> None:
     assert bench.run(10)["DG_REF"] == 100
     bench["REFPID"] = -100
     assert bench.run(2_500)["DG_REF"] == 0
-    bench["DELTAR"] = 0
-    assert bench.run(100)["DG_REF"] == 0
+    for bench["DELTAR"] in (0, -40):
+        assert bench.run(100)["DG_REF"] == 0
 
 
 @pytest.mark.manual("ARP-113")
@@ -343,6 +365,22 @@ def test_the_sum_begins_at_0_after_a_reset() -> None:
     bench.card.F[303] = 0
     bench.run(2)
     assert bench.start().run()["DG_PID"] == 0.001
+
+
+@pytest.mark.manual("ARP-113")
+def test_after_a_reset_the_slope_of_the_error_begins_anew() -> None:
+    bench = Bench(kd=1, REFPID=10).start().run(10)
+    bench.card.F[303] = 0
+    bench.run(10)
+    bench["REFPID"] = 500
+    assert bench.start().run()["DG_PID"] == 0
+
+
+@pytest.mark.manual("ARP-113")
+@pytest.mark.parametrize(("offdac", "volts"), [(-2.5, -2.5), (12, 10), (-12, -10)])
+def test_switched_off_the_output_is_at_offdac(offdac: float, volts: float) -> None:
+    bench = Bench(OFFDAC=offdac, MAXDAC=1, MINDAC=0).run(2)
+    assert (bench.volts, bench["DG_DAC"]) == (volts, volts)
 
 
 # ---- closed loop, and everything against a second computation
