@@ -1,0 +1,75 @@
+"""V1 to V1000, permanent: a list for speed, and behind it RAM with a battery (manual 4.3: they survive power-off).
+
+Programs, regulators and the ports write the list.  `keep` takes what has changed to the RAM: at the end of each control
+loop, and before anything about a variable leaves the card.  It compares the list with what it took last, which costs
+CPython next to nothing while the numbers are the same objects; so nobody who writes has to say so.  What changed once
+will change again, so those places are looked at first.
+
+The RAM is 1001 words of 32 bits: a mark, then the variables.  Any 32 bits are a variable, so a damaged RAM may hold
+wrong values, but none that the card can't take.
+"""
+
+from enum import Enum, auto
+from typing import Final
+
+from fieldrig.store import Store
+
+COUNT: Final = 1_000
+MARK: Final = 0x41525056  # ARPV: this RAM holds variables
+_CHUNK: Final = 125
+_MOST_BUSY: Final = 48
+"""Places that are looked at one by one; beyond that it is quicker to compare anew."""
+
+
+class Ram(Enum):
+    """What was found in it."""
+
+    BLANK = auto()
+    GOOD = auto()
+    DAMAGED = auto()
+
+
+class Permanent:
+    def __init__(self, store: Store) -> None:
+        self.V = [0] * (COUNT + 1)  # element 0 is not used
+        self._kept = list(self.V)
+        self._busy: list[int] = []
+        self._spans = [slice(first, first + _CHUNK) for first in range(0, COUNT + 1, _CHUNK)]
+        self._store = store
+        self._ram = memoryview(bytearray(4 * (COUNT + 1))).cast("i")
+
+    def load(self) -> Ram:
+        """Power-on.  OSError if there is no RAM to be had; variables then last as long as the card is on."""
+        self._ram = self._store.buffered_ram(4 * (COUNT + 1)).cast("i")
+        mark = self._ram[0]
+        found = {0: Ram.BLANK, MARK: Ram.GOOD}.get(mark, Ram.DAMAGED)
+        if found is not Ram.GOOD:
+            self._ram[:] = memoryview(bytearray(4 * (COUNT + 1))).cast("i")
+        self._ram[0] = MARK
+        self.V[1:] = self._ram[1:].tolist()
+        self._kept[:] = self.V
+        return found
+
+    def keep(self) -> None:
+        """What has changed since the last call survives power-off from now on."""
+        variables, kept = self.V, self._kept
+        if variables == kept:
+            return
+        ram = self._ram
+        for number in self._busy:
+            value = variables[number]
+            if value is not kept[number]:
+                kept[number] = ram[number] = value
+        if variables != kept:
+            self._search()
+
+    def _search(self) -> None:
+        variables, kept, ram, busy = self.V, self._kept, self._ram, self._busy
+        for span in self._spans:
+            if variables[span] != kept[span]:
+                for number in range(span.start, min(span.stop, COUNT + 1)):
+                    if variables[number] != kept[number]:
+                        kept[number] = ram[number] = variables[number]
+                        busy.append(number)
+        if len(busy) > _MOST_BUSY:
+            busy.clear()

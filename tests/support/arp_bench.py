@@ -1,0 +1,120 @@
+"""A whole ARP card on recorded links, under a virtual clock."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from fieldrig.clock import MS, VirtualClock
+from fieldrig.device import Value
+from fieldrig.node import read_point, write_point
+from fieldrig.store import MemoryStore, Store
+from fieldrig.testing import RecordedLink
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.arp.card import ArpCard
+from fieldrig_devices.arp.fixed import SCALE, to_raw
+from fieldrig_devices.arp.local_io import UNITS
+from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.settings import ArpSettings
+
+Groups = dict[str, dict[int, float]]
+FAST: Groups = {"general": {1: 1, 16: 10}}
+"""A control loop each millisecond, a pass of the scheduler each ten."""
+
+
+class CardBench:
+    """`card1` with Enable on, switched on at 0 ns.  It runs from the first pass of the scheduler on, at 10 ms."""
+
+    def __init__(
+        self,
+        program: str = "",
+        parameters: Groups | None = None,
+        *,
+        is_enabled: bool = True,
+        store: Store | None = None,
+        clock: VirtualClock | None = None,
+        with_can: bool = True,
+        **settings: Any,
+    ) -> None:
+        """`program`: a whole one, or the instructions of a main program alone; empty: none.
+
+        `parameters` by group, in engineering units, over those of `FAST`.
+        """
+        self.clock = clock or VirtualClock()
+        self.store = store if store is not None else MemoryStore()
+        self.wires, self.can, self.user = (
+            RecordedLink[Signal](),
+            RecordedLink[CanFrame](),
+            RecordedLink[SerialMessage](),
+        )
+        groups = {**FAST, **(parameters or {})}
+        groups["general"] = {**FAST["general"], **groups["general"]}
+        data: dict[str, Any] = {"inputs": {"I108": is_enabled}, "parameters": groups, **settings}
+        with tempfile.TemporaryDirectory() as folder:
+            if program:
+                file = Path(folder) / "program.I01"
+                file.write_text(whole(program))
+                data["program"] = file
+            self.card = ArpCard(
+                self.clock,
+                "card1",
+                ArpSettings.model_validate(data),
+                self.store,
+                wires=self.wires,
+                can=self.can if with_can else None,
+                user=self.user,
+            )
+        self.outside = self.card.outside
+        self.card.start()
+
+    def run_for(self, ms: float) -> "CardBench":
+        self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
+        return self
+
+    def drive(self, terminal: str, value: bool | float) -> "CardBench":
+        """A wire, `I101` or `adc3`, tells a value."""
+        self.wires.deliver(Signal(f"card1.{terminal}", value, UNITS.get(terminal, "")))
+        return self
+
+    def told(self, terminal: str) -> bool | float | None:
+        """What the wire of an output told last; None if nothing."""
+        return next((one.value for one in reversed(self.wires.sent) if one.name == f"card1.{terminal}"), None)
+
+    def get(self, key: str) -> Value:
+        return read_point(self.card.points(), key)
+
+    def set(self, key: str, value: Value) -> None:
+        write_point(self.card.points(), key, value)
+
+    def variable(self, number: int) -> float:
+        return self.outside.V[number] / SCALE
+
+    def put_variable(self, number: int, value: float) -> None:
+        assert self.outside.set_variables(number, [to_raw(str(value))])
+
+    def position(self, axis: int) -> float:
+        return self.outside.position(axis) / SCALE
+
+    @property
+    def state(self) -> CardState:
+        return self.outside.state
+
+    @property
+    def error(self) -> int:
+        return self.outside.faults.error
+
+    @property
+    def warning(self) -> int:
+        return self.outside.faults.warning
+
+    @property
+    def line(self) -> int:
+        """Of the instruction that comes next."""
+        program = self.outside.program
+        assert program is not None
+        return program.place.line
+
+
+def whole(program: str) -> str:
+    return program if "BEG" in program.upper().split() else f"BEG MAIN\n{program}\nEND"
