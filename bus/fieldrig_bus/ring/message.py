@@ -15,15 +15,30 @@ BROADCAST: Final = 0xFF
 
 
 @dataclass(frozen=True, slots=True)
-class Cycle:
-    """Master to drives: one communication cycle.  A telegram that failed is b""."""
+class Mst:
+    """Master: begin a cycle.  The ATs follow, as `Answers`, and then the master's MDT."""
 
     number: int
     """Counts cycles; it is not on the fibre."""
-    mst: bytes
+    data: bytes
     """Address FFh and the phase."""
-    mdt: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Mdt:
+    """Master: the MDT of the cycle that it began, after it has heard the ATs; b"" if there is none."""
+
+    data: bytes
     """Address and data records: of one drive in CP1 and CP2, of all from CP3 on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """To drives, at the end of the MDT: one communication cycle as they heard it.  A telegram that failed is b""."""
+
+    number: int
+    mst: bytes
+    mdt: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +56,21 @@ class Answers:
 At = bytes
 """Drive to its chip: address and data, sent once, after the next MST."""
 
-RingMessage = Cycle | Answers | bytes
+RingMessage = Mst | Mdt | Cycle | Answers | bytes
 
-_CYCLE, _ANSWERS, _AT = 0, 1, 2
+_CYCLE, _ANSWERS, _AT, _MST, _MDT = range(5)
 _HEAD: Final = struct.Struct("<BIBH")  # sort, number, length of the MST, length of the MDT
+_MST_HEAD: Final = struct.Struct("<BI")  # sort, number
 _ANSWERS_HEAD: Final = struct.Struct("<BI?H")  # sort, number, ring closed, errors
 
 
 def encode(message: RingMessage) -> bytes:
     if isinstance(message, bytes):
         return bytes((_AT,)) + message
+    if isinstance(message, Mdt):
+        return bytes((_MDT,)) + message.data
+    if isinstance(message, Mst):
+        return _MST_HEAD.pack(_MST, message.number & 0xFFFF_FFFF) + message.data
     if isinstance(message, Cycle):
         head = _HEAD.pack(_CYCLE, message.number & 0xFFFF_FFFF, len(message.mst), len(message.mdt))
         return head + message.mst + message.mdt
@@ -64,6 +84,10 @@ def decode(data: bytes) -> RingMessage:
     try:
         if sort == bytes((_AT,)):
             return data[1:]
+        if sort == bytes((_MDT,)):
+            return Mdt(data[1:])
+        if sort == bytes((_MST,)):
+            return Mst(_MST_HEAD.unpack_from(data)[1], data[_MST_HEAD.size :])
         if sort == bytes((_CYCLE,)):
             return _decoded_cycle(data)
         if sort == bytes((_ANSWERS,)):
@@ -96,6 +120,10 @@ def _decoded_answers(data: bytes) -> Answers:
 def show(message: RingMessage) -> str:
     if isinstance(message, bytes):
         return f"AT {message.hex(' ')}"
+    if isinstance(message, Mdt):
+        return f"MDT {message.data.hex(' ') or 'none'}"
+    if isinstance(message, Mst):
+        return f"{message.number} MST {message.data.hex(' ')}"
     if isinstance(message, Cycle):
         return f"{message.number} MST {message.mst.hex(' ') or 'failed'} MDT {message.mdt.hex(' ') or 'none'}"
     ats = "; ".join(at.hex(" ") for at in message.ats) or "none"

@@ -16,8 +16,8 @@ from typing import Any, Final
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.faults import Fault, Faults
 from fieldrig_bus.ring.faults import MASTER, Break, Distort, Late, Off, RingFault, fault_of
-from fieldrig_bus.ring.message import Answers, Cycle, RingMessage
-from fieldrig_bus.ring.timing import answers_ns, cycle_ns
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
+from fieldrig_bus.ring.timing import GAP_NS, answers_ns, telegram_ns
 
 log = logging.getLogger(__name__)
 
@@ -39,10 +39,11 @@ class _Station:
 class _Layout:
     """The ring as it stands: found anew when something changes, and in every cycle while there are faults."""
 
-    __slots__ = ("deaf", "doubles", "hearing", "is_closed")
+    __slots__ = ("deaf", "doubles", "hearing", "is_closed", "names")
 
     def __init__(self, hearing: list[_Station], deaf: list[_Station], is_closed: bool) -> None:
-        self.hearing, self.deaf, self.is_closed = hearing, tuple(one.name for one in deaf), is_closed
+        self.hearing, self.is_closed = hearing, is_closed
+        self.names, self.deaf = tuple(one.name for one in hearing), tuple(one.name for one in deaf)
         addresses = [address for one in hearing for address in one.addresses]
         self.doubles = {address for address in addresses if addresses.count(address) > 1}
 
@@ -60,6 +61,10 @@ class RingModel(BusModel[RingMessage]):
         self._observers: list[str] = []
         self._layout: _Layout | None = None
         self._due: list[Delivery[RingMessage]] = []
+        self._open: Mst | None = None
+        """The cycle that has begun and not ended."""
+        self._spoilt_mst: list[Distort] = []
+        self._was_calm = True
         self._until_ns = 0
         self.faults: Faults[Fault[Any]] = Faults(Fault)
         self.cycles = self.errors = self.overruns = 0
@@ -101,10 +106,13 @@ class RingModel(BusModel[RingMessage]):
                 station.ats[message[0]] = message
             else:
                 log.debug("%s has no address %s", member, message[:1].hex())
-        elif isinstance(message, Cycle) and member == self._master:
-            self._begin_cycle(now_ns, member, message)
-        else:
+        elif member != self._master:
             log.debug("%s is not the master of the ring", member)
+        elif isinstance(message, Mst):
+            self._end_cycle(now_ns, b"")
+            self._begin_cycle(now_ns, message)
+        elif isinstance(message, Mdt):
+            self._end_cycle(now_ns, message.data)
 
     def next_ns(self) -> int | None:
         return self._due[0].time_ns if self._due else None
@@ -114,48 +122,67 @@ class RingModel(BusModel[RingMessage]):
         del self._due[: len(due)]
         return due
 
-    def _begin_cycle(self, now_ns: int, master: str, cycle: Cycle) -> None:
+    def _begin_cycle(self, now_ns: int, mst: Mst) -> None:
         self.cycles += 1
         self.overruns += now_ns < self._until_ns
-        has_faults = self.faults.is_any_left(now_ns)
-        if has_faults or self._layout is None:
+        is_calm = not self.faults.is_any_left(now_ns)
+        if not is_calm or not self._was_calm or self._layout is None:
             self._layout = self._laid_out(now_ns)
-        layout = self._layout
-        groups = self._struck(now_ns, cycle, layout) if has_faults else [(cycle, _names(layout.hearing))]
-        ats, errors = self._taken(now_ns, cycle, layout, groups)
-        if has_faults:
-            self._layout = None
-        lengths = [len(at) for at in ats]
-        answers = Answers(cycle.number, tuple(ats) if layout.is_closed else (), layout.is_closed, errors)
+        self._was_calm, layout = is_calm, self._layout
+        if is_calm and not layout.doubles:
+            self._spoilt_mst = []
+            ats, errors = self._taken(layout), 0
+        else:
+            self._spoilt_mst = self._spoilt(now_ns, mst.number, _MST)
+            ats, errors = self._taken_with_care(now_ns, mst.number, layout)
+        self._open = mst
+        self._until_ns = now_ns + answers_ns([len(at) for at in ats], self._mbaud)
         self.errors += errors
-        self._until_ns = now_ns + cycle_ns(lengths, len(cycle.mdt), self._mbaud)
-        self._tell(now_ns + answers_ns(lengths, self._mbaud), "ring", answers, (master,))
-        for heard, names in groups:
-            self._tell(self._until_ns, master, heard, names)
+        answers = Answers(mst.number, tuple(ats) if layout.is_closed else (), layout.is_closed, errors)
+        self._tell(self._until_ns, "ring", answers, (self._master or "",))
+
+    def _end_cycle(self, now_ns: int, mdt: bytes) -> None:
+        mst, layout = self._open, self._layout
+        if mst is None:
+            return
+        self._open = None
+        if layout is None:  # it has changed since
+            layout = self._layout = self._laid_out(now_ns)
+        if mdt:
+            self._until_ns = max(now_ns, self._until_ns) + GAP_NS + telegram_ns(len(mdt), self._mbaud)
+        spoilt_mdt = self._spoilt(now_ns, mst.number, _MDT) if mdt and self.faults.is_any_left(now_ns) else []
+        master = self._master or ""
+        if not spoilt_mdt and not self._spoilt_mst:
+            self._tell(self._until_ns, master, Cycle(mst.number, mst.data, mdt), layout.names)
+        else:
+            for heard, names in self._groups(Cycle(mst.number, mst.data, mdt), layout, spoilt_mdt):
+                self._tell(self._until_ns, master, heard, names)
         if layout.deaf:
-            self._tell(self._until_ns, master, Cycle(cycle.number, b"", b""), layout.deaf)
+            self._tell(self._until_ns, master, Cycle(mst.number, b"", b""), layout.deaf)
 
     def _tell(self, when_ns: int, sender: str, message: RingMessage, receivers: Sequence[str]) -> None:
         delivery = Delivery(when_ns, sender, message, (*receivers, *self._observers) if self._observers else receivers)
         insort(self._due, delivery, key=lambda one: one.time_ns)
 
-    def _taken(
-        self, now_ns: int, cycle: Cycle, layout: _Layout, groups: Sequence[tuple[Cycle, Sequence[str]]]
-    ) -> tuple[list[bytes], int]:
-        """The ATs that are sent after this MST, out of the buffers, and how many came with a wrong FCS."""
-        if len(groups) == 1 and not layout.doubles and groups[0][0] is cycle and not self.faults.is_any_left(now_ns):
-            ats = [at for one in layout.hearing for at in one.ats.values()]
-            for one in layout.hearing:
-                one.ats.clear()
-            return ats, 0
-        heard_mst = {name for heard, names in groups if heard.mst for name in names}
+    @staticmethod
+    def _taken(layout: _Layout) -> list[bytes]:
+        """The ATs that are sent after this MST, out of the buffers."""
+        ats = [at for one in layout.hearing for at in one.ats.values()]
+        for one in layout.hearing:
+            one.ats.clear()
+        return ats
+
+    def _taken_with_care(self, now_ns: int, number: int, layout: _Layout) -> tuple[list[bytes], int]:
+        """And how many of them came with a wrong FCS."""
         taken, errors = [], 0
         for one in layout.hearing:
             left, one.ats = one.ats, {}
+            if any(self._lies_at(place, one, _MST) for place in self._spoilt_mst):
+                continue
             for address, at in left.items():
-                if one.name not in heard_mst or self._is_late(now_ns, cycle, one):
+                if self._is_late(now_ns, number, one):
                     continue
-                if address in layout.doubles or self._is_at_distorted(now_ns, cycle, one):
+                if address in layout.doubles or self._is_at_distorted(now_ns, number, one):
                     errors += 1
                 else:
                     taken.append(at)
@@ -189,14 +216,14 @@ class RingModel(BusModel[RingMessage]):
     def _on(self, now_ns: int, *kinds: type[Any]) -> Iterator[Fault[Any]]:
         return (fault for fault in self.faults.of(*kinds) if fault.is_on(now_ns))
 
-    def _struck(self, now_ns: int, cycle: Cycle, layout: _Layout) -> list[tuple[Cycle, Sequence[str]]]:
+    def _groups(
+        self, cycle: Cycle, layout: _Layout, spoilt_mdt: Sequence[Distort]
+    ) -> list[tuple[Cycle, Sequence[str]]]:
         """Who hears what: stations with the same telegrams of the cycle together."""
-        spoilt_mst = self._spoilt(now_ns, cycle, _MST)
-        spoilt_mdt = self._spoilt(now_ns, cycle, _MDT) if cycle.mdt else []
         groups: dict[tuple[bool, bool], list[str]] = {}
         for one in layout.hearing:
             lost = (
-                any(self._lies_at(place, one, _MST) for place in spoilt_mst),
+                any(self._lies_at(place, one, _MST) for place in self._spoilt_mst),
                 any(self._lies_at(place, one, _MDT) for place in spoilt_mdt),
             )
             groups.setdefault(lost, []).append(one.name)
@@ -205,21 +232,21 @@ class RingModel(BusModel[RingMessage]):
             for lost, names in groups.items()
         ]
 
-    def _spoilt(self, now_ns: int, cycle: Cycle, telegram: str) -> list[Distort]:
+    def _spoilt(self, now_ns: int, number: int, telegram: str) -> list[Distort]:
         """Where this telegram of the master is distorted."""
         places = []
         for fault in self._on(now_ns, Distort):
-            if fault.settings.telegram in (None, telegram) and fault.happens(cycle.number << 16 ^ _KIND[telegram]):
+            if fault.settings.telegram in (None, telegram) and fault.happens(number << 16 ^ _KIND[telegram]):
                 fault.applied += 1
                 places.append(fault.settings)
         return places
 
-    def _is_at_distorted(self, now_ns: int, cycle: Cycle, one: _Station) -> bool:
+    def _is_at_distorted(self, now_ns: int, number: int, one: _Station) -> bool:
         is_struck = False
         for fault in self._on(now_ns, Distort):
             if fault.settings.telegram not in (None, _AT) or not self._lies_at(fault.settings, one, _AT):
                 continue
-            if fault.happens(cycle.number << 16 ^ one.place << 2 ^ _KIND[_AT]):
+            if fault.happens(number << 16 ^ one.place << 2 ^ _KIND[_AT]):
                 fault.applied += 1
                 is_struck = True
         return is_struck
@@ -234,9 +261,9 @@ class RingModel(BusModel[RingMessage]):
             return False
         return one.place <= segment.place if telegram == _AT else one.place > segment.place
 
-    def _is_late(self, now_ns: int, cycle: Cycle, one: _Station) -> bool:
+    def _is_late(self, now_ns: int, number: int, one: _Station) -> bool:
         for fault in self._on(now_ns, Late):
-            if fault.settings.station == one.name and fault.happens(cycle.number << 16 ^ one.place):
+            if fault.settings.station == one.name and fault.happens(number << 16 ^ one.place):
                 fault.applied += 1
                 return True
         return False
@@ -266,7 +293,3 @@ class RingModel(BusModel[RingMessage]):
             "wrong_fcs": float(self.errors),
             "overruns": float(self.overruns),
         }
-
-
-def _names(stations: Iterable[_Station]) -> tuple[str, ...]:
-    return tuple(one.name for one in stations)

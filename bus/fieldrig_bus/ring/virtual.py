@@ -8,7 +8,7 @@ from fieldrig.bus import ModelBus, Time
 from fieldrig.settings import Settings
 from fieldrig_bus.ring import message
 from fieldrig_bus.ring.faults import RingFault
-from fieldrig_bus.ring.message import Answers, Cycle, RingMessage
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
 from fieldrig_bus.ring.model import RingModel
 
 
@@ -27,7 +27,7 @@ class RingVirtual(ModelBus[RingMessage]):
     about: ClassVar[str] = "SERCOS fibre ring, in virtual time"
     times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
     family: ClassVar[str] = "ring"
-    messages: ClassVar[tuple[type, ...]] = (Cycle, Answers, bytes)
+    messages: ClassVar[tuple[type, ...]] = (Mst, Mdt, Cycle, Answers, bytes)
     settings: RingSettings
 
     encode = staticmethod(message.encode)

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.ring.message import Answers, Cycle, decode, encode, show
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, decode, encode, show
 
 ADDRESSED = st.binary(min_size=1, max_size=40)
 MESSAGES = (
@@ -14,12 +14,14 @@ MESSAGES = (
         st.booleans(),
         st.integers(0, 60_000),
     )
+    | st.builds(Mst, st.integers(0, 0xFFFF_FFFF), st.binary(max_size=4))
+    | st.builds(Mdt, st.binary(max_size=300))
     | ADDRESSED
 )
 
 
 @given(MESSAGES)
-def test_every_message_comes_back(message: Cycle | Answers | bytes) -> None:
+def test_every_message_comes_back(message: RingMessage) -> None:
     assert decode(encode(message)) == message
 
 
@@ -39,5 +41,7 @@ def test_what_is_no_message_is_refused(data: str) -> None:
 
 def test_a_line_for_a_person() -> None:
     assert show(Cycle(7, bytes.fromhex("FF 04"), bytes.fromhex("FF 00 C0"))) == "7 MST ff 04 MDT ff 00 c0"
+    assert show(Mst(7, bytes.fromhex("FF 04"))) == "7 MST ff 04"
+    assert show(Mdt(b"")) == "MDT none"
     assert show(Cycle(8, b"", b"")) == "8 MST failed MDT none"
     assert show(Answers(9, (b"\x03\x00",), False, 1)) == "9 ATs 03 00, ring open, 1 with a wrong FCS"

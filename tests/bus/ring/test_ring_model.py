@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fieldrig.clock import MS
-from fieldrig_bus.ring.message import Answers, Cycle, RingMessage
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
 from fieldrig_bus.ring.model import RingModel
 from fieldrig_bus.ring.timing import answers_ns, cycle_ns, telegram_ns
 
@@ -33,7 +33,7 @@ class Bench:
         now_ns = self.number * 4 * MS
         for member, address in self.addresses.items():
             self.model.submit(now_ns, member, bytes((address, 0x80)))
-        self.model.submit(now_ns, "max4", Cycle(self.number, MST, MDT))
+        self.model.submit(now_ns, "max4", Mst(self.number, MST))
         self.number += 1
         heard: dict[str, RingMessage] = {}
         while (next_ns := self.model.next_ns()) is not None:
@@ -41,6 +41,8 @@ class Bench:
                 for member in delivery.receivers:
                     heard[member] = delivery.message
                     self.times[member] = delivery.time_ns - now_ns
+                if isinstance(delivery.message, Answers):
+                    self.model.submit(next_ns, "max4", Mdt(MDT))
         return heard
 
     def answers(self) -> Answers:
@@ -200,11 +202,20 @@ def test_a_fault_that_can_not_be_is_refused(fault: dict[str, str], wrong: str) -
 
 def test_only_the_master_begins_cycles_and_a_station_answers_for_itself() -> None:
     bench = Bench()
-    bench.model.submit(0, "belt", Cycle(0, MST, MDT))
+    bench.model.submit(0, "belt", Mst(0, MST))
+    bench.model.submit(0, "belt", Mdt(MDT))
     bench.model.submit(0, "belt", b"\x01\x80")
     bench.model.submit(0, "belt", b"")
     assert bench.model.next_ns() is None
     assert len(bench.answers().ats) == 3
+
+
+def test_a_master_that_leaves_its_mdt_out_is_heard_so() -> None:
+    bench = Bench()
+    bench.model.submit(0, "max4", Mst(0, MST))
+    bench.model.submit(4 * MS, "max4", Mst(1, MST))
+    heard = [delivery.message for delivery in bench.model.collect(8 * MS)]
+    assert heard == [Answers(0, (), True), Cycle(0, MST, b""), Answers(1, (), True)]
 
 
 def test_an_observer_hears_everything() -> None:
