@@ -54,15 +54,14 @@ class Deframer:
         self._held = b""  # since the last flag
         self._is_skipping = True  # up to the next flag: line noise, or a frame that is too long
 
-    def feed(self, data: bytes) -> Iterator[bytes]:
+    def feed(self, data: bytes) -> list[bytes]:
         *frames, rest = (self._held + data).split(_FLAG)
-        for wire in frames:
-            is_whole, self._is_skipping = not self._is_skipping, False
-            if is_whole and (body := _body(wire)) is not None:
-                self._held = b""
-                yield body
+        if frames and self._is_skipping:
+            del frames[0]
+            self._is_skipping = False
         self._is_skipping |= len(rest) > _LONGEST_WIRE
         self._held = b"" if self._is_skipping else rest
+        return [body for wire in frames if (body := _body(wire)) is not None]
 
 
 def _body(wire: bytes) -> bytes | None:

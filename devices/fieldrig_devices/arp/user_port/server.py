@@ -1,18 +1,55 @@
 """The card's side of its USER port: answers what a PC asks, in every state, and tells what happens.
 
-Source: manual 4.0 (the serial link is always active), 5.2; digest chapters 10, 17, 20.  WinAxis' protocol is not
-published, so this one is ours: docs/arp-user-port.md.
+Source: manual 4.0 (the serial link is always active, the state code can be asked for in each moment), 5.2; digest
+chapters 10, 17, 20.  WinAxis' protocol is not published, so this one is ours: docs/arp-user-port.md has every byte.
+
+A request is carried out once, however often its frame comes: one that is the same as the last, sequence number and all,
+gets the same answer again.  Garbage and damaged frames are dropped in silence.  What is told unasked waits until the
+line has carried what was sent before, so an answer never waits for more than one such frame.  Left out: any protection
+against a PC that should not be there, as the card has none.
 """
 
-from typing import Annotated
+import logging
+import struct
+from typing import Annotated, Final
 
 from pydantic import Field
 
-from fieldrig.clock import Clock
+from fieldrig.clock import MS, Clock, S
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.serial.message import Format, SerialMessage
 from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.arp.user_port.debugging import DebugRequests, condition
+from fieldrig_devices.arp.user_port.framing import Deframer, encode
+from fieldrig_devices.arp.user_port.handlers import Handlers, bare
+from fieldrig_devices.arp.user_port.memory import MemoryRequests
+from fieldrig_devices.arp.user_port.messages import (
+    ANSWER,
+    ANY_CARD,
+    EVENT,
+    LARGEST_DATA,
+    LONGEST_TEXT,
+    SAMPLES,
+    UNNUMBERED,
+    VERSION,
+    Command,
+    Condition,
+    Identity,
+    Message,
+    ProgramCode,
+    RequestError,
+    Status,
+)
+from fieldrig_devices.arp.user_port.trace import Trace
+from fieldrig_devices.arp.user_port.transfer import TransferRequests
+
+log = logging.getLogger(__name__)
+
+SILENCE_NS: Final = 10 * S
+"""A PC that is silent for longer has gone: half a download is dropped, trace and events end.  Breakpoints stay."""
+AHEAD_NS: Final = 5 * MS
+"""What is told unasked is sent when the line has no more than this to carry."""
 
 
 class UserPortSettings(Settings):
@@ -26,10 +63,131 @@ class UserPort:
         self, clock: Clock, line: Link[SerialMessage], card: Outside, settings: UserPortSettings | None = None
     ) -> None:
         self._clock, self._line, self._card = clock, line, card
-        self._settings = settings or UserPortSettings()
+        self._format = Format((settings or UserPortSettings()).baud)
+        self._character_ns = self._format.bits_per_character * S // self._format.baud
+        self._free_ns = 0  # when the line has carried what was sent
+        self._deframer = Deframer()
+        self._transfer, self._trace = TransferRequests(card), Trace(card)
+        debugging = DebugRequests(card, self._tell_anew)
+        self._handlers: Handlers = {
+            Command.HELLO: bare(self._hello),
+            Command.EVENTS: self._set_events,
+            **debugging.handlers,
+            **MemoryRequests(card).handlers,
+            **self._transfer.handlers,
+            **self._trace.handlers,
+        }
+        self._last_request: Message | None = None
+        self._last_answer = b""
+        self._heard_ns: int | None = None  # the last good request; None: nobody is there
+        self._has_events = False
+        self._told: Condition | None = None
+        self._unasked = 0  # counts them
+        self._loop = 0
+        line.on_receive(self._on_bytes)
 
     def start(self) -> None:
-        """Say the format to the line."""
+        self._line.send(self._format)
 
     def tick(self) -> None:
-        """Once in every control loop, after the program's slice: the trace, events, whether the PC has gone."""
+        """Once in every control loop, after the program's slice."""
+        self._loop = self._loop + 1 & 0xFFFF_FFFF
+        if self._heard_ns is None:
+            return
+        now_ns = self._clock.now_ns()
+        if now_ns - self._heard_ns > SILENCE_NS:
+            self._end_session()
+            return
+        if self._trace.is_on:
+            self._trace.tick(self._loop)
+        if self._free_ns - now_ns <= AHEAD_NS:
+            self._tell()
+
+    # ---- requests
+
+    def _on_bytes(self, data: SerialMessage) -> None:
+        if isinstance(data, bytes):
+            for body in self._deframer.feed(data):
+                self._on_request(Message.decode(body))
+
+    def _on_request(self, request: Message) -> None:
+        is_for_any = request.address == ANY_CARD and request.command == Command.HELLO
+        if (request.address != self._card.number and not is_for_any) or request.command >= ANSWER:
+            log.debug("not for card %02d: %s", self._card.number, request)
+            return
+        self._heard_ns = self._clock.now_ns()
+        if request.sequence == UNNUMBERED or request != self._last_request:
+            status, data = self._outcome(request)
+            answer = Message(
+                self._card.number, request.sequence, request.command | ANSWER, bytes((status,)) + data
+            ).encode()
+            if request.sequence != UNNUMBERED:
+                self._last_request, self._last_answer = request, answer
+        else:
+            answer = self._last_answer
+        self._send(answer)
+
+    def _outcome(self, request: Message) -> tuple[Status, bytes]:
+        if request.version != VERSION:
+            return Status.VERSION, b""
+        handler = self._handlers.get(request.command)
+        if handler is None:
+            return Status.COMMAND, b""
+        try:
+            return Status.OK, handler(request.data)
+        except struct.error:
+            return Status.LENGTH, b""
+        except RequestError as cause:
+            log.debug("%s: %s", request, cause)
+            return cause.status, cause.text.encode()[:LONGEST_TEXT]
+
+    def _hello(self) -> bytes:
+        """A PC begins: nothing is left of another one, but breakpoints."""
+        self._end_session()
+        self._heard_ns = self._clock.now_ns()
+        return Identity(self._card.number, LARGEST_DATA, self._card.program_name[:LONGEST_TEXT]).encode()
+
+    def _end_session(self) -> None:
+        self._heard_ns = None
+        self._last_request = None
+        self._has_events = False
+        self._trace.stop()
+        self._transfer.drop()
+
+    # ---- what is told unasked
+
+    def _set_events(self, data: bytes) -> bytes:
+        (switch,) = struct.unpack("<B", data)
+        if switch > 1:
+            raise RequestError(Status.RANGE, "0 (off) or 1 (on)")
+        self._has_events, self._told = bool(switch), None
+        return b""
+
+    def _tell_anew(self) -> None:
+        """A program that was set going is told of even if it stands again before anybody has looked."""
+        self._told = None
+
+    def _tell(self) -> None:
+        """One frame, if there is something to tell."""
+        if self._has_events:
+            now = condition(self._card)
+            if _news(now) != _news(self._told):
+                self._told = now
+                self._send_unasked(EVENT, now.encode())
+                return
+        if samples := self._trace.take():
+            self._send_unasked(SAMPLES, samples)
+
+    def _send_unasked(self, what: int, data: bytes) -> None:
+        self._unasked = self._unasked + 1 & 0xFF
+        self._send(Message(self._card.number, self._unasked, what, data).encode())
+
+    def _send(self, body: bytes) -> None:
+        wire = encode(body)
+        self._free_ns = max(self._free_ns, self._clock.now_ns()) + len(wire) * self._character_ns
+        self._line.send(wire)
+
+
+def _news(one: Condition | None) -> Condition | None:
+    """What makes a change worth telling: a program that runs is on another line all the time."""
+    return one if one is None or one.program != ProgramCode.RUNNING else one._replace(line=0)

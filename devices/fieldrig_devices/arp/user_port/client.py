@@ -1,0 +1,300 @@
+"""A PC's end of the USER port: what a service tool, a script or a test does with a card.
+
+    with ArpPort.open("/dev/ttyUSB0") as card:
+        card.set_variables(1, [2500])
+        card.run()
+
+`open` takes what pyserial's `serial_for_url` does: a device or pty, socket://HOST:PORT, rfc2217://HOST:PORT.  Values
+are raw integers.  BusError if the port is gone or nobody answers, RefusedByCardError for what the card doesn't do.
+"""
+
+import struct
+import zlib
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from types import TracebackType
+from typing import Final, NamedTuple, Self
+
+from fieldrig.errors import RigError
+from fieldrig_devices.arp.parameters import PARAMETERS
+from fieldrig_devices.arp.user_port import messages
+from fieldrig_devices.arp.user_port.line import CardLine, open_line
+from fieldrig_devices.arp.user_port.memory import RAM
+from fieldrig_devices.arp.user_port.messages import (
+    ANY_CARD,
+    BLOCK,
+    EVENT,
+    LARGEST_BLOCK,
+    LINE,
+    LOST,
+    MOST_BITS,
+    MOST_QUANTITIES,
+    MOST_VARIABLES,
+    QUANTITY,
+    SAMPLES,
+    TRACE,
+    UNNUMBERED,
+    WHOLE,
+    Command,
+    Condition,
+    Identity,
+    Message,
+    Quantity,
+    Status,
+)
+from fieldrig_devices.arp.user_port.quantities import GROUPS, Kind
+
+LOAD_S: Final = 60.0
+"""How long a card may take to look at a program that has been downloaded."""
+
+OnProgress = Callable[[int, int], None]
+"""Bytes done, and all of them."""
+
+
+class RefusedByCardError(RigError):
+    """The card answers that it doesn't do this."""
+
+    def __init__(self, status: Status, what: str, remedy: str = "") -> None:
+        super().__init__(what, remedy)
+        self.status = status
+
+
+class Sample(NamedTuple):
+    loop: int
+    """The number of the control loop."""
+    values: tuple[int, ...]
+    lost: int
+    """How many samples the card has lost since the trace began, as far as is known."""
+
+
+WRONG: Final = {
+    Status.VERSION: ("the card speaks another version of the protocol", "use the fieldrig that the card runs on"),
+    Status.COMMAND: ("the card doesn't know this request", "use the fieldrig that the card runs on"),
+    Status.LENGTH: ("the request is too short or too long", ""),
+    Status.RANGE: ("there is no such thing, or it can't have this value", ""),
+    Status.REFUSED: ("the card refuses", ""),
+    Status.ORDER: ("the blocks of the program got out of order", "begin again"),
+    Status.DAMAGED: ("the program was damaged on its way; the card keeps the old one", "try again"),
+    Status.OBJECT: ("this is no program for the card; it keeps the old one", "compile it: fieldrig arp compile FILE"),
+    Status.NO_PROGRAM: ("the card has no program", "download one: fieldrig arp download FILE"),
+}
+"""What is wrong, and what to do."""
+
+
+class ArpPort:
+    def __init__(self, line: CardLine) -> None:
+        """Say `hello` first, or use `open`."""
+        self._line = line
+        self._number = ANY_CARD
+        self._sequence = 0
+        self._sample = struct.Struct("<I")
+        self._samples: deque[Sample] = deque()
+
+    @classmethod
+    def open(
+        cls, port: str, number: int | None = None, baud: int = 9600, timeout_s: float = 1.0, retries: int = 3
+    ) -> Self:
+        """Open a port and greet the card; `number` is its address nn if it must be that one."""
+        opened = cls(open_line(port, baud, timeout_s, retries))
+        try:
+            opened.hello(number)
+        except BaseException:
+            opened.close()
+            raise
+        return opened
+
+    def close(self) -> None:
+        self._line.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def request(self, command: Command, data: bytes = b"", patience_s: float = 0.0) -> bytes:
+        """The data of the answer; for what has no method here."""
+        self._sequence = self._sequence % 255 + 1
+        return _checked(self._line.ask(Message(self._number, self._sequence, command, data), patience_s))
+
+    # ---- the card
+
+    def hello(self, number: int | None = None) -> Identity:
+        """Begin: the card ends what another PC had begun."""
+        identity = Identity.decode(_checked(self._line.ask(Message(ANY_CARD, UNNUMBERED, Command.HELLO))))
+        if number is not None and identity.number != number:
+            raise RefusedByCardError(
+                Status.RANGE,
+                f"the card at this port is number {identity.number:02}, not {number:02}",
+                f"a program for it is called NAME.I{identity.number:02}; or take the port of card {number:02}",
+            )
+        self._number, self._sequence = identity.number, 0
+        return identity
+
+    def condition(self) -> Condition:
+        return Condition.decode(self.request(Command.STATE))
+
+    def run(self) -> None:
+        """From the first instruction, or on from where it is paused."""
+        self.request(Command.RUN)
+
+    def stop(self) -> None:
+        self.request(Command.STOP)
+
+    def reset(self) -> None:
+        """Ctrl-F2."""
+        self.request(Command.RESET)
+
+    # ---- values
+
+    def variables(self, first: int, count: int) -> list[int]:
+        found = list[int]()
+        for start, some in _parts(count, MOST_VARIABLES):
+            head = struct.pack("<BHH", Kind.VARIABLE, first + start, some)
+            found += messages.values_in(self.request(Command.READ, head))
+        return found
+
+    def bits(self, kind: Kind, first: int, count: int) -> list[int]:
+        """Flags, inputs or outputs."""
+        found = list[int]()
+        for start, some in _parts(count, MOST_BITS):
+            head = struct.pack("<BHH", kind, first + start, some)
+            found += messages.bits_in(self.request(Command.READ, head), some)
+        return found
+
+    def values(self, wanted: Sequence[Quantity]) -> list[int]:
+        found = list[int]()
+        for start, some in _parts(len(wanted), MOST_QUANTITIES):
+            found += messages.values_in(self.request(Command.READ_MANY, _packed(wanted[start : start + some])))
+        return found
+
+    def set_variables(self, first: int, values: Sequence[int]) -> None:
+        for start, some in _parts(len(values), MOST_VARIABLES):
+            part = messages.packed_values(values[start : start + some])
+            self.request(Command.WRITE_VARIABLES, struct.pack("<H", first + start) + part)
+
+    def set_bits(self, kind: Kind, first: int, bits: Sequence[int]) -> None:
+        """Flags or outputs."""
+        for start, some in _parts(len(bits), MOST_BITS):
+            part = messages.packed_bits(bits[start : start + some])
+            self.request(Command.WRITE_BITS, struct.pack("<BHH", kind, first + start, some) + part)
+
+    def set(self, quantity: Quantity, raw: int) -> None:
+        """V, F, O, and the RAM copies of parameters; the card refuses the others."""
+        kind = Kind(quantity.kind)
+        if kind is Kind.VARIABLE:
+            self.set_variables(quantity.number, [raw])
+        elif kind in GROUPS:
+            self.set_parameter(RAM, GROUPS[kind], quantity.number, raw)
+        else:
+            self.set_bits(kind, quantity.number, [raw])
+
+    def parameters(self, copy: int, group: int) -> list[int]:
+        """All of a group; element 0 is not used."""
+        head = bytes((copy, group, 1, len(PARAMETERS[group])))
+        return [0, *messages.values_in(self.request(Command.READ_PARAMETERS, head))]
+
+    def set_parameter(self, copy: int, group: int, number: int, raw: int) -> None:
+        """RAM alone, or flash and RAM."""
+        self.request(Command.WRITE_PARAMETER, struct.pack("<BBBi", copy, group, number, raw))
+
+    # ---- the program
+
+    def download(self, data: bytes, on_progress: OnProgress = lambda _done, _all: None) -> None:
+        """An object file.  The card's program is the old one until this returns."""
+        self.request(Command.DOWNLOAD_BEGIN, WHOLE.pack(len(data), zlib.crc32(data)))
+        for offset in range(0, len(data), LARGEST_BLOCK):
+            on_progress(offset, len(data))
+            self.request(Command.DOWNLOAD_BLOCK, BLOCK.pack(offset) + data[offset : offset + LARGEST_BLOCK])
+        on_progress(len(data), len(data))
+        self.request(Command.DOWNLOAD_COMMIT, patience_s=LOAD_S)
+
+    def upload(self, on_progress: OnProgress = lambda _done, _all: None) -> bytes:
+        """The object file of the card's program."""
+        length, crc = WHOLE.unpack(self.request(Command.UPLOAD_BEGIN))
+        data = b""
+        while len(data) < length:
+            on_progress(len(data), length)
+            data += self.request(Command.UPLOAD_BLOCK, BLOCK.pack(len(data)))
+        on_progress(length, length)
+        if zlib.crc32(data) != crc:
+            raise RefusedByCardError(Status.DAMAGED, "the card's program was damaged on its way", "try again")
+        return data
+
+    def break_at(self, lines: Iterable[int]) -> list[int]:
+        """Breakpoints on these source lines and no others; those that have an instruction."""
+        return _lines(self.request(Command.BREAKPOINTS_SET, b"".join(map(LINE.pack, sorted(set(lines))))))
+
+    def breakpoints(self) -> list[int]:
+        return _lines(self.request(Command.BREAKPOINTS_GET))
+
+    def pause(self) -> None:
+        self.request(Command.PAUSE)
+
+    def step(self) -> None:
+        """One instruction."""
+        self.request(Command.STEP)
+
+    def place(self) -> list[int]:
+        """The line that comes next, then where each caller goes on, innermost first."""
+        return _lines(self.request(Command.PLACE))
+
+    # ---- what the card tells unasked
+
+    def events(self, is_on: bool) -> None:
+        self._line.forget(EVENT)
+        self.request(Command.EVENTS, bytes((is_on,)))
+
+    def event(self, patience_s: float) -> Condition | None:
+        """The next one; None if none comes in this time."""
+        told = self._line.told(EVENT, patience_s)
+        return None if told is None else Condition.decode(told.data)
+
+    def trace(self, every: int, wanted: Sequence[Quantity]) -> None:
+        """Samples of these in every `every`th control loop from now on."""
+        self._line.forget(SAMPLES)
+        self._samples.clear()
+        self._sample = struct.Struct(f"<I{len(wanted)}i")
+        self.request(Command.TRACE_START, TRACE.pack(every) + _packed(wanted))
+
+    def sample(self, patience_s: float) -> Sample | None:
+        """The next one; None if none comes in this time."""
+        if not self._samples and (told := self._line.told(SAMPLES, patience_s)) is not None:
+            self._samples += self._samples_in(told.data)
+        return self._samples.popleft() if self._samples else None
+
+    def end_trace(self) -> None:
+        self.request(Command.TRACE_STOP)
+        self._line.forget(SAMPLES)
+        self._samples.clear()
+
+    def _samples_in(self, data: bytes) -> Iterator[Sample]:
+        (lost,) = LOST.unpack_from(data)
+        for loop, *values in self._sample.iter_unpack(data[LOST.size :]):
+            yield Sample(loop, tuple(values), lost)
+
+
+def _checked(answer: Message) -> bytes:
+    """The data of an answer whose status is OK."""
+    code, data = answer.data[0], answer.data[1:]
+    if code == Status.OK:
+        return data
+    if code not in WRONG:
+        raise RefusedByCardError(Status.COMMAND, f"the card refuses with code {code}", "is it of another version?")
+    what, remedy = WRONG[Status(code)]
+    text = data.decode(errors="replace")
+    raise RefusedByCardError(Status(code), f"{what}: {text}" if text else what, remedy)
+
+
+def _parts(count: int, most: int) -> Iterator[tuple[int, int]]:
+    """Where each part starts, and how many are in it."""
+    for start in range(0, count, most):
+        yield start, min(most, count - start)
+
+
+def _packed(wanted: Sequence[Quantity]) -> bytes:
+    return b"".join(QUANTITY.pack(*one) for one in wanted)
+
+
+def _lines(data: bytes) -> list[int]:
+    return [line for (line,) in LINE.iter_unpack(data)]

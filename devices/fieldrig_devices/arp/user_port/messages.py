@@ -1,0 +1,205 @@
+"""What the frames of the USER port say: requests, answers, and what the card tells unasked.
+
+docs/arp-user-port.md has all of it in tables.  A body is version, address, sequence number, command, then data; every
+number is little endian.  An answer's command is the request's with bit 7 set, and its data begin with a status.
+"""
+
+import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar, Final, NamedTuple, Self
+
+from fieldrig_devices.arp.user_port.framing import LONGEST_BODY
+
+VERSION: Final = 1
+ANY_CARD: Final = 0xFF
+"""The address that every card takes for its own, in a HELLO."""
+ANSWER: Final = 0x80
+UNNUMBERED: Final = 0
+"""The sequence number of requests that are carried out as often as they come."""
+LARGEST_DATA: Final = LONGEST_BODY - 4
+LONGEST_TEXT: Final = 200
+
+
+class Command(IntEnum):
+    HELLO = 0x01
+    STATE = 0x02
+    RUN = 0x03
+    STOP = 0x04
+    RESET = 0x05
+    READ = 0x10
+    READ_MANY = 0x11
+    WRITE_VARIABLES = 0x12
+    WRITE_BITS = 0x13
+    READ_PARAMETERS = 0x20
+    WRITE_PARAMETER = 0x21
+    DOWNLOAD_BEGIN = 0x30
+    DOWNLOAD_BLOCK = 0x31
+    DOWNLOAD_COMMIT = 0x32
+    DOWNLOAD_ABORT = 0x33
+    UPLOAD_BEGIN = 0x34
+    UPLOAD_BLOCK = 0x35
+    BREAKPOINTS_SET = 0x40
+    BREAKPOINTS_GET = 0x41
+    PAUSE = 0x42
+    STEP = 0x43
+    PLACE = 0x44
+    EVENTS = 0x50
+    TRACE_START = 0x51
+    TRACE_STOP = 0x52
+
+
+EVENT: Final = 0xE0
+"""Unasked: the state of card or program is another one."""
+SAMPLES: Final = 0xE1
+"""Unasked: samples of a trace."""
+
+
+class Status(IntEnum):
+    """How an answer begins; everything but OK is followed by a text for a person, in UTF-8, which may be empty."""
+
+    OK = 0
+    VERSION = 1  # this card speaks another version, which is in the answer's own version byte
+    COMMAND = 2  # no such command
+    LENGTH = 3  # too few or too many data for it
+    RANGE = 4  # no such variable, parameter, line; or a value that it can't have
+    REFUSED = 5  # not now, or not from outside
+    ORDER = 6  # a block without its beginning, or not the next one
+    DAMAGED = 7  # length or CRC of the whole is wrong
+    OBJECT = 8  # what was downloaded is no program for this card
+    NO_PROGRAM = 9
+
+
+class RequestError(Exception):
+    """A request that is answered by a status other than OK."""
+
+    def __init__(self, status: Status, text: str = "") -> None:
+        super().__init__(text or status.name)
+        self.status, self.text = status, text
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """The body of a frame."""
+
+    HEAD: ClassVar = struct.Struct("<BBBB")
+
+    address: int
+    sequence: int
+    command: int
+    data: bytes = b""
+    version: int = VERSION
+
+    def encode(self) -> bytes:
+        return self.HEAD.pack(self.version, self.address, self.sequence, self.command) + self.data
+
+    @classmethod
+    def decode(cls, body: bytes) -> Self:
+        version, address, sequence, command = cls.HEAD.unpack_from(body)
+        return cls(address, sequence, command, body[cls.HEAD.size :], version)
+
+
+class Identity(NamedTuple):
+    """The answer to HELLO."""
+
+    number: int
+    """nn"""
+    largest_data: int
+    """Octets of data that a frame may carry, either way."""
+    name: str
+    """Of the program; empty without one."""
+
+    def encode(self) -> bytes:
+        return _IDENTITY.pack(self.number, self.largest_data) + self.name.encode()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        head, name = data[: _IDENTITY.size], data[_IDENTITY.size :]
+        number, largest_data = _IDENTITY.unpack(head)
+        return cls(number, largest_data, name.decode(errors="replace"))
+
+
+_IDENTITY: Final = struct.Struct("<BH")
+
+
+class ProgramCode(IntEnum):
+    """What the program is doing."""
+
+    NONE = 0
+    HELD = 1  # at its first instruction
+    RUNNING = 2
+    PAUSED = 3
+    ENDED = 4
+    FAILED = 5
+
+
+class Condition(NamedTuple):
+    """The answer to STATE, and what an EVENT tells."""
+
+    state: int
+    """CardState"""
+    program: int
+    """ProgramCode"""
+    error: int
+    error_axis: int
+    warning: int
+    line: int
+    """Of the instruction that comes next; 0 without a program."""
+    breakpoints: int
+
+    def encode(self) -> bytes:
+        return _CONDITION.pack(*self)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        return cls(*_CONDITION.unpack(data))
+
+
+_CONDITION: Final = struct.Struct("<BBHBHIB")
+
+
+class Quantity(NamedTuple):
+    """One value of the card: `kind` is a letter of `quantities`."""
+
+    kind: int
+    number: int
+
+
+QUANTITY: Final = struct.Struct("<BH")
+VALUE: Final = struct.Struct("<i")
+LINE: Final = struct.Struct("<I")
+BLOCK: Final = struct.Struct("<I")
+"""The head of a block of a download or upload: its offset."""
+WHOLE: Final = struct.Struct("<II")
+"""Length and CRC-32 (that of zlib and IEEE 802.3) of an object file."""
+TRACE: Final = struct.Struct("<H")
+"""The head of TRACE_START: a sample every so many control loops; quantities follow."""
+LOST: Final = struct.Struct("<I")
+"""The head of SAMPLES: how many samples were lost since the trace began; samples follow."""
+MOST_VARIABLES: Final = 60
+"""In one frame."""
+MOST_BITS: Final = 320
+MOST_QUANTITIES: Final = 60
+MOST_BREAKPOINTS: Final = 60
+MOST_TRACED: Final = 16
+LARGEST_BLOCK: Final = 240
+
+
+def packed_values(values: Iterable[int]) -> bytes:
+    return b"".join(map(VALUE.pack, values))
+
+
+def values_in(data: bytes) -> list[int]:
+    """struct.error if their length is no multiple of 4."""
+    return [raw for (raw,) in VALUE.iter_unpack(data)]
+
+
+def packed_bits(bits: Sequence[int]) -> bytes:
+    """The first one is bit 0 of the first octet."""
+    octets = (bits[first : first + 8] for first in range(0, len(bits), 8))
+    return bytes(sum(bit << place for place, bit in enumerate(octet)) for octet in octets)
+
+
+def bits_in(data: bytes, count: int) -> list[int]:
+    return [data[place >> 3] >> (place & 7) & 1 for place in range(count)]

@@ -1,0 +1,101 @@
+"""Requests that carry an object file: download, which counts when it is whole, and upload.
+
+Source: manual 5.2 (download in program STOP condition only).  The blocks of a download are kept aside; the program that
+is there stays until the last request has found everything whole, and the card has taken it.
+"""
+
+import zlib
+
+from fieldrig_devices.arp import files
+from fieldrig_devices.arp.files import ObjectError
+from fieldrig_devices.arp.outside import CardState, Outside, RefusedError
+from fieldrig_devices.arp.user_port.handlers import Handlers, bare
+from fieldrig_devices.arp.user_port.messages import (
+    BLOCK,
+    LARGEST_BLOCK,
+    WHOLE,
+    Command,
+    RequestError,
+    Status,
+)
+
+
+class TransferRequests:
+    def __init__(self, card: Outside) -> None:
+        self._card = card
+        self._announced = (0, 0)  # length and CRC
+        self._coming: bytearray | None = None
+        self._going = b""
+        self.handlers: Handlers = {
+            Command.DOWNLOAD_BEGIN: self._begin,
+            Command.DOWNLOAD_BLOCK: self._block,
+            Command.DOWNLOAD_COMMIT: bare(self._commit),
+            Command.DOWNLOAD_ABORT: bare(self._abort),
+            Command.UPLOAD_BEGIN: bare(self._upload_begin),
+            Command.UPLOAD_BLOCK: self._upload_block,
+        }
+
+    def drop(self) -> None:
+        """Forget half a download."""
+        self._coming, self._going = None, b""
+
+    def _begin(self, data: bytes) -> bytes:
+        length, crc = WHOLE.unpack(data)
+        if not 1 <= length <= files.LARGEST_OBJECT:
+            raise RequestError(Status.RANGE, f"an object has 1 to {files.LARGEST_OBJECT} bytes")
+        self._refuse_while_running()
+        self._announced, self._coming = (length, crc), bytearray()
+        return LARGEST_BLOCK.to_bytes(2, "little")
+
+    def _block(self, data: bytes) -> bytes:
+        (offset,) = BLOCK.unpack_from(data)
+        block = data[BLOCK.size :]
+        if self._coming is None or offset != len(self._coming):
+            raise RequestError(Status.ORDER, self._expected())
+        if not 1 <= len(block) <= LARGEST_BLOCK or offset + len(block) > self._announced[0]:
+            raise RequestError(Status.LENGTH, f"1 to {LARGEST_BLOCK} bytes, and no more than were announced")
+        self._coming += block
+        return b""
+
+    def _commit(self) -> bytes:
+        if self._coming is None:
+            raise RequestError(Status.ORDER, self._expected())
+        whole, self._coming = bytes(self._coming), None
+        if (len(whole), zlib.crc32(whole)) != self._announced:
+            raise RequestError(Status.DAMAGED, "what came is not what was announced; begin again")
+        self._refuse_while_running()
+        try:
+            self._card.load(whole)
+        except RefusedError as cause:
+            raise RequestError(Status.REFUSED, str(cause)) from cause
+        except ObjectError as cause:
+            raise RequestError(Status.OBJECT, str(cause)) from cause
+        return b""
+
+    def _abort(self) -> bytes:
+        self.drop()
+        return b""
+
+    def _expected(self) -> str:
+        if self._coming is None:
+            return "no download has begun"
+        return f"the next block begins at {len(self._coming)}"
+
+    def _refuse_while_running(self) -> None:
+        if self._card.state in (CardState.INIT, CardState.RUN):
+            raise RequestError(Status.REFUSED, "the program runs: stop it, or open Enable, before")
+
+    def _upload_begin(self) -> bytes:
+        program = self._card.program
+        if program is None:
+            raise RequestError(Status.NO_PROGRAM)
+        self._going = files.encode(program.compiled, self._card.program_name, self._card.number)
+        return WHOLE.pack(len(self._going), zlib.crc32(self._going))
+
+    def _upload_block(self, data: bytes) -> bytes:
+        (offset,) = BLOCK.unpack(data)
+        if not self._going:
+            raise RequestError(Status.ORDER, "no upload has begun")
+        if offset >= len(self._going):
+            raise RequestError(Status.RANGE, f"the object has {len(self._going)} bytes")
+        return self._going[offset : offset + LARGEST_BLOCK]
