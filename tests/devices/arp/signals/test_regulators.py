@@ -241,7 +241,6 @@ def test_dac_does_not_reach_the_output_of_a_regulator() -> None:
 
 
 @pytest.mark.manual("ARP-113")
-@pytest.mark.manual("ARP-027")
 def test_the_filter_on_a_constant_error() -> None:
     bench = Bench(kp=2, ki=4, kd=0.5, REFPID=1).start()
     assert bench.run()["DG_PID"] == pytest.approx(2.004)  # no jump of the error before it was started
