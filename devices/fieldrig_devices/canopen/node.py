@@ -174,6 +174,10 @@ class CanopenNode(Device):
         timing = self._lss.bit_timing
         return 0 if timing is None else lss.BIT_RATES[timing]
 
+    def attach(self, application: Service) -> None:
+        """Before the start: what the device is for is reset, and enters states, after the services."""
+        self._services.append(application)
+
     def dcf(self) -> str:
         """The node as it is set now, as a device configuration file (CiA 306)."""
         return write_dcf(EdsSource(self._settings.eds), self.dictionary, self._port.node_id, self.name)

@@ -1,0 +1,129 @@
+"""The terminal behind its CANopen objects: what is written to them is shown, printed and kept; edits are told by them.
+
+Source: manual 5.12; docs/arp-terminal.md.  What a command can't mean is refused: by SDO with an abort, in a PDO it is
+dropped.
+"""
+
+from datetime import datetime
+from functools import partial
+from typing import Final
+
+from fieldrig.link import Link
+from fieldrig.store import Store
+from fieldrig_devices.arp.terminal import objects
+from fieldrig_devices.arp.terminal.editor import Editor
+from fieldrig_devices.arp.terminal.messages import COUNT, Messages
+from fieldrig_devices.arp.terminal.objects import Act, Print
+from fieldrig_devices.arp.terminal.pattern import find
+from fieldrig_devices.arp.terminal.printer import Printer
+from fieldrig_devices.arp.terminal.screen import CELLS, Edit, Place, Screen, Text
+from fieldrig_devices.arp.terminal.settings import TerminalSettings
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.node import CanopenNode
+from fieldrig_devices.canopen.service import Reset, Service
+from fieldrig_devices.canopen.variable import Variable
+
+_EDITS: Final[dict[Act, Edit]] = {Act.SHOW: "", Act.SHOW_VALUE: "", Act.EDIT: "E", Act.EDIT_WITH_PASSWORD: "P"}
+
+
+class Application(Service):
+    """`node` is to have the objects of terminal.eds."""
+
+    def __init__(
+        self, node: CanopenNode, settings: TerminalSettings, store: Store, printer: Link[bytes] | None
+    ) -> None:
+        self._node, self._decimals = node, settings.decimals
+        self.messages = Messages(store)
+        self.screen = Screen(settings.decimals)
+        self.editor = Editor(self.screen, settings.password, self._on_edited)
+        self.printer = Printer(printer)
+        self._edits = 0
+        self._at(objects.SCREEN, 5).writer = self._on_screen
+        self._at(objects.VALUE, 3).writer = self._on_value
+        self._at(objects.PRINTER, 3).writer = self._on_print
+        for number in range(1, COUNT + 1):
+            variable = self._at(*objects.place_of_message(number))
+            variable.reader = partial(self._read_message, number)
+            variable.writer = partial(self._on_message, number)
+        node.attach(self)
+
+    def reset(self, scope: Reset) -> None:
+        """A terminal that starts has an empty screen; messages and the printed lines stay."""
+        if scope is Reset.NODE:
+            self.screen.clear()
+            self.editor.follow()
+
+    def set_key(self, bit: int, is_down: bool) -> None:
+        keys = self._at(objects.KEYS)
+        keys.put(keys.number | 1 << bit if is_down else keys.number & ~(1 << bit))
+
+    def is_lit(self, bit: int) -> bool:
+        return bool(self._at(objects.LEDS).number >> bit & 1)
+
+    def _at(self, index: int, subindex: int = 0) -> Variable:
+        return self._node.dictionary.find(index, subindex)
+
+    def _read_message(self, number: int) -> bytes:
+        return self.messages[number].encode("latin-1")
+
+    def _on_message(self, number: int, data: bytes) -> None:
+        try:
+            self.messages[number] = data.rstrip(b"\x00").decode("latin-1")
+        except ValueError as cause:
+            raise Abort(Code.INVALID_VALUE) from cause
+
+    def _message(self, number: int) -> str:
+        if not 1 <= number <= COUNT:
+            raise Abort(Code.INVALID_VALUE)
+        return self.messages[number]
+
+    def _on_screen(self, data: bytes) -> None:
+        line, column = (self._at(objects.SCREEN, subindex).number for subindex in (1, 2))
+        act = data[0]
+        if act == Act.CLEAR:
+            self.screen.clear()
+        elif act == Act.ERASE:
+            self.screen.erase(Place(line, column))
+        elif act in _EDITS:
+            self.screen.show(Place(line, column), self._text(Act(act)))
+        elif act != Act.NONE:
+            raise Abort(Code.INVALID_VALUE)
+        self.editor.follow()
+        self._at(objects.SCREEN, 5).set(data)
+
+    def _text(self, act: Act) -> Text:
+        height, message = (self._at(objects.SCREEN, subindex).number for subindex in (3, 4))
+        if height not in CELLS:
+            raise Abort(Code.INVALID_VALUE)
+        return Text(self._message(message), height, act is not Act.SHOW, _EDITS[act])
+
+    def _on_value(self, data: bytes) -> None:
+        line, column = (self._at(objects.VALUE, subindex).number for subindex in (1, 2))
+        self.screen.set_value(Place(line, column), _signed(data))
+        self._at(objects.VALUE, 3).set(data)
+
+    def _on_print(self, data: bytes) -> None:
+        message, act = self._at(objects.PRINTER, 2).number, data[0]
+        if act > max(Print):
+            raise Abort(Code.INVALID_VALUE)
+        if act != Print.NONE and message == 0:
+            self.printer.print_time(datetime.fromisoformat(str(self._node.points()["time"].read())))
+        elif act != Print.NONE:
+            self.printer.print(self._printed(self._message(message), Print(act)))
+        self._at(objects.PRINTER, 3).set(data)
+
+    def _printed(self, message: str, act: Print) -> str:
+        field = find(message)
+        if field is None or act is not Print.MESSAGE_WITH_VALUE:
+            return message
+        return field.put_into(message, field.show(_signed(self._at(objects.PRINTER, 1).data), self._decimals))
+
+    def _on_edited(self, place: Place, raw: int) -> None:
+        """TPDO 2: it is sent once, for all of it changes at one instant."""
+        self._edits = (self._edits + 1) & 0xFF
+        for subindex, number in enumerate((*place, self._edits, raw), start=1):
+            self._at(objects.EDITED, subindex).put(number)
+
+
+def _signed(data: bytes) -> int:
+    return int.from_bytes(data, "little", signed=True)

@@ -1,0 +1,105 @@
+"""The operator terminal TR4 or TR5: a screen, keys, LEDs and a serial printer behind a CANopen node.
+
+Source: manual 4.5 and 5.12; digest chapters 8.1 and 16.  What the manual leaves open, the objects on the bus and how a
+value is edited, is in docs/arp-terminal.md.  Left out: characters beyond ISO 8859-1, contrast, buzzer, the terminal's
+own set-up pages.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Final
+
+from fieldrig.clock import Clock
+from fieldrig.device import Device, Point, Value
+from fieldrig.link import Link
+from fieldrig.store import Store
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.arp.terminal import panel
+from fieldrig_devices.arp.terminal.application import Application
+from fieldrig_devices.arp.terminal.messages import COUNT
+from fieldrig_devices.arp.terminal.presses import Presses
+from fieldrig_devices.arp.terminal.screen import LINES
+from fieldrig_devices.arp.terminal.settings import TerminalSettings
+from fieldrig_devices.canopen.node import CanopenNode
+
+_NODE_POINTS: Final = ("nmt.state", "node_id", "emcy.code", "error_register", "time")
+
+
+class Terminal(Device):
+    about = "the operator terminal of an ARP card: screen, keys, LEDs, printer"
+
+    def __init__(
+        self,
+        clock: Clock,
+        name: str,
+        can: Link[CanFrame],
+        settings: TerminalSettings,
+        store: Store,
+        printer: Link[bytes] | None = None,
+    ) -> None:
+        self._time = settings.time
+        self._node = CanopenNode(clock, name, can, settings.canopen, store)
+        self._application = Application(self._node, settings, store, printer)
+        self._keys = panel.keys(settings.model)
+        self._presses = Presses(clock, frozenset(self._keys), self._on_key)
+        self._points = {
+            **self._screen_points(),
+            **self._panel_points(panel.leds(settings.model)),
+            **{f"message.{number}": self._message_point(number) for number in range(1, COUNT + 1)},
+            **{key: self._node.points()[key] for key in _NODE_POINTS},
+        }
+
+    def start(self) -> None:
+        set_time = self._points["time"].write
+        assert set_time is not None
+        set_time(self._time)
+        self._node.start()
+
+    def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    def _screen_points(self) -> dict[str, Point]:
+        application = self._application
+        return {
+            "screen": Point(lambda: "\n".join(application.screen.lines()), about="all eight lines"),
+            **{
+                f"screen.{line}": Point(partial(self._line, line), about=f"line {line}") for line in range(1, LINES + 1)
+            },
+            "texts": Point(lambda: "\n".join(application.screen.described()), about="line, column, height, text"),
+            "cursor": Point(self._cursor, about="line and column; empty without a value that may be changed"),
+            "printer": Point(lambda: "\n".join(application.printer.lines), about="the last lines"),
+        }
+
+    def _panel_points(self, leds: Mapping[str, int]) -> dict[str, Point]:
+        return {
+            "press": Point(lambda: self._presses.last, self._press, about="keys by name, one after the other: 1 2 CR"),
+            **{f"key.{name}": self._key_point(name) for name in self._keys},
+            **{f"led.{name}": Point(partial(self._application.is_lit, bit)) for name, bit in leds.items()},
+        }
+
+    def _key_point(self, name: str) -> Point:
+        return Point(lambda: name in self._presses.down, partial(self._set_key, name))
+
+    def _message_point(self, number: int) -> Point:
+        messages = self._application.messages
+        return Point(lambda: messages[number], lambda value: messages.__setitem__(number, str(value)))
+
+    def _line(self, number: int) -> str:
+        return self._application.screen.lines()[number - 1]
+
+    def _cursor(self) -> str:
+        cursor = self._application.editor.cursor
+        return "" if cursor is None else f"{cursor.line} {cursor.column}"
+
+    def _press(self, value: Value) -> None:
+        self._presses.press(str(value))
+
+    def _set_key(self, name: str, value: Value) -> None:
+        if isinstance(value, str) or value not in (0, 1):
+            raise ValueError(f"{value!r}: true or false would be right")
+        self._presses.set(name, bool(value))
+
+    def _on_key(self, name: str, is_down: bool) -> None:
+        self._application.set_key(self._keys[name], is_down)
+        if is_down:
+            self._application.editor.press(name)

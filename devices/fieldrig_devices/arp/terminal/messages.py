@@ -1,0 +1,30 @@
+"""The terminal's EEPROM: messages 1 to 500 of 16 characters, kept over power-off.
+
+Source: manual 5.12 (MSG); digest I-25 (500 and not 200).  Characters are those of ISO 8859-1.
+"""
+
+from typing import Final
+
+from fieldrig.store import Store
+
+COUNT: Final = 500
+LENGTH: Final = 16
+
+
+class Messages:
+    def __init__(self, store: Store) -> None:
+        self._ram = store.buffered_ram(COUNT * LENGTH)
+
+    def __getitem__(self, number: int) -> str:
+        """Empty if nothing was stored."""
+        return bytes(self._ram[self._span(number)]).rstrip(b"\x00").decode("latin-1")
+
+    def __setitem__(self, number: int, text: str) -> None:
+        """ValueError, with what would be right, for what is no message."""
+        if len(text) > LENGTH or not text.isprintable() or max(text, default="") > "\xff":
+            raise ValueError(f"{text!r} is no message: up to {LENGTH} characters of ISO 8859-1 would be right")
+        self._ram[self._span(number)] = text.encode("latin-1").ljust(LENGTH, b"\x00")
+
+    @staticmethod
+    def _span(number: int) -> slice:
+        return slice((number - 1) * LENGTH, number * LENGTH)

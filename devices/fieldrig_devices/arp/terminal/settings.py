@@ -1,0 +1,47 @@
+"""Settings of an operator terminal in a rig file."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import Field, field_validator
+
+from fieldrig.settings import Settings
+from fieldrig_devices.arp.terminal.editor import LONGEST_PASSWORD
+from fieldrig_devices.arp.terminal.panel import Model
+from fieldrig_devices.arp.terminal.pattern import Decimals
+from fieldrig_devices.canopen.node import CanopenSettings
+from fieldrig_devices.canopen.time_of_day import EPOCH
+
+EDS: Final = Path(__file__).with_name("terminal.eds")
+_PRODUCT_CODES: Final[dict[Model, int]] = {"TR4": 4, "TR5": 5}
+
+
+class TerminalSettings(Settings):
+    model: Model = Field(default="TR4", description="which keys and LEDs it has")
+    node_id: int = Field(default=20, ge=1, le=127, description="the card has it in @Par[8]")
+    password: str = Field(
+        default="0000", pattern=rf"^[0-9]{{1,{LONGEST_PASSWORD}}}$", description="of fields in mode P: digits"
+    )
+    time: str = Field(
+        default=EPOCH.isoformat(), description="its clock at power-on, such as 2026-11-21T10:00:00; TIME sets it too"
+    )
+    decimals: Decimals = Field(
+        default="cut", description="of a value that its field has no room for: cut off, or rounded (digest 16)"
+    )
+
+    @field_validator("time")
+    @classmethod
+    def _is_time(cls, value: str) -> str:
+        try:
+            days = (datetime.fromisoformat(value).replace(tzinfo=None) - EPOCH).days
+        except ValueError as cause:
+            raise ValueError(f"{value!r} is no time; right would be 2026-11-21T10:00:00") from cause
+        if not 0 <= days <= 0xFFFF:
+            raise ValueError(f"{value!r}: a time from 1984-01-01 on, for 65536 days, would be right")
+        return value
+
+    @property
+    def canopen(self) -> CanopenSettings:
+        objects: dict[str, Any] = {"1008:00": self.model, "1018:02": _PRODUCT_CODES[self.model]}
+        return CanopenSettings(node_id=self.node_id, eds=EDS, ties={}, objects=objects)
