@@ -1,6 +1,7 @@
 """A whole ARP card on recorded links, under a virtual clock."""
 
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from fieldrig_devices.arp.local_io import UNITS
 from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.settings import ArpSettings
 
-Groups = dict[str, dict[int, float]]
+Groups = Mapping[str, Mapping[int, float]]
 FAST: Groups = {"general": {1: 1, 16: 10}}
 """A control loop each millisecond, a pass of the scheduler each ten."""
 
@@ -48,8 +49,8 @@ class CardBench:
             RecordedLink[CanFrame](),
             RecordedLink[SerialMessage](),
         )
-        groups = {**FAST, **(parameters or {})}
-        groups["general"] = {**FAST["general"], **groups["general"]}
+        groups = dict(parameters or {})
+        groups["general"] = {**FAST["general"], **groups.get("general", {})}
         data: dict[str, Any] = {"inputs": {"I108": is_enabled}, "parameters": groups, **settings}
         with tempfile.TemporaryDirectory() as folder:
             if program:

@@ -21,22 +21,6 @@ from fieldrig_devices.arp.signals.regulators import Regulators
 from fieldrig_devices.arp.terminal.link import TerminalLink
 
 
-class _NoTerminalYet(TerminalLink):
-    """Until the card's side of the terminal is there."""
-
-    def __init__(self) -> None:
-        pass
-
-    def start(self, node_id: int | None) -> None:
-        pass
-
-    def refresh(self) -> None:
-        pass
-
-    def release(self) -> None:
-        pass
-
-
 def assemble(
     clock: Clock,
     name: str,
@@ -80,7 +64,7 @@ def assemble(
         cams=Cams(axes, flags, outputs, parameters, readings),
         regulators=Regulators(parameters, variables, flags, faults, analog_inputs, analog_outputs, axes, readings),
         io=io,
-        terminal=_NoTerminalYet(),
+        terminal=TerminalLink(clock, terminal_can, variables, flags, faults, set_variable, readings),
         remote_io=None
         if io_can is None
         else RemoteIo(clock, io_can, settings.io_nodes, inputs, outputs, faults, readings=readings),

@@ -8,6 +8,7 @@ once a control loop, so what is shorter than that may be missed.
 import logging
 import math
 from collections.abc import Mapping
+from math import floor
 from typing import Final
 
 from fieldrig.link import Link
@@ -73,7 +74,7 @@ class LocalIo:
         if axis is None:
             return self._present[terminal]
         motion = self._moving[axis]
-        return round(motion.value) if motion is not None and not motion.speed else self.counts[axis] or 0
+        return floor(motion.value) if motion is not None and not motion.speed else self.counts[axis] or 0
 
     def put(self, terminal: str, value: Number) -> None:
         """Feel `value`.  ValueError if a wire drives this input, or for what it can't feel."""
@@ -119,7 +120,7 @@ class LocalIo:
             if motion is not None:
                 position = motion.at(now_ns)
                 if -_LARGEST_COUNT < position < _LARGEST_COUNT:
-                    counts[axis] = round(position)
+                    counts[axis] = floor(position)
 
     # ---- outputs
 

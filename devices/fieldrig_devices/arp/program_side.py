@@ -3,7 +3,6 @@
 from fieldrig_devices.arp.fixed import WRONG_PARAMETER
 from fieldrig_devices.arp.parameters import GENERAL
 from fieldrig_devices.arp.parts import Parts
-from fieldrig_devices.arp.runtime.card import Shown
 
 
 class ProgramSide:
@@ -26,7 +25,8 @@ class ProgramSide:
         self.arm_cam, self.disarm_cam = parts.cams.arm, parts.cams.disarm
         self.read_analog, self.write_analog = parts.analog_inputs.read, parts.analog_outputs.write
         self.store_message, self.clear_screen = parts.terminal.store_message, parts.terminal.clear_screen
-        self.erase_text = parts.terminal.erase_text
+        self.erase_text, self.show_text = parts.terminal.erase_text, parts.terminal.show_text
+        self.print_text = parts.terminal.print_text
 
     def fail(self, code: int) -> None:
         self._parts.faults.fail(code)
@@ -46,11 +46,3 @@ class ProgramSide:
     def set_axis_parameter(self, axis: int, number: int, raw: int) -> None:
         if not self._parts.parameters.set_ram(axis, number, raw):
             self._parts.faults.warn(WRONG_PARAMETER)
-
-    def show_text(self, shown: Shown) -> None:
-        self._parts.permanent.keep()  # the variable leaves the card
-        self._parts.terminal.show_text(shown)
-
-    def print_text(self, message: int, variable: int | None) -> None:
-        self._parts.permanent.keep()
-        self._parts.terminal.print_text(message, variable)

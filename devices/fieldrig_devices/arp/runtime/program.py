@@ -75,6 +75,7 @@ class ArpProgram:
         self._timers.reset()
         self._active = self._main
         for thread in (self._main, self._interrupt):
+            thread.task.start(self.compiled.main)  # where it stands, for those who look
             thread.task.stop()
             thread.wake_ns = 0
         self.state = ProgramState.HELD
