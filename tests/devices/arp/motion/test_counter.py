@@ -1,0 +1,143 @@
+"""From encoder counts to the position counter: manual 3.2, @ParX[1] to [6], and the passing flags of 4.6."""
+
+import pytest
+from arp_axes import AxesBench
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig_devices.arp.motion.counter import Counter, Span
+from fieldrig_devices.arp.motion.flags import AxisFlag
+
+
+@pytest.mark.manual("ARP-018")
+def test_counts_become_units_as_in_the_example_of_the_manual() -> None:
+    """A22: 2000 pulses, a screw of 10 mm behind 1/12, counted in 0.01 mm."""
+    bench = AxesBench((1, 1, 2000 * 4 / (1000 / 12)))
+    assert bench.parameters.ram[1][1] == 96_000
+    bench.counts[1] = 12 * 8000  # one turn of the screw
+    bench.loop()
+    assert bench.axes.position(1) == 1_000_000
+
+
+@pytest.mark.manual("ARP-021")
+@pytest.mark.parametrize(("signs", "reading"), [(0, 250.0), (1, -250.0), (2, 250.0), (3, -250.0)])
+def test_bit_0_of_the_sign_mode_reverses_the_encoder(signs: int, reading: float) -> None:
+    bench = AxesBench((2, 1, 4.0), (2, 3, signs))
+    bench.counts[2] = 1000
+    assert bench.loop().reading(2) == reading
+
+
+def test_axis_without_a_wire_reads_0_and_finds_its_encoder_without_having_moved() -> None:
+    bench = AxesBench((1, 5, 360.0), (1, 6, 0.0))
+    assert bench.loop(3).axes.position(1) == 0
+    bench.counts[1] = 1000
+    bench.loop()
+    assert bench.axes.position(1) == 280_000
+    assert bench.axes.speed(1) == 0
+    assert not bench.F[267]
+    assert bench.axes.diagnostic(1, 1) == 1000
+
+
+@pytest.mark.manual("ARP-023", "ARP-073", "ARP-065")
+@pytest.mark.parametrize(("axis", "up", "down"), [(1, 267, 268), (2, 299, 300)])
+def test_counter_goes_round_and_says_which_way(axis: int, up: int, down: int) -> None:
+    bench = AxesBench((axis, 5, 360.0), (axis, 6, 0.0))
+    bench.counts[axis] = 350
+    bench.loop()
+    bench.counts[axis] = 360
+    bench.loop()
+    assert bench.axes.position(axis) == 360_000  # the maximum itself is a position
+    assert (bench.F[up], bench.F[down]) == (0, 0)
+    bench.counts[axis] = 365
+    bench.loop()
+    assert bench.axes.position(axis) == 5_000
+    assert (bench.F[up], bench.F[down]) == (1, 0)
+    bench.loop()
+    assert bench.F[up] == 1  # until the program clears it
+    bench.F[up] = 0
+    bench.counts[axis] = 355
+    bench.loop()
+    assert bench.axes.position(axis) == 355_000
+    assert (bench.F[up], bench.F[down]) == (0, 1)
+
+
+@pytest.mark.manual("ARP-023")
+def test_default_limits_are_the_extremes() -> None:
+    bench = AxesBench()
+    bench.counts[1] = 0
+    bench.loop()
+    bench.counts[1] = 999_999
+    assert bench.loop().axes.position(1) == 999_999_000
+    assert not bench.F[267]
+
+
+@pytest.mark.manual("ARP-073")
+def test_jump_over_several_ranges_lands_inside() -> None:
+    bench = AxesBench((1, 5, 180.0), (1, 6, -180.0))
+    bench.counts[1] = 0
+    bench.loop()
+    bench.counts[1] = 5 * 360 + 7
+    assert bench.loop().reading(1) == 7.0
+    assert bench.F[267] == 1
+    bench.counts[1] = -4 * 360 - 7
+    assert bench.loop().reading(1) == -7.0
+    assert bench.F[268] == 1
+
+
+@pytest.mark.manual("ARP-073")
+def test_simulated_axis_passes_too() -> None:
+    bench = AxesBench((1, 4, 1), (1, 5, 360.0), (1, 6, 0.0))
+    bench.axes.move_by(1, -10_000)
+    bench.until_flag(1, AxisFlag.RUNNING, 0)
+    assert bench.axes.position(1) == 350_000
+    assert (bench.F[267], bench.F[268]) == (0, 1)
+
+
+def test_limits_in_the_wrong_order_let_nothing_go_round() -> None:
+    bench = AxesBench((1, 5, 0.0), (1, 6, 100.0))
+    bench.counts[1] = 0
+    bench.loop()
+    bench.counts[1] = 5000
+    assert bench.loop().reading(1) == 5000.0
+
+
+def test_encoder_counter_has_32_bits() -> None:
+    counter = Counter(Span(-1e6, 1e6), 1.0)
+    counter.take(10**400)
+    assert abs(counter.delta) < 1 << 31
+    assert -1e6 <= counter.reading <= 1e6
+
+
+def test_new_resolution_and_new_limits_keep_the_reading() -> None:
+    bench = AxesBench((1, 1, 2.0))
+    bench.counts[1] = 1000
+    assert bench.loop().reading(1) == 500.0
+    bench.set(1, 1, 10.0)
+    assert bench.loop().reading(1) == 500.0
+    bench.counts[1] = 1100
+    assert bench.loop().reading(1) == 510.0
+    bench.set(1, 5, 360.0)
+    bench.set(1, 6, 0.0)
+    assert bench.loop().reading(1) == 150.0
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.floats(-1e5, 1e5),
+    st.floats(0.01, 1e5),
+    st.sampled_from([1.0, -1 / 96, 1 / 3, 1000.0]),
+    st.lists(st.integers(-(1 << 31), (1 << 31) - 1), max_size=30),
+)
+def test_reading_stays_in_its_range_whatever_the_encoder_does(
+    low: float, length: float, per_count: float, jumps: list[int]
+) -> None:
+    counter = Counter(Span(low, low + length), per_count)
+    counter.preset(counter.span.wrapped(0.0))
+    at = 0
+    for jump in jumps:
+        at += jump
+        before = counter.reading
+        laps = counter.take(at)
+        assert counter.span.low <= counter.reading <= counter.span.high
+        travel = laps * counter.span.length + counter.reading - before
+        assert travel == pytest.approx(counter.delta * per_count, rel=1e-6, abs=1e-3)

@@ -1,0 +1,202 @@
+"""The position loop of a controlled axis, on a motor with its load: manual 2, 3.2 (@ParX[3], [10] to [16]), 4.0."""
+
+import pytest
+from arp_axes import AxesBench, Motor
+
+from fieldrig_devices.arp.motion.flags import AxisFlag
+
+GAINS = ((1, 10, 0.001), (1, 11, 2.0), (1, 12, 5.0), (1, 13, 0.05))
+LIMITS = ((1, 7, 500.0), (1, 8, 2000.0))
+
+
+def held(*parameters: tuple[int, int, float]) -> AxesBench:
+    """Axis 1 controlled, its encoder standing at 0 count, proportional gain 1 V/unit."""
+    bench = AxesBench((1, 4, 2.0), (1, 11, 1.0), *parameters)
+    bench.counts[1] = 0
+    return bench.loop()
+
+
+def driven(*parameters: tuple[int, int, float]) -> AxesBench:
+    """Axis 1 with a motor of 2500 unit/s2 for a volt; 4 counts are a unit."""
+    bench = AxesBench((1, 4, 2.0), (1, 1, 4.0), *GAINS, *LIMITS, *parameters)
+    bench.motors[1] = Motor(10_000.0, friction=2.0)
+    return bench.loop()
+
+
+@pytest.mark.manual("ARP-002", "ARP-028")
+def test_card_moves_a_motor_to_the_target_by_its_torque_alone() -> None:
+    bench = driven((1, 14, 20.0))
+    bench.axes.move_to(1, 300_000)
+    most = 0.0
+    while bench.loop().F[263]:
+        most = max(most, abs(bench.axes.tracking_error(1) / 1000))
+    assert 0 < most < 5.0  # it follows all the way
+    bench.until_flag(1, AxisFlag.ARRIVED)
+    bench.loop(1000)
+    assert bench.motors[1].position / 4 == pytest.approx(300.0, abs=0.3)
+    assert bench.faults.error == 0
+
+
+@pytest.mark.manual("ARP-002")
+def test_motor_that_is_pushed_is_brought_back() -> None:
+    bench = driven()
+    bench.motors[1].position += 40.0
+    bench.loop()
+    volts = bench.axes.volts(1)
+    assert volts is not None
+    assert volts < 0
+    bench.loop(2000)
+    assert bench.motors[1].position == pytest.approx(0.0, abs=1.0)
+
+
+@pytest.mark.manual("ARP-027")
+def test_each_gain_has_its_share_in_the_reference() -> None:
+    """Digest 12: FF x speed reference + KP e + KI sum(e) T + KD de/T."""
+    bench = held((1, 10, 0.01), (1, 11, 0.5), (1, 12, 2.0), (1, 13, 0.001), (1, 7, 100.0), (1, 8, 100_000.0))
+    bench.axes.move_at(1, 100_000)
+    error = total = 0.0
+    for loop in range(1, 11):
+        bench.loop()
+        position = 0.05 + 0.1 * (loop - 1)  # full speed after 1 ms
+        total += position * 0.001
+        expected = 0.01 * 100 + 0.5 * position + 2.0 * total + 0.001 * (position - error) / 0.001
+        error = position
+        assert bench.axes.volts(1) == pytest.approx(expected)
+
+
+@pytest.mark.manual("ARP-027")
+def test_reference_is_clamped_and_the_sum_waits_meanwhile() -> None:
+    bench = held((1, 12, 10.0))
+    bench.counts[1] = -100
+    bench.loop(1000)
+    assert bench.axes.volts(1) == 10.0
+    bench.counts[1] = 100
+    bench.loop()
+    assert bench.axes.volts(1) == -10.0
+    bench.counts[1] = 0
+    assert bench.loop().axes.volts(1) == pytest.approx(0.0, abs=2.0)  # 100 unit s would be 1000 V
+
+
+@pytest.mark.manual("ARP-021")
+@pytest.mark.parametrize(("signs", "volts"), [(0, -2.0), (1, 2.0), (2, 2.0), (3, -2.0)])
+def test_sign_mode_reverses_encoder_and_output(signs: int, volts: float) -> None:
+    bench = held((1, 3, signs))
+    bench.counts[1] = 2
+    assert bench.loop().axes.volts(1) == pytest.approx(volts)
+
+
+@pytest.mark.manual("ARP-028")
+def test_blocked_motor_is_a_loss_of_control_and_the_program_goes_on() -> None:
+    """A24."""
+    bench = driven((1, 14, 10.0))
+    bench.until_flag(1, AxisFlag.ARRIVED)
+    bench.motors[1].is_blocked = True
+    bench.load("BEG MAIN\nPAC 1, 300\nL: V2 += 1\nV1 == ERROR\nGOTO L\nEND")
+    bench.until(lambda: bench.V[1])
+    assert bench.V[1] == 116_000
+    assert (bench.faults.error, bench.faults.error_axis) == (116, 1)
+    assert bench.axes.volts(1) == 0.0
+    frozen = bench.F[260], bench.F[264]
+    count = bench.V[2]
+    bench.loop(500)
+    assert (bench.F[260], bench.F[264]) == frozen == (0, 0)
+    assert bench.F[263] == 0
+    assert bench.V[2] > count
+    assert bench.axes.volts(1) == 0.0
+    bench.axes.move_to(1, 0)
+    assert bench.F[263] == 0  # nothing moves it
+    bench.counts[1] = 77
+    bench.motors.clear()
+    assert bench.loop().reading(1) == 77 / 4  # but it is read
+
+
+@pytest.mark.manual("ARP-028")
+def test_other_axis_keeps_its_control() -> None:
+    bench = held((2, 4, 2.0), (1, 14, 5.0))
+    bench.counts[2] = 0
+    bench.loop()
+    bench.counts[1] = 6
+    bench.counts[2] = 2
+    bench.loop()
+    assert bench.faults.error == 116
+    assert bench.axes.volts(1) == 0.0
+    assert bench.axes.volts(2) == pytest.approx(-2.0)
+    bench.axes.engage()
+    bench.counts[1] = 7
+    assert bench.loop().axes.volts(1) == pytest.approx(-1.0)
+
+
+@pytest.mark.manual("ARP-028")
+def test_error_at_its_maximum_is_still_allowed() -> None:
+    bench = held((1, 14, 5.0))
+    bench.counts[1] = 5
+    assert bench.loop().faults.error == 0
+    bench.counts[1] = 6
+    assert bench.loop().faults.error == 116
+
+
+@pytest.mark.manual("ARP-029")
+def test_arrival_waits_until_the_error_stays_in_the_window() -> None:
+    bench = held((1, 15, 0.010), (1, 16, 2.0))
+    bench.until_flag(1, AxisFlag.ARRIVED)
+    bench.axes.move_by(1, 3_000)
+    bench.until_flag(1, AxisFlag.RUNNING, 0)
+    assert bench.loop(100).F[260] == 0  # 3 units short of it
+    bench.counts[1] = 1
+    bench.loop(9)
+    bench.counts[1] = 0
+    bench.loop()  # left too early
+    bench.counts[1] = 1
+    assert bench.until_flag(1, AxisFlag.ARRIVED) == 11
+    bench.counts[1] = 9
+    assert bench.loop(5).F[260] == 1  # until the next move begins
+
+
+def test_error_is_the_same_across_the_wrap() -> None:
+    bench = held((1, 5, 100.0), (1, 6, 0.0), (1, 7, 1000.0))
+    bench.axes.move_by(1, 105_000)
+    for position in range(103):
+        bench.counts[1] = position
+        bench.loop()
+    bench.until_flag(1, AxisFlag.RUNNING, 0)
+    assert bench.position(1) == 5.0
+    assert bench.reading(1) == 2.0
+    assert bench.axes.tracking_error(1) == 3_000
+    bench.counts[1] = 98
+    assert bench.loop().axes.tracking_error(1) == 7_000
+
+
+def test_preset_keeps_the_tracking_error() -> None:
+    bench = held((1, 5, 100.0), (1, 6, 0.0))
+    bench.counts[1] = 3
+    bench.loop()
+    bench.axes.preset_position(1, 98_000)
+    volts = bench.axes.volts(1)
+    assert bench.loop().axes.tracking_error(1) == -3_000
+    assert bench.axes.volts(1) == volts
+    assert bench.position(1) == 98.0
+    assert bench.reading(1) == pytest.approx(1.0)
+
+
+def test_encoder_heard_of_late_is_no_jump() -> None:
+    bench = AxesBench((1, 4, 2.0), (1, 14, 5.0))
+    bench.loop(10)
+    bench.counts[1] = 5000
+    assert bench.loop().axes.volts(1) == 0.0
+    assert bench.faults.error == 0
+    assert bench.axes.position(1) == 5_000_000
+
+
+def test_output_is_0_without_control_and_free_on_other_kinds() -> None:
+    bench = held()
+    bench.counts[1] = 4
+    bench.loop()
+    bench.axes.release()
+    assert bench.axes.volts(1) == 0.0
+    bench.counts[1] = 60
+    assert bench.loop().axes.volts(1) == 0.0
+    assert bench.axes.position(1) == 60_000  # the reading goes on
+    bench.axes.engage()
+    assert bench.loop().axes.volts(1) == 0.0
+    bench.set(1, 4, 3.0)
+    assert bench.axes.volts(1) is None
