@@ -15,9 +15,9 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.can.face import CanFace
 from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.language.instructions import WRITABLE
 from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.parameters import Parameters
-from fieldrig_devices.arp.runtime.instructions import WRITABLE
 from fieldrig_devices.arp.runtime.program import ArpProgram
 from fieldrig_devices.arp.runtime.words import packed
 
@@ -121,6 +121,10 @@ class FaceBench:
             self.can.deliver(parse(frame))
         return self.after(0)
 
+    def notice(self, notice: Any) -> None:
+        """What the card's CAN controller says."""
+        self.can.deliver(notice)
+
     def after(self, ms: float) -> list[str]:
         self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
         return [show(frame) for frame in self.can.take()]
@@ -134,13 +138,15 @@ class FaceBench:
 class FaceSettings(Settings):
     node_id: int = NODE_ID
     exchange: ExchangeSettings = ExchangeSettings()
+    is_busy: bool = True
 
 
 class FaceDevice(Device):
-    """The same in a rig: V1 counts passes of the scheduler, and F1 blinks with them."""
+    """The same in a rig: while it is busy V1 counts passes of the scheduler, and F1 blinks with them."""
 
     def __init__(self, clock: Clock, name: str, can: Link[CanFrame], settings: FaceSettings, store: Store) -> None:
         self._clock, self.card = clock, OutsideCard()
+        self._step = int(settings.is_busy)
         self.card.parameters.ram[0][5] = 1000 * settings.node_id
         self._face = CanFace(clock, name, can, self.card, store, settings.exchange)
 
@@ -149,7 +155,7 @@ class FaceDevice(Device):
         self._on_pass()
 
     def _on_pass(self) -> None:
-        self.card.V[1] += 1
+        self.card.V[1] += self._step
         self.card.F[1] = self.card.V[1] & 1
         self._face.refresh()
         self._clock.call_at(self._clock.now_ns() + SCHEDULER_PERIOD_NS, self._on_pass)

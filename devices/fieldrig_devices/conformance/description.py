@@ -4,6 +4,7 @@ Source: CiA 306-1 4.6, CiA 301 table 44 (data types).
 """
 
 import configparser
+import re
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -25,6 +26,8 @@ BITS = {**SIGNED, **UNSIGNED, **OTHERS}
 PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
 
 FIRST_OBJECT, LAST_OF_COMMUNICATION = 0x1000, 0x1FFF
+OBJECT = re.compile(r"[0-9A-F]{4}", re.IGNORECASE)
+COMPACT = "CompactSubObj"
 READABLE, WRITABLE = ("ro", "rw", "rwr", "rww", "const"), ("wo", "rw", "rwr", "rww")
 
 
@@ -89,9 +92,12 @@ class Description:
         try:
             with path.open(encoding="latin-1") as file:
                 parsed = PARSE(file, node_id)
+            compact = _compact(path)
         except (OSError, ValueError, LookupError, configparser.Error) as cause:
             raise RigError(f"{path} is no EDS that can be read: {cause}", "`fieldrig eds check` says more") from cause
         self.entries = {(entry.index, entry.sub): entry for entry in _entries(parsed)}
+        for index, count in compact.items():
+            self._expand(index, count)
         self.dummies = {index for index in parsed.indices if index < FIRST_OBJECT and index in BITS}
 
     def set_default(self, key: str, value: bool | int | float | str) -> None:
@@ -101,6 +107,13 @@ class Description:
         if entry is not None:
             data = entry.encode(value) if isinstance(value, int) and entry.is_integer else None
             self.entries[entry.index, entry.sub] = replace(entry, default=data)
+
+    def _expand(self, index: int, count: int) -> None:
+        """A compact array, of which canopen's reader keeps the first member and no count (CiA 306-1 4.6.3.2)."""
+        number, first = self.entries[index, 0], self.entries[index, 1]
+        self.entries[index, 0] = replace(number, access="ro", default=bytes((count,)))
+        for sub in range(1, count + 1):
+            self.entries[index, sub] = replace(first, sub=sub)
 
     def __contains__(self, index: int) -> bool:
         return any(entry.index == index for entry in self.entries.values())
@@ -118,6 +131,18 @@ class Description:
 
     def indices(self, first: int, last: int) -> list[int]:
         return sorted({index for index, _ in self.entries if first <= index <= last})
+
+
+def _compact(path: Path) -> dict[int, int]:
+    """How many members each compact array has.  ValueError for what is no number."""
+    text = configparser.RawConfigParser(strict=False, allow_no_value=True, inline_comment_prefixes=(";",))
+    text.read(path, encoding="latin-1")
+    counts = {
+        int(name, 16): int(text.get(name, COMPACT, fallback=None) or "0", 0)
+        for name in text.sections()
+        if OBJECT.fullmatch(name)
+    }
+    return {index: count for index, count in counts.items() if count > 0}
 
 
 def _entries(parsed: ObjectDictionary) -> Iterator[Entry]:

@@ -120,6 +120,20 @@ def test_mapping_longer_than_a_pdo(tmp_path: Path) -> None:
     assert "5 entries with 72 bits; at most 64 bits fit" in "\n".join(map(str, check_eds(path)))
 
 
+@pytest.mark.parametrize(("sub", "is_described"), [(0, False), (1, True), (4, True), (5, False)])
+def test_members_of_a_compact_array_may_be_mapped(tmp_path: Path, sub: int, is_described: bool) -> None:
+    """CiA 306-1 4.6.3.2: one section tells of all members but sub-index 0."""
+    path = tmp_path / "io32.eds"
+    described = "ObjectType=0x8\nCompactSubObj=4\nDataType=0x0003\nAccessType=rww\nPDOMapping=1\n"
+    head = "[6411]\nParameterName=Write analogue output 16-bit\n"
+    text = TEXT.replace(f"{head}ObjectType=0x8\nSubNumber=5\n", head + described)
+    before, after = text[: text.index("[6411sub0]")], text[text.index("[6421]") :]
+    path.write_text((before + after).replace("DefaultValue=0x64110110", f"DefaultValue=0x6411{sub:02d}10"))
+    said = [str(one) for one in check_eds(path)]
+    assert all(f"sub-index {sub} is not described" in one for one in said)
+    assert bool(said) != is_described
+
+
 def test_findings_come_in_order_of_lines_with_place_and_remedy(tmp_path: Path) -> None:
     path = tmp_path / "bare.eds"
     path.write_text("[FileInfo]\n[1000]\nDataType=7\n")

@@ -96,6 +96,10 @@ class ExchangeSettings(Settings):
         int, Field(ge=0, le=1_000, description="period of the SYNC that this card makes; 0: another node does")
     ] = 0
 
+    starts_itself: Annotated[
+        bool, Field(description="whether a card that exchanges enters 'operational' without a master (1F80h)")
+    ] = True
+
     @model_validator(mode="after")
     def _channels_are_used_once(self) -> Self:
         channels = [sent.channel for sent in self.send]
@@ -112,6 +116,8 @@ class ExchangeSettings(Settings):
             values.update(_sending(sent, node_id))
         for place, received in enumerate(self.receive):
             values.update(_receiving(received, place))
+        if self.starts_itself and (self.send or self.receive):
+            values["1F80:00"] = 0
         if self.sync_ms:
             values |= {"1005:00": MADE_HERE | SYNC_ID, "1006:00": self.sync_ms * 1000}
         return values

@@ -1,0 +1,34 @@
+"""Our conformance suite against the face: all of its cases."""
+
+from pathlib import Path
+
+import arp_face
+from arp_face import NODE_ID
+
+from fieldrig.config import from_dict
+from fieldrig.rig import Rig
+from fieldrig_devices.arp.can.face import EDS
+from fieldrig_devices.conformance.bench import Options
+from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.run import choose, conform_virtual
+from fieldrig_devices.conformance.suite import Verdict
+
+NOT_THERE = {
+    "2.28": "1201h",  # a second SDO server
+    "2.29": "1201h",
+    "2.30": "1280h",  # an SDO client
+    "4.5": "sub-index FFh",
+    "8.9": "1020h",
+}
+
+
+def test_the_card_conforms_to_cia_301() -> None:
+    card = {"kind": "arp_face:FaceDevice", "is_busy": False, "links": {"can": "can0"}}
+    config = {"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": {"card": card}}
+    with Rig(from_dict(config, Path(arp_face.__file__).parent)) as rig:
+        report = conform_virtual(rig, "can0", Description(EDS, NODE_ID), choose(()), Options(is_alone=True))
+    assert {one.case.number: one.reason for one in report.of(Verdict.FAILED)} == {}
+    missing = {one.case.number: one.reason for one in report.of(Verdict.NOT_APPLICABLE)}
+    assert missing.keys() == NOT_THERE.keys()
+    assert all(NOT_THERE[number] in reason for number, reason in missing.items())
+    assert len(report.of(Verdict.PASSED)) == 122
