@@ -25,7 +25,9 @@ FAST: Groups = {"general": {1: 1, 16: 10}}
 
 
 class CardBench:
-    """`card1` with Enable on, switched on at 0 ns.  It runs from the first pass of the scheduler on, at 10 ms."""
+    """`card1` with Enable on, switched on at 0 ns.  It runs from the first pass of the scheduler on, at 10 ms.
+
+    Its CAN, which takes longest to build, is there for those who ask for it."""
 
     def __init__(
         self,
@@ -35,7 +37,7 @@ class CardBench:
         is_enabled: bool = True,
         store: Store | None = None,
         clock: VirtualClock | None = None,
-        with_can: bool = True,
+        with_can: bool = False,
         **settings: Any,
     ) -> None:
         """`program`: a whole one, or the instructions of a main program alone; empty: none.

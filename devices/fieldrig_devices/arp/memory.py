@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from fieldrig.store import MemoryStore, Store
+from fieldrig.store import Store
 from fieldrig_devices.arp.parameters import PARAMETERS, Parameters, defaults
 
 _VERSION: Final = 1
@@ -64,24 +64,25 @@ class Memory:
         return _Section(self, name, on_fault)
 
 
-class _Section(MemoryStore):
+class _Section:
     def __init__(self, memory: Memory, name: str, on_fault: Callable[[], None]) -> None:
-        super().__init__()
         self._memory, self._name, self._on_fault = memory, name, on_fault
 
     def load(self) -> bytes | None:
         return self._memory.content.sections.get(self._name)
 
     def save(self, data: bytes) -> None:
-        sections = self._memory.content.sections
-        before = sections.get(self._name, b"")
-        sections[self._name] = data
+        content = self._memory.content
+        before, content.sections = content.sections, {**content.sections, self._name: data}
         try:
             self._memory.write()
         except MemoryFaultError as cause:
-            sections[self._name] = before
+            content.sections = before
             self._on_fault()
             raise OSError(str(cause)) from cause
+
+    def buffered_ram(self, size: int) -> memoryview:
+        raise NotImplementedError("the card's RAM holds its variables")
 
 
 def _encode(content: Content) -> bytes:

@@ -16,6 +16,7 @@ from fieldrig_devices.arp.files import ArpObject, ObjectError, decode
 from fieldrig_devices.arp.fixed import MEMORY_BLANK
 from fieldrig_devices.arp.memory import MemoryFaultError
 from fieldrig_devices.arp.outside import CardState, RefusedError
+from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.parts import Parts
 from fieldrig_devices.arp.permanent import Ram
 from fieldrig_devices.arp.program_side import ProgramSide
@@ -204,7 +205,7 @@ class Operation:
 
     def save_parameter(self, group: int, number: int, raw: int) -> bool:
         parts = self._parts
-        if not parts.parameters.takes(group, number, raw):
+        if group not in range(len(PARAMETERS)) or not parts.parameters.takes(group, number, raw):
             return False
         table = parts.memory.content.parameters[group]
         before, table[number] = table[number], raw
