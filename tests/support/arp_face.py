@@ -1,14 +1,13 @@
 """An ARP card seen from CAN: what a program would move is moved by the test, frames are text."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from canopen_bench import parse, show
 
 from fieldrig.clock import MS, Clock, VirtualClock
-from fieldrig.device import Device, Point
+from fieldrig.device import Device
 from fieldrig.link import Link
-from fieldrig.settings import Settings
 from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
@@ -19,7 +18,6 @@ from fieldrig_devices.arp.language.instructions import WRITABLE
 from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.parameters import Parameters
 from fieldrig_devices.arp.runtime.program import ArpProgram
-from fieldrig_devices.arp.runtime.words import packed
 
 NODE_ID = 10  # the default of @Par[5]
 SCHEDULER_PERIOD_NS = 20 * MS
@@ -135,34 +133,17 @@ class FaceBench:
         return answer
 
 
-class FaceSettings(Settings):
-    node_id: int = NODE_ID
-    exchange: ExchangeSettings = ExchangeSettings()
-    is_busy: bool = True
-
-
 class FaceDevice(Device):
-    """The same in a rig: while it is busy V1 counts passes of the scheduler, and F1 blinks with them."""
+    """The same in a rig."""
 
-    def __init__(self, clock: Clock, name: str, can: Link[CanFrame], settings: FaceSettings, store: Store) -> None:
-        self._clock, self.card = clock, OutsideCard()
-        self._step = int(settings.is_busy)
-        self.card.parameters.ram[0][5] = 1000 * settings.node_id
-        self._face = CanFace(clock, name, can, self.card, store, settings.exchange)
+    def __init__(self, clock: Clock, name: str, can: Link[CanFrame], store: Store) -> None:
+        self._clock = clock
+        self._face = CanFace(clock, name, can, OutsideCard(), store)
 
     def start(self) -> None:
         self._face.start()
         self._on_pass()
 
     def _on_pass(self) -> None:
-        self.card.V[1] += self._step
-        self.card.F[1] = self.card.V[1] & 1
         self._face.refresh()
         self._clock.call_at(self._clock.now_ns() + SCHEDULER_PERIOD_NS, self._on_pass)
-
-    def points(self) -> Mapping[str, Point]:
-        variables = {f"V{number}": self._variable(number) for number in range(1, 1001)}
-        return {**variables, "@FLAG2": Point(lambda: packed(self.card.F[33:65]))}
-
-    def _variable(self, number: int) -> Point:
-        return Point(lambda: self.card.V[number], lambda value: self.card.V.__setitem__(number, int(value)))

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import arp_face
 import pytest
 from arp_face import FaceBench
 from pydantic import ValidationError
@@ -23,16 +22,15 @@ def two_cards(*, second: dict[str, Any], **first: Any) -> Rig:
     """Card a with node-ID 5, card b with 6."""
     devices = {
         name: {
-            "kind": "arp_face:FaceDevice",
-            "node_id": node_id,
-            "is_busy": False,
+            "kind": "arp",
+            "parameters": {"general": {5: node_id}},
             "exchange": exchange,
             "links": {"can": "can0"},
         }
         for name, node_id, exchange in (("a", 5, first), ("b", 6, second))
     }
     config = {"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": devices}
-    return Rig(from_dict(config, Path(arp_face.__file__).parent))
+    return Rig(from_dict(config, Path()))
 
 
 @pytest.mark.manual("ARP-003")
@@ -41,9 +39,9 @@ def test_a_variable_of_one_card_is_in_the_other_within_a_pass_and_a_frame() -> N
         send=[{"channel": 1, "words": ["V10"]}], second={"receive": [{"node": 5, "channel": 1, "words": ["V110"]}]}
     ) as rig:
         rig.run_until(50 * MS)
-        rig.set("a", "V10", 12_345)
+        rig.set("a", "V10", 12.345)
         rig.run_until(50 * MS + PASS_NS + FRAME_NS)
-        assert rig.get("b", "V110") == 12_345
+        assert rig.get("b", "V110") == 12.345
         assert rig.get("b", "V10") == 0
 
 
@@ -54,13 +52,15 @@ def test_both_ways_with_flag_words() -> None:
         receive=[{"node": 6, "channel": 4, "words": ["V2"]}],
         second={
             "send": [{"channel": 4, "words": ["V1"]}],
-            "receive": [{"node": 5, "channel": 1, "words": ["V2", "FLAG2"]}],
+            "receive": [{"node": 5, "channel": 1, "words": ["V2", "FLAG1"]}],
         },
     ) as rig:
         rig.set("a", "V1", 1)
-        rig.set("b", "V1", 2)
+        rig.set("a", "F34", True)
+        rig.set("b", "V1", -2)
         rig.run_until(100 * MS)
-        assert (rig.get("a", "V2"), rig.get("b", "V2")) == (2, 1)
+        assert (rig.get("a", "V2"), rig.get("b", "V2")) == (-2, 1)
+        assert [rig.get("b", f"F{number}") for number in (1, 2, 3)] == [False, True, False]
 
 
 def test_cards_without_exchange_say_nothing_to_each_other() -> None:
@@ -184,6 +184,6 @@ def test_wrong_settings_are_refused_with_what_would_be_right(wrong: dict[str, An
         ExchangeSettings.model_validate(wrong)
 
 
-def test_a_rig_names_the_key(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_rig_names_the_key() -> None:
     with pytest.raises(RigError, match="exchange"):
         two_cards(send=[{"channel": 9, "words": ["V1"]}], second={})

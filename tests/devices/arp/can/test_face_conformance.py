@@ -23,7 +23,7 @@ NOT_THERE = {
 
 
 def test_the_card_conforms_to_cia_301() -> None:
-    card = {"kind": "arp_face:FaceDevice", "is_busy": False, "links": {"can": "can0"}}
+    card = {"kind": "arp_face:FaceDevice", "links": {"can": "can0"}}
     config = {"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": {"card": card}}
     with Rig(from_dict(config, Path(arp_face.__file__).parent)) as rig:
         report = conform_virtual(rig, "can0", Description(EDS, NODE_ID), choose(()), Options(is_alone=True))
