@@ -1,0 +1,56 @@
+"""V1 to V1000 of an ARP card survive SIGKILL: nothing that left the card is forgotten."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from arp_bench import CardBench
+
+from fieldrig.store import FileStore
+
+pytestmark = pytest.mark.system
+
+TOLD = 300
+CHILD = """
+import sys
+from pathlib import Path
+from arp_bench import CardBench
+from fieldrig.store import FileStore
+
+program = "LOOP:\\nV1 += 1\\nV[V2] == V1\\nV3 == V3 ^ H55AA55\\nO101 == !O101\\nGOTO LOOP"
+bench = CardBench(program, store=FileStore(Path(sys.argv[1])))
+bench.put_variable(2, 900)
+send = bench.wires.send
+
+def tell(signal):
+    if signal.name == "card1.O101":
+        print(bench.outside.V[1], bench.outside.V[900], flush=True)
+    bench.wires.sent.clear()
+
+bench.wires.send = tell
+while True:
+    bench.run_for(1)
+"""
+
+
+@pytest.mark.manual("ARP-061")
+def test_variables_survive_a_kill(tmp_path: Path) -> None:
+    path = tmp_path / "card1"
+    support = str(Path(__file__).parents[1] / "support")
+    told = (0, 0)
+    with subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(path)], stdout=subprocess.PIPE, text=True, env={"PYTHONPATH": support}
+    ) as child:
+        assert child.stdout is not None
+        for _ in range(TOLD):
+            first, last = child.stdout.readline().split()
+            told = (int(first), int(last))
+        child.send_signal(signal.SIGKILL)
+    assert child.returncode == -signal.SIGKILL
+    bench = CardBench(store=FileStore(path))
+    assert told > (0, 0)
+    assert bench.outside.V[1] >= told[0]
+    assert bench.outside.V[900] >= told[1]
+    assert bench.warning == 0  # the memory is what it was
