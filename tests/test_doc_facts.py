@@ -26,9 +26,11 @@ from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.ring.faults import RingFault
+from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
 
 DOCS = ROOT / "docs"
@@ -48,6 +50,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "identification": Identification,
         "server_id": ServerId,
     },
+    "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
+    "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
     "Register tables": {"table": Table, "bit": Bit, "register": Register, "fifo": Fifo},
 }
 """Settings that are not of a kind, by the heading of their section and their word in the column `of`."""

@@ -1,0 +1,51 @@
+"""How much web passes the line: from a wire that tells its speed, or from the encoder of the axis that drives it."""
+
+from fieldrig.clock import S
+from fieldrig_bus.wires import Motion, Signal
+
+
+class LineFeed:
+    def __init__(self, m_per_count: float | None) -> None:
+        """Without a measure of a count the wire tells a speed in m/s."""
+        self._m_per_count = m_per_count
+        self._signal: Signal | None = None
+        self._taken_ns = 0
+        self._taken_counts: float | None = None
+
+    def take(self, signal: Signal) -> None:
+        """A wire has changed; what passed before must have been asked for."""
+        self._signal = signal
+        if self._taken_counts is None:
+            self._taken_counts = float(signal.value)
+
+    def speed(self, now_ns: int) -> float:
+        """m/s; an encoder that is no `Motion` has none."""
+        signal = self._signal
+        if signal is None:
+            return 0.0
+        if self._m_per_count is None:
+            return _value(signal, now_ns)
+        return signal.speed_at(now_ns) * self._m_per_count if isinstance(signal, Motion) else 0.0
+
+    def is_still(self, now_ns: int) -> bool:
+        signal = self._signal
+        if signal is None:
+            return True
+        if isinstance(signal, Motion) and (signal.acceleration or signal.speed):
+            return False
+        return _value(signal, now_ns) == (0.0 if self._m_per_count is None else self._taken_counts)
+
+    def passed_m(self, now_ns: int) -> float:
+        """Since the last time this was asked."""
+        since_ns, self._taken_ns = self._taken_ns, now_ns
+        signal = self._signal
+        if signal is None or self._taken_counts is None:
+            return 0.0
+        if self._m_per_count is None:
+            return (_value(signal, since_ns) + _value(signal, now_ns)) / 2 * (now_ns - since_ns) / S
+        before, self._taken_counts = self._taken_counts, _value(signal, now_ns)
+        return (self._taken_counts - before) * self._m_per_count
+
+
+def _value(signal: Signal, now_ns: int) -> float:
+    return signal.at(now_ns) if isinstance(signal, Motion) else float(signal.value)

@@ -1,0 +1,198 @@
+"""A winder: a roll that gives web to a line or takes it up, with a drive, a load cell, a dancer and an encoder.
+
+The line sets the pace: a wire with its speed, or the encoder of the axis that drives it.  The drive of the roll turns
+its reference into torque, as a current amplifier does; as a brake it only holds against the rotation.  Physics and
+steps are in `winder_model`; a winder in which nothing moves takes none.  A web breaks by the point `break_web`, at
+`breaking_tension_n`, and where an unwound roll ends; `break_web=false` threads a new one.
+Left out: the rollers between roll and line, lag and limits of the drive, the way of the web over the load cell.
+"""
+
+from collections.abc import Mapping
+from math import ceil, floor, isfinite
+
+from fieldrig.clock import US, Clock, S, Timer
+from fieldrig.device import Device, Point, Value
+from fieldrig.link import Link
+from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants.line_feed import LineFeed
+from fieldrig_devices.plants.winder_model import WinderModel
+from fieldrig_devices.plants.winder_settings import WinderSettings
+
+FULL_SCALE_V = 10.0
+STILL_M_PER_S = 1e-6
+STILL_M_PER_S2 = 1e-4
+MOST_STEPS = 100  # after a longer pause the rest of it is lost
+
+
+class Winder(Device):
+    about = "a winder: roll, elastic web, drive, load cell and dancer (a plant, on wires)"
+
+    def __init__(self, clock: Clock, name: str, settings: WinderSettings, wires: Link[Signal]) -> None:
+        self._clock, self._settings, self._wires = clock, settings, wires
+        self._model = WinderModel(settings)
+        self._line = LineFeed(settings.line_m_per_count)
+        self._step_ns = settings.step_us * US
+        self._volt = 0.0
+        self._looked_ns = clock.now_ns()
+        self._timer: Timer | None = None
+        self._motion: Motion | None = None
+        self._told: dict[str, bool | float] = {}
+        self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
+        self._web_wire = settings.web_wire or f"{name}.web"
+        cell, dancer = settings.load_cell, settings.dancer
+        self._cell_wire = (cell and cell.wire) or f"{name}.load_cell"
+        self._dancer_wire = (dancer and dancer.wire) or f"{name}.dancer"
+        self._reference_wire = settings.reference_wire or f"{name}.reference"
+        self._look_at_model()
+        wires.on_receive(self._on_signal, (self._reference_wire, settings.line_wire))
+
+    def start(self) -> None:
+        self._looked_ns = self._clock.now_ns()
+        self._line.passed_m(self._looked_ns)
+        self._go_on()
+
+    def points(self) -> Mapping[str, Point]:
+        model, settings = self._model, self._settings
+        points = {
+            "tension": Point(lambda: self._tension, None, "N", "of the web"),
+            "radius": Point(lambda: model.radius_m, self._write_radius, "m", "of the roll; write to mount another"),
+            "length": Point(lambda: settings.length_m(model.radius_m), None, "m", "of the web on the roll"),
+            "position": Point(lambda: model.angle, None, "rad", "of the roll; forward with the line"),
+            "speed": Point(lambda: model.speed, None, "rad/s", "of the roll"),
+            "inertia": Point(lambda: model.inertia, None, "kg m2", "of the roll"),
+            "encoder": Point(lambda: floor(model.angle * settings.counts_per_rad), None, "count"),
+            "line_speed": Point(lambda: self._line.speed(self._clock.now_ns()), None, "m/s"),
+            "reference": Point(lambda: self._volt, None, "V", "to the drive"),
+            "torque": Point(lambda: sum(self._drive()), None, "N m", "of the drive, that pulls the web tight"),
+            "slack": Point(lambda: max(0.0, -model.stretch_m), None, "m", "of web that hangs loose"),
+            "break_web": Point(
+                lambda: model.is_broken, self._write_break, "", "true tears it, false threads a new one"
+            ),
+        }
+        if settings.load_cell is not None:
+            points["load_cell"] = Point(lambda: self._told[self._cell_wire], None, "V")
+        if settings.dancer is not None:
+            points["dancer"] = Point(lambda: model.dancer_m, None, "m", "position; 0 is the shortest loop")
+            points["dancer_force"] = Point(lambda: model.dancer_force_n, self._write_force, "N", "draws the loop out")
+        return points
+
+    def _on_signal(self, signal: Signal) -> None:
+        self._look()
+        if signal.name == self._reference_wire:
+            self._volt = min(max(float(signal.value), -FULL_SCALE_V), FULL_SCALE_V)
+        else:
+            self._line.take(signal)
+        self._go_on()
+
+    def _write_break(self, value: Value) -> None:
+        if not isinstance(value, bool):
+            raise ValueError("true or false")
+        settings, model = self._settings, self._model
+        if not value and settings.role == "unwinder" and model.radius_m <= settings.core_radius_m:
+            raise ValueError("the roll is empty: set radius first")
+        self._look()
+        if value:
+            model.break_web()
+        elif model.is_broken:
+            model.thread_web()
+        self._go_on()
+
+    def _write_radius(self, value: Value) -> None:
+        core_m = self._settings.core_radius_m
+        if isinstance(value, str | bool) or not core_m <= value <= 100 * core_m:
+            raise ValueError(f"a radius from {core_m} to {100 * core_m} m")
+        self._look()
+        self._model.mount(float(value))
+        self._go_on()
+
+    def _write_force(self, value: Value) -> None:
+        if isinstance(value, str | bool) or not isfinite(value) or not 0 <= value <= 1e6:
+            raise ValueError("a force from 0 to 1000000 N")
+        self._look()
+        self._model.dancer_force_n = float(value)
+        self._go_on()
+
+    def _drive(self) -> tuple[float, float]:
+        """What pulls the web tight, and what holds the roll as dry friction does."""
+        torque = self._settings.torque_nm_at_10_v * self._volt / FULL_SCALE_V
+        return (torque, 0.0) if self._settings.drive == "motor" else (0.0, max(0.0, torque))
+
+    def _look(self) -> None:
+        """Bring the model up to now, under the inputs of the time since the last look."""
+        now_ns = self._clock.now_ns()
+        seconds, passed_m = (now_ns - self._looked_ns) / S, self._line.passed_m(now_ns)
+        self._looked_ns = now_ns
+        if seconds <= 0 or self._timer is None:
+            return
+        torque, held = self._drive()
+        steps = ceil(seconds * S / self._step_ns)  # more than one only where this process stood still
+        for _ in range(min(steps, MOST_STEPS)):
+            self._model.step(seconds / steps, torque, held + self._settings.coulomb_nm, passed_m / steps)
+
+    def _look_at_model(self) -> None:
+        """What a step leaves behind, and whether anything goes on."""
+        model, breaking_n = self._model, self._settings.breaking_tension_n
+        line_speed = self._line.speed(self._looked_ns)
+        self._tension = model.tension(line_speed)
+        if breaking_n is not None and self._tension > breaking_n:
+            model.break_web()
+            self._tension = 0.0
+        torque, held = self._drive()
+        self._acceleration = model.acceleration(self._tension, torque, held + self._settings.coulomb_nm)
+        radius_m = model.radius_m
+        self._is_still = (
+            self._line.is_still(self._looked_ns)
+            and abs(model.speed) * radius_m < STILL_M_PER_S
+            and abs(model.dancer_speed) < STILL_M_PER_S
+            and abs(self._acceleration) * radius_m < STILL_M_PER_S2
+            and abs(model.dancer_acceleration(self._tension)) < STILL_M_PER_S2
+        )
+        if self._is_still:
+            model.speed = model.dancer_speed = self._acceleration = 0.0
+
+    def _go_on(self) -> None:
+        self._look_at_model()
+        self._tell()
+        if self._timer is not None and (self._is_still or self._timer.when_ns > self._looked_ns + self._step_ns):
+            self._timer.cancel()
+            self._timer = None
+        if not self._is_still and self._timer is None:
+            self._timer = self._clock.call_at(self._looked_ns + self._step_ns, self._on_timer)
+
+    def _on_timer(self) -> None:
+        due_ns = self._looked_ns + self._step_ns
+        if self._clock.now_ns() < due_ns:  # an input came between, and took a part of the step
+            self._timer = self._clock.call_at(due_ns, self._on_timer)
+            return
+        self._look()
+        self._timer = None
+        self._go_on()
+
+    def _tell(self) -> None:
+        model, cell, dancer = self._model, self._settings.load_cell, self._settings.dancer
+        self._tell_encoder()
+        if cell is not None:
+            self._tell_signal(self._cell_wire, cell.volt(self._tension), "V", cell.resolution_v)
+        if dancer is not None:
+            self._tell_signal(self._dancer_wire, dancer.volt(model.dancer_m), "V", dancer.resolution_v)
+        self._tell_signal(self._web_wire, not model.is_broken)
+
+    def _tell_signal(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
+        told = self._told.get(wire)
+        if told is None or abs(value - told) > resolution:
+            self._told[wire] = value
+            self._wires.send(Signal(wire, value, unit))
+
+    def _tell_encoder(self) -> None:
+        """Again before the course told would lead astray within the next step; at rest, as it is."""
+        model, scale, told = self._model, self._settings.counts_per_rad, self._motion
+        value, speed, acceleration = model.angle * scale, model.speed * scale, self._acceleration * scale
+        now_ns, step_s = self._looked_ns, self._step_ns / S
+        if told is not None:
+            astray = abs(told.at(now_ns) - value) + abs(told.speed_at(now_ns) - speed) * step_s
+            astray += abs(told.acceleration - acceleration) * step_s * step_s / 2
+            is_resting = self._is_still and bool(told.speed or told.acceleration)
+            if astray < self._settings.encoder_tolerance_counts and not is_resting:
+                return
+        self._motion = Motion(self._encoder_wire, value, "count", now_ns, speed, acceleration)
+        self._wires.send(self._motion)
