@@ -27,7 +27,8 @@ FAST: Groups = {"general": {1: 1, 16: 10}}
 class CardBench:
     """`card1` with Enable on, switched on at 0 ns.  It runs from the first pass of the scheduler on, at 10 ms.
 
-    Its CAN, which takes longest to build, is there for those who ask for it."""
+    Its CAN, which takes longest to build, is there for those who ask for it.
+    """
 
     def __init__(
         self,
@@ -37,6 +38,7 @@ class CardBench:
         is_enabled: bool = True,
         store: Store | None = None,
         clock: VirtualClock | None = None,
+        wires: RecordedLink[Signal] | None = None,
         with_can: bool = False,
         **settings: Any,
     ) -> None:
@@ -46,11 +48,8 @@ class CardBench:
         """
         self.clock = clock or VirtualClock()
         self.store = store if store is not None else MemoryStore()
-        self.wires, self.can, self.user = (
-            RecordedLink[Signal](),
-            RecordedLink[CanFrame](),
-            RecordedLink[SerialMessage](),
-        )
+        self.wires = wires if wires is not None else RecordedLink[Signal]()
+        self.can, self.user = RecordedLink[CanFrame](), RecordedLink[SerialMessage]()
         groups = dict(parameters or {})
         groups["general"] = {**FAST["general"], **groups.get("general", {})}
         data: dict[str, Any] = {"inputs": {"I108": is_enabled}, "parameters": groups, **settings}

@@ -18,18 +18,15 @@ import sys
 from pathlib import Path
 from arp_bench import CardBench
 from fieldrig.store import FileStore
+from fieldrig.testing import RecordedLink
 
-program = "LOOP:\\nV1 += 1\\nV[V2] == V1\\nV3 == V3 ^ H55AA55\\nO101 == !O101\\nGOTO LOOP"
-bench = CardBench(program, store=FileStore(Path(sys.argv[1])))
-bench.put_variable(2, 900)
-send = bench.wires.send
+class Wires(RecordedLink):
+    def send(self, signal):
+        if signal.name == "card1.O101" and signal.value:
+            print(bench.outside.V[1], bench.outside.V[900], flush=True)
 
-def tell(signal):
-    if signal.name == "card1.O101":
-        print(bench.outside.V[1], bench.outside.V[900], flush=True)
-    bench.wires.sent.clear()
-
-bench.wires.send = tell
+program = "V2 == 900\\nLOOP:\\nV1 += 1\\nV[V2] == V1\\nO101 == !O101\\nGOTO LOOP"
+bench = CardBench(program, store=FileStore(Path(sys.argv[1])), wires=Wires())
 while True:
     bench.run_for(1)
 """

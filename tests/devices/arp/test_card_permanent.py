@@ -6,6 +6,7 @@ import pytest
 from arp_bench import CardBench
 
 from fieldrig.store import MemoryStore, Store
+from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.arp.permanent import COUNT, MARK, Permanent, Ram
 
@@ -49,27 +50,23 @@ def test_both_ends_are_kept() -> None:
 
 @pytest.mark.manual("ARP-061")
 def test_variables_are_in_the_ram_before_an_output_shows_them() -> None:
-    bench = CardBench("LOOP:\nV1 += 1\nV[V2] += 1\nO101 == !O101\nGOTO LOOP", {"general": {1: 1}})
+    class Wires(RecordedLink[Signal]):
+        def send(self, message: Signal) -> None:
+            if bench is not None:
+                shown.append((words(store)[1:], bench.outside.V[1:]))
+
+    shown: list[tuple[list[int], list[int]]] = []
+    store, bench = MemoryStore(), None
+    bench = CardBench("LOOP:\nV1 += 1\nV[V2] += 1\nO101 == !O101\nGOTO LOOP", store=store, wires=Wires())
     bench.put_variable(2, 700)
-    seen: list[bool] = []
-    send = bench.wires.send
-
-    def look(signal: Signal) -> None:
-        if signal.name == "card1.O101":
-            kept = words(bench.store)
-            seen.append((kept[1], kept[700]) == (bench.outside.V[1], bench.outside.V[700]))
-        send(signal)
-
-    bench.wires.send = look  # type: ignore[method-assign]
     bench.run_for(200)
-    assert len(seen) > 50
-    assert all(seen)
+    assert len(shown) > 50
+    assert all(kept == there for kept, there in shown)
 
 
 def test_what_comes_from_outside_is_kept_at_once() -> None:
     store = MemoryStore()
-    bench = CardBench(store=store)
-    assert bench.outside.set_variables(999, [1, 2])
+    assert CardBench(store=store).outside.set_variables(999, [1, 2])
     assert words(store)[999:] == [1, 2]
 
 
