@@ -341,10 +341,13 @@ class Command:
         self,
         datum: Datum,
         start: Callable[["Command"], None],
-        on_change: Callable[[], None],
+        on_change: Callable[[bool], None],
         cancel: Callable[[], None] | None = None,
     ) -> None:
-        """`start` ends, now or later, with `finish`; it may raise ServiceError.  `on_change` tells of an end."""
+        """`start` ends, now or later, with `finish`; it may raise ServiceError.
+
+        `on_change` tells whether the command has ended and is not yet cleared.
+        """
         self._datum, self._start, self._on_change, self._cancel = datum, start, on_change, cancel
         datum.writer = self._write
 
@@ -355,7 +358,7 @@ class Command:
     def finish(self, *, is_good: bool = True) -> None:
         if self.is_active:
             self._datum.status = self.DONE if is_good else self.FAILED
-            self._on_change()
+            self._on_change(True)
 
     def _write(self, data: bytes) -> None:
         match data[0] & 3:
@@ -370,3 +373,4 @@ class Command:
                 if self.is_active and self._cancel is not None:
                     self._cancel()
                 self._datum.data, self._datum.status = data, self.CLEARED
+                self._on_change(False)

@@ -1,0 +1,492 @@
+"""The master's end of the ring: it brings the drives up phase by phase, and then keeps the cycle.
+
+Source: IEC 61491 by its public facts.  In CP0 the master looks whether its own MST comes round, ten times; in CP1 it
+calls each drive; in CP2 it reads what each drive needs for its timing, writes when everything has to be, and lets the
+drive check it (S-0-0127); in CP3 the telegrams have their final form, and S-0-0128 leads to CP4.  An AT that is missing
+twice in a row brings the ring down to CP0, and so does an open ring in CP1 to CP4.  Up to CP2 the cycle is 1 ms.
+"""
+
+import struct
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from functools import partial
+from typing import Final
+
+from fieldrig.clock import MS, US, Clock, Timer
+from fieldrig.link import Link
+from fieldrig_bus.ring.message import BROADCAST, Answers, Mdt, Mst, RingMessage
+from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, telegram_ns
+from fieldrig_devices.sercos.idn import Command, Element, ServiceError
+from fieldrig_devices.sercos.service import CONTROL_MASK, STATUS_MASK, Done, ServiceClient
+from fieldrig_devices.sercos.telegram import CODES, CONFIGURED, HEAD_BYTES, record, size
+
+EARLY_CYCLE_NS: Final = 1 * MS
+"""In CP0 to CP2, where it is the master's choice."""
+CLOSED_CYCLES: Final = 10
+"""For which the MST has to come round in CP0."""
+CALLS: Final = 10
+"""For an answer in CP1."""
+MOST_MISSED: Final = 2
+SETTLING_NS: Final = 100 * US
+"""Between the end of the MDT and command valid time."""
+
+
+class Event(Enum):
+    PHASE = auto()
+    """A phase was reached: `code` is its number."""
+    OPEN = auto()
+    """The ring has opened."""
+    CLOSED = auto()
+    MISSING = auto()
+    """No drive answers at `address` in CP1."""
+    AT_FAILED = auto()
+    """An AT did not come: `code` is how often in a row."""
+    REFUSED = auto()
+    """The drive refused something on the way up: `idn`, and `code` of the service channel."""
+    NO_ROOM = auto()
+    """The telegrams don't fit into the cycle: `code` is how many microseconds they need."""
+
+
+@dataclass(frozen=True, slots=True)
+class RingEvent:
+    what: Event
+    address: int = 0
+    idn: int = 0
+    code: int = 0
+
+
+class Drive:
+    """One drive, as the master has it."""
+
+    def __init__(self, address: int, mdt: Sequence[int], at: Sequence[int]) -> None:
+        """`mdt` and `at` are the IDNs of command and feedback values; KeyError for one that can't be cyclic."""
+        self.address = address
+        self.mdt, self.at = tuple(mdt), tuple(at)
+        self.mdt_codes, at_codes = [CODES[idn] for idn in mdt], [CODES[idn] for idn in at]
+        self.at_record = record(at_codes)
+        self.at_length = 1 + HEAD_BYTES + size(at_codes)
+        self.client = ServiceClient()
+        self.place = 0
+        """Of its control word among the values of the MDT."""
+        self.position = 0
+        """Of its record in the MDT."""
+        self.control = 0
+        self.status = 0
+        self.info = 0
+        self.feedback: tuple[int, ...] = (0,) * len(self.at)
+        self.missed = 0
+        self.calls = 0
+        self.is_here = False
+        """Answered in CP1."""
+        self.lost = 0
+        """ATs that did not come, in CP3 and CP4, ever."""
+
+
+class SercosMaster:
+    def __init__(
+        self,
+        clock: Clock,
+        link: Link[RingMessage],
+        cycle_ns: int,
+        drives: Sequence[Drive],
+        *,
+        mbaud: int = 4,
+        on_event: Callable[[RingEvent], None],
+        on_cycle: Callable[[], None],
+    ) -> None:
+        """`drives` stand in the order of the ring; `on_cycle` is called in CP4, when the feedback of a cycle is there
+        and its command values are not yet sent."""
+        self._clock, self._link, self._cycle_ns, self._mbaud = clock, link, cycle_ns, mbaud
+        self.drives = {drive.address: drive for drive in drives}
+        self._order = tuple(drives)
+        self._on_event, self._on_cycle = on_event, on_cycle
+        self.phase = 0
+        self._target = 0
+        self._number = 0
+        self._closed_cycles = 0
+        self._is_closed: bool | None = None
+        self._called = 0
+        self._script: Generator[_Ask, bytes, None] | None = None
+        self._waiting_for = 0
+        self._had_missed = self._is_settling = False
+        self._mdt_record = struct.Struct("<B")
+        self._values: list[int] = []
+        self._busy: list[Drive] = []
+        self._timer: Timer | None = None
+        self._next_ns = 0
+        self.missed_cycles = 0
+        """Cycles that the master itself was too late for."""
+        self.wrong_fcs = 0
+        link.on_receive(self._on_message, ["master"])
+
+    # ---- what the controller asks for
+
+    def start(self) -> None:
+        """Begin to send; in CP0 until a phase is requested."""
+        self._next_ns = self._clock.now_ns()
+        self._tick()
+
+    def stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def request_phase(self, phase: int) -> None:
+        """0 to 4: how far to go.  Down is down to CP0, and up again from there."""
+        self._target = phase
+        if phase < self.phase:
+            self._go_down()
+
+    def set_commands(self, address: int, control: int, *values: int) -> None:
+        """What the next MDTs carry: the control word without the service channel's bits, and the command values."""
+        drive = self.drives[address]
+        drive.control = control
+        place = drive.place
+        table = self._values
+        if place:
+            table[place] = control | drive.client.control
+            table[place + 2 : place + 2 + len(values)] = values
+
+    def read(self, address: int, idn: int, element: Element, done: Done) -> None:
+        """Over the service channel.  It waits for CP2 or later as it waits for its turn."""
+        drive = self.drives[address]
+        drive.client.read(idn, element, done)
+        self._stir(drive)
+
+    def write(self, address: int, idn: int, data: bytes, done: Done) -> None:
+        drive = self.drives[address]
+        drive.client.write(idn, data, done)
+        self._stir(drive)
+
+    def command(self, address: int, idn: int, done: Callable[[bool], None]) -> None:
+        """A procedure command, set, awaited and cleared; `done` gets whether it went well."""
+        client = self.drives[address].client
+
+        def on_set(outcome: bytes | ServiceError) -> None:
+            if isinstance(outcome, ServiceError):
+                done(False)
+            else:
+                client.read(idn, Element.IDN, on_status)
+
+        def on_status(outcome: bytes | ServiceError) -> None:
+            if isinstance(outcome, ServiceError):
+                done(False)
+                return
+            status = int.from_bytes(outcome, "little") & 0xF
+            if status == Command.ACTIVE:
+                client.read(idn, Element.IDN, on_status)
+            else:
+                client.write(idn, b"\0\0", lambda _outcome: done(status == Command.DONE))
+
+        self.write(address, idn, b"\x03\0", on_set)
+
+    def _stir(self, drive: Drive) -> None:
+        if drive not in self._busy:
+            self._busy.append(drive)
+
+    # ---- cycles
+
+    def _tick(self) -> None:
+        self._number += 1
+        period_ns = self._cycle_ns if self.phase >= 3 else EARLY_CYCLE_NS
+        late = self._clock.late_ns() // period_ns
+        self.missed_cycles += late
+        self._next_ns += period_ns * (1 + late)
+        self._timer = self._clock.call_at(self._next_ns, self._tick)
+        self._link.send(Mst(self._number, bytes((BROADCAST, self.phase))))
+
+    def _on_message(self, message: RingMessage) -> None:
+        if not isinstance(message, Answers) or message.number != self._number & 0xFFFF_FFFF:
+            return
+        self.wrong_fcs += message.errors
+        if message.ring_closed is not self._is_closed:
+            self._on_ring(message.ring_closed)
+        match self.phase:
+            case 0:
+                self._in_phase_0(message)
+            case 1:
+                self._in_phase_1(message)
+            case 2:
+                self._in_phase_2(message)
+            case _:
+                self._in_operation(message)
+
+    def _on_ring(self, is_closed: bool) -> None:
+        was_closed, self._is_closed = self._is_closed, is_closed
+        self._closed_cycles = 0
+        if is_closed:
+            self._tell(Event.CLOSED)
+        elif was_closed is not None or self.phase == 0:
+            self._tell(Event.OPEN)
+
+    def _in_operation(self, answers: Answers) -> None:
+        drives = self.drives
+        ats = answers.ats
+        for at in ats:
+            drive = drives.get(at[0])
+            if drive is not None and len(at) == drive.at_length:
+                drive.status, drive.info, *feedback = drive.at_record.unpack_from(at, 1)
+                drive.feedback = tuple(feedback)
+        if self._is_settling:  # what a drive left in CP2 was for one cycle, and only the drive that was addressed
+            self._is_settling = False
+        elif len(ats) != len(self._order):
+            self._miss({at[0] for at in ats})
+        elif self._had_missed:
+            self._forget_missed()
+        if self._busy:
+            self._serve()
+        if self.phase == 4:
+            self._on_cycle()
+        if self.phase >= 3:
+            self._link.send(Mdt(self._mdt_record.pack(*self._values)))
+        else:
+            self._link.send(Mdt(b""))
+
+    def _serve(self) -> None:
+        """The service channels that have something to do."""
+        table = self._values
+        for drive in tuple(self._busy):
+            client = drive.client
+            if drive.missed:
+                client.wait()
+            else:
+                client.step(drive.status & STATUS_MASK, drive.info)
+            if drive.place:
+                table[drive.place] = drive.control & ~CONTROL_MASK | client.control
+                table[drive.place + 1] = client.info
+            if client.is_idle:
+                self._busy.remove(drive)
+
+    def _miss(self, heard: set[int]) -> None:
+        self._had_missed = True
+        is_down = False
+        for drive in self._order:
+            if drive.address in heard:
+                drive.missed = 0
+                continue
+            drive.missed += 1
+            drive.lost += 1
+            if drive.missed <= MOST_MISSED:
+                self._tell(Event.AT_FAILED, drive.address, code=drive.missed)
+            is_down |= drive.missed >= MOST_MISSED
+        if is_down:
+            self._go_down()
+            self._target = 0
+
+    def _forget_missed(self) -> None:
+        self._had_missed = False
+        for drive in self._order:
+            drive.missed = 0
+
+    # ---- the way up
+
+    def _in_phase_0(self, answers: Answers) -> None:
+        self._closed_cycles = self._closed_cycles + 1 if answers.ring_closed else 0
+        if self._target > 0 and self._closed_cycles >= CLOSED_CYCLES:
+            self._called = 0
+            for drive in self._order:
+                drive.calls, drive.is_here, drive.missed = 0, False, 0
+            self._reach(1)
+        self._link.send(Mdt(b""))
+
+    def _in_phase_1(self, answers: Answers) -> None:
+        """Each drive is called until it answers, or has been called in vain ten times."""
+        if not answers.ring_closed:
+            self._fall()
+            return
+        drive = self._order[self._called] if self._called < len(self._order) else None
+        if drive is not None and drive.calls:
+            drive.is_here = any(at[0] == drive.address for at in answers.ats)
+            if not drive.is_here and drive.calls >= CALLS:
+                self._tell(Event.MISSING, drive.address)
+            if drive.is_here or drive.calls >= CALLS:
+                self._called += 1
+                drive = self._order[self._called] if self._called < len(self._order) else None
+        if drive is not None:
+            drive.calls += 1
+            self._link.send(Mdt(bytes((drive.address, 0, 0, 0, 0))))
+        elif all(one.is_here for one in self._order):
+            self._link.send(Mdt(b""))
+            if self._target > 1:
+                self._reach(2)
+                self._called = 0
+                self._begin_script()
+        else:
+            self._fall()
+
+    def _in_phase_2(self, answers: Answers) -> None:
+        if not answers.ring_closed:
+            self._fall()
+            return
+        if self._called >= len(self._order):
+            self._link.send(Mdt(b""))
+            if self._target > 2:
+                self._lay_out()
+                self._reach(3)
+                self._check_all()
+            return
+        drive = self._order[self._called]
+        at = next((one for one in answers.ats if one[0] == drive.address and len(one) == 1 + HEAD_BYTES), None)
+        if at is None:
+            drive.client.wait()
+        else:
+            drive.client.step(int.from_bytes(at[1:3], "little") & STATUS_MASK, int.from_bytes(at[3:5], "little"))
+        if self.phase == 2:
+            head = drive.client.control.to_bytes(2, "little") + drive.client.info.to_bytes(2, "little")
+            self._link.send(Mdt(bytes((drive.address,)) + head))
+        else:
+            self._link.send(Mdt(b""))
+
+    def _begin_script(self) -> None:
+        """The next drive's turn in CP2."""
+        if self._called < len(self._order):
+            drive = self._order[self._called]
+            self._script = self._prepare(drive)
+            self._go_on(drive, None)
+
+    def _go_on(self, drive: Drive, answer: bytes | None) -> None:
+        assert self._script is not None
+        try:
+            ask = next(self._script) if answer is None else self._script.send(answer)
+        except StopIteration:
+            self._called += 1
+            self._begin_script()
+            return
+
+        def on_done(outcome: bytes | ServiceError) -> None:
+            if self.phase != 2:
+                return
+            if isinstance(outcome, ServiceError):
+                self._tell(Event.REFUSED, drive.address, ask.idn, outcome.code)
+                self._fall()
+            else:
+                self._go_on(drive, outcome)
+
+        if ask.data is None:
+            drive.client.read(ask.idn, ask.element, on_done)
+        else:
+            drive.client.write(ask.idn, ask.data, on_done)
+
+    def _prepare(self, drive: Drive) -> "Generator[_Ask, bytes, None]":
+        """What one drive is asked and told in CP2."""
+        own: dict[int, int] = {}
+        for idn in (3, 4, 5, 87, 88, 90):
+            own[idn] = int.from_bytes((yield _Ask(idn)), "little")
+        for idn, value in self._timing(drive, own).items():
+            yield _Ask(idn, data=value.to_bytes(2, "little"))
+        yield _Ask(15, data=CONFIGURED.to_bytes(2, "little"))
+        for idn, idns in ((24, drive.mdt), (16, drive.at)):
+            yield _Ask(idn, data=b"".join(one.to_bytes(2, "little") for one in idns))
+        yield from self._transition(127)
+
+    def _transition(self, idn: int) -> "Generator[_Ask, bytes, None]":
+        yield _Ask(idn, data=b"\x03\0")
+        while True:
+            status = int.from_bytes((yield _Ask(idn, Element.IDN)), "little") & 0xF
+            if status == Command.DONE:
+                break
+            if status != Command.ACTIVE:
+                yield _Ask(idn, data=b"\0\0")
+                yield _Ask(0xFFFF)  # no drive has it: its refusal ends the way up
+        yield _Ask(idn, data=b"\0\0")
+
+    def _timing(self, drive: Drive, own: dict[int, int]) -> dict[int, int]:
+        """S-0-0001 and on for one drive, in microseconds and bytes."""
+        cycle_us = self._cycle_ns // US
+        at_ns = telegram_ns(MST_BYTES, self._mbaud)
+        for other in self._order:
+            at_ns += GAP_NS
+            if other is drive:
+                break
+            at_ns += telegram_ns(other.at_length, self._mbaud)
+        mdt_ns, end_ns = self._mdt_slot()
+        position, length = 1, 0
+        for other in self._order:
+            if other is drive:
+                position = 1 + length
+            length += HEAD_BYTES + size(other.mdt_codes)
+        return {
+            1: cycle_us,
+            2: cycle_us,
+            6: max(at_ns // US, own[3]),
+            89: mdt_ns // US,
+            8: (end_ns + SETTLING_NS) // US,
+            7: max(cycle_us - own[5] - 1, 1),
+            9: position,
+            10: length,
+        }
+
+    def _mdt_slot(self) -> tuple[int, int]:
+        """Where the MDT begins and ends."""
+        begin_ns = telegram_ns(MST_BYTES, self._mbaud) + GAP_NS
+        begin_ns += sum(telegram_ns(one.at_length, self._mbaud) + GAP_NS for one in self._order)
+        length = 1 + sum(HEAD_BYTES + size(one.mdt_codes) for one in self._order)
+        return begin_ns, begin_ns + telegram_ns(length, self._mbaud)
+
+    def needed_ns(self) -> int:
+        """The least that a cycle takes with these drives."""
+        return self._mdt_slot()[1] + SETTLING_NS
+
+    def _lay_out(self) -> None:
+        codes, values = "<B", [BROADCAST]
+        for drive in self._order:
+            drive.place = len(values)
+            codes += "HH" + "".join(drive.mdt_codes)
+            values += [drive.control, 0, *(0 for _ in drive.mdt)]
+        self._mdt_record, self._values = struct.Struct(codes), values
+        for drive in self._order:
+            self._values[drive.place] = drive.control & ~CONTROL_MASK | drive.client.control
+            self._values[drive.place + 1] = drive.client.info
+
+    def _check_all(self) -> None:
+        """S-0-0128 in every drive; the last one lets the ring into CP4."""
+        self._waiting_for = len(self._order)
+        for drive in self._order:
+            self.command(drive.address, 128, partial(self._on_checked, drive))
+
+    def _on_checked(self, drive: Drive, is_good: bool) -> None:
+        if self.phase != 3:
+            return
+        if not is_good:
+            self._tell(Event.REFUSED, drive.address, 128)
+            self._go_down()
+            self._target = 0
+            return
+        self._waiting_for -= 1
+        if not self._waiting_for and self._target > 3:
+            self._reach(4)
+
+    def _reach(self, phase: int) -> None:
+        if phase == 3 and self.needed_ns() > self._cycle_ns:
+            self._tell(Event.NO_ROOM, code=self.needed_ns() // US)
+            self._go_down()
+            self._target = 0
+            return
+        self.phase = phase
+        self._is_settling = phase == 3
+        self._tell(Event.PHASE, code=phase)
+
+    def _fall(self) -> None:
+        self._target = 0
+        self._go_down()
+        self._link.send(Mdt(b""))
+
+    def _go_down(self) -> None:
+        self.phase = 0
+        self._closed_cycles = 0
+        self._script = None
+        self._busy.clear()
+        for drive in self._order:
+            drive.place = 0
+            drive.client.reset()
+        self._tell(Event.PHASE, code=0)
+
+    def _tell(self, what: Event, address: int = 0, idn: int = 0, code: int = 0) -> None:
+        self._on_event(RingEvent(what, address, idn, code))
+
+
+@dataclass(frozen=True, slots=True)
+class _Ask:
+    idn: int
+    element: Element = Element.DATA
+    data: bytes | None = None

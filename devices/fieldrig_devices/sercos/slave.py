@@ -1,0 +1,249 @@
+"""The drive's end of the ring: phases, telegrams, failures.
+
+Source: IEC 61491 by its public facts.  CP0: the ring is closed by MSTs alone.  CP1: the master addresses each drive.
+CP2: parameters over the service channel.  CP3: telegrams have their final form, with values that don't count yet.  CP4:
+operation.  A phase may only be left for the next one, or for CP0; into CP3 and CP4 only after the commands S-0-0127 and
+S-0-0128 have found everything right.  Two MSTs or two MDTs missing in a row bring the drive back to CP0 with a class 1
+diagnostic.  Left out: phase 5 (firmware download), and multiplexed data.
+"""
+
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+from fieldrig.clock import US, Clock, Timer
+from fieldrig.link import Link
+from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage
+from fieldrig_devices.sercos import words
+from fieldrig_devices.sercos.communication import Communication
+from fieldrig_devices.sercos.idn import Command, IdnTable
+from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
+from fieldrig_devices.sercos.telegram import HEAD_BYTES, record
+
+MOST_MISSED: Final = 2
+"""Telegrams in a row that end CP3 and CP4."""
+MOST_MISSED_EARLY: Final = 10
+"""In CP1 and CP2; our choice."""
+WATCH_CYCLES: Final = 8
+"""How often a drive looks whether cycles still come at all."""
+
+
+class Application(Protocol):
+    """What the drive does with what comes over the ring."""
+
+    def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
+        """In CP4, once a cycle: the status word, without the service channel's bits, and the feedback values."""
+
+    def status(self) -> int:
+        """The status word in CP1 to CP3."""
+
+    def feedback(self) -> tuple[int, ...]:
+        """Values for the AT in CP3."""
+
+    def on_phase(self, phase: int) -> None:
+        """A phase was entered."""
+
+    def on_ring_failure(self) -> None:
+        """CP0 after telegrams failed in CP3 or CP4, or after a wrong phase."""
+
+    def check(self, phase: int) -> list[int]:
+        """IDNs whose values don't allow this phase, 3 or 4."""
+
+
+class SercosSlave:
+    def __init__(
+        self, clock: Clock, link: Link[RingMessage], address: int, table: IdnTable, application: Application
+    ) -> None:
+        """The slave adds the communication's own data to `table`; `address` is 1 to 254."""
+        self._clock, self._link, self.address, self.table = clock, link, address, table
+        self._application = application
+        self.phase = 0
+        self.failures = 0
+        """Bits of S-0-0014 beside the phase, until `clear_failures`."""
+        self._service = ServiceServer(table, lambda: self.phase)
+        self._data = Communication(table, lambda: self.phase | self.failures, self._check, self._on_command_end)
+        self._change_bit = 0
+        self._control_seen = 0
+        self._control = 0
+        self._commands: tuple[int, ...] = ()
+        self._missed_msts = self._missed_mdts = 0
+        self._is_checked = {3: False, 4: False}
+        self._running_mst = bytes((BROADCAST, 4))
+        self._is_fast = False
+        self._offset, self._mdt_length = 0, 0
+        self._mdt = self._at = record(())
+        self._commands_of = self._mdt.unpack_from
+        self._heard_ns = 0
+        self._watch: Timer | None = None
+        link.on_receive(self._on_message, [["drive", address]])
+
+    def clear_failures(self) -> None:
+        """S-0-0099, reset of class 1 diagnostics."""
+        self.failures = 0
+
+    # ---- cycles
+
+    def _on_message(self, message: RingMessage) -> None:
+        if not isinstance(message, Cycle):
+            return
+        mdt = message.mdt
+        if not self._is_fast or message.mst != self._running_mst or len(mdt) != self._mdt_length:
+            self._on_cycle(message)
+            return
+        self._heard_ns = self._clock.now_ns()
+        control, info, *commands = self._commands_of(mdt, self._offset)
+        if (control ^ self._control_seen) & CONTROL_MASK:
+            self._control_seen = control
+            self._service.step(control, info)
+        self._control, self._commands = control, tuple(commands)
+        status, feedback = self._application.on_cycle(self._commands, control)
+        service = self._service
+        self._link.send(
+            bytes((self.address,)) + self._at.pack(status | self._change_bit | service.status, service.info, *feedback)
+        )
+
+    def _on_cycle(self, cycle: Cycle) -> None:
+        """Everything but an undisturbed cycle of CP4."""
+        self._heard_ns = self._clock.now_ns()
+        if cycle.mst:
+            self._missed_msts = 0
+            self._on_phase_told(cycle.mst[1] & 7 if len(cycle.mst) > 1 else 0)
+        else:
+            self._miss_mst()
+        match self.phase:
+            case 1 | 2:
+                self._on_early_cycle(cycle)
+            case 3 | 4:
+                self._on_late_cycle(cycle)
+
+    def _on_early_cycle(self, cycle: Cycle) -> None:
+        """CP1 and CP2: an MDT for one drive, and its AT."""
+        mdt = cycle.mdt
+        if cycle.mst and len(mdt) == 1 + HEAD_BYTES and mdt[0] == self.address:
+            self._on_service(int.from_bytes(mdt[1:3], "little"), int.from_bytes(mdt[3:5], "little"))
+            self._send(self._application.status(), ())
+
+    def _on_late_cycle(self, cycle: Cycle) -> None:
+        is_heard = bool(cycle.mst) and len(cycle.mdt) == self._mdt_length and cycle.mdt[0] == BROADCAST
+        if is_heard:
+            self._missed_mdts = 0
+            self._control, info, *commands = self._mdt.unpack_from(cycle.mdt, self._offset)
+            self._commands = tuple(commands)
+            self._on_service(self._control, info)
+        elif cycle.mst and not self._miss_mdt():
+            return
+        self._is_fast = self.phase == 4 and is_heard
+        if self.phase == 4:
+            self._send(*self._application.on_cycle(self._commands, self._control))
+        elif self.phase == 3:
+            self._send(self._application.status(), self._application.feedback())
+
+    def _on_service(self, control: int, info: int) -> None:
+        self._control_seen = control
+        self._service.step(control, info)
+
+    def _send(self, status: int, feedback: tuple[int, ...]) -> None:
+        service = self._service
+        word = status | self._change_bit | service.status
+        at = self._at if feedback or self.phase >= 3 else _EARLY_AT
+        self._link.send(bytes((self.address,)) + at.pack(word, service.info, *feedback))
+
+    # ---- failures
+
+    def _miss_mst(self) -> None:
+        self._is_fast = False
+        self._missed_msts += 1
+        if self.phase >= 3:
+            if self._missed_msts < MOST_MISSED:
+                self._data.count_mst_failure()
+            else:
+                self._fail(words.MST_FAILED)
+        elif self.phase >= 1 and self._missed_msts >= MOST_MISSED_EARLY:
+            self._enter(0)
+
+    def _miss_mdt(self) -> bool:
+        """Whether the ring still stands."""
+        self._is_fast = False
+        self._missed_mdts += 1
+        if self._missed_mdts < MOST_MISSED:
+            self._data.count_mdt_failure()
+            return True
+        self._fail(words.MDT_FAILED)
+        return False
+
+    def _fail(self, failure: int) -> None:
+        self.failures |= failure
+        was_in_use = self.phase >= 3
+        self._enter(0)
+        if was_in_use or failure > words.MDT_FAILED:
+            self._application.on_ring_failure()
+
+    def _look(self) -> None:
+        """A master that is gone sends nothing, and then no chip reports anything."""
+        if self.phase < 3:
+            self._watch = None
+            return
+        now_ns, cycle_ns = self._clock.now_ns(), self._data.cycle_us * US
+        if now_ns - self._heard_ns > MOST_MISSED * cycle_ns:
+            self._fail(words.MST_FAILED | words.MDT_FAILED)
+            self._watch = None
+        else:
+            self._watch = self._clock.call_at(now_ns + WATCH_CYCLES * cycle_ns, self._look)
+
+    # ---- phases
+
+    def _on_phase_told(self, phase: int) -> None:
+        if phase == self.phase:
+            return
+        if phase == 0:
+            self._enter(0)
+        elif phase > 4:
+            self._fail(words.INVALID_PHASE)
+        elif phase < self.phase:
+            self._fail(words.WRONG_RETURN)
+        elif phase > self.phase + 1:
+            self._fail(words.WRONG_ADVANCE)
+        elif phase >= 3 and not self._is_checked[phase]:
+            self._fail(words.NOT_ACKNOWLEDGED)
+        else:
+            self._enter(phase)
+
+    def _enter(self, phase: int) -> None:
+        self.phase = phase
+        self._is_fast = False
+        self._missed_mdts = 0
+        if phase <= 1:
+            self._service.reset()
+            self._control_seen = self._change_bit = 0
+            self._is_checked = {3: False, 4: False}
+        elif phase == 3:
+            self._lay_out()
+            self._heard_ns = self._clock.now_ns()
+            if self._watch is None:
+                self._look()
+        self._application.on_phase(phase)
+
+    def _lay_out(self) -> None:
+        layout = self._data.layout()
+        self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
+        self._mdt, self._at = record(layout.mdt), record(layout.at)
+        self._commands_of = self._mdt.unpack_from
+        self._commands = (0,) * len(layout.mdt)
+
+    def _check(self, phase: int, command: Command) -> None:
+        """S-0-0127 and S-0-0128."""
+        invalid = self._application.check(phase)
+        if phase == 3:
+            invalid = sorted({*invalid, *self._data.invalid()})
+        self._data.show_invalid(phase, invalid)
+        self._is_checked[phase] = not invalid and self.phase == phase - 1
+        command.finish(is_good=self._is_checked[phase])
+
+    def _on_command_end(self, has_ended: bool) -> None:
+        self._change_bit = words.COMMAND_CHANGED if has_ended else 0
+
+    def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
+        """Make the datum `idn` a procedure command of the application's."""
+        return Command(self.table[idn], start, self._on_command_end, cancel)
+
+
+_EARLY_AT: Final[Any] = record(())

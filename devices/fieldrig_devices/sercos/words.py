@@ -1,0 +1,37 @@
+"""The words at the head of each record: the master's control word and the drive's status word.
+
+Source: IEC 61491 by its public facts, S-0-0134 and S-0-0135.  Bits 0 to 5 of the one and 0 to 2 of the other are the
+service channel's (`service`).
+"""
+
+from typing import Final
+
+# control word
+DRIVE_ON: Final = 0x8000
+ENABLE: Final = 0x4000
+RUN: Final = 0x2000
+"""Halt/restart: 1 lets the drive follow its command values."""
+IPOSYNC: Final = 0x0400
+MODE_MASK: Final = 0x0300
+REAL_TIME_2: Final = 0x0080
+REAL_TIME_1: Final = 0x0040
+# status word
+READY_MASK: Final = 0xC000
+NOT_READY: Final = 0x0000
+READY_FOR_POWER: Final = 0x4000
+POWERED: Final = 0x8000
+"""Ready, and power is applied; no torque."""
+IN_OPERATION: Final = 0xC000
+"""Torque."""
+CLASS_1_ERROR: Final = 0x2000
+CLASS_2_CHANGED: Final = 0x1000
+CLASS_3_CHANGED: Final = 0x0800
+COMMAND_CHANGED: Final = 0x0020
+"""A procedure command has ended."""
+# interface status, S-0-0014
+MST_FAILED: Final = 0x0008
+MDT_FAILED: Final = 0x0010
+INVALID_PHASE: Final = 0x0020
+WRONG_ADVANCE: Final = 0x0040
+WRONG_RETURN: Final = 0x0080
+NOT_ACKNOWLEDGED: Final = 0x0100
