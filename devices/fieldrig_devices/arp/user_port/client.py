@@ -64,7 +64,7 @@ class Sample(NamedTuple):
     """The number of the control loop."""
     values: tuple[int, ...]
     lost: int
-    """How many samples the card has lost since the trace began, as far as is known."""
+    """How many samples the card had to leave out since the trace began."""
 
 
 WRONG: Final = {

@@ -99,7 +99,7 @@ class DebugRequests:
 
     def _step(self) -> bytes:
         program = self._program()
-        if program.state is not ProgramState.PAUSED:
+        if self._card.state is not CardState.RUN or program.state is not ProgramState.PAUSED:
             raise RequestError(Status.REFUSED, "the program isn't paused")
         program.step()
         self._on_go()

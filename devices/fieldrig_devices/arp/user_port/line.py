@@ -1,4 +1,4 @@
-"""The PC's end of the line to a card's USER port: opens it by pyserial, gets requests answered, keeps what is told unasked.
+"""The PC's end of the line to a card's USER port: gets requests answered, and keeps what the card tells unasked.
 
 A request without an answer in time is sent again, which is harmless: the card carries it out once (see `server`).
 """
@@ -8,11 +8,15 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import serial
-from serial.serialutil import Timeout
+from serial import serialutil
 
 from fieldrig.errors import BusError
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
 from fieldrig_devices.arp.user_port.messages import ANSWER, ANY_CARD, EVENT, LARGEST_DATA, SAMPLES, Message
+
+# pyserial has no types
+_Timeout: Final[Any] = serialutil.Timeout
+_serial_for_url: Final[Any] = serial.serial_for_url
 
 READ_S: Final = 0.05
 """How long one read of the port waits; what is waited for longer is waited for in several."""
@@ -41,7 +45,7 @@ class CardLine:
         wire = encode(request.encode())
         for _ in range(1 + self._retries):
             self._on_port(lambda: self._line.write(wire))
-            timeout = Timeout(max(patience_s, self._timeout_s))
+            timeout = _Timeout(max(patience_s, self._timeout_s))
             while not timeout.expired():
                 self._read()
                 if (answer := self._answer_to(request)) is not None:
@@ -53,7 +57,7 @@ class CardLine:
 
     def told(self, what: int, patience_s: float) -> Message | None:
         """The next one of what is told unasked; None if none comes in this time."""
-        kept, timeout = self._kept[what], Timeout(patience_s)
+        kept, timeout = self._kept[what], _Timeout(patience_s)
         while not kept and not timeout.expired():
             self._read()
         return kept.popleft() if kept else None
@@ -65,7 +69,11 @@ class CardLine:
         while self._answers:
             answer = self._answers.popleft()
             is_from_it = request.address in (answer.address, ANY_CARD)
-            if is_from_it and (answer.sequence, answer.command) == (request.sequence, request.command | ANSWER):
+            if (
+                is_from_it
+                and answer.data
+                and (answer.sequence, answer.command) == (request.sequence, request.command | ANSWER)
+            ):
                 return answer
         return None
 
@@ -88,7 +96,7 @@ class CardLine:
 def open_line(port: str, baud: int, timeout_s: float, retries: int) -> CardLine:
     """BusError, with its remedy, if the port can't be had."""
     try:
-        line = serial.serial_for_url(port, baud, timeout=READ_S)
+        line = _serial_for_url(port, baud, timeout=READ_S)
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
             f"can't open {port}: {cause}", "right would be a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"

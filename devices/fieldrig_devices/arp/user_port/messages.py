@@ -16,6 +16,8 @@ VERSION: Final = 1
 ANY_CARD: Final = 0xFF
 """The address that every card takes for its own, in a HELLO."""
 ANSWER: Final = 0x80
+HIGHEST_REQUEST: Final = 0x5F
+"""The answers to those above it would look like what is told unasked."""
 UNNUMBERED: Final = 0
 """The sequence number of requests that are carried out as often as they come."""
 LARGEST_DATA: Final = LONGEST_BODY - 4
@@ -176,7 +178,8 @@ WHOLE: Final = struct.Struct("<II")
 TRACE: Final = struct.Struct("<H")
 """The head of TRACE_START: a sample every so many control loops; quantities follow."""
 LOST: Final = struct.Struct("<I")
-"""The head of SAMPLES: how many samples were lost since the trace began; samples follow."""
+"""The head of SAMPLES: how many samples were lost since the trace began, up to the last one here; samples follow, each
+the number of its control loop and a value for each quantity."""
 MOST_VARIABLES: Final = 60
 """In one frame."""
 MOST_BITS: Final = 320

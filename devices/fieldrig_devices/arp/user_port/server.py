@@ -28,6 +28,7 @@ from fieldrig_devices.arp.user_port.messages import (
     ANSWER,
     ANY_CARD,
     EVENT,
+    HIGHEST_REQUEST,
     LARGEST_DATA,
     LONGEST_TEXT,
     SAMPLES,
@@ -112,7 +113,7 @@ class UserPort:
 
     def _on_request(self, request: Message) -> None:
         is_for_any = request.address == ANY_CARD and request.command == Command.HELLO
-        if (request.address != self._card.number and not is_for_any) or request.command >= ANSWER:
+        if (request.address != self._card.number and not is_for_any) or request.command > HIGHEST_REQUEST:
             log.debug("not for card %02d: %s", self._card.number, request)
             return
         self._heard_ns = self._clock.now_ns()
@@ -189,5 +190,7 @@ class UserPort:
 
 
 def _news(one: Condition | None) -> Condition | None:
-    """What makes a change worth telling: a program that runs is on another line all the time."""
-    return one if one is None or one.program != ProgramCode.RUNNING else one._replace(line=0)
+    """What of it is worth telling when it changes: a program that runs is on another line all the time."""
+    if one is None:
+        return None
+    return one._replace(line=0 if one.program == ProgramCode.RUNNING else one.line, breakpoints=0)

@@ -31,7 +31,7 @@ class Trace:
         self._every = 1
         self._until_next = 0
         self._sample = struct.Struct("")
-        self._waiting: deque[bytes] = deque()
+        self._waiting: deque[tuple[int, bytes]] = deque()  # how many were lost before it, and a sample
         self._lost = 0
         self.handlers: Handlers = {
             Command.TRACE_START: self._start,
@@ -53,7 +53,7 @@ class Trace:
             return
         self._until_next = self._every
         if len(self._waiting) < MOST_WAITING:
-            self._waiting.append(self._sample.pack(loop, *[read() for read in self._readers]))
+            self._waiting.append((self._lost, self._sample.pack(loop, *[read() for read in self._readers])))
         else:
             self._lost += 1
 
@@ -62,7 +62,8 @@ class Trace:
         if not self._waiting:
             return b""
         count = min(len(self._waiting), (LARGEST_DATA - LOST.size) // self._sample.size)
-        return LOST.pack(self._lost & 0xFFFF_FFFF) + b"".join(self._waiting.popleft() for _ in range(count))
+        taken = [self._waiting.popleft() for _ in range(count)]
+        return LOST.pack(taken[-1][0] & 0xFFFF_FFFF) + b"".join(sample for _, sample in taken)
 
     def _start(self, data: bytes) -> bytes:
         (every,) = TRACE.unpack_from(data)

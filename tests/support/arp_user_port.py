@@ -1,0 +1,98 @@
+"""An ARP card with something at its USER port: frames by hand, or the client, in virtual time.
+
+The frames are put together here once more, from RFC 1662 and docs/arp-user-port.md, and share nothing with the code.
+"""
+
+import struct
+import zlib
+from typing import Any
+
+from arp_bench import CardBench, Groups, whole
+
+from fieldrig_devices.arp.files import encode as encoded_object
+from fieldrig_devices.arp.language.compiler import compile_text
+
+
+def fcs(data: bytes) -> bytes:
+    """CRC-16 of ITU-T X.25 bit by bit, as RFC 1662 sends it."""
+    register = 0xFFFF
+    for octet in data:
+        for place in range(8):
+            is_one = (register ^ octet >> place) & 1
+            register = register >> 1 ^ (0x8408 if is_one else 0)
+    return struct.pack("<H", register ^ 0xFFFF)
+
+
+def frame(body: bytes) -> bytes:
+    stuffed = bytearray()
+    for octet in body + fcs(body):
+        stuffed += bytes((0x7D, octet ^ 0x20)) if octet in (0x7D, 0x7E) else bytes((octet,))
+    return b"~" + bytes(stuffed) + b"~"
+
+
+def bodies(wire: bytes) -> list[bytes]:
+    """Of frames that must all be good."""
+    found = []
+    for part in wire.split(b"~"):
+        if part:
+            octets, rest = bytearray(), iter(part)
+            for octet in rest:
+                octets.append(next(rest) ^ 0x20 if octet == 0x7D else octet)
+            assert fcs(bytes(octets[:-2])) == octets[-2:], part.hex(" ")
+            found.append(bytes(octets[:-2]))
+    return found
+
+
+def an_object(source: str, number: int = 1, name: str = "TEST") -> bytes:
+    """`source` is a whole program, or the instructions of a main program alone."""
+    return encoded_object(compile_text(whole(source)), name, number)
+
+
+class PortBench(CardBench):
+    """Card 01 with a control loop of 1 ms, and bytes at its USER port; half a second old."""
+
+    def __init__(
+        self, program: str = "", *, is_enabled: bool = False, parameters: Groups | None = None, **settings: Any
+    ) -> None:
+        super().__init__(program, parameters, is_enabled=is_enabled, with_can=False, **settings)
+        self.sequence = 0
+        self.run_for(500)
+        self.user.take()
+
+    def enable(self, is_closed: bool = True) -> "PortBench":
+        self.drive("I108", is_closed)
+        self.run_for(25)
+        return self
+
+    def heard(self) -> list[bytes]:
+        """The bodies that the card has sent since the last call."""
+        return bodies(b"".join(sent for sent in self.user.take() if isinstance(sent, bytes)))
+
+    def send(self, command: int, data: bytes = b"", number: int = 1, sequence: int | None = None) -> list[bytes]:
+        """A request; what is heard at once."""
+        if sequence is None:
+            sequence = self.sequence = self.sequence % 255 + 1
+        self.user.deliver(frame(bytes((1, number, sequence, command)) + data))
+        return self.heard()
+
+    def ask(self, command: int, data: bytes = b"") -> tuple[int, bytes]:
+        """Status and data of the one answer."""
+        [answer] = self.send(command, data)
+        assert answer[:4] == bytes((1, 1, self.sequence, command | 0x80)), answer.hex(" ")
+        return answer[4], answer[5:]
+
+    def ok(self, command: int, data: bytes = b"") -> bytes:
+        status, answered = self.ask(command, data)
+        assert status == 0, (status, answered)
+        return answered
+
+    def told_state(self) -> tuple[int, ...]:
+        """State, program, error, its axis, warning, line, breakpoints."""
+        return struct.unpack("<BBHBHIB", self.ok(0x02))
+
+    def downloaded(self, data: bytes) -> tuple[int, bytes]:
+        """Status and text of the last answer."""
+        self.ok(0x30, struct.pack("<II", len(data), zlib.crc32(data)))
+        for offset in range(0, len(data), 240):
+            self.ok(0x31, struct.pack("<I", offset) + data[offset : offset + 240])
+        return self.ask(0x32)
