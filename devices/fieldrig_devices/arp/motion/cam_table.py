@@ -10,6 +10,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import copysign
 from typing import Final, Literal, NamedTuple
 
 from fieldrig_devices.arp.fixed import SCALE, whole
@@ -140,21 +141,20 @@ class CamTable:
                 (after - before) * width / 8
                 for (before, after), width in zip(pairwise(slopes), self._widths(slopes), strict=True)
             ]
-            wanted = [point - cut for point, cut in zip(points, cuts, strict=True)]
-            off = max(abs(new - old) for new, old in zip(wanted, corners, strict=True))
-            corners = [(new + old) / 2 for new, old in zip(wanted, corners, strict=True)]
-            if off < _CLOSE:
-                return wanted
+            before_this, corners = corners, [point - cut for point, cut in zip(points, cuts, strict=True)]
+            if max(abs(new - old) for new, old in zip(corners, before_this, strict=True)) < _CLOSE:
+                return corners
         raise TableError("no curve with these joins passes through the points")
 
     def _built(self, corners: Sequence[float]) -> list[Piece]:
         self._corners = corners
         slopes = self._slopes(corners)
+        bend = self._demand.slave_acceleration / (2 * self._demand.master_speed**2)
         pieces: list[Piece] = []
         for number, (master, slave, width) in enumerate(zip(self._masters, corners, self._widths(slopes), strict=True)):
             before, after = slopes[number], slopes[number + 1]
             half = width / 2
             if width > 0:
-                pieces.append(Piece(master - half, slave - before * half, before, (after - before) / (2 * width)))
+                pieces.append(Piece(master - half, slave - before * half, before, copysign(bend, after - before)))
             pieces.append(Piece(master + half, slave + after * half, after, 0.0))
         return pieces

@@ -202,4 +202,4 @@ def test_curve_has_no_steps_in_position_or_slope(
         middle = (here.slope + there.slope) / 2
         assert there.slave - here.slave == pytest.approx(middle * grain, abs=2.5 * grain * grain + 1e-6)
     if is_repetitive:
-        assert table.at(table.low) == pytest.approx(table.at(table.high), abs=1e-6)
+        assert table.at(table.low)[:2] == pytest.approx(table.at(table.high)[:2], abs=1e-6)

@@ -368,6 +368,23 @@ def test_program_changes_the_kind_and_moves_in_the_next_line() -> None:
     assert bench.axes.position(2) == 10_000
 
 
+@pytest.mark.manual("ARP-022")
+def test_position_stays_when_a_simulated_axis_becomes_a_real_one() -> None:
+    bench = bench_of_simulated()
+    bench.counts[1] = 500
+    bench.loop()
+    bench.axes.move_to(1, 50_000)
+    bench.until_flag(1, AxisFlag.ARRIVED)
+    bench.counts[1] = 900
+    bench.loop()
+    bench.set(1, 4, 0.0)
+    assert bench.loop().axes.position(1) == 50_000
+    bench.counts[1] = 903
+    assert bench.loop().axes.position(1) == 53_000
+    bench.set(1, 4, 1.0)
+    assert bench.loop().axes.position(1) == 53_000
+
+
 def test_losing_enable_ends_a_move_and_engaging_begins_where_the_axis_is() -> None:
     bench = bench_of_simulated()
     bench.axes.move_to(1, 1_000_000)

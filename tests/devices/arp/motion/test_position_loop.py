@@ -187,6 +187,17 @@ def test_encoder_heard_of_late_is_no_jump() -> None:
     assert bench.axes.position(1) == 5_000_000
 
 
+@pytest.mark.manual("ARP-027")
+def test_sum_begins_at_0_with_each_time_under_control() -> None:
+    bench = held((1, 12, 10.0))
+    bench.counts[1] = -1
+    bench.loop(500)
+    assert bench.axes.volts(1) == pytest.approx(1.0 + 5.0)
+    bench.axes.release()
+    bench.axes.engage()
+    assert bench.loop().axes.volts(1) == 0.0
+
+
 def test_output_is_0_without_control_and_free_on_other_kinds() -> None:
     bench = held()
     bench.counts[1] = 4

@@ -428,6 +428,42 @@ def test_preset_of_the_master_before_pst_counts_and_during_it_does_not() -> None
     assert bench.position(1) == pytest.approx(1500.0)
 
 
+@pytest.mark.manual("ARP-105")
+def test_preset_of_the_slave_on_its_way_to_the_curve_moves_nothing() -> None:
+    bench = bench_of_a()
+    moved(bench, 500)
+    bench.axes.follow_table(2, 1, 10)
+    bench.loop(200)
+    bench.axes.preset_position(1, 40_000)
+    assert bench.loop().position(1) == pytest.approx(40.0 + 0.6)
+
+
+@pytest.mark.manual("ARP-105")
+def test_slave_that_only_passes_the_curve_is_not_synchronous_yet() -> None:
+    bench = bench_of_a()
+    bench.axes.move_at(1, 50_000)
+    bench.until_flag(1, FINAL)
+    bench.axes.preset_position(1, 0)
+    bench.axes.follow_table(2, 1, 10)
+    assert bench.F[261] == 0
+    bench.loop(10)
+    assert bench.position(1) > 10
+    bench.until_flag(1, SYNC)
+    assert bench.position(1) == 0.0
+
+
+@pytest.mark.manual("ARP-106")
+def test_ends_of_the_table_are_compared_in_thousandths() -> None:
+    bench = AxesBench((1, 4, 1.0), (2, 1, 3.0), *OF_EXAMPLE)
+    bench.write_table(10, (-10.0, -10.0), (10_000.333, 0.0))
+    bench.counts[2] = 30_001  # 10000.3333...
+    bench.loop(2)
+    bench.axes.follow_table(2, 1, 10)
+    assert bench.F[261] == 1
+    bench.counts[2] = 30_002
+    assert bench.loop().F[261] == 0
+
+
 @pytest.mark.manual("ARP-102")
 def test_other_reading_of_the_joins_takes_the_slave_through_its_points() -> None:
     for join, peak in (("round", 4750.0), ("through", 5000.0)):
