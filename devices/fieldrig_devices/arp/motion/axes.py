@@ -130,10 +130,10 @@ class Axes:
         return _raw(self._axes[axis].measured_speed)
 
     def latched_rising(self, axis: int) -> int:
-        return _raw(self._axes[axis].latched_rising)
+        return _raw(self._axes[axis].latch.rising)
 
     def latched_falling(self, axis: int) -> int:
-        return _raw(self._axes[axis].latched_falling)
+        return _raw(self._axes[axis].latch.falling)
 
     def limit_speed(self, axis: int, percent: int) -> None:
         self._axes[axis].shares.speed = percent / SCALE

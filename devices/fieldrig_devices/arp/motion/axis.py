@@ -9,8 +9,10 @@ Without effect in firmware 3.00, and here: HOME.
 from typing import Protocol
 
 from fieldrig_devices.arp.faults import CONTROL_LOSS, Faults
+from fieldrig_devices.arp.motion.arrival import Arrival
 from fieldrig_devices.arp.motion.counter import Counter
-from fieldrig_devices.arp.motion.flags import FLAGS_BEFORE, AxisFlag
+from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
+from fieldrig_devices.arp.motion.latch import Latch
 from fieldrig_devices.arp.motion.position_loop import PositionLoop
 from fieldrig_devices.arp.motion.profile import State
 from fieldrig_devices.arp.motion.setup import Setup, Shares
@@ -31,7 +33,9 @@ class Axis:
     def __init__(self, number: int, setup: Setup, flags: list[int], faults: Faults) -> None:
         self.number, self.setup, self._faults = number, setup, faults
         self.shares = Shares()
-        self.flags = flags
+        self.flags = AxisFlags(number, flags)
+        self.latch = Latch(self.flags)
+        self._arrival = Arrival()
         self.counter = Counter(setup.span, setup.per_count)
         self._loop = PositionLoop(setup)
         self.guide: Guide | None = None
@@ -40,32 +44,13 @@ class Axis:
         self.measured_speed = self.error = self.volts = 0.0
         self.jump = 0.0
         """By how much the counter went round or was written since this was last set to 0: travel is reading + jump."""
-        self.latched_rising = self.latched_falling = 0.0
         self.is_controlled = False
         self.now_ns = 0
         """Of the last control loop: where instructions begin."""
         self._ahead = 0.0
         """By how many whole ranges the reference goes round later than the reading, in units."""
         self._is_engaged = self._is_lost = False
-        self._is_settling = False
-        self._inside_ns: int | None = None
-        self._level: int | None = None
         self._has_wire = False
-        self._before = FLAGS_BEFORE[number]
-        self._stop = self._before + AxisFlag.STOP
-
-    # ---- flags
-
-    def set_flag(self, flag: AxisFlag, bit: int) -> None:
-        self.flags[self._before + flag] = bit
-
-    def flag(self, flag: AxisFlag) -> int:
-        return self.flags[self._before + flag]
-
-    @property
-    def is_to_stop(self) -> bool:
-        """F262: PAC, PRC, PVC and PST end, and leave the axis at its speed."""
-        return self.flags[self._stop] != 0
 
     # ---- being put under control, and parameters
 
@@ -73,8 +58,7 @@ class Axis:
         """Control off, flags and limits as new; the reading stays."""
         self.release()
         self.shares = Shares()
-        for flag in AxisFlag:
-            self.set_flag(flag, 0)
+        self.flags.clear()
 
     def engage(self) -> None:
         self._is_engaged, self._is_lost = True, False
@@ -104,14 +88,14 @@ class Axis:
         self.is_controlled = self._is_engaged and not self._is_lost and kind in (Kind.SIMULATED, Kind.CONTROLLED)
         self._follow_reading()
         self._loop.reset()
-        self._settle_from_now()
+        self._arrival.expect()
 
     def _leave(self) -> None:
         """Whatever moves the axis ends; arrival and final speed stay as they are."""
         if self.guide is not None:
             self.guide = None
-            self.set_flag(AxisFlag.RUNNING, 0)
-            self.set_flag(AxisFlag.SYNCHRONOUS, 0)
+            self.flags[AxisFlag.RUNNING] = 0
+            self.flags[AxisFlag.SYNCHRONOUS] = 0
         self.speed = self.acceleration = self.volts = 0.0
 
     def _lose(self) -> None:
@@ -125,11 +109,12 @@ class Axis:
     def begin(self, guide: Guide) -> None:
         """The flags of a movement that starts (digest 12)."""
         self.guide = guide
-        self.set_flag(AxisFlag.ARRIVED, 0)
-        self.set_flag(AxisFlag.SYNCHRONOUS, 0)
-        self.set_flag(AxisFlag.STOP, 0)
-        self.set_flag(AxisFlag.RUNNING, 1)
-        self.set_flag(AxisFlag.FINAL_SPEED, 0)
+        self._arrival.forget()
+        self.flags[AxisFlag.ARRIVED] = 0
+        self.flags[AxisFlag.SYNCHRONOUS] = 0
+        self.flags[AxisFlag.STOP] = 0
+        self.flags[AxisFlag.RUNNING] = 1
+        self.flags[AxisFlag.FINAL_SPEED] = 0
 
     def place(self, reference: float, state: State) -> float:
         """Put the reference there, going round if it must; returns what was taken off in doing so."""
@@ -150,14 +135,14 @@ class Axis:
         """The reference has come to its end."""
         self.guide = None
         self.speed = self.acceleration = 0.0
-        self.set_flag(AxisFlag.RUNNING, 0)
-        self._settle_from_now()
+        self.flags[AxisFlag.RUNNING] = 0
+        self._arrival.expect()
 
     def end_at_speed(self) -> None:
         """The flags of an instruction that ends with the axis moving."""
-        self.set_flag(AxisFlag.RUNNING, 0)
-        self.set_flag(AxisFlag.SYNCHRONOUS, 0)
-        self.set_flag(AxisFlag.FINAL_SPEED, 1)
+        self.flags[AxisFlag.RUNNING] = 0
+        self.flags[AxisFlag.SYNCHRONOUS] = 0
+        self.flags[AxisFlag.FINAL_SPEED] = 1
 
     # ---- position
 
@@ -169,9 +154,9 @@ class Axis:
         """@POS: counter and reference are written together, and nothing moves (digest 7)."""
         span, counter = self.setup.span, self.counter
         before, error = counter.reading, self.error
-        distance = span.wrapped(position) - self.reference
-        self.reference += distance
-        reading = self.reference - error
+        target = span.wrapped(position)
+        distance, self.reference = target - self.reference, target
+        reading = target - error
         laps = span.laps(reading)
         counter.preset(span.back(reading, laps))
         self._ahead = -laps * span.length if laps else 0.0
@@ -185,7 +170,7 @@ class Axis:
 
     def _pass(self, laps: int) -> None:
         """The counter went round."""
-        self.set_flag(AxisFlag.PASSED_MAXIMUM if laps > 0 else AxisFlag.PASSED_MINIMUM, 1)
+        self.flags[AxisFlag.PASSED_MAXIMUM if laps > 0 else AxisFlag.PASSED_MINIMUM] = 1
         self.jump += laps * self.setup.span.length
 
     # ---- the control loop
@@ -205,10 +190,12 @@ class Axis:
             self._follow_reading()
         else:
             self._regulate(seconds)
-        if self._is_settling and self.is_controlled:
-            self._settle(now_ns)
-        if level != self._level:
-            self._latch(level)
+        if self._arrival.is_awaited and self.is_controlled:
+            is_inside = abs(self.error) <= self.setup.window
+            if self._arrival.has_come(now_ns, is_inside, self.setup.dwell_ns):
+                self.flags[AxisFlag.ARRIVED] = 1
+        if level != self.latch.level:
+            self.latch.take(level, self.counter.reading)
         self.now_ns = now_ns
 
     def _read(self, counts: int, seconds: float, kind: Kind) -> None:
@@ -216,7 +203,7 @@ class Axis:
         if not self._has_wire:
             self._find(counts)
         if kind is Kind.SIMULATED:
-            counter.counts, counter.delta = counts, 0
+            counter.skip_to(counts)
             return
         laps = counter.take(counts)
         self.measured_speed = counter.delta * self.setup.per_count / seconds
@@ -227,9 +214,9 @@ class Axis:
     def _find(self, counts: int) -> None:
         """The encoder is heard of for the first time: that is where the axis stands, without having moved there."""
         self._has_wire = True
-        self.counter.counts = counts
+        self.counter.skip_to(counts)
         if self.setup.kind is not Kind.SIMULATED:
-            self.preset(self.reference + counts * self.setup.per_count)
+            self.preset(self.reference + self.counter.counts * self.setup.per_count)
 
     def _regulate(self, seconds: float) -> None:
         self.error = error = self.reference - self.counter.reading + self._ahead
@@ -237,30 +224,3 @@ class Axis:
             self._lose()
         else:
             self.volts = self._loop.volts(error, self.speed, seconds)
-
-    def _settle_from_now(self) -> None:
-        self._is_settling, self._inside_ns = True, None
-
-    def _settle(self, now_ns: int) -> None:
-        """Arrived: inside the window for the dwell (manual 3.2, @ParX[15], [16])."""
-        if self.guide is not None or abs(self.error) > self.setup.window:
-            self._inside_ns = None
-            self._is_settling = self.guide is None
-            return
-        if self._inside_ns is None:
-            self._inside_ns = now_ns
-        if now_ns - self._inside_ns >= self.setup.dwell_ns:
-            self.set_flag(AxisFlag.ARRIVED, 1)
-            self._is_settling = False
-
-    def _latch(self, level: int) -> None:
-        """An edge of the latch input takes the reading, if it is armed for."""
-        is_first, self._level = self._level is None, level
-        arm = AxisFlag.ARM_RISING if level else AxisFlag.ARM_FALLING
-        if is_first or not self.flag(arm):
-            return
-        if level:
-            self.latched_rising = self.counter.reading
-        else:
-            self.latched_falling = self.counter.reading
-        self.set_flag(arm, 0)

@@ -91,19 +91,19 @@ class Cam:
         if self._master.is_standing and (abs(distance) >= _GRAIN or slave.speed != 0):
             self._entry = Move(slave, move(distance, slave.speed, limits), end)
         else:
-            slave.set_flag(AxisFlag.SYNCHRONOUS, 1)
+            slave.flags[AxisFlag.SYNCHRONOUS] = 1
 
     def lead(self, slave: Axis, now_ns: int) -> None:
         setup = slave.setup
         self._master.look(setup.master_gear, self._step(self._master.offset, setup.master_offset))
         self._offset = self._step(self._offset, setup.slave_offset)
-        if slave.is_to_stop or not self.is_inside:
+        if slave.flags.is_to_stop or not self.is_inside:
             coast(slave, now_ns)
         elif self._entry is None:
             self._follow(slave, now_ns)
         elif self._entry.follow(slave, now_ns):
             self._entry = None
-            slave.set_flag(AxisFlag.SYNCHRONOUS, 1)
+            slave.flags[AxisFlag.SYNCHRONOUS] = 1
 
     def shift(self, distance: float) -> None:
         """The table stays where it is."""

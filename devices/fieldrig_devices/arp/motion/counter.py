@@ -54,15 +54,18 @@ class Counter:
         self.reading = self._origin = reading
         self._net = 0
 
+    def skip_to(self, counts: int) -> None:
+        """The encoder is there, and that is no motion."""
+        self.counts, self.delta = signed(counts), 0
+
     def take(self, counts: int) -> int:
         """What the encoder says in this sample; returns how many ranges were passed, negative beyond the minimum."""
-        delta = counts - self.counts
-        if delta == 0:
+        if counts == self.counts:
             self.delta = 0
             return 0
-        self.counts = counts
-        self.delta = delta = signed(delta)
-        self._net += delta
+        self.delta = signed(counts - self.counts)
+        self.counts = signed(counts)
+        self._net += self.delta
         reading = self._origin + self._net * self._per_count
         span = self.span
         if span.low <= reading <= span.high:

@@ -22,3 +22,28 @@ class AxisFlag(IntEnum):
     ARM_FALLING = 10
     PASSED_MAXIMUM = 11
     PASSED_MINIMUM = 12
+
+
+class AxisFlags:
+    """One axis' own in the card's list."""
+
+    __slots__ = ("_before", "_flags", "_stop")
+
+    def __init__(self, axis: int, flags: list[int]) -> None:
+        self._flags, self._before = flags, FLAGS_BEFORE[axis]
+        self._stop = self._before + AxisFlag.STOP
+
+    def __getitem__(self, flag: AxisFlag) -> int:
+        return self._flags[self._before + flag]
+
+    def __setitem__(self, flag: AxisFlag, bit: int) -> None:
+        self._flags[self._before + flag] = bit
+
+    @property
+    def is_to_stop(self) -> bool:
+        """F262: PAC, PRC, PVC and PST end, and leave the axis at its speed."""
+        return self._flags[self._stop] != 0
+
+    def clear(self) -> None:
+        for flag in AxisFlag:
+            self[flag] = 0

@@ -21,7 +21,7 @@ class Move:
         self._origin, self._end = axis.reference, end
 
     def lead(self, axis: Axis, now_ns: int) -> None:
-        if self._obeys_stop_flag and axis.is_to_stop:
+        if self._obeys_stop_flag and axis.flags.is_to_stop:
             coast(axis, now_ns)
         elif self.follow(axis, now_ns):
             axis.rest()
@@ -57,7 +57,7 @@ class Run:
             if seconds >= self._profile.duration_s - _GRAIN_S:
                 self._is_over = True
                 axis.end_at_speed()
-            elif axis.is_to_stop:
+            elif axis.flags.is_to_stop:
                 coast(axis, now_ns)
                 return
         state = self._profile.at(seconds)

@@ -108,6 +108,16 @@ def test_encoder_counter_has_32_bits() -> None:
     assert -1e6 <= counter.reading <= 1e6
 
 
+@pytest.mark.parametrize("kind", [0, 1, 2])
+def test_any_number_on_the_wire_is_taken(kind: int) -> None:
+    bench = AxesBench((1, 4, kind))
+    for counts in (10**400, -(10**400), 0, 1 << 31, -(1 << 31) - 1):
+        bench.counts[1] = counts
+        bench.loop()
+        assert abs(bench.axes.position(1)) <= 999_999_999
+        assert abs(bench.axes.diagnostic(1, 1)) <= 1 << 31
+
+
 def test_new_resolution_and_new_limits_keep_the_reading() -> None:
     bench = AxesBench((1, 1, 2.0))
     bench.counts[1] = 1000
