@@ -12,7 +12,7 @@ from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.editor import Editor
-from fieldrig_devices.arp.terminal.messages import COUNT, Messages
+from fieldrig_devices.arp.terminal.messages import COUNT, LENGTH, Messages
 from fieldrig_devices.arp.terminal.objects import Act, Print
 from fieldrig_devices.arp.terminal.pattern import find
 from fieldrig_devices.arp.terminal.printer import Printer
@@ -20,7 +20,7 @@ from fieldrig_devices.arp.terminal.screen import CELLS, Edit, Place, Screen, Tex
 from fieldrig_devices.arp.terminal.settings import TerminalSettings
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.node import CanopenNode
-from fieldrig_devices.canopen.service import Reset, Service
+from fieldrig_devices.canopen.service import Reset, Service, State
 from fieldrig_devices.canopen.variable import Variable
 
 _EDITS: Final[dict[Act, Edit]] = {Act.SHOW: "", Act.SHOW_VALUE: "", Act.EDIT: "E", Act.EDIT_WITH_PASSWORD: "P"}
@@ -53,6 +53,12 @@ class Application(Service):
             self.screen.clear()
             self.editor.follow()
 
+    def enter(self, state: State) -> None:
+        """TPDO 2 goes out when the terminal starts: then it tells of no edit, also not once more of the last one."""
+        if state is State.OPERATIONAL:
+            for subindex in (1, 2, 3, 4):
+                self._at(objects.EDITED, subindex).put(0)
+
     def set_key(self, bit: int, is_down: bool) -> None:
         keys = self._at(objects.KEYS)
         keys.put(keys.number | 1 << bit if is_down else keys.number & ~(1 << bit))
@@ -67,6 +73,8 @@ class Application(Service):
         return self.messages[number].encode("latin-1")
 
     def _on_message(self, number: int, data: bytes) -> None:
+        if len(data) > LENGTH:
+            raise Abort(Code.LENGTH_TOO_HIGH)
         try:
             self.messages[number] = data.rstrip(b"\x00").decode("latin-1")
         except ValueError as cause:
@@ -120,7 +128,7 @@ class Application(Service):
 
     def _on_edited(self, place: Place, raw: int) -> None:
         """TPDO 2: it is sent once, for all of it changes at one instant."""
-        self._edits = (self._edits + 1) & 0xFF
+        self._edits = self._edits % 0xFF + 1
         for subindex, number in enumerate((*place, self._edits, raw), start=1):
             self._at(objects.EDITED, subindex).put(number)
 

@@ -93,7 +93,7 @@ class PrintCommand:
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """TPDO 2; `counter` goes up with each."""
+    """TPDO 2; `counter` goes from 1 to 255 and round again, 0 says that there was no edit yet."""
 
     WIRE: ClassVar = Struct("<BBBi")
 
