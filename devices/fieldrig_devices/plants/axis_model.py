@@ -14,6 +14,9 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
+NO_TORQUE = 1e-12
+"""What is left of a lag and no longer felt: else it would outlast the figures of a float."""
+
 
 @dataclass(frozen=True, slots=True)
 class Mechanics:
@@ -93,6 +96,8 @@ class Course:
         self._position, self._speed = position, speed
         self._net = reference + load
         fade = torque - reference if mechanics.rate else 0.0
+        if abs(fade) < NO_TORQUE:
+            fade = 0.0
         if direction is None:
             direction = _direction(mechanics, position, speed, self._net + fade)
         self.direction = direction
@@ -118,11 +123,12 @@ class Course:
         return position, speed
 
     def state(self, seconds: float) -> State:
+        position, speed = self.at(seconds)
         torque = self._reference
         if self._fade:
             mechanics = self._mechanics
             torque += self._fade * mechanics.inertia * math.exp(-mechanics.rate * seconds)
-        return State(*self.at(seconds), torque)
+        return State(position, speed, torque)
 
     def end(self, within: float) -> End | None:
         """Where the course ends, if it does in this time."""
@@ -130,13 +136,18 @@ class Course:
             return self._breakaway(within)
         position, speed = self.at(within)
         standstill = self._standstill(within, speed)
+        if standstill is None and speed * self.direction < 0:  # by rounding it has set out the wrong way
+            return End(0.0, self.state(0.0), 0)
         if standstill is not None:
             within, (position, _) = standstill, self.at(standstill)
         stop = self._mechanics.high if self.direction > 0 else self._mechanics.low
         if (position - stop) * self.direction >= 0:
             met = self.seconds_to(stop, within)
             return End(met, State(stop, 0.0, self.state(met).torque))
-        return None if standstill is None else End(within, State(position, 0.0, self.state(within).torque))
+        if standstill is None:
+            return None
+        position = min(max(position, self._mechanics.low), self._mechanics.high)  # rounding at the stop it came from
+        return End(within, State(position, 0.0, self.state(within).torque))
 
     def seconds_to(self, position: float, within: float) -> float:
         """When the axis is at a position that it passes in this time."""
@@ -180,11 +191,12 @@ class Course:
             if speed_then * direction > 0 or self._pull * direction >= 0:
                 return None
             return min(within, _seconds_to_lose(pace, -self._pull * direction, self._mechanics.decay))
+        if speed_then * direction > 0 and pace > (abs(self._pull) + 2 * abs(self._fade)) * within:
+            return None  # it can't lose so much
         turn = self._turn()  # the acceleration changes its sign once at most
         begins_slower = (self._pull + self._fade) * direction < 0
         if turn is None or turn >= within:
-            is_slower = begins_slower and pace > 0
-            return _root(self._pace, within) if is_slower and speed_then * direction <= 0 else None
+            return _root(self._pace, within) if pace > 0 and speed_then * direction <= 0 else None
         if not begins_slower:
             return _root(self._pace, within, turn) if speed_then * direction <= 0 else None
         if pace > 0 and self._pace(turn)[0] <= 0:

@@ -187,3 +187,44 @@ def test_lag_near_the_time_constant_of_the_friction_is_no_special_case() -> None
     assert near.position == pytest.approx(at.position, rel=2e-3)
     exact = 5.0 / 10 * (0.2 - 2 * 0.1 * (1 - math.exp(-2)) + 0.2 * math.exp(-2))  # equal rates, by hand
     assert at.position == pytest.approx(exact, rel=1e-3)
+
+
+def test_axis_that_drifts_from_its_stop_is_pushed_back_to_it() -> None:
+    """The torque is 0 at first and then always backwards: the speed falls from the first instant on."""
+    axis = Mechanics(0.2, low=0.0, lag_s=0.003)
+    assert after(axis, State(0.0, 2e-9, 0.0), -0.0005, 0.0, 199.0).position == 0.0
+
+
+def test_lag_that_has_passed_is_over() -> None:
+    axis = Mechanics(2e-6, viscous=1000.0, lag_s=0.025)
+    assert after(axis, State(0.0, 0.0, -0.0004), 0.0, 0.0, 50.0).speed == 0.0
+
+
+magnitudes = st.one_of(
+    st.just(0.0), st.builds(lambda sign, e: sign * 10.0**e, st.sampled_from([1, -1]), st.floats(-9, 6))
+)
+
+
+@quick
+@given(
+    st.builds(
+        Mechanics,
+        inertia=st.floats(-6, 3).map(lambda e: 10.0**e),
+        viscous=magnitudes.map(abs),
+        coulomb=magnitudes.map(abs),
+        low=st.one_of(st.just(-inf), magnitudes.map(lambda x: -abs(x) - 1)),
+        high=st.one_of(st.just(inf), magnitudes.map(abs)),
+        lag_s=st.one_of(st.just(0.0), st.floats(-5, 0).map(lambda e: 10.0**e)),
+    ),
+    magnitudes,
+    magnitudes,
+    magnitudes,
+    magnitudes,
+    st.floats(-9, 5).map(lambda e: 10.0**e),
+)
+def test_axis_of_any_size_comes_to_an_end(
+    axis: Mechanics, speed: float, torque: float, reference: float, load: float, seconds: float
+) -> None:
+    then = after(axis, State(0.0, speed, torque if axis.lag_s else reference), reference, load, seconds)
+    assert all(map(math.isfinite, then))
+    assert axis.low - 1e-9 <= then.position <= axis.high + 1e-9
