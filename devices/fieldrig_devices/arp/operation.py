@@ -181,10 +181,10 @@ class Operation:
                 parts.faults.fail(codes.EEPROM)
                 return False
             parts.parameters.flash = parts.memory.content.parameters
+            keys = parts.F[KEYS]
+            parts.F[:] = [0] * len(parts.F)
+            parts.F[KEYS] = keys
         parts.parameters.load()
-        keys = parts.F[KEYS]
-        parts.F[:] = [0] * len(parts.F)
-        parts.F[KEYS] = keys
         parts.axes.start()
         return True
 

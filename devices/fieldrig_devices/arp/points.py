@@ -24,7 +24,7 @@ def points(card: Outside, io: LocalIo) -> dict[str, Point]:
         **dict(_axes(card)),
         **dict(_terminals(card, io)),
         **{f"F{number}": _flag(card, number) for number in range(1, 321)},
-        **{f"I{number}": Point(partial(_bit, card.I, number)) for number in sorted(numbers("I")) if number > 200},
+        **{f"I{number}": Point(partial(_bit, card.I, number)) for number in sorted(numbers("I")) if number > 108},
         **{f"O{number}": _output(card, number) for number in sorted(numbers("O"))},
         **{f"V{number}": _variable(card, number) for number in range(1, COUNT + 1)},
         **dict(_parameters(card)),

@@ -1,16 +1,16 @@
 """What a rig file says about an ARP card."""
 
 from collections.abc import Mapping
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.files import HIGHEST_SYSTEM
-from fieldrig_devices.arp.fixed import to_raw, to_text
+from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
 from fieldrig_devices.arp.local_io import DIGITAL_INPUTS, INPUTS, TERMINALS, feels
-from fieldrig_devices.arp.parameters import PARAMETERS, Parameter
+from fieldrig_devices.arp.parameters import GENERAL, GENERAL_PARAMETERS, PARAMETERS, Par, Parameter
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.arp.user_port.server import UserPortSettings
@@ -116,3 +116,20 @@ class ArpSettings(Settings):
     costs: Costs = Field(default_factory=Costs, description="of the card's processor")
     exchange: ExchangeSettings = Field(default_factory=ExchangeSettings, description="data exchange with other cards")
     user_port: UserPortSettings = Field(default_factory=UserPortSettings, description="of the serial link `user`")
+
+    @model_validator(mode="after")
+    def _nodes_differ(self) -> Self:
+        values = self.parameters.raw()
+
+        def node_id(number: Par) -> int:
+            return values.get((GENERAL, number), GENERAL_PARAMETERS[number].default) // SCALE
+
+        nodes = [node_id(Par.CAN_NODE_ID), *(one for one in self.io_nodes if one is not None)]
+        nodes += [node_id(Par.TERMINAL_NODE_ID)] if self.terminal else []
+        for one in nodes:
+            if nodes.count(one) > 1:
+                raise ValueError(
+                    f"CAN node-ID {one} is there twice: @Par[5] (the card), @Par[8] (the terminal) and io_nodes"
+                    " must differ"
+                )
+        return self

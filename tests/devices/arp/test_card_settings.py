@@ -1,0 +1,125 @@
+"""What a rig file may say about a card, and what `fieldrig check` says if it is wrong."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fieldrig.build import try_devices
+from fieldrig.config import from_dict, load
+from fieldrig.errors import ConfigError
+from fieldrig_devices.arp import files
+from fieldrig_devices.arp.language.compiler import compile_text
+
+GOOD = "BEG MAIN\nLOOP:\nGOTO LOOP\nEND\n"
+OBJECT_OF_2 = files.encode(compile_text(GOOD), "winder", 2)
+
+
+def rig(**settings: Any) -> dict[str, Any]:
+    buses = {"wires": {"kind": "wires.virtual"}, "can0": {"kind": "can.virtual"}, "user1": {"kind": "serial.virtual"}}
+    links = {"wires": "wires", "can": "can0", "user": "user1"}
+    return {"time": "virtual", "buses": buses, "devices": {"card1": {"kind": "arp", "links": links, **settings}}}
+
+
+def wrong(folder: Path, **settings: Any) -> list[str]:
+    """What check finds."""
+    try:
+        config = from_dict(rig(**settings), folder)
+    except ConfigError as cause:
+        return [str(mistake) for mistake in cause.mistakes]
+    return [str(mistake) for mistake in try_devices(config)]
+
+
+def test_a_card_needs_nothing_at_all(tmp_path: Path) -> None:
+    config = from_dict({"time": "virtual", "devices": {"card1": {"kind": "arp"}}}, tmp_path)
+    assert try_devices(config) == []
+
+
+def test_a_card_with_everything(tmp_path: Path) -> None:
+    (tmp_path / "winder.I03").write_text(GOOD)
+    settings = {
+        "number": 3,
+        "program": "winder.I03",
+        "parameters": {"general": {1: 1, 16: 20}, "axis1": {1: 96, 4: 2}, "axis2": {7: 0.5}},
+        "inputs": {"I108": True, "adc1": 0.005, "encoder1": -5},
+        "ties": {"encoder1": "spindle.encoder", "O104": "brake"},
+        "latch1": "I107",
+        "io_nodes": [1, None],
+        "terminal": True,
+        "readings": {"pst_join": "through"},
+        "costs": {"instruction_us": 20},
+        "exchange": {"send": [{"channel": 1, "words": ["V1", "POS1"]}]},
+    }
+    assert wrong(tmp_path, **settings) == []
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"parameters": {"general": {1: 0}}}, r"@Par\[1\] .*can't be 0: right would be a whole number from 1 to 10 ms"),
+        ({"parameters": {"general": {1: 1.5}}}, r"@Par\[1\] .*can't be 1.5: right"),
+        ({"parameters": {"general": {6: 300}}}, r"@Par\[6\] .*right would be 125, 250, 500, 1000 kbaud"),
+        ({"parameters": {"general": {17: 1}}}, r"there is no @Par\[17\]: 1 to 16"),
+        ({"parameters": {"axis1": {15: 60.001}}}, r"@Par1\[15\] .*0 to 60 s"),
+        ({"parameters": {"axis2": {1: 0.0001}}}, r"@Par2\[1\] .*more than three decimals; right would be 0.001 to"),
+        ({"parameters": {"axis2": {26: 1, 4: 9}}}, r"there is no @Par2\[26\].*@Par2\[4\] .*can't be 9"),
+        ({"parameters": {"axis3": {}}}, r"parameters.axis3: there is no such key"),
+        ({"inputs": {"I109": True}}, r"no terminal 'I109'"),
+        ({"inputs": {"I101": 2}}, r"I101 can't be 2: right would be true or false"),
+        ({"inputs": {"adc3": True}}, r"adc3 can't be True: right would be a number"),
+        ({"ties": {"encoder3": "x"}}, r"no terminal 'encoder3'"),
+        ({"latch1": "I109"}, r"latch1"),
+        ({"number": 100}, r"from 0 to 99"),
+        ({"io_nodes": [1, 2, 3]}, r"io_nodes"),
+        ({"io_nodes": [4, 4]}, r"node-ID 4 .*twice"),
+        ({"io_nodes": [10]}, r"node-ID 10 .*twice"),
+        ({"terminal": True, "parameters": {"general": {8: 10}}}, r"node-ID 10 .*twice"),
+        ({"program": "nothing.I01"}, r"no such file"),
+    ],
+)
+@pytest.mark.manual("ARP-005")
+def test_what_is_wrong_is_named_with_what_would_be_right(tmp_path: Path, settings: dict[str, Any], says: str) -> None:
+    found = wrong(tmp_path, **settings)
+    assert len(found) == 1
+    assert re.search(says, found[0], re.DOTALL), found[0]
+
+
+@pytest.mark.manual("ARP-117")
+def test_every_mistake_in_a_program_has_its_line_and_column(tmp_path: Path) -> None:
+    (tmp_path / "bad.I01").write_text("BEG MAIN\n  V1001 == 5\n  GOTO NOWHERE\nV1 = 3\nEND\n")
+    (found,) = wrong(tmp_path, program="bad.I01")
+    assert [f"bad.I01:{place}" in found for place in ("2:3", "3:3", "4:4")] == [True] * 3
+
+
+def test_mistakes_of_a_rig_file_come_with_the_place_of_the_card(tmp_path: Path) -> None:
+    (tmp_path / "bad.I01").write_text("BEG MAIN\nV1001 == 5\nEND\n")
+    (tmp_path / "rig.yaml").write_text("time: virtual\ndevices:\n  card1: {kind: arp, program: bad.I01}\n")
+    (found,) = try_devices(load(tmp_path / "rig.yaml"))
+    assert (found.line, found.key) == (3, "devices.card1")
+
+
+@pytest.mark.manual("ARP-118")
+@pytest.mark.parametrize(
+    ("file", "content", "number", "says"),
+    [
+        ("winder.I02", GOOD.encode(), 1, "it is for card 02, and the number of this one is 1"),
+        ("winder.D02", OBJECT_OF_2, 1, "it is for card 02"),
+        ("winder.D02", OBJECT_OF_2[:-3], 2, "damaged"),
+    ],
+)
+def test_a_program_for_another_card_is_refused(
+    tmp_path: Path, file: str, content: bytes, number: int, says: str
+) -> None:
+    (tmp_path / file).write_bytes(content)
+    (found,) = wrong(tmp_path, program=file, number=number)
+    assert says in found
+
+
+@pytest.mark.manual("ARP-118")
+@pytest.mark.parametrize(
+    ("file", "content"), [("winder.I02", GOOD.encode()), ("winder.D02", OBJECT_OF_2), ("any.txt", GOOD.encode())]
+)
+def test_a_source_or_an_object_for_this_card_is_right(tmp_path: Path, file: str, content: bytes) -> None:
+    (tmp_path / file).write_bytes(content)
+    assert wrong(tmp_path, program=file, number=2) == []
