@@ -18,10 +18,41 @@ from fieldrig_devices.arp.fixed import SCALE, to_raw
 from fieldrig_devices.arp.local_io import UNITS
 from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.settings import ArpSettings
+from fieldrig_devices.plants.servo import Servo
+from fieldrig_devices.plants.servo_settings import ServoSettings
 
 Groups = Mapping[str, Mapping[int, float]]
 FAST: Groups = {"general": {1: 1, 16: 10}}
 """A control loop each millisecond, a pass of the scheduler each ten."""
+
+
+MOTOR: dict[str, Any] = {"rated_torque_nm": 2.0, "motor_inertia_kg_m2": 0.001, "encoder_lines": 10_000}
+"""40000 counts a turn; 2000 rad/s2 at 10 V."""
+SERVO_AXIS = {1: 40, 4: 2, 11: 0.314, 13: 0.006}
+"""Parameters of an axis that is such a motor, with 1000 units in a turn: a bandwidth of 100 rad/s."""
+
+
+class PlantWires(RecordedLink[Signal]):
+    """The card's wires, with plants at their other ends."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.plants: list[_PlantEnd] = []
+
+    def send(self, message: Signal) -> None:
+        super().send(message)
+        for plant in self.plants:
+            if plant.interest is None or message.name in plant.interest:
+                plant.deliver(message)
+
+
+class _PlantEnd(RecordedLink[Signal]):
+    def __init__(self, wires: PlantWires) -> None:
+        super().__init__()
+        self._wires = wires
+
+    def send(self, message: Signal) -> None:
+        self._wires.deliver(message)
 
 
 class CardBench:
@@ -48,7 +79,7 @@ class CardBench:
         """
         self.clock = clock or VirtualClock()
         self.store = store if store is not None else MemoryStore()
-        self.wires = wires if wires is not None else RecordedLink[Signal]()
+        self.wires = wires if wires is not None else PlantWires()
         self.can, self.user = RecordedLink[CanFrame](), RecordedLink[SerialMessage]()
         groups = dict(parameters or {})
         groups["general"] = {**FAST["general"], **groups.get("general", {})}
@@ -69,6 +100,16 @@ class CardBench:
             )
         self.outside = self.card.outside
         self.card.start()
+
+    def add_servo(self, axis: int, **settings: Any) -> Servo:
+        """A servo axis between the analog output and the encoder of `axis`; `settings` over those of `MOTOR`."""
+        assert isinstance(self.wires, PlantWires)
+        link = _PlantEnd(self.wires)
+        self.wires.plants.append(link)
+        ends = {"reference_wire": f"card1.dac{axis}", "encoder_wire": f"card1.encoder{axis}"}
+        servo = Servo(self.clock, f"servo{axis}", ServoSettings(**{**MOTOR, **ends, **settings}), link)
+        servo.start()
+        return servo
 
     def run_for(self, ms: float) -> "CardBench":
         self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
