@@ -7,10 +7,11 @@ own set-up pages.
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
+from fieldrig.bus import Bus
 from fieldrig.clock import Clock
-from fieldrig.device import Device, Point, Value
+from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -57,6 +58,10 @@ class Terminal(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    @classmethod
+    def tools(cls, name: str, settings: TerminalSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+        return CanopenNode.tools(name, settings.canopen, links)
 
     def _screen_points(self) -> dict[str, Point]:
         application = self._application
