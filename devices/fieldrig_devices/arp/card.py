@@ -19,8 +19,10 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.arp import tools
 from fieldrig_devices.arp.access import Access
 from fieldrig_devices.arp.assembly import assemble
+from fieldrig_devices.arp.can.bit_rate import take_bit_rate
 from fieldrig_devices.arp.can.face import CanFace
 from fieldrig_devices.arp.faults import Faults
 from fieldrig_devices.arp.fixed import SCALE
@@ -48,7 +50,7 @@ class ArpCard(Device):
         can: Link[CanFrame] | None = None,
         user: Link[SerialMessage] | None = None,
     ) -> None:
-        self._clock, self._settings = clock, settings
+        self._clock, self._settings, self._can = clock, settings, can
         program = read_program(settings.program, settings.number) if settings.program is not None else None
         shared = SharedLink(can) if can is not None else None
         has_io = any(node_id is not None for node_id in settings.io_nodes)
@@ -81,6 +83,8 @@ class ArpCard(Device):
         self._period_ns = table[Par.CONTROL_PERIOD_MS] // SCALE * MS
         self._scheduler_period_ns = table[Par.SCHEDULER_PERIOD_MS] // SCALE * MS
         self._slices = Slices(self._settings.costs, self._period_ns, self._scheduler_period_ns)
+        if self._can is not None:
+            take_bit_rate(self._can, parts.parameters)
         if parts.remote_io is not None:
             parts.remote_io.start()
         parts.terminal.start(table[Par.TERMINAL_NODE_ID] // SCALE if self._settings.terminal else None)
@@ -106,7 +110,7 @@ class ArpCard(Device):
 
     @classmethod
     def tools(cls, name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        return []
+        return tools.lines(name, settings, links)
 
     def _on_blocking(self, code: int) -> None:
         self.operation.on_blocking(code)

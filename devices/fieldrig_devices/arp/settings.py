@@ -119,13 +119,8 @@ class ArpSettings(Settings):
 
     @model_validator(mode="after")
     def _nodes_differ(self) -> Self:
-        values = self.parameters.raw()
-
-        def node_id(number: Par) -> int:
-            return values.get((GENERAL, number), GENERAL_PARAMETERS[number].default) // SCALE
-
-        nodes = [node_id(Par.CAN_NODE_ID), *(one for one in self.io_nodes if one is not None)]
-        nodes += [node_id(Par.TERMINAL_NODE_ID)] if self.terminal else []
+        nodes = [self.can_node_id, *(one for one in self.io_nodes if one is not None)]
+        nodes += [self._general(Par.TERMINAL_NODE_ID)] if self.terminal else []
         for one in nodes:
             if nodes.count(one) > 1:
                 raise ValueError(
@@ -133,3 +128,12 @@ class ArpSettings(Settings):
                     " must differ"
                 )
         return self
+
+    @property
+    def can_node_id(self) -> int:
+        """@Par[5] as the rig file has it."""
+        return self._general(Par.CAN_NODE_ID)
+
+    def _general(self, number: Par) -> int:
+        default = GENERAL_PARAMETERS[number].default
+        return self.parameters.raw().get((GENERAL, number), default) // SCALE

@@ -1,0 +1,35 @@
+"""Lines to copy that reach a card: by its points, its USER port, and as a CANopen node."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from fieldrig.bus import Bus
+from fieldrig.device import Tool
+from fieldrig_bus.serial.rfc2217 import SerialRfc2217
+from fieldrig_bus.serial.tcp import SerialTcp
+from fieldrig_devices.arp.can.face import EDS
+from fieldrig_devices.arp.settings import ArpSettings
+from fieldrig_devices.canopen import node_tools
+from fieldrig_devices.canopen.node_settings import CanopenSettings
+
+
+def lines(name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+    keys = ("state", "error", "program.line", "axis1.position", "axis2.position")
+    tools = [Tool("state", f"fieldrig get {' '.join(f'{name}/{key}' for key in keys)}")]
+    port = _user_port(links.get("user"))
+    if port is not None:
+        tools.append(Tool("USER port", f"fieldrig arp watch --port {port}"))
+    if "can" in links:
+        node = CanopenSettings(node_id=settings.can_node_id, eds=EDS, ties={}, objects={})
+        tools += node_tools.lines(node, links)[:1]  # it starts by itself
+    return tools
+
+
+def _user_port(bus: Bus[Any] | None) -> str | None:
+    """None for a line that has no address; a pty is among the lines of its bus."""
+    match bus:
+        case SerialTcp() if bus.settings.listen is not None:
+            return f"socket://{bus.settings.listen}"
+        case SerialRfc2217():
+            return f"rfc2217://{bus.settings.listen}"
+    return None
