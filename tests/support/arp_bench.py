@@ -10,7 +10,6 @@ from fieldrig.device import Value
 from fieldrig.node import read_point, write_point
 from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.arp.card import ArpCard
@@ -80,7 +79,7 @@ class CardBench:
         self.clock = clock or VirtualClock()
         self.store = store if store is not None else MemoryStore()
         self.wires = wires if wires is not None else PlantWires()
-        self.can, self.user = RecordedLink[CanFrame](), RecordedLink[SerialMessage]()
+        self.can, self.user = RecordedLink[Any](), RecordedLink[SerialMessage]()
         groups = dict(parameters or {})
         groups["general"] = {**FAST["general"], **groups.get("general", {})}
         data: dict[str, Any] = {"inputs": {"I108": is_enabled}, "parameters": groups, **settings}
