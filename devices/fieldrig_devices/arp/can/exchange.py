@@ -20,8 +20,11 @@ log = logging.getLogger(__name__)
 CHANNELS: Final = 4
 FIRST_PDO: Final = 4
 """PDO 5, counted from 0."""
-CHANNEL_IDS: Final = (0x1C0, 0x2C0, 0x3C0, 0x4C0)
-"""CAN-ID of each channel for node-ID 0: between those of the pre-defined connection set of nodes up to 63."""
+CHANNEL_IDS: Final = (0x240, 0x340, 0x440, 0x540)
+"""CAN-ID of each channel for node-ID 0: those that the pre-defined connection set has for RPDOs of nodes from 64 on.
+
+TPDOs of theirs would do too, but tools that look who is there take them for nodes.
+"""
 LAST_NODE: Final = 63
 NOT_USED: Final = 1 << 31
 MADE_HERE: Final = 1 << 30

@@ -74,59 +74,59 @@ def test_cards_without_exchange_say_nothing_to_each_other() -> None:
 def sender() -> FaceBench:
     """Node 10, which starts itself; what it sends then is taken."""
     bench = FaceBench(send=[{"channel": 2, "words": ["V10", "flag2"], "every_ms": 500, "inhibit_ms": 30}])
-    assert "2CA#00 00 00 00 00 00 00 00" in bench.start()
+    assert "34A#00 00 00 00 00 00 00 00" in bench.start()
     bench.after(30)
     return bench
 
 
 def test_a_channel_has_a_can_id_by_its_card(sender: FaceBench) -> None:
     sender.card.V[10], sender.card.F[33] = 1500, 1
-    assert sender.refresh() == ["2CA#dc 05 00 00 01 00 00 00"]
+    assert sender.refresh() == ["34A#dc 05 00 00 01 00 00 00"]
 
 
 def test_a_channel_waits_between_two(sender: FaceBench) -> None:
     sender.card.V[10] = 1
-    assert sender.refresh() == ["2CA#01 00 00 00 00 00 00 00"]
+    assert sender.refresh() == ["34A#01 00 00 00 00 00 00 00"]
     sender.card.V[10] = 2
     assert sender.refresh() == []
     assert sender.after(29) == []
-    assert sender.after(1) == ["2CA#02 00 00 00 00 00 00 00"]
+    assert sender.after(1) == ["34A#02 00 00 00 00 00 00 00"]
 
 
 def test_a_channel_repeats_itself(sender: FaceBench) -> None:
     assert sender.after(469) == []
-    assert sender.after(1) == ["2CA#00 00 00 00 00 00 00 00"]
+    assert sender.after(1) == ["34A#00 00 00 00 00 00 00 00"]
 
 
 def test_a_channel_at_sync() -> None:
     bench = FaceBench(send=[{"channel": 1, "words": ["POS2", "VEL2"], "at": "sync"}])
     bench.start()
     bench.card.positions[2] = 1500
-    assert "1CA" not in str(bench.refresh())
-    assert bench.send("080#") == ["1CA#dc 05 00 00 00 00 00 00"]
+    assert "24A" not in str(bench.refresh())
+    assert bench.send("080#") == ["24A#dc 05 00 00 00 00 00 00"]
 
 
 def test_a_card_may_make_the_sync() -> None:
     bench = FaceBench(sync_ms=10, send=[{"channel": 1, "words": ["V1"], "at": "sync"}])
     bench.start()
-    assert bench.after(10) == ["080#", "1CA#00 00 00 00"]
-    assert bench.after(10) == ["080#", "1CA#00 00 00 00"]
+    assert bench.after(10) == ["080#", "24A#00 00 00 00"]
+    assert bench.after(10) == ["080#", "24A#00 00 00 00"]
 
 
 def test_reception_is_reported_as_failed_after_its_time() -> None:
     bench = FaceBench(receive=[{"node": 5, "channel": 1, "words": ["V7"], "timeout_ms": 100}])
     bench.start()
-    bench.send("1C5#01 00 00 00")
+    bench.send("245#01 00 00 00")
     assert bench.card.V[7] == 1
     assert bench.after(99) == []
     assert bench.after(1) == ["08A#50 82 11 00 00 00 00 00"]
-    assert bench.send("1C5#02 00 00 00") == ["08A#00 00 00 00 00 00 00 00"]
+    assert bench.send("245#02 00 00 00") == ["08A#00 00 00 00 00 00 00 00"]
 
 
 def test_a_reception_that_is_too_short_is_reported() -> None:
     bench = FaceBench(receive=[{"node": 5, "channel": 1, "words": ["V7", "V8"]}])
     bench.start()
-    assert bench.send("1C5#01 00 00 00") == ["08A#10 82 11 04 08 00 00 00"]
+    assert bench.send("245#01 00 00 00") == ["08A#10 82 11 04 08 00 00 00"]
     assert bench.card.V[7:9] == [0, 0]
 
 
@@ -150,7 +150,7 @@ def test_a_foreign_tool_sees_the_exchange_as_pdo_mapping(word: str, entry: int) 
     bench.start()
     assert bench.sdo("40 04 1A 00 00 00 00 00") == "4f 04 1a 00 01 00 00 00"
     assert bench.sdo("40 04 1A 01 00 00 00 00") == f"43 04 1a 01 {entry.to_bytes(4, 'little').hex(' ')}"
-    assert bench.sdo("40 04 18 01 00 00 00 00") == "43 04 18 01 ca 01 00 00"
+    assert bench.sdo("40 04 18 01 00 00 00 00") == "43 04 18 01 4a 02 00 00"
 
 
 def test_a_card_that_waits_for_a_master() -> None:
@@ -161,7 +161,7 @@ def test_a_card_that_waits_for_a_master() -> None:
 def test_nobody_can_send_from_beyond_node_63(caplog: pytest.LogCaptureFixture) -> None:
     bench = FaceBench(send=[{"channel": 1, "words": ["V1"]}])
     bench.card.parameters.ram[0][5] = 64_000
-    assert not [frame for frame in bench.start() if frame.startswith("200#")]
+    assert not [frame for frame in bench.start() if frame.startswith("280#")]
     assert "up to 63" in caplog.text
 
 
