@@ -6,7 +6,8 @@ from fieldrig.clock import MS
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
 from fieldrig_devices.sercos import words
-from fieldrig_devices.sercos.idn import Attribute, Datum, Format, IdnTable, Length
+from fieldrig_devices.sercos.datum import Datum, IdnTable
+from fieldrig_devices.sercos.idn import Attribute, Format, Length
 from fieldrig_devices.sercos.master import Drive, Event, RingEvent, SercosMaster
 from fieldrig_devices.sercos.slave import SercosSlave
 

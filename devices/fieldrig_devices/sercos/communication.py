@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
-from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Command, Datum, Format, IdnTable, Length
+from fieldrig_devices.sercos.command import Command
+from fieldrig_devices.sercos.datum import Datum, IdnTable
+from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Format, Length
 from fieldrig_devices.sercos.telegram import CONFIGURED, HEAD_BYTES, STANDARD, Telegrams, code_of, size
 
 CYCLES_US: Final = (1_000, 2_000, 4_000)

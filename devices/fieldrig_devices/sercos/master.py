@@ -17,7 +17,8 @@ from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import BROADCAST, Answers, Mdt, Mst, RingMessage
 from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, telegram_ns
-from fieldrig_devices.sercos.idn import Command, Element, ServiceError
+from fieldrig_devices.sercos.command import Command
+from fieldrig_devices.sercos.idn import Element, ServiceError
 from fieldrig_devices.sercos.service import CONTROL_MASK, STATUS_MASK, Done, ServiceClient
 from fieldrig_devices.sercos.telegram import CODES, CONFIGURED, HEAD_BYTES, record, size
 

@@ -10,7 +10,8 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from fieldrig_devices.sercos.idn import Attribute, Code, Datum, Element, IdnTable, ServiceError
+from fieldrig_devices.sercos.datum import Datum, IdnTable
+from fieldrig_devices.sercos.idn import Attribute, Code, Element, ServiceError
 
 # control word (MDT), bits 0 to 5
 MHS: Final = 0x01

@@ -14,8 +14,9 @@ from fieldrig.clock import US, Clock, Timer
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage
 from fieldrig_devices.sercos import words
+from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
-from fieldrig_devices.sercos.idn import Command, IdnTable
+from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
 from fieldrig_devices.sercos.telegram import HEAD_BYTES, record
 

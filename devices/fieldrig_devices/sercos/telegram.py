@@ -9,7 +9,8 @@ import struct
 from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
-from fieldrig_devices.sercos.idn import Format, IdnTable
+from fieldrig_devices.sercos.datum import IdnTable
+from fieldrig_devices.sercos.idn import Format
 
 CONFIGURED: Final = 7
 HEAD_BYTES: Final = 4

@@ -1,0 +1,189 @@
+"""The operation datum behind an IDN, with its seven elements, and all those of a drive.
+
+Source: IEC 61491 by its public facts.  Numbers go over the ring low byte first; texts and lists are led by their actual
+and largest length in bytes.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+
+from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Element, Format, ServiceError
+
+
+class Datum:
+    """One operation datum.  Numbers are kept as bytes, as they go over the ring."""
+
+    __slots__ = (
+        "attribute", "data", "idn", "largest", "maximum", "minimum", "name", "reader", "status", "unit", "watchers",
+        "writer",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        idn: int,
+        name: str,
+        attribute: Attribute,
+        value: int | str | Iterable[int] = 0,
+        *,
+        unit: str = "",
+        minimum: int | None = None,
+        maximum: int | None = None,
+        largest: int = 256,
+    ) -> None:
+        """`largest` is the length in bytes that a list or text may have."""
+        self.idn, self.name, self.attribute, self.unit = idn, name, attribute, unit
+        self.minimum, self.maximum, self.largest = minimum, maximum, largest
+        self.status = 0
+        """The first element: what became of a procedure command."""
+        self.reader: Callable[[], bytes] | None = None
+        """Gives the data in place of `data`; may raise ServiceError."""
+        self.writer: Callable[[bytes], None] | None = None
+        """Takes what the master writes, within limits, in place of `data`; may raise ServiceError."""
+        self.watchers: list[Callable[[], None]] = []
+        """Called after each write by the master."""
+        self.data = self.encoded(value)
+
+    @property
+    def is_signed(self) -> bool:
+        return self.attribute.format is Format.SIGNED
+
+    def encoded(self, value: int | str | Iterable[int]) -> bytes:
+        if isinstance(value, str):
+            return value.encode("latin-1", "replace")[: self.largest]
+        size = self.attribute.length.bytes
+        numbers = (value,) if isinstance(value, int) else value
+        if isinstance(value, int) and self.attribute.length.is_list:
+            numbers = ()
+        return b"".join((number & (1 << 8 * size) - 1).to_bytes(size, "little") for number in numbers)
+
+    def decoded(self, data: bytes) -> list[int]:
+        size = self.attribute.length.bytes
+        starts = range(0, len(data) - size + 1, size)
+        return [int.from_bytes(data[at : at + size], "little", signed=self.is_signed) for at in starts]
+
+    @property
+    def number(self) -> int:
+        return int.from_bytes(self.present(), "little", signed=self.is_signed)
+
+    @property
+    def numbers(self) -> list[int]:
+        return self.decoded(self.present())
+
+    @property
+    def text(self) -> str:
+        return self.present().decode("latin-1")
+
+    def set(self, value: int | str | Iterable[int]) -> None:
+        """By the drive itself: no limit and no protection holds."""
+        self.data = self.encoded(value)
+
+    def present(self) -> bytes:
+        return self.data if self.reader is None else self.reader()
+
+    def element(self, element: Element) -> bytes:
+        """As it goes over the ring.  ServiceError if there is no such element."""
+        match element:
+            case Element.IDN:
+                return self.status.to_bytes(2, "little")
+            case Element.NAME:
+                return self._text(self.name, Code.NO_NAME)
+            case Element.ATTRIBUTE:
+                return self.attribute.word.to_bytes(4, "little")
+            case Element.UNIT:
+                return self._text(self.unit, Code.NO_UNIT)
+            case Element.MINIMUM:
+                return self._limit(self.minimum, Code.NO_MINIMUM)
+            case Element.MAXIMUM:
+                return self._limit(self.maximum, Code.NO_MAXIMUM)
+            case Element.DATA:
+                data = self.present()
+                return led(data, self.largest) if self.attribute.length.is_list else data
+        raise ServiceError(Code.WRONG_ACCESS)
+
+    @staticmethod
+    def _text(text: str, missing: Code) -> bytes:
+        if not text:
+            raise ServiceError(missing)
+        return led(text.encode("latin-1", "replace"), len(text))
+
+    def _limit(self, limit: int | None, missing: Code) -> bytes:
+        if limit is None:
+            raise ServiceError(missing)
+        size = self.attribute.length.bytes
+        return (limit & (1 << 8 * size) - 1).to_bytes(size, "little")
+
+    def write(self, data: bytes, phase: int) -> None:
+        """By the master, as it came over the ring.  ServiceError says why not."""
+        if self.attribute.protected == READ_ONLY:
+            raise ServiceError(Code.READ_ONLY)
+        if phase in self.attribute.protected:
+            raise ServiceError(Code.PROTECTED_NOW)
+        data = self._checked(data)
+        if self.writer is not None:
+            self.writer(data)
+        else:
+            self.data = data
+        for watcher in self.watchers:
+            watcher()
+
+    def _checked(self, data: bytes) -> bytes:
+        if self.attribute.length.is_list:
+            return self._checked_list(data)
+        size = self.attribute.length.bytes
+        if len(data) != size:
+            raise ServiceError(Code.TOO_SHORT if len(data) < size else Code.TOO_LONG)
+        self._check_limits(self.decoded(data))
+        return data
+
+    def _checked_list(self, data: bytes) -> bytes:
+        if len(data) < 4:
+            raise ServiceError(Code.TOO_SHORT)
+        actual = int.from_bytes(data[:2], "little")
+        if actual > self.largest:
+            raise ServiceError(Code.TOO_LONG)
+        if len(data) < 4 + actual or actual % self.attribute.length.bytes:
+            raise ServiceError(Code.TOO_SHORT)
+        data = data[4 : 4 + actual]
+        if self.attribute.format is not Format.TEXT:
+            self._check_limits(self.decoded(data))
+        return data
+
+    def _check_limits(self, numbers: list[int]) -> None:
+        for number in numbers:
+            if self.minimum is not None and number < self.minimum:
+                raise ServiceError(Code.BELOW_MINIMUM)
+            if self.maximum is not None and number > self.maximum:
+                raise ServiceError(Code.ABOVE_MAXIMUM)
+
+
+def led(data: bytes, largest: int) -> bytes:
+    """A list or text behind its actual and largest length."""
+    return len(data).to_bytes(2, "little") + largest.to_bytes(2, "little") + data
+
+
+class IdnTable:
+    """The operation data of one drive."""
+
+    def __init__(self, data: Iterable[Datum] = ()) -> None:
+        self._data: dict[int, Datum] = {}
+        for datum in data:
+            self.add(datum)
+
+    def add(self, datum: Datum) -> Datum:
+        self._data[datum.idn] = datum
+        return datum
+
+    def __getitem__(self, idn: int) -> Datum:
+        return self._data[idn]
+
+    def __contains__(self, idn: object) -> bool:
+        return idn in self._data
+
+    def __iter__(self) -> Iterator[Datum]:
+        return iter(self._data.values())
+
+    def asked(self, idn: int) -> Datum:
+        """ServiceError if there is none."""
+        datum = self._data.get(idn)
+        if datum is None:
+            raise ServiceError(Code.NO_IDN)
+        return datum
