@@ -137,7 +137,7 @@ class TerminalLink:
 
     def _on_back(self) -> None:
         """Whatever it shows now, it gets the program's screen, and then what the program has asked for since."""
-        self._is_lost = self._is_storing = False
+        self._is_lost = False
         self._stored.clear()
         self._told_leds = None
         for job in (*self._picture.redrawn(), *self._jobs.take_all()):

@@ -71,6 +71,11 @@ def test_erasing_clearing_or_showing_anew_ends_the_typing(bench: TerminalBench, 
     assert [one for one in bench.press("CR") if one.startswith("294")] == []
 
 
+def test_terminal_that_starts_again_tells_of_no_edit(bench: TerminalBench) -> None:
+    bench.press("4 CR")
+    assert bench.send(PRE_OPERATIONAL, START) == ["194#00 00 00 00", "294#00 00 00 00 00 00 00"]
+
+
 def test_only_fields_that_may_be_changed_have_the_cursor(bench: TerminalBench) -> None:
     assert bench.get("cursor") == "1 6"
     bench.send("314#01 01 01 01 00 04")  # with a value, but not to be changed

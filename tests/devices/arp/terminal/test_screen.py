@@ -80,6 +80,11 @@ def test_later_text_lies_over_the_earlier_and_erasing_it_brings_that_back() -> N
     assert lines(screen)[0] == "ABCDEF"
 
 
+def test_text_that_is_shown_anew_comes_to_the_top() -> None:
+    screen = screen_with((1, 1, 1, "ABCDEF"), (1, 3, 1, "xy"), (1, 1, 1, "abcd"))
+    assert lines(screen)[0] == "abcd"
+
+
 def test_clear_leaves_nothing() -> None:
     screen = screen_with((1, 1, 1, "ABC"), (4, 4, 3, "X"))
     screen.clear()

@@ -154,6 +154,30 @@ def test_many_values_share_the_passes(started: CellBench) -> None:
     assert shown == [[str(line * 10 + column) for column in (1, 5, 9, 13)] for line in range(1, 9)]
 
 
+def test_values_that_change_all_the_time_get_their_turns(started: CellBench) -> None:
+    lines = [f"TERM {line}, {column}, 1, 1, V{line * 10 + column}" for line in range(1, 9) for column in (1, 5, 9)]
+    started.program('MSG 1, "###"\n' + "\n".join(lines), ms=510)
+    started.take()
+    for count in range(1, 5):
+        started.card.V[11:90] = [count * 1_000] * 79
+        started.after(20)
+    told = started.take()
+    assert len(told) == 4 * 8
+    assert len({frame[4:9] for frame in told}) == 24  # places
+
+
+def test_one_pass_takes_no_more_of_the_bus_than_eight_frames_or_nine(started: CellBench) -> None:
+    started.program("\n".join(f"TERM {line}, {column}, 1, 1, V1" for line in (1, 2) for column in range(1, 11)), ms=0)
+    told = [len(started.after(20).take()) for _ in range(6)]
+    assert max(told) <= 9
+    assert sum(told) == 40  # 20 places, each with its value
+
+
+def test_text_that_takes_the_place_of_a_waiting_one_comes_after_its_message(started: CellBench) -> None:
+    started.program('MSG 1, "FIRST"\nTERM 1, 1, 1, 1\nMSG 2, "SECOND"\nTERM 1, 1, 1, 2')
+    assert started.screen[0] == "SECOND"
+
+
 def test_loader_of_all_500_messages_loses_none(started: CellBench) -> None:
     started.program("\n".join(f'MSG {number}, "MESSAGE {number:08}"' for number in range(1, 501)), ms=3_000)
     assert [started.rig.get("tr", f"message.{number}") for number in (1, 250, 251, 500)] == [
@@ -266,6 +290,19 @@ def test_terminal_that_is_back_gets_leds_the_screen_and_what_was_shown_meanwhile
         "414#01 01 b8 0b 00 00",
         "314#02 01 01 02 00 03",
     ]
+
+
+def test_messages_are_told_anew_to_a_terminal_that_may_be_another(alone: Alone) -> None:
+    asked = ["614#2b 00 21 01 41 42 00 00"]
+    alone.link.store_message(1, "AB")
+    assert alone.answer() == asked
+    alone.answer(TOLD)
+    alone.link.store_message(1, "AB")
+    assert alone.answer() == []
+    alone.answer("714#00")
+    alone.answer(HEARTBEAT_WRITTEN)
+    alone.link.store_message(1, "AB")
+    assert alone.answer() == asked
 
 
 def test_message_under_way_when_the_terminal_restarts_does_not_hold_up_the_rest(alone: Alone) -> None:
