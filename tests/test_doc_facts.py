@@ -27,6 +27,8 @@ from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.ring.faults import RingFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
+from fieldrig_devices.arp.readings import Readings
+from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
@@ -52,6 +54,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     },
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
     "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
+    "Readings": {"readings": Readings},
+    "Costs of the processor": {"costs": Costs},
     "Register tables": {"table": Table, "bit": Bit, "register": Register, "fifo": Fifo},
 }
 """Settings that are not of a kind, by the heading of their section and their word in the column `of`."""
