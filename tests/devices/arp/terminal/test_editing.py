@@ -106,6 +106,8 @@ def test_cursor_stands_at_the_last_cell_of_the_field_that_can_be_seen(place: str
     bench.store_message(1, "A=##.#")
     bench.send(f"314#{place} 01 00 05")
     assert bench.get("cursor") == cursor
+    told = [frame for frame in bench.press("4 CR") if frame.startswith("294")]
+    assert len(told) == (cursor != "")  # what can't be seen can't be changed
 
 
 # Keys and the cursor after each, from field to field in reading order, round and round.
