@@ -54,7 +54,7 @@ def test_series_of_term_and_msg_makes_this_screen(cell: CellBench) -> None:
     assert cell.faults.error == 0
 
 
-@pytest.mark.manual("ARP-051", "ARP-115")
+@pytest.mark.manual("ARP-115")
 def test_column_22_is_warning_3_and_what_fits_is_shown(cell: CellBench) -> None:
     cell.program(SERIES)
     assert cell.card.warnings == [203]  # digest I-27, and nothing else
