@@ -247,6 +247,8 @@ class SercosMaster:
         """The service channels that have something to do."""
         table = self._values
         for drive in tuple(self._busy):
+            if self.phase < 3:  # an answer has brought the ring down
+                return
             client = drive.client
             if drive.missed:
                 client.wait()
@@ -255,7 +257,7 @@ class SercosMaster:
             if drive.place:
                 table[drive.place] = drive.control & ~CONTROL_MASK | client.control
                 table[drive.place + 1] = client.info
-            if client.is_idle:
+            if client.is_idle and drive in self._busy:
                 self._busy.remove(drive)
 
     def _miss(self, heard: set[int]) -> None:
@@ -310,6 +312,7 @@ class SercosMaster:
             self._link.send(Mdt(b""))
             if self._target > 1:
                 self._reach(2)
+            if self.phase == 2:
                 self._called = 0
                 self._begin_script()
         else:
@@ -458,7 +461,7 @@ class SercosMaster:
             self._reach(4)
 
     def _reach(self, phase: int) -> None:
-        if phase == 3 and self.needed_ns() > self._cycle_ns:
+        if phase == 2 and self.needed_ns() > self._cycle_ns:
             self._tell(Event.NO_ROOM, code=self.needed_ns() // US)
             self._go_down()
             self._target = 0

@@ -68,6 +68,8 @@ class SercosSlave:
         self._commands: tuple[int, ...] = ()
         self._missed_msts = self._missed_mdts = 0
         self._is_checked = {3: False, 4: False}
+        self._waits_for_0 = True
+        """After power-on and after a failure: it joins when the master begins anew."""
         self._running_mst = bytes((BROADCAST, 4))
         self._is_fast = False
         self._offset, self._mdt_length = 0, 0
@@ -173,6 +175,7 @@ class SercosSlave:
 
     def _fail(self, failure: int) -> None:
         self.failures |= failure
+        self._waits_for_0 = True
         was_in_use = self.phase >= 3
         self._enter(0)
         if was_in_use or failure > words.MDT_FAILED:
@@ -193,7 +196,9 @@ class SercosSlave:
     # ---- phases
 
     def _on_phase_told(self, phase: int) -> None:
-        if phase == self.phase:
+        if phase == 0:
+            self._waits_for_0 = False
+        if phase == self.phase or self._waits_for_0:
             return
         if phase == 0:
             self._enter(0)
