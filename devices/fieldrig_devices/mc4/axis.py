@@ -1,0 +1,362 @@
+"""One axis: position, speed and current regulator on a motor with its brake and load.
+
+Source: manual 6578-7049 (what the regulators are for); digest PD-164.  SI units at the shaft of the motor; positions
+are increments, 1 000 000 a turn (manual 6933), and kept as the set position, a whole number, less the following error.
+A cycle goes by the folded map (`folded`), exactly; where something is limited, the direction changes or the brake
+holds, by inner steps of 250 us.  Free of torque and stiff, it is the closed solution of `plants.axis_model`.
+
+Dry friction and brake take from the motion what they can within a step, and hold what would not move.  Left out:
+cogging, the ripple of the current, and the voltage limit at high speed.
+"""
+
+from enum import Enum
+from math import tau
+from typing import Final
+
+from fieldrig_devices.mc4.folded import INNER_S, Gains, Limits, Plant, folded, moved
+from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
+from fieldrig_devices.plants.axis_model import Mechanics, State, after
+
+RAD: Final = tau / INCREMENTS_PER_TURN
+"""Of one increment."""
+INCREMENTS: Final = INCREMENTS_PER_TURN / tau
+"""In one radian."""
+HALF: Final = RAD / 2
+"""What the encoder can't see."""
+CREEP: Final = RAD
+"""Rad/s: an increment in a second is a standstill."""
+FAR_RAD: Final = 1000 * tau
+"""Beyond this following error the set position is put where the motor is, if nothing follows it."""
+
+
+class Mode(Enum):
+    FREE = 0
+    POSITION = 1
+    SPEED = 2
+    TORQUE = 3
+
+
+class Axis:
+    __slots__ = (
+        "_brake_nm",
+        "_cycle",
+        "_cycle_steps",
+        "_dry_nm",
+        "_flow",
+        "_gains",
+        "_is_at_rest",
+        "_lead",
+        "_lead_gain",
+        "_limits",
+        "_load_nm",
+        "_mechanics",
+        "_mode",
+        "_most_way",
+        "_moved",
+        "_plant",
+        "_speed_gains",
+        "_way",
+        "_wish",
+        "brake_is_on",
+        "e",
+        "heat",
+        "i",
+        "load_speed",
+        "set_increments",
+        "slow_cycles",
+        "t",
+        "twist",
+        "v",
+        "work",
+    )  # fmt: skip
+
+    def __init__(
+        self, plant: Plant, gains: Gains, limits: Limits, *, dry_nm: float = 0.0, brake_nm: float = 0.0,
+        increments: int = 0, cycle_steps: int = 16,
+    ) -> None:  # fmt: skip
+        """`dry_nm` is always there, `brake_nm` while `brake_is_on`."""
+        self._dry_nm, self._brake_nm = dry_nm, brake_nm
+        self.brake_is_on = brake_nm > 0
+        self._load_nm = self._lead = self._wish = 0.0
+        self._way = self._moved = 0
+        self._mode = Mode.FREE
+        self.set_increments = increments
+        self.e = self.v = self.i = self.t = self.twist = self.load_speed = 0.0
+        self.heat = self.work = 0.0
+        """Sums since they were last taken: of torque squared and of power at the shaft, times seconds."""
+        self.slow_cycles = 0
+        """Ones that did not go by the folded map."""
+        self._is_at_rest = False
+        self.arrange(plant, gains, limits, cycle_steps)
+
+    def arrange(self, plant: Plant, gains: Gains, limits: Limits, cycle_steps: int, lead_inertia: float = 0.0) -> None:
+        """Other constants, from now on.  `limits.is_dry` is the axis's own affair.
+
+        `lead_inertia` is what the current feed-forward reckons with.
+        """
+        seconds = cycle_steps * INNER_S
+        self._lead_gain = lead_inertia * RAD / (seconds * seconds)
+        limits = Limits(limits.torque, limits.speed, self._dry_nm > 0)
+        self._plant, self._gains, self._limits, self._cycle_steps = plant, gains, limits, cycle_steps
+        self._speed_gains = Gains(0.0, gains.kp, gains.ki, 1.0)
+        self._flow = moved(plant)
+        free, braked = (
+            Mechanics(plant.inertia, plant.viscous, dry, dry, lag_s=plant.lag_s)
+            for dry in (self._dry_nm, self._dry_nm + self._brake_nm)
+        )
+        self._mechanics = {False: free, True: braked}
+        self._most_way = int(limits.speed * seconds * INCREMENTS)
+        self._cycle = folded(plant, gains, limits, cycle_steps)
+        self._is_at_rest = False
+
+    @property
+    def limits(self) -> Limits:
+        return self._limits
+
+    @property
+    def gains(self) -> Gains:
+        return self._gains
+
+    @property
+    def mode(self) -> Mode:
+        return self._mode
+
+    @property
+    def position(self) -> float:
+        """In increments."""
+        return self.set_increments - self.e * INCREMENTS
+
+    @property
+    def is_at_rest(self) -> bool:
+        return self._is_at_rest
+
+    @property
+    def load_nm(self) -> float:
+        return self._load_nm
+
+    # ---- what it is told
+
+    def control(self, mode: Mode) -> None:
+        """Another set value counts from now on; the set position begins where the motor is."""
+        if mode is self._mode:
+            return
+        was_free = self._mode is Mode.FREE
+        self._mode = mode
+        self._is_at_rest = False
+        self._way, self._moved, self._wish, self._lead = 0, 0, 0.0, 0.0
+        self.hold_here()
+        if mode in (Mode.FREE, Mode.TORQUE) or was_free:
+            self.i = 0.0
+
+    def hold_here(self) -> None:
+        """The set position is where the motor is."""
+        position = self.position
+        self.set_increments = round(position)
+        self.e = (self.set_increments - position) * RAD
+        self._is_at_rest = False
+
+    def put(self, increments: int) -> None:
+        """The encoder says so: nothing moves, only the numbers."""
+        self.set_increments, self.e = increments, 0.0
+        self._is_at_rest = False
+
+    def load(self, torque_nm: float) -> None:
+        """From outside, at the shaft of the motor; positive pulls it back."""
+        if torque_nm != self._load_nm:
+            self._load_nm = torque_nm
+            self._is_at_rest = False
+
+    def brake(self, is_on: bool) -> None:
+        if is_on is not self.brake_is_on:
+            self.brake_is_on = is_on
+            self._is_at_rest = False
+
+    def follow(self, increments: int) -> None:
+        """The set position of the end of the next cycle, modulo 2^32, as it came over the ring."""
+        way = (increments - self.set_increments + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+        if not way and self._is_at_rest:
+            return
+        most = self._most_way
+        self._way = way = way if -most <= way <= most else most if way > 0 else -most
+        self._lead = self._lead_gain * (way - self._moved)
+        self._is_at_rest = False
+
+    def wish(self, value: float) -> None:
+        """The set speed or torque."""
+        if value != self._wish:
+            self._wish = value
+            self._is_at_rest = False
+
+    # ---- time
+
+    def cycle(self) -> None:
+        """One cycle further."""
+        if self._is_at_rest:
+            return
+        if self._mode is not Mode.POSITION or self.brake_is_on:
+            self.go(self._cycle_steps)
+            return
+        if self._plant.elastic is not None:
+            self._elastic_cycle()
+            return
+        v, load, way, seconds = self.v, self._load_nm, self._way, self._cycle_steps * INNER_S
+        dry = self._dry_nm
+        if dry:
+            load += dry if v > 0 else -dry
+        states = self._cycle(self.e, v, self.i, self.t, way * RAD / seconds, load, self._lead)
+        if states is None:
+            self.go(self._cycle_steps)
+            return
+        self.e, self.v, self.i, t = states
+        self.t = t
+        self.set_increments += way
+        self._moved, self._way = way, 0
+        t *= seconds
+        self.work += t * v
+        self.heat += t * self.t
+
+    def _elastic_cycle(self) -> None:
+        v, way, seconds = self.v, self._way, self._cycle_steps * INNER_S
+        dry = self._dry_nm if self.v > 0 else -self._dry_nm
+        states = self._cycle(
+            self.e, v, self.i, self.t, self.twist, self.load_speed, way * RAD / seconds, self._load_nm, self._lead, dry
+        )
+        if states is None:
+            self.go(self._cycle_steps)
+            return
+        self.e, self.v, self.i, self.t, self.twist, self.load_speed = states
+        self.set_increments += way
+        self._moved, self._way = way, 0
+        self.work += self.t * v * seconds
+        self.heat += self.t * self.t * seconds
+
+    def go(self, steps: int) -> None:
+        """By inner steps; the set position of `follow` is reached within a cycle, and stays."""
+        if self._is_at_rest:
+            return
+        self.slow_cycles += 1
+        if self._mode is Mode.POSITION:
+            count = min(steps, self._cycle_steps)
+            self._steps(count, self._gains, self._way * RAD / (count * INNER_S))
+            self.set_increments += self._way
+            self._moved, self._way = self._way, 0
+            if steps > count:
+                self._steps(steps - count, self._gains, 0.0)
+        elif self._mode is Mode.SPEED:
+            self._steps(steps, self._speed_gains, self._wish)
+        elif self._mode is Mode.TORQUE or self._plant.elastic is not None:
+            self._steps(steps, None, self._wish)
+        else:
+            self._roll(steps * INNER_S)
+        if abs(self.e) > FAR_RAD and self._mode is not Mode.POSITION:
+            self.hold_here()
+
+    def _roll(self, seconds: float) -> None:
+        """Free of torque."""
+        before = State(0.0, self.v, self.t)
+        now = after(self._mechanics[self.brake_is_on], before, 0.0, -self._load_nm, seconds)
+        self.e -= now.position
+        self.v, self.t = now.speed, now.torque if abs(now.torque) > 1e-9 * self._limits.torque else 0.0
+        dry = self._dry_nm + self._brake_nm * self.brake_is_on
+        self._is_at_rest = not self.v and not self.t and abs(self._load_nm) <= dry
+
+    def _steps(self, steps: int, gains: Gains | None, s: float) -> None:
+        """`s` is the set speed; without gains, the set torque."""
+        dry = self._dry_nm + self._brake_nm * self.brake_is_on
+        if self._plant.elastic is None:
+            u = self._stiff_steps(steps, gains, s, dry)
+        else:
+            u = self._elastic_steps(steps, gains, s, dry)
+        if dry and not self.v and (not s or gains is None):
+            self._rest(u, dry, gains is not None and gains.kv != 0)
+
+    def _stiff_steps(self, steps: int, gains: Gains | None, s: float, dry: float) -> float:
+        """The last set torque.  Written at length, for this is what costs."""
+        most, fastest = self._limits.torque, self._limits.speed
+        kv, kp, ki, ff = (gains.kv, gains.kp, gains.ki, gains.ff) if gains is not None else (0.0, 0.0, 0.0, 0.0)
+        growth, base, way_s = ki * INNER_S, ff * s, s * INNER_S if kv else 0.0
+        (_, wv, wt, wu, wd, wf), (_, vv, vt, vu, vd, vf), (_, _, tt, tu, _, _) = self._flow
+        load, lead = self._load_nm, self._lead
+        e, v, i, t = self.e, self.v, self.i, self.t
+        u = max(-most, min(s, most))
+        heat = work = 0.0
+        for _ in range(steps):
+            if gains is not None:
+                wish = kv * e + base if v or s or not -HALF < e < HALF else base  # the encoder sees no more
+                if wish > fastest:
+                    wish = fastest
+                elif wish < -fastest:
+                    wish = -fastest
+                wish -= v
+                u = kp * wish + i + lead
+                if u > most:
+                    u = most
+                elif u < -most:
+                    u = -most
+                else:
+                    i += growth * wish
+            speed = vv * v + vt * t + vu * u + vd * load
+            way = wv * v + wt * t + wu * u + wd * load
+            if dry:
+                friction = -speed / vf  # what would bring it to a stop
+                if -dry <= friction <= dry or -CREEP < speed + vf * (dry if friction > 0 else -dry) < CREEP:
+                    speed = 0.0
+                    way = way + wf * friction if v else 0.0
+                else:
+                    friction = dry if friction > 0 else -dry
+                    speed += vf * friction
+                    way += wf * friction
+            torque = tt * t + tu * u
+            work += (v + speed) * (t + torque)
+            heat += t * t
+            e += way_s - way
+            v, t = speed, torque
+        self.e, self.v, self.i, self.t = e, v, i, t
+        self.work += work * (INNER_S / 4)
+        self.heat += heat * INNER_S
+        return u
+
+    def _elastic_steps(self, steps: int, gains: Gains | None, s: float, dry: float) -> float:
+        most, fastest = self._limits.torque, self._limits.speed
+        u = max(-most, min(s, most))
+        for _ in range(steps):
+            if gains is not None:
+                wish = max(-fastest, min(gains.kv * self.e + gains.ff * s, fastest)) - self.v
+                wanted = gains.kp * wish + self.i + self._lead
+                u = max(-most, min(wanted, most))
+                if u == wanted:
+                    self.i += gains.ki * INNER_S * wish
+                self.e += s * INNER_S if gains.kv else 0.0
+            self._elastic_step(u, dry)
+        return u
+
+    def _elastic_step(self, u: float, dry: float) -> None:
+        before = (self.v, self.t, self.twist, self.load_speed, u, self._load_nm)
+        flow = self._flow
+        way, speed, torque, twist, load_speed = (
+            sum(a * b for a, b in zip(row[1:-1], before, strict=True)) for row in flow
+        )
+        friction = max(-dry, min(-speed / flow[1][-1], dry))
+        effect = [row[-1] * friction for row in flow]
+        speed += effect[1]
+        self.e -= way + effect[0]
+        self.work += (self.v + speed) * (self.t + torque) * (INNER_S / 4)
+        self.heat += self.t * self.t * INNER_S
+        self.v, self.t = speed if abs(speed) > 1e-12 else 0.0, torque
+        self.twist, self.load_speed = twist + effect[3], load_speed + effect[4]
+
+    def _rest(self, u: float, dry: float, has_place: bool) -> None:
+        """Whether nothing will move any more until something is told."""
+        is_in_place = not has_place or -HALF < self.e < HALF
+        if not is_in_place or self._plant.elastic is not None or abs(self.t - u) > 1e-6 * self._limits.torque:
+            return
+        self.t = u
+        self._is_at_rest = abs(u - self._load_nm) <= dry * 1.001
+
+    def take(self, seconds: float) -> tuple[float, float]:
+        """Mean torque squared, and energy given at the shaft, since the last call, which was so long ago."""
+        if self._is_at_rest:
+            return self.t * self.t, 0.0
+        heat, work = self.heat / seconds if seconds else 0.0, self.work
+        self.heat = self.work = 0.0
+        return heat, work

@@ -1,0 +1,234 @@
+"""The loops and the motor as a linear map: one inner step of 250 us, and a whole cycle of them folded into one.
+
+Source: manual 6578, 6951, 7047 (position, speed and current regulator, each the set value of the next); platform.md
+"Axis model".  In each inner step the regulators sample, then the plant moves on exactly, under a steady set current:
+
+    set speed   = kv * e + ff * set_speed            position regulator, and speed feed-forward
+    set torque  = kp * (set speed - v) + i + lead    speed regulator (PI), and current feed-forward
+    T' = (set torque - T) / lag,   J v' = T - b v - d,   e' = set_speed - v
+
+`d` is the load torque with the dry friction, which keeps its sign while the motor keeps its direction.  With an elastic
+coupling the motor turns the load over a spring: two more states, its twist and the speed of the load; then `d` is at
+the load, and the friction `f` at the motor.  As long as
+nothing is limited a cycle of n steps is M^n, whose rows are written out as Python text (five times as fast as loops
+over lists).  Whether anything could have been limited on the way is seen from how far the state is from the steady one
+of this set speed: `reach` bounds set torque and speeds over all steps of the cycle.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, cast
+
+from fieldrig.clock import US
+
+INNER_NS: Final = 250 * US
+INNER_S: Final = INNER_NS / 1e9
+
+Row = list[float]
+Matrix = list[Row]
+
+
+@dataclass(frozen=True, slots=True)
+class Elastic:
+    """A load behind a coupling, all at the shaft of the motor."""
+
+    inertia: float
+    stiffness: float
+    """N m / rad."""
+    damping: float
+    """N m s / rad."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """SI units at the shaft of the motor."""
+
+    inertia: float
+    """Of what turns stiffly with the motor."""
+    viscous: float = 0.0
+    lag_s: float = 0.0005
+    """Of the current regulator."""
+    elastic: Elastic | None = None
+
+    @property
+    def all_inertia(self) -> float:
+        return self.inertia + (self.elastic.inertia if self.elastic else 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Gains:
+    kv: float
+    """1/s."""
+    kp: float
+    """N m s / rad."""
+    ki: float
+    """N m / rad: kp over the integral time."""
+    ff: float
+    """Of the set speed; 1 leaves no following error at steady speed."""
+
+
+# order of the states: e, v, i, T, then twist and speed of the load; of the inputs: set_speed, d, lead, and f
+E, V, INTEGRAL, T, TWIST, LOAD = range(6)
+SET_SPEED, D, LEAD, FRICTION = range(4)
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    columns = list(zip(*b, strict=True))
+    return [[sum(x * y for x, y in zip(row, column, strict=True)) for column in columns] for row in a]
+
+
+def identity(size: int) -> Matrix:
+    return [[float(i == j) for j in range(size)] for i in range(size)]
+
+
+def exponential(a: Matrix) -> Matrix:
+    """By scaling, Taylor's series and squaring."""
+    largest = max(sum(map(abs, row)) for row in a)
+    halvings = 0
+    while largest > 0.25:
+        largest, halvings = largest / 2, halvings + 1
+    scaled = [[x / 2**halvings for x in row] for row in a]
+    total, term = identity(len(a)), identity(len(a))
+    for order in range(1, 14):
+        term = [[x / order for x in row] for row in product(term, scaled)]
+        total = [[x + y for x, y in zip(*rows, strict=True)] for rows in zip(total, term, strict=True)]
+    for _ in range(halvings):
+        total = product(total, total)
+    return total
+
+
+def moved(plant: Plant) -> Matrix:
+    """Way, speed, torque (and twist and speed of the load) after an inner step; columns: those, set torque, d, f."""
+    size = 5 if plant.elastic else 3
+    flow = [[0.0] * (size + 3) for _ in range(size + 3)]
+    u, d, f = size, size + 1, size + 2
+    flow[1][f] = -1 / plant.inertia
+    flow[0][1] = 1.0
+    flow[1][1] = -plant.viscous / plant.inertia
+    flow[1][2] = 1 / plant.inertia
+    flow[2][2], flow[2][u] = -1 / plant.lag_s, 1 / plant.lag_s
+    if plant.elastic is None:
+        flow[1][d] = -1 / plant.inertia
+    else:
+        elastic = plant.elastic
+        flow[3][1], flow[3][4] = 1.0, -1.0
+        for row, sign, inertia in ((1, -1, plant.inertia), (4, 1, elastic.inertia)):
+            flow[row][3] = sign * elastic.stiffness / inertia
+            flow[row][1] += sign * elastic.damping / inertia
+            flow[row][4] -= sign * elastic.damping / inertia
+        flow[4][d] = -1 / elastic.inertia
+    return exponential([[x * INNER_S for x in row] for row in flow])[:size]
+
+
+def step_matrix(plant: Plant, gains: Gains) -> Matrix:
+    """States and inputs to states, over one inner step; square, the inputs stay."""
+    states, inputs = (6, 4) if plant.elastic else (4, 3)
+    way, speed, torque, *rest = moved(plant)
+    size = states + inputs
+    # set torque and the integrator's growth, as rows over states and inputs
+    set_torque = [0.0] * size
+    set_torque[E], set_torque[V], set_torque[INTEGRAL] = gains.kp * gains.kv, -gains.kp, 1.0
+    set_torque[states + SET_SPEED], set_torque[states + LEAD] = gains.kp * gains.ff, 1.0
+    growth = [0.0] * size
+    growth[E], growth[V] = gains.ki * gains.kv * INNER_S, -gains.ki * INNER_S
+    growth[states + SET_SPEED] = gains.ki * gains.ff * INNER_S
+
+    def row_of(plant_row: Row) -> Row:
+        row = [plant_row[-3] * x for x in set_torque]
+        row[V] += plant_row[1]
+        row[T] += plant_row[2]
+        if states == 6:
+            row[TWIST] += plant_row[3]
+            row[LOAD] += plant_row[4]
+            row[states + FRICTION] += plant_row[-1]
+        row[states + D] += plant_row[-2]
+        return row
+
+    error = [-x for x in row_of(way)]
+    error[E] += 1.0
+    error[states + SET_SPEED] += INNER_S
+    growth[INTEGRAL] += 1.0
+    rows = [error, row_of(speed), growth, row_of(torque), *(row_of(one) for one in rest)]
+    return rows + identity(size)[states:]
+
+
+def set_torque_row(gains: Gains, states: int) -> Row:
+    row = [0.0] * states
+    row[E], row[V], row[INTEGRAL] = gains.kp * gains.kv, -gains.kp, 1.0
+    return row
+
+
+def reach(step: Matrix, states: int, steps: int, row: Row) -> Row:
+    """How far each state's distance from the steady one can bring `row` times the state, in any of the steps."""
+    free = [one[:states] for one in step[:states]]
+    power, most = identity(states), [0.0] * states
+    for _ in range(steps + 1):
+        now = product([row], power)[0]
+        most = [max(a, abs(b)) for a, b in zip(most, now, strict=True)]
+        power = product(free, power)
+    return most
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    torque: float
+    speed: float
+    is_dry: bool
+    """Whether there is dry friction, so that the direction must not change within a cycle."""
+
+
+Cycle = Callable[..., tuple[float, ...] | None]
+"""Of all states, set_speed, d, lead and, if elastic, friction: the states a cycle later; None: a limit may be met."""
+
+
+def folded(plant: Plant, gains: Gains, limits: Limits, steps: int) -> Cycle:
+    states = 6 if plant.elastic else 4
+    step = step_matrix(plant, gains)
+    power = identity(len(step))
+    for _ in range(steps):
+        power = product(step, power)
+    names = ["e", "v", "i", "t", "w", "l"][:states]
+    every = [*names, "s", "d", "a", *("f" for _ in names[4:5])]
+    rows = [_sum(row, every) for row in power[:states]]
+    torque = reach(step, states, steps, set_torque_row(gains, states))
+    speed = reach(step, states, steps, [float(place == V) for place in range(states)])
+    wish = reach(step, states, steps, [gains.kv if place == E else 0.0 for place in range(states)])
+    if plant.elastic:
+        load = reach(step, states, steps, [float(place == LOAD) for place in range(states)])
+        speed = [max(pair) for pair in zip(speed, load, strict=True)]
+    weights = [
+        max(a / limits.torque, b / limits.speed, c / limits.speed) for a, b, c in zip(torque, speed, wish, strict=True)
+    ]
+    steady = _steady(plant, gains, names)
+    bound = " + ".join(f"{weight!r} * abs({term})" for weight, term in zip(weights, steady, strict=True) if weight)
+    lines = [
+        f"def cycle({', '.join(every)}):",
+        f"    q = {plant.viscous!r} * s + d" + (" + f" if plant.elastic else ""),
+        f"    r = {bound}",
+        f"    if abs(q) > {limits.torque!r} * (1.0 - r) or (n := abs(s)) > {limits.speed!r} * (1.0 - r):",
+        "        return None",
+    ]
+    if limits.is_dry:
+        lines += [f"    if {limits.speed!r} * r >= n:", "        return None"]
+    lines.append(f"    return ({', '.join(rows)})")
+    return cast(Cycle, _compiled("\n".join(lines), "cycle"))
+
+
+def _steady(plant: Plant, gains: Gains, names: Sequence[str]) -> list[str]:
+    """How far each state is from the one in which this set speed stays as it is."""
+    left = (1 - gains.ff) / gains.kv if gains.kv else 0.0
+    terms = {"e": f"e - {left!r} * s", "v": "v - s", "i": "i - q + a", "t": "t - q", "l": "l - s"}
+    if plant.elastic:
+        terms["w"] = f"w - d / {plant.elastic.stiffness!r}"
+    return [terms[name] for name in names]
+
+
+def _sum(row: Row, names: Sequence[str]) -> str:
+    terms = [f"{factor!r} * {name}" for factor, name in zip(row, names, strict=True) if factor]
+    return " + ".join(terms) or "0.0"
+
+
+def _compiled(text: str, name: str) -> Callable[..., object]:
+    space: dict[str, Callable[..., object]] = {}
+    exec(text, {"abs": abs, "__builtins__": {}}, space)
+    return space[name]
