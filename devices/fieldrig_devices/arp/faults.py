@@ -27,7 +27,9 @@ class Faults:
         """Which axis the error is about; 0: none (digest I-45)."""
 
     def fail(self, code: int, axis: int = 0) -> None:
-        """103 to 116."""
+        """103 to 116.  While Enable is low that is the error, and only one that blocks takes its place."""
+        if self.error == RESET and code not in BLOCKING:
+            return
         self.error, self.error_axis = code, axis
         if code in BLOCKING:
             self._on_blocking(code)

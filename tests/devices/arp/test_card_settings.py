@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -10,7 +10,9 @@ from fieldrig.build import try_devices
 from fieldrig.config import from_dict, load
 from fieldrig.errors import ConfigError
 from fieldrig_devices.arp import files
+from fieldrig_devices.arp.card import ArpCard
 from fieldrig_devices.arp.language.compiler import compile_text
+from fieldrig_devices.arp.settings import ArpSettings
 
 GOOD = "BEG MAIN\nLOOP:\nGOTO LOOP\nEND\n"
 OBJECT_OF_2 = files.encode(compile_text(GOOD), "winder", 2)
@@ -123,3 +125,27 @@ def test_a_program_for_another_card_is_refused(
 def test_a_source_or_an_object_for_this_card_is_right(tmp_path: Path, file: str, content: bytes) -> None:
     (tmp_path / file).write_bytes(content)
     assert wrong(tmp_path, program=file, number=2) == []
+
+
+def test_lines_to_copy_name_what_reaches_the_card(tmp_path: Path) -> None:
+    data = rig(parameters={"general": {5: 12}})
+    data["time"] = "real"
+    data["buses"] = {
+        "wires": {"kind": "wires.hub"},
+        "can0": {"kind": "can.hub", "socketcand": "127.0.0.1:29599"},
+        "user1": {"kind": "serial.tcp", "listen": "127.0.0.1:7099"},
+    }
+    config = from_dict(data, tmp_path)
+    card = config.devices["card1"]
+    buses = {name: config.buses[several[0]].bus for name, several in card.links.items()}
+    lines = {tool.label: tool.line for tool in ArpCard.tools("card1", cast(ArpSettings, card.settings), buses)}
+    assert lines["state"].startswith("fieldrig get card1/state card1/error ")
+    assert lines["USER port"] == "fieldrig arp watch --port socket://127.0.0.1:7099"
+    assert "n.add_node(12, " in lines["what it is"]
+
+
+def test_a_card_in_virtual_time_is_reached_by_its_points(tmp_path: Path) -> None:
+    config = from_dict(rig(), tmp_path)
+    card = config.devices["card1"]
+    buses = {name: config.buses[several[0]].bus for name, several in card.links.items()}
+    assert [tool.label for tool in ArpCard.tools("card1", cast(ArpSettings, card.settings), buses)] == ["state"]

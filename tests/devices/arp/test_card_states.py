@@ -203,6 +203,15 @@ def test_power_on_without_enable_waits_for_it() -> None:
     assert (bench.state, bench.error) == (RUN, 0)
 
 
+@pytest.mark.manual("ARP-050")
+def test_e05_stands_as_long_as_enable_is_low() -> None:
+    bench = CardBench(LOOP, is_enabled=False, with_can=True, io_nodes=[1], terminal=True).run_for(10)
+    errors = {bench.run_for(10).error for _ in range(300)}  # terminal and I/O node are missing
+    assert errors == {codes.RESET}
+    bench.drive("I108", True).run_for(20)
+    assert (bench.state, bench.error) == (RUN, codes.CAN)
+
+
 def test_at_its_end_the_main_program_leaves_outputs_as_they_are() -> None:
     bench = running("SET O101\nDAC 1, 5\nPAC 1, 100")
     assert (bench.state, bench.error) == (STOPPED, 0)
