@@ -234,6 +234,17 @@ def test_a_read_error_of_the_store_is_e03(tmp_path: Path) -> None:
     assert CardBench(LOOP, store=FileStore(path)).run_for(50).error == 103
 
 
+def test_no_ram_at_all_is_e03_and_variables_last_until_power_off() -> None:
+    class WithoutRam(MemoryStore):
+        def buffered_ram(self, size: int) -> memoryview:
+            raise OSError("no such device")
+
+    bench = CardBench(LOOP, store=WithoutRam()).run_for(50)
+    assert (bench.state, bench.error) == (CardState.BLOCKED, 103)
+    bench.drive("I108", False).run_for(20).drive("I108", True).run_for(50)
+    assert (bench.state, bench.variable(1) > 0) == (CardState.RUN, True)
+
+
 def test_ram_without_its_mark_is_e03_once_and_blank_afterwards() -> None:
     store = filled()
     words = store.buffered_ram(4004).cast("i")
