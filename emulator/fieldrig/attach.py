@@ -39,8 +39,8 @@ class RemoteLink(asyncio.Protocol):
 
     def send(self, message: Any) -> None:
         data = self._encode(message)
-        if self._standing_of is not None:
-            self._standing[self._standing_of(message)] = data
+        if self._standing_of is not None and (standing := self._standing_of(message)) is not None:
+            self._standing[standing] = data
         if self._transport is None:
             log.debug("%s: %s has no hub; not sent: %r", self._bus.name, self._member, message)
             return

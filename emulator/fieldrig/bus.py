@@ -189,7 +189,7 @@ class ModelBus(Bus[M]):
         return ()
 
     standing_of: Callable[[M], Hashable] | None = None
-    """On a bus where a message holds until the next of its sort (wires): of what sort a message is.
+    """On a bus where messages hold until the next of their sort (all on wires): of what sort one is; None: of none.
 
     A member whose hub was gone says what holds of its messages again, for the new hub knows nothing.
     """

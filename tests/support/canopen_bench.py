@@ -7,6 +7,7 @@ from fieldrig.clock import MS, VirtualClock
 from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.notices import BitRate
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 
@@ -17,6 +18,20 @@ Script = list[tuple[str, str]]
 """What a master sends, and what the node answers, "" for silence."""
 
 
+class RecordedCan(RecordedLink[CanFrame]):
+    """Keeps the bit rates of the controller apart from the frames."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.bit_rates: list[int] = []
+
+    def send(self, message: Any) -> None:
+        if isinstance(message, BitRate):
+            self.bit_rates.append(message.bit_per_s)
+        else:
+            super().send(message)
+
+
 class CanopenBench:
     """Node 5, made from the EDS of the I/O module unless told otherwise.
 
@@ -25,7 +40,7 @@ class CanopenBench:
 
     def __init__(self, eds: Path = IO32, store: Store | None = None, **settings: Any) -> None:
         self.clock = VirtualClock()
-        self.can, self.wires = RecordedLink[CanFrame](), RecordedLink[Signal]()
+        self.can, self.wires = RecordedCan(), RecordedLink[Signal]()
         self.store = store or MemoryStore()
         self.settings = CanopenSettings.model_validate({"node_id": 5, "eds": str(eds), **settings})
         self.node = CanopenNode(self.clock, "io", self.can, self.settings, self.store, self.wires)

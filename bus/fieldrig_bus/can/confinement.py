@@ -11,6 +11,7 @@ arbitration), and new frames that begin in the delimiter of a passive node that 
 
 from collections.abc import Sequence
 from enum import IntEnum, auto
+from functools import lru_cache
 from typing import Final
 
 from fieldrig_bus.can.bits import DOMINANT, RECESSIVE, Stream
@@ -84,6 +85,11 @@ class Node:
         """At this bit this node alone sees an error."""
         self._count = self._dominants = 0
         self._is_excused = False
+
+    @property
+    def setup(self) -> "Setup":
+        """What it is before the frame."""
+        return self.tec, self.rec, self.stream, self.fails
 
     @property
     def is_passive(self) -> bool:
@@ -229,6 +235,20 @@ class Node:
         self.tec += STEP
         if self.tec >= BUS_OFF:
             self.role = Role.DONE
+
+
+Setup = tuple[int, int, Stream | None, tuple[int, ErrorKind] | None]
+
+
+@lru_cache(maxsize=256)
+def undisturbed(setups: tuple[Setup, ...], wire: Stream, is_garbled: bool) -> tuple[int, tuple[Node, ...]]:
+    """`play` where nobody but the nodes acts; who sends at a wrong bit rate does the same over and over."""
+    nodes = []
+    for tec, rec, own, fails in setups:
+        node = Node(tec, rec, own)
+        node.fails = fails
+        nodes.append(node)
+    return play(nodes, wire, Disturbance(), is_garbled=is_garbled), tuple(nodes)
 
 
 def play(nodes: Sequence[Node], wire: Stream, disturbance: Disturbance, *, is_garbled: bool = False) -> int:

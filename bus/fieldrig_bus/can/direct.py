@@ -48,7 +48,10 @@ class DirectEnd(ABC):
         self._is_coming_back = False
         self._loop.add_reader(sock, self._on_readable)
 
-    def send(self, message: CanFrame) -> None:
+    def send(self, message: CanMessage) -> None:
+        if type(message) is not CanFrame:
+            log.debug("%s: the medium is set up without us; not sent: %r", self.at.member, message)
+            return
         if not self._queue and self._sent < BURST and self.transmit(message):
             self._sent += 1
         elif len(self._queue) < LONGEST_QUEUE:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from fieldrig.bus import Delivery
 from fieldrig.clock import MS
 from fieldrig_bus.can.bits import Place, Stream, stream
-from fieldrig_bus.can.confinement import Disturbance, Node, play
+from fieldrig_bus.can.confinement import Disturbance, Node, play, undisturbed
 from fieldrig_bus.can.faults import Babble, Corrupt, Drop, Duplicate, ErrorFrame, Fault, Replace, Short, WrongBitRate
 from fieldrig_bus.can.member import Member, Request
 from fieldrig_bus.can.notices import CanState, ErrorKind
@@ -286,7 +286,11 @@ class Disturbed:
             outcome.all_is_well()
             return self._step_of(outcome, len(wire.bits))
         nodes = [node for _, node in outcome.nodes]
-        return self._step_of(outcome, play(nodes, wire, strike.disturbance, is_garbled=is_garbled))
+        if strike.disturbance.first() is not None:
+            return self._step_of(outcome, play(nodes, wire, strike.disturbance, is_garbled=is_garbled))
+        last, played = undisturbed(tuple(node.setup for node in nodes), wire, is_garbled)
+        outcome.nodes = [(member, node) for (member, _), node in zip(outcome.nodes, played, strict=True)]
+        return self._step_of(outcome, last)
 
     def _smooth(self, start: int, senders: tuple[Request, ...], losers: tuple[Request, ...]) -> Outcome | None:
         """Of most frames nothing needs to be played; None of the others."""
@@ -306,7 +310,7 @@ class Disturbed:
         """Whether a fault may have to do with this frame.  To say no is the quick way."""
         model, member = self._model, request.member
         now_ns, end_ns = start // model.per_ns, (start + request.ticks) // model.per_ns
-        if member.copy:
+        if member.copy or any(each.skew is not None for each in self.everybody()):
             return True
         key = _key_of(member)
         for fault in model.faults:
@@ -332,15 +336,15 @@ class Disturbed:
         return nodes
 
     def _wrong_rates(self, start: int) -> dict[str, Fraction]:
-        """The bit times of members that are wrong, in those of the bus."""
-        model, rates = self._model, {}
+        """The bit times of members that are wrong, in those of the bus.  A fault goes before what a member says."""
+        model = self._model
+        rates = {member.name: member.skew for member in self.everybody() if member.skew is not None}
         for fault in model.faults.of(WrongBitRate):
             settings = fault.settings
             if isinstance(settings, WrongBitRate) and fault.is_on(start // model.per_ns):
                 assert model.bitrate is not None
-                if settings.bitrate != model.bitrate:
-                    rates[settings.node] = Fraction(model.bitrate, settings.bitrate)
-        return rates
+                rates[settings.node] = Fraction(model.bitrate, settings.bitrate)
+        return {name: rate for name, rate in rates.items() if rate != 1}
 
     def _stream_of(self, request: Request, rates: Mapping[str, Fraction]) -> Stream:
         rate = rates.get(request.member.name)

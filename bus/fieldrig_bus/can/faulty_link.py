@@ -15,7 +15,7 @@ from fieldrig.bus import Attachment
 from fieldrig.link import Link
 from fieldrig_bus.can.faults import Delay, Drop, Duplicate, Fault, Faults, Replace
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.notices import FaultNote
+from fieldrig_bus.can.notices import FaultNote, Notice
 
 LinkFault = Annotated[Drop | Delay | Duplicate | Replace, Field(discriminator="what")]
 
@@ -31,7 +31,10 @@ class FaultyLink:
         self._count = 0
         self._held_until_ns = 0
 
-    def send(self, message: CanFrame) -> None:
+    def send(self, message: CanFrame | Notice) -> None:
+        if not isinstance(message, CanFrame):
+            self._link.send(message)
+            return
         member, now_ns = self._at.member, self._at.clock.now_ns()
         self._count += 1
         key, frames = self._count << 1, [message]

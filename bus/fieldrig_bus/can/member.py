@@ -1,6 +1,7 @@
 """What the bus model keeps of each member and of each frame that waits."""
 
 from collections import deque
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 from pydantic import Field
@@ -24,7 +25,7 @@ class Member:
     __slots__ = (
         "asked", "attempts", "copy", "count_from", "discarded", "error_frames", "filters", "frames", "is_classical",
         "is_gone", "is_listen_only", "is_one_shot", "name", "order", "queue", "rec", "receivers", "recovering",
-        "resume", "retransmissions", "state", "tec", "wants_errors", "wants_own", "wants_state",
+        "resume", "retransmissions", "skew", "state", "tec", "wants_errors", "wants_own", "wants_state",
     )  # fmt: skip
 
     def __init__(self, name: str, order: int, controller: Controller) -> None:
@@ -37,6 +38,8 @@ class Member:
         self.is_one_shot, self.is_listen_only = controller.one_shot, controller.listen_only
         self.is_classical = controller.classical
         self.is_gone = False
+        self.skew: Fraction | None = None
+        """Its bit time in those of the bus, if it has said that it has another bit rate."""
 
         # error handling, from here on
         self.tec = self.rec = 0
@@ -68,7 +71,7 @@ class Member:
     def is_plain(self) -> bool:
         """Nothing about it that the fast way through the model doesn't know."""
         return not (self.tec or self.rec or self.is_one_shot or self.is_listen_only or self.is_classical) and (
-            self.state is CanState.ACTIVE and not self.copy and not self.is_gone
+            self.state is CanState.ACTIVE and not self.copy and not self.is_gone and self.skew is None
         )
 
     def is_first(self, request: "Request") -> bool:

@@ -34,7 +34,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.given_fault import fault_of
 from fieldrig_bus.can.length import INTERMISSION_BITS, classical_bits, fd_bits
 from fieldrig_bus.can.member import Controller, Member, Request
-from fieldrig_bus.can.notices import CanControl, CanState, Notice
+from fieldrig_bus.can.notices import BitRate, CanControl, CanState, Notice
 
 log = logging.getLogger(__name__)
 
@@ -334,17 +334,24 @@ class CanBusModel(BusModel[CanMessage]):
                 self._offer(member.queue[0])
 
     def _control(self, now_ns: int, member: Member, message: CanMessage) -> None:
-        if not isinstance(message, CanControl):
+        if not isinstance(message, CanControl | BitRate):
             log.debug("%s: nobody sends %r", member.name, message)
             return
         self._disturbed.catch_up(now_ns)
+        if isinstance(message, BitRate):
+            is_other = self.bitrate not in (None, message.bit_per_s)
+            member.skew = Fraction(self.bitrate or 0, message.bit_per_s) if is_other else None
+        else:
+            self._set_up(now_ns, member, message)
+        self._look_around(now_ns)
+
+    def _set_up(self, now_ns: int, member: Member, message: CanControl) -> None:
         if message.is_one_shot is not None:
             member.is_one_shot = message.is_one_shot
         if message.is_listen_only is not None:
             member.is_listen_only = message.is_listen_only
         if message.recover:
             self._disturbed.recover(now_ns, member)
-        self._look_around(now_ns)
 
     # the fast way
 

@@ -273,7 +273,7 @@ class Outcome:
         node = nodes.get(member.order)
         if node is not None:
             return self._is_accepted(node)
-        return self.is_sent and (not nodes or member.is_listen_only) and not member.is_off
+        return self.is_sent and (not nodes or (member.is_listen_only and member.skew is None)) and not member.is_off
 
     # counters
 

@@ -5,6 +5,7 @@ per cent or so, and a wrong bit rate is none of these.
 """
 
 from fractions import Fraction
+from functools import lru_cache
 
 from fieldrig_bus.can.bits import Stream
 from fieldrig_bus.can.notices import ErrorKind
@@ -12,6 +13,7 @@ from fieldrig_bus.can.notices import ErrorKind
 NEVER_STUFFED = 1 << 40  # bits
 
 
+@lru_cache(maxsize=256)
 def seen_of(wire: Stream, bit_time: Fraction) -> Stream:
     """What the bus sees of a sender whose bits take `bit_time` of the bus's.  Only rows of six are wrong in it."""
 
@@ -32,6 +34,7 @@ def seen_of(wire: Stream, bit_time: Fraction) -> Stream:
     )
 
 
+@lru_cache(maxsize=256)
 def blind_at(wire: Stream, bit_time: Fraction) -> tuple[int, ErrorKind]:
     """The bit of `wire` in which a receiver whose bits take `bit_time` sees an error."""
     last, row, own_bit = 1, 0, 0

@@ -11,7 +11,7 @@ from fieldrig_bus.can.faults import PACED, CanFault
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.can.model import CanBusModel, CanMessage
-from fieldrig_bus.can.notices import BusState, CanControl, CanError, FaultNote
+from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, FaultNote
 
 
 class CanSettings(Settings):
@@ -48,12 +48,16 @@ class CanModelBus(ModelBus[CanMessage]):
     """What the CAN buses on our own model have in common."""
 
     family: ClassVar[str] = "can"
-    messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote, CanControl)
+    messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote, CanControl, BitRate)
     settings: CanSettings
 
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
     show = staticmethod(codec.show)
+
+    @staticmethod
+    def standing_of(message: CanMessage) -> str | None:
+        return "bit rate" if type(message) is BitRate else None
 
     def model(self) -> CanBusModel:
         settings = self.settings

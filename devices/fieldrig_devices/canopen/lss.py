@@ -1,8 +1,8 @@
 """LSS slave: node-ID and bit timing over the bus, for a node addressed by its identity, or not configured at all.
 
 Source: CiA 305 version 3.  A new node-ID takes effect with the reset of communication, or at once where the node had
-none.  The link knows no bit rate that a node could change: an activated timing is kept, shown and, for the switch delay
-before and after, obeyed with silence; the bus stays as it is.
+none.  A bit timing that is activated, or was stored, is that of the node's CAN controller; the bus keeps its own, so
+with another one the node is deaf and a nuisance, as on a wire.  A medium that is there without us has one rate for all.
 """
 
 from collections.abc import Callable
@@ -113,6 +113,7 @@ class LssSlave(Service):
         return self.pending_node_id
 
     def reset(self, scope: Reset) -> None:
+        self._set_bit_rate()
         self.state = State.WAITING
         self._steps = self._scanned = 0
         self._port.listen(self, Object.LSS, REQUEST_ID, self._on_frame)
@@ -209,7 +210,13 @@ class LssSlave(Service):
         (delay_ms,) = DELAY.unpack(request)
         self.bit_timing = self._pending_timing
         self._port.fall_silent()
-        self._clock.call_at(self._clock.now_ns() + 2 * delay_ms * MS, self._port.speak)
+        now_ns = self._clock.now_ns()
+        self._clock.call_at(now_ns + delay_ms * MS, self._set_bit_rate)
+        self._clock.call_at(now_ns + 2 * delay_ms * MS, self._port.speak)
+
+    def _set_bit_rate(self) -> None:
+        if self.bit_timing is not None:
+            self._port.use_bit_rate(BIT_RATES[self.bit_timing])
 
     def _store(self, request: bytes) -> bytes:
         before = self._kept.node_id, self._kept.bit_timing

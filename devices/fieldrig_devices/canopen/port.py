@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from fieldrig.link import Link
 from fieldrig_bus.can.acceptance import STATE
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.notices import BusState
+from fieldrig_bus.can.notices import BusState, use_bit_rate
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.service import ALLOWED, Object, State
 
@@ -64,6 +64,10 @@ class Port:
     def on_bus_state(self, handler: Callable[[BusState], None]) -> None:
         """Call `handler` when the CAN controller changes its state."""
         self._on_bus_state = handler
+
+    def use_bit_rate(self, bit_per_s: int) -> None:
+        """Set up the CAN controller, also while silent."""
+        use_bit_rate(self._can, bit_per_s)
 
     def fall_silent(self) -> None:
         """Neither send nor hear, until `speak` is called as often."""

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.codec import decode, encode, show
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
-from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
+from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
 
 # By hand from the layout: identifier with flags (4, little endian), length (1), data.
 BYTES = {
@@ -84,6 +84,7 @@ NOTICES: dict[str, Notice] = {
     "02 00 00 60 04 00 01 ff": BusState(CanState.BUS_OFF, 256, 255),
     "03 00 00 60 02 00 00 00" + b"dropped".hex(): FaultNote(2, "dropped"),
     "04 00 00 60 02 00 01": CanControl(is_one_shot=True, recover=True),
+    "05 00 00 60 90 d0 03 00": BitRate(250_000),
 }
 
 
@@ -98,6 +99,9 @@ def test_a_notice_has_one_form_in_bytes(text: str) -> None:
     [
         "00 00 00 60 00",
         "05 00 00 60 00",
+        "05 00 00 60 00 00 00 00",  # no bit rate is 0
+        "05 00 00 60 ff ff ff ff",
+        "06 00 00 60 00 00 00 00",
         "02 00 00 60 05 00 01 ff",  # no such state
         "02 00 00 60 04 00 01",
         "01 00 00 60 05 19 29 00 23 01 00 80 04 80 00 07",  # no such flags
@@ -112,7 +116,7 @@ def test_other_bytes_are_no_notice(text: str) -> None:
 
 
 @settings(max_examples=300, deadline=None)
-@given(st.integers(0, 5), st.binary(max_size=14))
+@given(st.integers(0, 6), st.binary(max_size=14))
 def test_any_bytes_are_a_notice_or_refused(number: int, body: bytes) -> None:
     data = bytes([number, 0, 0, 0x60]) + body
     try:
@@ -129,6 +133,7 @@ def test_a_person_sees_what_a_notice_says() -> None:
         "now bus off; TEC 256 REC 255",
         "fault 2: dropped",
         "control: is_one_shot=True, is_listen_only=None, recover=True",
+        "bit rate 250000 bit/s",
     ]
 
 

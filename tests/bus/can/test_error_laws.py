@@ -62,6 +62,7 @@ def model_with(wishes: list[Wish], faults: list[dict[str, Any]], **options: Any)
     for member in MEMBERS:
         model.join(member)
         model.listen(0, member, ["own", "errors", "state", [0, 0]])
+    model.join("d")  # acknowledges; three that send one frame at once, and nobody else, would do so for ever
     for fault in faults:
         model.add_fault(0, fault)
     for wish in wishes:

@@ -218,11 +218,22 @@ def test_activated_bit_timing_is_kept_and_silence_before_and_after(bench: Canope
     bench.write("2b 17 10 00 0a 00 00 00")
     lss(bench, CONFIGURE, "13 00 03", STORE)
     assert lss(bench, "15 64 00") == []
-    assert bench.after(199) == []
+    assert bench.after(99) == [] == bench.can.bit_rates
+    assert bench.after(1) == []
+    assert bench.can.bit_rates == [250_000]
+    assert bench.after(99) == []
     assert lss(bench, INQUIRE_NODE_ID) == []
     assert bench.after(50)[:1] == ["705#7f"]
     assert bench.point("lss.bit_rate") == 250_000
-    assert CanopenBench(store=bench.store).point("lss.bit_rate") == 250_000
+    again = CanopenBench(store=bench.store)
+    assert again.point("lss.bit_rate") == 250_000
+    assert again.can.bit_rates == [250_000]
+
+
+def test_bit_rate_stays_that_of_the_bus_until_lss_says_another(bench: CanopenBench) -> None:
+    lss(bench, CONFIGURE, "15 00 00")
+    assert bench.send("000#81 05") == ["705#00"]
+    assert bench.can.bit_rates == []
 
 
 @pytest.mark.parametrize(
