@@ -11,6 +11,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
 import arp_language  # noqa: E402  found beside this file
+import arp_loop  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import modbus  # noqa: E402
@@ -18,7 +19,7 @@ import start_up  # noqa: E402
 import timers  # noqa: E402
 import virtual_time  # noqa: E402
 
-BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, virtual_time, arp_language)
+BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, virtual_time, arp_language, arp_loop)
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"
 
