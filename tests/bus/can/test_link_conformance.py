@@ -14,8 +14,10 @@ from can_link_laws import CanLinkLaws, Wire
 from direct_bench import DirectBench, DirectWire, direct_bench
 from hub_bench import HubBench, Where, hub_bench
 
+from fieldrig.link import Link
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
+from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.can.udp import CanUdp, CanUdpSettings
 from fieldrig_bus.can.virtual import CanSettings, CanVirtual
 
@@ -75,6 +77,27 @@ def virtual() -> Iterator[Wire]:
     yield VirtualWire()
 
 
+class WireOfEnds:
+    def __init__(self, wire: VirtualWire, ends: Sequence[Link[CanFrame]]) -> None:
+        self.carries_fd = wire.carries_fd
+        self.settle, self.pump, self.garble = wire.settle, wire.pump, wire.garble
+        self.a, self.b, self.c = ends
+
+
+@contextmanager
+def ends_of_one_link() -> Iterator[Wire]:
+    wire = VirtualWire()
+    shared = SharedLink(wire.a)
+    yield WireOfEnds(wire, [shared.share(hears_others=True) for _ in range(3)])
+
+
+@contextmanager
+def ends_of_three_links() -> Iterator[Wire]:
+    """Each shared twice over."""
+    wire = VirtualWire()
+    yield WireOfEnds(wire, [SharedLink(SharedLink(link).share()).share() for link in (wire.a, wire.b, wire.c)])
+
+
 class HubWire:
     """The hub, with its members in its process or attached to it."""
 
@@ -119,6 +142,8 @@ def udp() -> Iterator[Wire]:
 
 BACKENDS: dict[str, Callable[[], AbstractContextManager[Wire]]] = {
     "virtual": virtual,
+    "ends of one shared link": ends_of_one_link,
+    "ends of three shared links": ends_of_three_links,
     "hub, in its process": lambda: hub("here"),
     "hub, over a Unix socket": lambda: hub("unix"),
     "hub, over TCP": lambda: hub("tcp"),
