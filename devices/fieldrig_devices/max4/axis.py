@@ -94,6 +94,10 @@ class Axis:
         """None while there is no drive on the ring."""
         self.is_operating = False
         """The drive is on the ring and cyclic data go both ways (CP4)."""
+        self.is_controlled = False
+        """Set values are followed."""
+        self.modes: frozenset[Mode] = frozenset(Mode)
+        """Whose set values are in the drive's telegram.  In another mode the axis stands still."""
         self.is_enabled = False
         """ControllerEnable."""
         self.axis_state = AxisState.NO_HARDWARE_ENABLE
@@ -120,11 +124,6 @@ class Axis:
     def log_adr(self) -> int:
         """The logical address: what IEC code calls the axis by."""
         return self.object.log_adr
-
-    @property
-    def is_controlled(self) -> bool:
-        """Set values are followed."""
-        return self.is_operating and self.axis_state is AxisState.CONTROLLED
 
     @property
     def is_in_error(self) -> bool:
@@ -162,8 +161,7 @@ class Axis:
         if self.is_controlled:
             if before is not None:
                 before.end()
-            if set_values is not None:
-                set_values.begin(self)
+            self._begin()
 
     def read(self, idn: int, done: Done, element: Element = Element.DATA) -> None:
         """A parameter of the drive; slow (PD-028).  `done` gets the bytes, or a ServiceError, maybe at once."""
@@ -178,6 +176,29 @@ class Axis:
         else:
             self.drive.write(idn, data, done)
 
+    # ---- by the controller
+
+    def enter(self, state: AxisState, mc4_state: int, *, is_operating: bool = True) -> None:
+        """What the drive says, or that it says nothing any more."""
+        was_controlled = self.is_controlled
+        self.axis_state, self.mc4_state, self.is_operating = state, mc4_state, is_operating
+        self.is_controlled = is_operating and state is AxisState.CONTROLLED
+        if self.is_controlled and not was_controlled:
+            self._begin()
+        elif was_controlled and not self.is_controlled and self.set_values is not None:
+            self.set_values.end()
+        self.changed()
+
+    def ask(self) -> tuple[Mode, float]:
+        """Once a cycle, under control: the next set value."""
+        source = self.set_values
+        if source is None or source.mode not in self.modes:
+            if self.mode is not Mode.POSITION:
+                self._stand()
+        else:
+            self.mode, self.set_value = source.mode, source.next()
+        return self.mode, self.set_value
+
     def changed(self) -> None:
         for watcher in self.watchers:
             watcher()
@@ -185,3 +206,11 @@ class Axis:
     def on_quit(self, action: "Callable[[Axis, Callable[[bool], None] | None], None]") -> None:
         """The controller's way of quitting an axis."""
         self._quit = action
+
+    def _begin(self) -> None:
+        self._stand()
+        if self.set_values is not None:
+            self.set_values.begin(self)
+
+    def _stand(self) -> None:
+        self.mode, self.set_value = Mode.POSITION, self.position

@@ -68,19 +68,23 @@ class Diagnosis:
         return any(one.diagnosis_class in ERROR_CLASSES for one in self._pending)
 
     def add(self, one: Pending) -> None:
-        self._pending = [other for other in self._pending if other.code != one.code] + [one]
+        """What is pending already, from the same place, stays where it is."""
+        if all((other.code, other.ext) != (one.code, one.ext) for other in self._pending):
+            self._pending.append(one)
         if self._shown.code == 0 or one.diagnosis_class < self._shown.diagnosis_class:
             self._shown = one
         self._on_change()
 
-    def quit(self, is_still_there: Callable[[int], bool] = lambda _code: False) -> None:
-        """Everything goes that may be quitted and whose cause is gone; of the rest the most severe is shown."""
-        self._pending = [one for one in self._pending if not one.is_quittable or is_still_there(one.code)]
-        self._shown = min(self._pending, key=lambda one: one.diagnosis_class, default=NOTHING)
-        self._on_change()
+    def quit(self, goes: Callable[[Pending], bool] = lambda _one: True) -> None:
+        """Everything goes that may be quitted and that `goes`; of the rest the most severe is shown."""
+        self._keep([one for one in self._pending if not (one.is_quittable and goes(one))])
 
     def withdraw(self, code: int) -> None:
         """One goes though it can't be quitted, as a task error with the reset of the tasks."""
-        self._pending = [one for one in self._pending if one.code != code]
-        self._shown = min(self._pending, key=lambda one: one.diagnosis_class, default=NOTHING)
-        self._on_change()
+        self._keep([one for one in self._pending if one.code != code])
+
+    def _keep(self, rest: list[Pending]) -> None:
+        if len(rest) != len(self._pending):
+            self._pending = rest
+            self._shown = min(rest, key=lambda one: one.diagnosis_class, default=NOTHING)
+            self._on_change()

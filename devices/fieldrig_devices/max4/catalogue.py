@@ -1,0 +1,93 @@
+"""What the controller has to report: codes, texts, filter classes.
+
+Source: PacDrive manual 3246-3261, 4093-4110, 4163-4196, 4317-4337 (the catalogue of digest 1.5), in the manual's words;
+English beside it.  117 stands for two things there (digest X4), so the table goes by whole codes, whose first digit is
+the default class.  Without a number in the manual, and so ours: 190 for the division error, and 560 on for the ring;
+507 has the successor product's base number.  505 and 506 are reserved (digest X3).  Drives have their own
+(`mc4.diagnosis`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from fieldrig_devices.mc4.diagnosis import MESSAGES as DRIVE_MESSAGES
+
+GENERAL: Final = 0x0001
+DIAGNOSIS: Final = 0x0002
+FIELD_BUS: Final = 0x0008
+EXTENDED: Final = 0x1000
+"""Filter classes: 0x0001, 0x0002 and 0x1000 are seen in the manual's logs, names by digest 3."""
+
+
+class Code(IntEnum):
+    """By the default class."""
+
+    SERIOUS_CYCLE_ERROR = 4313
+    DIVISION_ERROR = 4190
+    CYCLE_ERROR = 6317
+    WRITE_OVERFLOW = 6507
+    RING_OPEN = 2560
+    AT_FAILED = 2561
+    DRIVE_MISSING = 2562
+    DRIVE_REFUSED = 2563
+    NO_ROOM = 2564
+    VERSION = 2565
+    CONFIGURATION = 2566
+    RAM_LOST = 7567
+    BOOT_STARTED = 8002
+    BOOT_FINISHED = 8003
+    PROGRAM_STARTED = 8004
+    AUTOSTART = 8005
+    LOGIN = 8007
+    LOGOUT = 8008
+    FILE_WRITTEN = 8010
+    TCP_CONNECTED = 8013
+    SYSTEM_RESET = 8016
+    RING_UP = 8568
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    de: str
+    en: str
+    type: int = DIAGNOSIS
+    is_quittable: bool = True
+
+
+MESSAGES: Final[Mapping[int, Message]] = {
+    **{int(code): Message(one.de, one.en) for code, one in DRIVE_MESSAGES.items()},
+    Code.SERIOUS_CYCLE_ERROR: Message(
+        "Schwere Zykluszeitüberschreitung", "serious cycle time transgression", is_quittable=False
+    ),
+    Code.CYCLE_ERROR: Message("Zykluszeitüberschreitung", "cycle time transgression"),
+    Code.DIVISION_ERROR: Message("Divisionsfehler", "Division error"),
+    Code.WRITE_OVERFLOW: Message("Schreibzyklus-Überlauf", "write cycle overflow"),
+    Code.RING_OPEN: Message("SERCOS-Ring offen", "SERCOS ring is open"),
+    Code.AT_FAILED: Message("Antriebstelegramm fehlt", "drive telegram missing"),
+    Code.DRIVE_MISSING: Message("Antrieb antwortet nicht", "drive does not answer"),
+    Code.DRIVE_REFUSED: Message("Antrieb lehnt Hochlauf ab", "drive refuses the phase-up"),
+    Code.NO_ROOM: Message("Zykluszeit zu kurz für alle Antriebe", "cycle time is too short for all drives"),
+    Code.VERSION: Message("Version nicht verträglich", "version is not compatible"),
+    Code.CONFIGURATION: Message("Steuerungskonfiguration fehlerhaft", "control configuration is faulty"),
+    Code.RAM_LOST: Message("Gepufferter Speicher verloren", "buffered memory was lost"),
+    Code.BOOT_STARTED: Message("Max4-Boot gestartet", "Max4 boot started", GENERAL),
+    Code.BOOT_FINISHED: Message("Max4-Boot beendet", "Max4 boot finished", GENERAL),
+    Code.PROGRAM_STARTED: Message("IEC-Programm gestartet", "IEC program started", GENERAL),
+    Code.AUTOSTART: Message("Automatischer Programmstart aktiv", "automatic program start active", GENERAL),
+    Code.LOGIN: Message("EPAS-4 Login", "EPAS-4 Login", GENERAL),
+    Code.LOGOUT: Message("EPAS-4 Logout", "EPAS-4 Logout", GENERAL),
+    Code.FILE_WRITTEN: Message("Datei schreiben", "file written", EXTENDED),
+    Code.TCP_CONNECTED: Message("connect zum TCP/IP Server", "connect to TCP/IP server", EXTENDED),
+    Code.SYSTEM_RESET: Message("System Reset", "System Reset", EXTENDED),
+    Code.RING_UP: Message("SERCOS-Ring in Betrieb", "SERCOS ring is in operation", EXTENDED),
+}
+
+
+def message_of(code: int) -> Message:
+    """Of a code, or of another with the same three digits, as a drive shows it whose classes were changed."""
+    found = MESSAGES.get(code)
+    if found is None:
+        found = next((one for other, one in MESSAGES.items() if other % 1000 == code % 1000), None)
+    return found or Message(f"Diagnose {code}", f"diagnosis {code}")

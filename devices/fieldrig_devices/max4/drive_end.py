@@ -1,0 +1,134 @@
+"""A drive on the ring, as the end of an axis: its cyclic data and its service channel.
+
+Source: IEC 61491 by its public facts; IDNs and units of the MC-4 (`mc4.idns`).  In the AT: position, velocity, torque,
+S-0-0182 with AxisState and MC4State, and S-0-0390 with the DiagCode.  In the MDT the set values that the configuration
+names.  ControllerEnable is the bit "drive on"; "drive enable" and "run" are always set, for without them a drive loses
+its torque at once.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.max4.axis import INCREMENTS, Axis, AxisState, Mode
+from fieldrig_devices.sercos import words
+from fieldrig_devices.sercos.idn import Element
+from fieldrig_devices.sercos.master import Drive, SercosMaster
+from fieldrig_devices.sercos.service import STATUS_MASK, Done
+
+AT: Final = (51, 40, 84, 182, 390)
+MDT: Final = {"position": 47, "velocity": 36, "torque": 80}
+MODES: Final = {"position": Mode.POSITION, "velocity": Mode.VELOCITY, "torque": Mode.TORQUE}
+PER_VELOCITY: Final = INCREMENTS / 60 / 10_000
+"""Increments per second for 0.0001 1/min."""
+RESET_CLASS_1: Final = 99
+READY: Final = words.ENABLE | words.RUN
+_HALF, _MASK = 1 << 31, 0xFFFF_FFFF
+_STATES: Final = {state.value: state for state in AxisState}
+
+
+class RingDrive:
+    __slots__ = (
+        "_address", "_control", "_extra", "_master", "_places", "_sent", "axis", "code", "drive", "is_refused",
+        "on_code", "raw", "state",
+    )  # fmt: skip
+
+    def __init__(self, axis: Axis, commands: list[str], on_code: Callable[[Axis, int], None]) -> None:
+        """`on_code` hears of each DiagCode that the drive shows."""
+        self.axis, self.on_code = axis, on_code
+        self.drive = Drive(axis.ring_address, [MDT[one] for one in commands], AT)
+        self._places = tuple(commands)
+        axis.modes = frozenset(MODES[one] for one in commands)
+        self._address = axis.ring_address
+        self._master: SercosMaster | None = None
+        self.raw: int | None = None
+        """Position as the drive sends it."""
+        self.state = self.code = 0
+        self._control = 0
+        self._sent: tuple[int, ...] = ()
+        self.is_refused = False
+        """Not to be operated, as of a version that doesn't fit."""
+
+    def begin(self, master: SercosMaster) -> None:
+        """CP4 is reached."""
+        self._master = master
+        self.state, self.code, self._sent, self._control = -1, 0, (), 0
+        self.raw = None
+        self.axis.drive = self
+
+    def end(self) -> None:
+        """The ring is down."""
+        self._master = None
+        axis = self.axis
+        axis.drive, axis.is_enabled, axis.velocity, axis.torque = None, False, 0.0, 0
+        axis.enter(AxisState.NO_HARDWARE_ENABLE, 0x00, is_operating=False)
+
+    # ---- once a cycle
+
+    def take(self) -> None:
+        """Actual values."""
+        axis, drive = self.axis, self.drive
+        raw, velocity, axis.torque, state, code = drive.feedback
+        if raw != self.raw:
+            self._move(raw)
+        axis.velocity = velocity * PER_VELOCITY
+        axis.status_word = drive.status
+        if state != self.state:
+            self.state = state
+            axis.enter(_STATES.get(state >> 8, AxisState.STOPPING), state & 0xFF)
+        if code != self.code:
+            self.code = code
+            if code:
+                self.on_code(axis, code)
+
+    def _move(self, raw: int) -> None:
+        """Counted on over 32 bits; the first one after phase-up is absolute."""
+        axis = self.axis
+        if self.raw is None:
+            axis.position = raw
+        else:
+            axis.position += ((raw - self.raw + _HALF) & _MASK) - _HALF
+        self.raw = raw
+
+    def give(self) -> None:
+        """Set values."""
+        axis = self.axis
+        control = READY | words.DRIVE_ON if axis.is_enabled and not self.is_refused else READY
+        if axis.is_controlled:
+            mode, value = axis.ask()
+            control |= mode.value
+            if mode is Mode.POSITION:
+                values = self._values(((int(value) + _HALF) & _MASK) - _HALF, 0, 0)
+            elif mode is Mode.VELOCITY:
+                values = self._values(self.raw or 0, max(-_HALF, min(round(value / PER_VELOCITY), _HALF - 1)), 0)
+            else:
+                values = self._values(self.raw or 0, 0, max(-32_768, min(round(value), 32_767)))
+        else:  # so that nothing jumps when control begins
+            values = self._values(self.raw or 0, 0, 0)
+        if values != self._sent or control != self._control:
+            assert self._master is not None
+            self._sent, self._control = values, control
+            self._master.set_commands(self._address, control, *values)
+
+    def _values(self, position: int, velocity: int, torque: int) -> tuple[int, ...]:
+        if len(self._places) == 3:
+            return position, velocity, torque
+        given = {"position": position, "velocity": velocity, "torque": torque}
+        return tuple(given[one] for one in self._places)
+
+    @property
+    def status(self) -> int:
+        return self.drive.status & ~STATUS_MASK
+
+    # ---- service channel
+
+    def read(self, idn: int, element: Element, done: Done) -> None:
+        assert self._master is not None
+        self._master.read(self._address, idn, element, done)
+
+    def write(self, idn: int, data: bytes, done: Done) -> None:
+        assert self._master is not None
+        self._master.write(self._address, idn, data, done)
+
+    def command(self, idn: int, done: Callable[[bool], None]) -> None:
+        assert self._master is not None
+        self._master.command(self._address, idn, done)

@@ -1,0 +1,62 @@
+"""What becomes of a report: a line of the log, and a diagnosis of the axis and of the controller.
+
+Source: PacDrive manual 4163-4196, 4206-4210, 4317-4337 (digest PD-091 to PD-100).  The class of each code can be
+changed; a message of class 8 or more is logged only.  DiagExtCode of what a drive reports is `ring address.1 code`, our
+reading of `3.1 1117` (digest 3.2); DiagMsg on the controller names the axis, in German as on the manual's screen, in
+English as in its prose.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.catalogue import message_of
+from fieldrig_devices.max4.diagnosis import MESSAGE_CLASS, Diagnosis, Pending, Sender
+from fieldrig_devices.max4.logger import Logger
+
+Language = Literal["de", "en"]
+SUB_UNIT = 1
+
+
+class Reports:
+    def __init__(
+        self, logger: Logger, language: Language, classes: Mapping[int, int], on_change: Callable[[], None]
+    ) -> None:
+        """`classes` has those of codes, by their default code, that are not its first digit."""
+        self._logger, self.language, self._classes = logger, language, classes
+        self.diagnosis = Diagnosis(on_change)
+
+    def code_of(self, code: int) -> int:
+        """As it is shown, with its class."""
+        return self._classes.get(code, code // 1000) * 1000 + code % 1000
+
+    def report(self, code: int, sender: Sender, ext: str = "") -> None:
+        """By the controller, one of its parts or the program."""
+        shown = self._log(code, sender, ext)
+        if shown // 1000 < MESSAGE_CLASS:
+            message = message_of(code)
+            self.diagnosis.add(Pending(shown, ext, self._msg(sender, self._text(code)), message.is_quittable))
+
+    def report_axis(self, code: int, axis: Axis, ext: str = "", *, is_logged: bool = True) -> None:
+        """By a drive, or about it.  `code` is a default code, or what the drive shows; `ext` goes into the log."""
+        shown = self._log(code, axis.sender, ext) if is_logged else self.code_of(code)
+        if shown // 1000 < MESSAGE_CLASS:
+            text, is_quittable = self._text(code), message_of(code).is_quittable
+            place = f"{axis.ring_address}.{SUB_UNIT} {shown}"
+            axis.diagnosis.add(Pending(shown, place, text, is_quittable))
+            if is_logged:
+                self.diagnosis.add(Pending(shown, place, self._msg(axis.sender, text), is_quittable))
+
+    def _log(self, code: int, sender: Sender, ext: str) -> int:
+        shown = self.code_of(code)
+        self._logger.insert(message_of(code).type, sender, shown, ext, self._text(code))
+        return shown
+
+    def _text(self, code: int) -> str:
+        message = message_of(code)
+        return message.de if self.language == "de" else message.en
+
+    def _msg(self, sender: Sender, text: str) -> str:
+        if self.language == "de":
+            return f"{sender.object}.{sender.instance} {text}"
+        return f"{sender.object.replace('_', '-')}/{sender.instance}: {text}"

@@ -1,0 +1,99 @@
+"""What a rig file says about a MAx-4."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from fieldrig.settings import ConfigFile, Settings
+from fieldrig_devices.max4.configuration import Configuration, DriveSettings, Symbol
+from fieldrig_devices.max4.limits import MOST_AXES
+from fieldrig_devices.max4.version import version_of
+
+Wires = dict[Symbol, str]
+"""By symbolic name; "" is not wired."""
+
+
+class BootTimes(Settings):
+    """When things happen in a boot, after its clock has started (manual 4093-4110, 4317-4337)."""
+
+    started_ms: int = Field(default=1, ge=0, description="entry 8002")
+    drives_ms: int = Field(default=14, ge=0, description="what drives report while booting")
+    program_ms: int = Field(default=92, ge=0, description="entries 8004 and 8005, with autostart")
+    finished_ms: int = Field(default=57, ge=0, description="entry 8003, without autostart")
+    finished_autostart_ms: int = Field(default=98, ge=0, description="entry 8003, with it")
+    ring_wait_ms: int = Field(default=3_000, ge=0, description="how long an open ring is waited for")
+    clock_starts: Literal["ring", "power_on"] = Field(
+        default="ring", description="stamps count from when the ring is up (or given up), or from power-on"
+    )
+
+
+class ProcessTimes(Settings):
+    """What the real-time process takes of each cycle."""
+
+    base_us: int = Field(default=60, ge=0, description="in any case")
+    axis_us: int = Field(default=12, ge=0, description="for each axis")
+
+
+def _known_version(text: str) -> str:
+    version_of(text)
+    return text
+
+
+def _classes(classes: dict[int, int]) -> dict[int, int]:
+    for code, number in classes.items():
+        if not 1 <= number <= 8:
+            raise ValueError(f"class {number} of {code}: right would be 1 to 8")
+    return classes
+
+
+class Max4Settings(Settings):
+    project: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]{0,7}$")] = Field(
+        default="TEST", description="names the configuration and the parameter file"
+    )
+    version: Annotated[str, AfterValidator(_known_version)] = Field(
+        default="V00.15.00", description="of the controller's software"
+    )
+    cycle_ms: Literal[1, 2, 4] = Field(default=4, description="of the ring: parameter CycleTime")
+    drives: dict[Symbol, DriveSettings] = Field(default_factory=dict, description="axes by symbolic name")
+    max_axes: int = Field(default=40, ge=1, le=MOST_AXES, description="the manual says 40, 44 and 47")
+    missing_drive: Literal["leave_out", "stop"] = Field(
+        default="leave_out", description="one that doesn't answer: the ring comes up without it, or not at all"
+    )
+    logic_encoders: list[Symbol] = Field(default_factory=list, description="by symbolic name")
+    master_encoders: Wires = Field(default_factory=dict, description="wires that they count, by symbolic name")
+    inputs: Wires = Field(default_factory=dict, description="wires of digital inputs, by symbolic name")
+    outputs: Wires = Field(default_factory=dict, description="wires of digital outputs")
+    measuring_inputs: Wires = Field(default_factory=dict, description="wires of touch probe inputs")
+    err_wire: str = Field(default="", description="out: true while the err LED flashes")
+    parameters: dict[str, bool | int | float | str] = Field(
+        default_factory=dict, description="start values by path: MAx-4.General.MsgFilter: 0xFFFF"
+    )
+    program: ConfigFile | None = Field(default=None, description="what lies in DEFAULT.PRG")
+    autostart: bool = Field(default=False, description="the stored program starts with the boot")
+    language: Literal["de", "en"] = Field(default="de", description="of messages")
+    diagnosis_classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
+        default_factory=dict, description="of codes that are to have another than their first digit"
+    )
+    boot: BootTimes = Field(default_factory=BootTimes, description="instants of a boot")
+    process: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
+    off_days: float = Field(default=0.0, ge=0, description="without power before the rig's start")
+    disk_bytes: int = Field(default=4_000_000, ge=65_536, description="size of the flash disk")
+    memory_free_bytes: int = Field(default=6_930_636, ge=0, description="parameter Memoryfree")
+
+    @property
+    def configuration(self) -> Configuration:
+        return Configuration(
+            drives=self.drives,
+            logic_encoders=self.logic_encoders,
+            master_encoders=list(self.master_encoders),
+            inputs=list(self.inputs),
+            outputs=list(self.outputs),
+            measuring_inputs=list(self.measuring_inputs),
+        )
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if len(self.drives) > self.max_axes:
+            raise ValueError(f"{len(self.drives)} drives, but max_axes is {self.max_axes}")
+        _ = self.configuration  # its own checks
+        return self

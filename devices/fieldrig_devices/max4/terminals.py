@@ -1,0 +1,110 @@
+"""Digital inputs and outputs, and measuring inputs (touch probes).
+
+Source: PacDrive manual 3608-3655, 6967-6969 (digest PD-021, PD-022, PD-194); inputs are read and outputs written at the
+moment of access (PD-070).  A measuring input latches where every axis is at its rising edge; between two cycles the
+position is taken on the straight line.  Which parameters it has is our choice.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from fieldrig.clock import Clock
+from fieldrig.device import Value
+from fieldrig.link import Link
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.tree import Kind, Object, Parameter, Type
+
+
+class DigitalInput:
+    def __init__(self, one: Object) -> None:
+        self.object = one
+        self.value = False
+        one.group("General").add(Parameter("Value", Type.BOOL, read=lambda: self.value))
+
+    def put(self, is_on: bool) -> None:
+        self.value = is_on
+
+
+class DigitalOutput:
+    def __init__(self, one: Object, on_change: Callable[[bool], None]) -> None:
+        self.object = one
+        self.value = False
+        self._on_change = on_change
+        one.group("General").add(
+            Parameter(
+                "Value", Type.BOOL, Kind.INPUT, read=lambda: self.value, write=lambda value: self.put(bool(value))
+            )
+        )
+
+    def put(self, is_on: bool) -> None:
+        if is_on is not self.value:
+            self.value = is_on
+            self._on_change(is_on)
+
+
+class MeasuringInput:
+    """`Count` edges; `positions` and the parameters hold where the axes were at the last one."""
+
+    def __init__(self, clock: Clock, one: Object, axes: Mapping[str, Axis], cycle_ns: int) -> None:
+        self._clock, self._axes, self._cycle_ns = clock, axes, cycle_ns
+        self.object = one
+        self.value = False
+        self.count = 0
+        self.positions: dict[str, int] = dict.fromkeys(axes, 0)
+        self._edge_ns: int | None = None
+        self._before: dict[str, int] = {}
+        general = one.group("General")
+        general.add(Parameter("Value", Type.BOOL, read=lambda: self.value))
+        general.add(Parameter("Count", Type.UDINT, read=lambda: self.count))
+        for name in axes:
+            general.add(
+                Parameter(f"Position_{name}", Type.LREAL, unit="incr", read=partial(self.positions.__getitem__, name))
+            )
+
+    def put(self, is_on: bool) -> None:
+        if is_on and not self.value and self._edge_ns is None:
+            self._edge_ns = self._clock.now_ns()
+            self._before = {name: axis.position for name, axis in self._axes.items()}
+        self.value = is_on
+
+    def step(self, last_ns: int) -> None:
+        """In the real-time process: actual values are there now, and were there before at `last_ns`."""
+        if self._edge_ns is None:
+            return
+        span_ns = max(self._clock.now_ns() - last_ns, 1)
+        share = min(max((self._edge_ns - last_ns) / span_ns, 0.0), 1.0)
+        for name, axis in self._axes.items():
+            before = self._before[name]
+            self.positions[name] = round(before + (axis.position - before) * share)
+        self._edge_ns = None
+        self.count += 1
+
+
+class Terminals:
+    """All of them, at their wires."""
+
+    def __init__(self, wires: Link[Signal] | None) -> None:
+        self._wires = wires
+        self._listeners: dict[str, list[Callable[[Signal], None]]] = {}
+        self.inputs: dict[str, DigitalInput] = {}
+        self.outputs: dict[str, DigitalOutput] = {}
+        self.measuring: dict[str, MeasuringInput] = {}
+
+    def listen(self, wire: str, handler: Callable[[Signal], None]) -> None:
+        if wire:
+            self._listeners.setdefault(wire, []).append(handler)
+
+    def start(self) -> None:
+        if self._wires is not None and self._listeners:
+            self._wires.on_receive(self._on_signal, sorted(self._listeners))
+        for output in self.outputs.values():
+            output.put(False)
+
+    def drive(self, wire: str, value: Value) -> None:
+        if wire and self._wires is not None:
+            self._wires.send(Signal(wire, bool(value)))
+
+    def _on_signal(self, signal: Signal) -> None:
+        for handler in self._listeners.get(signal.name, ()):
+            handler(signal)
