@@ -127,6 +127,13 @@ class Axis:
         return self.set_increments - self.e * INCREMENTS
 
     @property
+    def set_speed(self) -> float:
+        """rad/s."""
+        if self._mode is Mode.SPEED:
+            return self._wish
+        return self._moved * RAD / (self._cycle_steps * INNER_S) if self._mode is Mode.POSITION else self.v
+
+    @property
     def is_at_rest(self) -> bool:
         return self._is_at_rest
 
@@ -360,3 +367,23 @@ class Axis:
         heat, work = self.heat / seconds if seconds else 0.0, self.work
         self.heat = self.work = 0.0
         return heat, work
+
+
+class IdealAxis(Axis):
+    """Of a simulated drive (manual 3875): it is where it is told to be."""
+
+    __slots__ = ()
+
+    def cycle(self) -> None:
+        self.go(self._cycle_steps)
+
+    def go(self, steps: int) -> None:
+        seconds = steps * INNER_S
+        self.e = self.i = self.t = 0.0
+        if self._mode is Mode.POSITION:
+            self.v = self._way * RAD / (min(steps, self._cycle_steps) * INNER_S)
+            self.set_increments += self._way
+            self._moved, self._way = self._way, 0
+        else:
+            self.v = self._wish if self._mode is Mode.SPEED else 0.0
+            self.set_increments += round(self.v * seconds * INCREMENTS)

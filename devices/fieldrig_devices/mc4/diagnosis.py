@@ -109,7 +109,12 @@ class Diagnosis:
         """Take away what has no cause any more; whether nothing is left that the drive reacts to."""
         for code in [code for code, is_there in self._pending.items() if not is_there]:
             del self._pending[code]
-        return not any(self.reaction_to(code) is not Reaction.NONE for code in self._pending)
+        return not self.has_error
+
+    @property
+    def has_error(self) -> bool:
+        """Something is pending that the drive reacts to."""
+        return any(self.reaction_to(code) is not Reaction.NONE for code in self._pending)
 
     @property
     def pending(self) -> tuple[Code, ...]:

@@ -1,0 +1,382 @@
+"""The drive behind its ring interface: what the enables, the errors, the motor and the time make of each other.
+
+Source: manual chapter 10 and 513-540; digest 1.5, 1.8, 1.9.  It puts together the enable chain, the diagnosis, the
+axis, the DC circuit and the temperatures.  The ring is not known here: whoever has it says `controller` and so on, lets
+the axis go on, and calls `look` when something may have changed.  Slow things are looked at every 64 ms.
+"""
+
+from collections.abc import Callable
+from math import sqrt, tau
+from typing import Final
+
+from fieldrig.clock import MS, Clock
+from fieldrig_devices.mc4 import idns
+from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode
+from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
+from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
+from fieldrig_devices.mc4.faults import (
+    DcBus,
+    DriveFaults,
+    EnableLost,
+    EncoderMemory,
+    EncoderSignal,
+    Overload,
+    Overtemperature,
+    StuckBrake,
+    Supply24V,
+    WrongMotor,
+)
+from fieldrig_devices.mc4.folded import INNER_NS, Elastic, Gains, Limits, Plant
+from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, Encoder, MotorData
+from fieldrig_devices.mc4.power import DcCircuit
+from fieldrig_devices.mc4.settings import Mc4Settings
+from fieldrig_devices.mc4.thermal import Thermal
+from fieldrig_devices.sercos.datum import IdnTable
+
+SLOW_NS: Final = 64 * MS
+"""How often temperatures, DC circuit and overload are looked at."""
+MOST_STEPS: Final = 4_000
+"""Inner steps in one go: what was slept through beyond a second is not made up for."""
+PEAK: Final = 2.5
+"""Overload of the amplifier (manual 525)."""
+BANDWIDTH: Final = 400.0
+"""rad/s, of the speed regulator as it is tuned at the start."""
+RPM: Final = 60 / tau
+
+
+class Machine:
+    def __init__(
+        self, clock: Clock, settings: Mc4Settings, encoder: Encoder, table: IdnTable, on_change: Callable[[], None]
+    ) -> None:
+        """`on_change` is called after each look that may have changed what others see."""
+        self._clock, self.settings, self._encoder, self._table = clock, settings, encoder, table
+        self._on_change = on_change
+        parameters = settings.parameters
+        self.times = Times(
+            parameters.brake_disconnection_ms * MS,
+            parameters.brake_coupling_ms * MS,
+            parameters.stop_time_limit_ms * MS,
+            parameters.enable_coast,
+            parameters.error_coast,
+            parameters.brake_coast,
+            parameters.safe_stop_coasts,
+        )
+        self.chain = EnableChain(self.times, self._on_limit)
+        self.diagnosis = Diagnosis(self._on_error, settings.classes, settings.language)
+        self.faults = DriveFaults(clock, self._on_faults)
+        self.dc = DcCircuit(settings.amplifier.mains_v)
+        self.motor: MotorData | None = None
+        """As the plate has it; None: not known, so nothing can be enabled."""
+        self.cycle_steps = 16
+        self.is_cyclic = False
+        """The ring is in operation; then each cycle is gone by whoever has the ring."""
+        self.inverter_enable = settings.inverter_enable
+        self.controller = False
+        self.enable_bit = True
+        self.runs = True
+        """Not halted by the master."""
+        self.operation_mode = table[32].number
+        self.load_nm = 0.0
+        self.overload_position = 0
+        self._task = Task.NOTHING
+        self._held_in: Stage | None = None
+        self._shown_mode = 0
+        self._brake_due_ns: int | None = None
+        self._was_relay = False
+        self._brake_stuck: StuckBrake | None = None
+        self._slow_ns = self.at_ns = clock.now_ns()
+        self._is_dc_dead = False
+        self._build(MotorData())
+
+    # ---- motor and loops
+
+    def start(self) -> None:
+        self._slow_ns = self.at_ns = self._clock.now_ns()
+        for fault in self.settings.faults:
+            self.faults.add(fault)
+        if self.settings.simulated:
+            self.dc.volt = self.dc.full_v
+            self._adopt(MotorData(), 0)
+        else:
+            self.read_plate()
+
+    def read_plate(self, done: Callable[[bool], None] = lambda is_good: None) -> None:
+        """`done` gets whether the drive knows its motor then."""
+
+        def on_plate(motor: MotorData | None) -> None:
+            if motor is None or self._is_plate_bad(motor):
+                self.motor = None
+                idns.show_motor(self._table, None)
+                self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
+                self.look()
+                done(False)
+            else:
+                self._encoder.read_position(lambda increments: on_position(motor, increments))
+
+        def on_position(motor: MotorData, increments: int | None) -> None:
+            if increments is None:
+                self.diagnosis.raise_(Code.ENCODER_SIGNAL)
+                self.look()
+            else:
+                self._adopt(motor, increments)
+            done(increments is not None)
+
+        self._encoder.read_plate(on_plate)
+
+    def _is_plate_bad(self, motor: MotorData) -> bool:
+        expected = self.settings.motor.expected_type if self.settings.motor else None
+        is_other = expected is not None and expected != motor.type
+        return is_other or self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
+
+    def _adopt(self, motor: MotorData, increments: int) -> None:
+        """Automatic motor recognition (manual 520)."""
+        self.diagnosis.end(Code.ENCODER_MEMORY)
+        self.diagnosis.end(Code.ENCODER_SIGNAL)
+        self.motor = motor
+        idns.show_motor(self._table, motor)
+        given = self.settings.parameters.idns
+        if "S-0-0100" not in given:
+            kp = self._inertia(motor) * self._bandwidth()
+            self._table[100].set(max(1, round(kp / motor.torque_constant_nm_per_a * 1e3)))
+        if "S-0-0091" not in given:
+            self._table[91].set(round(motor.max_speed_rpm * 1e4))
+        self._build(motor)
+        span = motor.range_turns * INCREMENTS_PER_TURN
+        self.axis.put((increments + span // 2) % span - span // 2)
+        self.look()
+
+    def _build(self, motor: MotorData) -> None:
+        load, settings = self.settings.load, self.settings
+        self.true_motor = motor
+        kind = IdealAxis if settings.simulated else Axis
+        turns = settings.initial_turns * INCREMENTS_PER_TURN
+        self.axis = kind(
+            *self._constants(motor),
+            dry_nm=load.coulomb_nm,
+            brake_nm=motor.brake_torque_nm,
+            increments=round(turns),
+            cycle_steps=self.cycle_steps,
+        )
+        self.axis.load((load.torque_nm + self.load_nm) / load.gear_ratio)
+        amplifier_nm = settings.amplifier.continuous_current_a * motor.torque_constant_nm_per_a
+        self.thermal = Thermal(motor.standstill_torque_nm, amplifier_nm, motor.winding_limit_c, motor.thermal_time_s)
+        self.rearrange()
+
+    def rearrange(self) -> None:
+        """Parameters have changed."""
+        motor = self.true_motor
+        inertia = self._inertia(motor) * self._table[348].number / 1000 if self.is_lagless else 0.0
+        self.axis.arrange(*self._constants(motor), self.cycle_steps, inertia)
+
+    @property
+    def is_lagless(self) -> bool:
+        return bool(self.operation_mode & idns.LAGLESS)
+
+    def _inertia(self, motor: MotorData) -> float:
+        return motor.inertia_kg_m2 + self.settings.load.inertia_kg_m2 / self.settings.load.gear_ratio**2
+
+    def _bandwidth(self) -> float:
+        load = self.settings.load
+        if load.stiffness_nm_per_rad is None:
+            return BANDWIDTH
+        return min(BANDWIDTH, 0.5 * sqrt(load.stiffness_nm_per_rad / load.inertia_kg_m2))
+
+    def _constants(self, motor: MotorData) -> tuple[Plant, Gains, Limits]:
+        load, table = self.settings.load, self._table
+        square = load.gear_ratio**2
+        viscous = load.viscous_nm_s_per_rad
+        if load.stiffness_nm_per_rad is None:
+            plant = Plant(self._inertia(motor), viscous)
+        else:
+            elastic = Elastic(
+                load.inertia_kg_m2 / square, load.stiffness_nm_per_rad / square, load.damping_nm_s_per_rad / square
+            )
+            plant = Plant(motor.inertia_kg_m2, viscous, elastic=elastic)
+        constant = motor.torque_constant_nm_per_a
+        kp = table[100].number / 1e3 * constant or self._inertia(motor) * self._bandwidth()
+        seconds = table[101].number / 1e4
+        ff = table[296].number / 1000 if self.is_lagless else 0.0
+        gains = Gains(table[104].number / 100 * 1000 / 60, kp, kp / seconds if seconds else 0.0, ff)
+        peak_a = self.settings.amplifier.continuous_current_a * PEAK
+        most = min(motor.peak_torque_nm, peak_a * constant, table[92].number / 1000 * motor.standstill_torque_nm)
+        fastest = min(motor.max_speed_rpm, table[91].number / 1e4 or motor.max_speed_rpm) / RPM
+        return plant, gains, Limits(max(most, 1e-6), max(fastest, 1e-6), load.coulomb_nm > 0)
+
+    def set_load(self, torque_nm: float) -> None:
+        """At the load, beside what is always there."""
+        self.catch_up()
+        self.load_nm = torque_nm
+        self.axis.load((self.settings.load.torque_nm + torque_nm) / self.settings.load.gear_ratio)
+        self.look()
+
+    # ---- errors
+
+    def _on_error(self, reaction: Reaction) -> None:
+        self.chain.react(self._clock.now_ns(), reaction)
+
+    def _on_limit(self, limit: Limit) -> None:
+        self.diagnosis.raise_(LIMITS[limit])
+
+    def fail(self, code: Code) -> None:
+        """Something has happened that is over already."""
+        if not self.settings.simulated:
+            self.diagnosis.raise_(code)
+            self.look()
+
+    def quit(self) -> bool:
+        """Whether all errors are quitted."""
+        self.catch_up()
+        self._check_causes()
+        if not self.chain.can_quit:
+            return False
+        is_good = self.diagnosis.quit()
+        if is_good:
+            self.chain.quit(self._clock.now_ns())
+        self.look()
+        return is_good
+
+    def _on_faults(self) -> None:
+        """One has begun, or is over."""
+        stuck = self.faults.find(StuckBrake)
+        if stuck is not self._brake_stuck:
+            self._brake_stuck = stuck
+            self._brake_due_ns = self._clock.now_ns()
+        if self.settings.simulated:
+            return
+        is_plate_bad = self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
+        if is_plate_bad:
+            self.motor = None
+            self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
+        elif self.motor is None and Code.ENCODER_MEMORY in self.diagnosis.pending:
+            self.read_plate()
+        self.catch_up()
+        self._check_causes()
+        self.look()
+
+    def _check_causes(self) -> None:
+        """Messages whose cause can be seen at any time."""
+        faults, thermal, dc = self.faults, self.thermal, self.dc
+        hot = {fault.of for fault in faults.all(Overtemperature)}
+        bus = {fault.sort for fault in faults.all(DcBus)}
+        is_overloaded = thermal.amplifier_load >= 1 or thermal.motor_load * 100 >= self._table[114].number
+        causes = {
+            Code.MOTOR_TEMPERATURE: "motor" in hot or thermal.is_motor_hot,
+            Code.AMPLIFIER_TEMPERATURE: "amplifier" in hot or thermal.is_amplifier_hot,
+            Code.OVERLOAD: faults.find(Overload) is not None or is_overloaded,
+            Code.DC_BUS_CONTROLLER: "communication" in bus,
+            Code.UNDERVOLTAGE: "undervoltage" in bus or (dc.is_under and self.chain.has_torque),
+            Code.OVERVOLTAGE: "overvoltage" in bus or dc.is_over,
+            Code.MAINS_PHASE: "phase" in bus,
+            Code.ENCODER_SIGNAL: faults.find(EncoderSignal) is not None,
+            Code.SUPPLY_24V: faults.find(Supply24V) is not None,
+        }
+        self._is_dc_dead = bool(bus)
+        for code, is_there in causes.items():
+            if is_there:
+                self.diagnosis.raise_(code, stays=True)
+            else:
+                self.diagnosis.end(code)
+
+    # ---- time
+
+    def catch_up(self) -> None:
+        """Bring the axis up to now."""
+        now_ns = self._clock.now_ns()
+        if self.is_cyclic and now_ns - self.at_ns < 2 * self.cycle_steps * INNER_NS:
+            return  # it goes on with the ring's cycle, not between
+        steps = (now_ns - self.at_ns) // INNER_NS
+        if steps > MOST_STEPS:
+            self.at_ns = now_ns - MOST_STEPS * INNER_NS
+            steps = MOST_STEPS
+        if steps > 0:
+            self.at_ns += steps * INNER_NS
+            self.axis.go(steps)
+
+    @property
+    def next_slow_ns(self) -> int:
+        return self._slow_ns + SLOW_NS
+
+    def look(self) -> None:
+        """What the enables and the speed say by now, and what is to be done."""
+        now_ns = self._clock.now_ns()
+        if now_ns - self._slow_ns >= SLOW_NS:
+            self._look_at_slow_things(now_ns)
+        self.chain.update(now_ns, self._seen())
+        self._give_task()
+        self._move_brake(now_ns)
+        self._on_change()
+
+    def _seen(self) -> Seen:
+        axis, table = self.axis, self._table
+        return Seen(
+            hardware=self.hardware_enable,
+            controller=self.controller,
+            can_start=self.can_start,
+            is_slow=abs(axis.v) * RPM < table[124].number / 1e4,
+            is_at_overload_position=abs(axis.position - self.overload_position) <= table[57].number,
+        )
+
+    @property
+    def hardware_enable(self) -> bool:
+        """The input Inverter Enable, as the drive sees it."""
+        return self.inverter_enable and self.faults.find(EnableLost) is None
+
+    @property
+    def can_start(self) -> bool:
+        return self.motor is not None and self.dc.is_charged and not self._is_dc_dead and not self.diagnosis.has_error
+
+    def _look_at_slow_things(self, now_ns: int) -> None:
+        seconds = (now_ns - self._slow_ns) / 1e9
+        self._slow_ns = now_ns
+        heat, work = self.axis.take(seconds)
+        if not self.settings.simulated:
+            self.thermal.go(seconds, heat)
+            self.dc.go(seconds, work)
+            self._check_causes()
+
+    def _give_task(self) -> None:
+        task, axis = self.chain.task, self.axis
+        if task is Task.FOLLOW:
+            mode = self.operation_mode & 7 if self.runs else 0
+            if self._task is not task or mode != self._shown_mode:
+                self._shown_mode = mode
+                axis.control({1: Mode.TORQUE, 2: Mode.SPEED, 3: Mode.POSITION}.get(mode, Mode.SPEED))
+                axis.wish(0.0)
+        elif task is not self._task or (task is Task.HOLD and self.chain.stage is not self._held_in):
+            self._held_in = self.chain.stage
+            if task is Task.HOLD:
+                if self.chain.stage is not Stage.OVERLOAD_HELD:
+                    axis.control(Mode.POSITION)
+                    axis.hold_here()
+                    self.overload_position = axis.set_increments
+            else:
+                axis.control(Mode.FREE if task is Task.NOTHING else Mode.SPEED)
+                axis.wish(0.0)
+        self._task = task
+
+    def _move_brake(self, now_ns: int) -> None:
+        """It follows its relay, with its own delay, unless it is stuck."""
+        relay = self.chain.is_brake_lifted
+        motor = self.true_motor
+        if relay is not self._was_relay:
+            self._was_relay = relay
+            delay_ms = motor.brake_lift_ms if relay else motor.brake_drop_ms
+            self._brake_due_ns = now_ns + round(delay_ms * MS)
+        if self._brake_due_ns is not None and now_ns >= self._brake_due_ns:
+            self._brake_due_ns = None
+            stuck = self._brake_stuck
+            self.axis.brake(motor.has_brake and (not relay if stuck is None else stuck.stays == "on"))
+
+    @property
+    def is_settled(self) -> bool:
+        """Nothing here changes by time alone, but for the axis."""
+        return self.chain.is_settled and self._brake_due_ns is None
+
+    @property
+    def is_ready(self) -> bool:
+        """The ready contact is closed."""
+        return self.motor is not None and self.chain.is_ready
+
+    @property
+    def follows(self) -> bool:
+        return self.chain.stage is Stage.CONTROLLED and self.runs

@@ -1,0 +1,337 @@
+"""The drive as the ring sees it: control and status word, cyclic values, parameters, commands.
+
+Source: IEC 61491 by its public facts (S-0-0134, S-0-0135, operation modes, diagnostics of class 1 to 3).  Once a cycle
+`on_cycle` is called: the axis goes on by the cycle that has passed, under the command values of the last MDT, and takes
+those of this one.  While nothing else changes that is all; then it costs some microseconds.
+
+ControllerEnable is drive on (bit 15).  Drive enable (bit 14) taken away while drive on stays takes the torque at once;
+both together ramp down (manual 10.2).  Halt (bit 13) brings the drive to a stop under control.
+"""
+
+from collections.abc import Callable
+from math import tau
+from typing import Final
+
+from fieldrig.clock import US, Clock
+from fieldrig.link import Link
+from fieldrig_bus.ring.message import RingMessage
+from fieldrig_devices.mc4 import idns
+from fieldrig_devices.mc4.axis import INCREMENTS
+from fieldrig_devices.mc4.diagnosis import Code
+from fieldrig_devices.mc4.enable import Task
+from fieldrig_devices.mc4.folded import INNER_NS
+from fieldrig_devices.mc4.machine import Machine
+from fieldrig_devices.sercos import words
+from fieldrig_devices.sercos.command import Command
+from fieldrig_devices.sercos.datum import IdnTable
+from fieldrig_devices.sercos.slave import SercosSlave
+from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams
+
+FOLLOWS: Final = 0x0008
+"""Status word: the drive follows its command values."""
+CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MASK
+SPEED_UNIT: Final = tau / 60 * 1e-4
+"""rad/s of one 0.0001 1/min."""
+_HALF, _ALL = 0x8000_0000, 0xFFFF_FFFF
+Number = Callable[[], int]
+
+
+class RingSide:
+    def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
+        self._clock, self._table, self._machine = clock, table, machine
+        self._control = 0
+        self._status = 0
+        self._steady_control = -1
+        """Control bits under which nothing but the axis goes on; -1: everything has to be looked at."""
+        self._until_ns = 0
+        self._cycle_ns = self._slack_ns = 0
+        self._places: dict[int, int] = {}
+        self._value: Callable[[tuple[int, ...]], None] = _no_value
+        self._most_error = 0.0
+        self._warnings_seen = self._states_seen = 0
+        self._numbers = self._live()
+        for idn, number in self._numbers.items():
+            self._show(idn, number)
+        self.feedback: Callable[[], tuple[int, ...]] = tuple
+        self.slave = SercosSlave(clock, ring, address, table, self)
+        self.slave.command(99, self._on_reset)
+        self.slave.command(idns.READ_PLATE, self._on_read_plate)
+        for idn in (91, 92, 100, 101, 104, 114, 124, 159, 296, 348):
+            table[idn].watchers.append(self._on_parameter)
+        for idn in (206, 207, idns.STOP_TIME_LIMIT, idns.COAST_OPTION):
+            table[idn].watchers.append(self._on_time)
+        table[idns.LANGUAGE].watchers.append(self._on_language)
+        table[12].reader, table[13].reader = self._read_warnings, self._read_states
+        table[95].reader = lambda: table[95].encoded(self.message)
+
+    # ---- cycles
+
+    def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
+        now_ns, machine = self._clock.now_ns(), self._machine
+        lead_ns = now_ns - machine.at_ns - self._cycle_ns
+        if (
+            control & CONTROL_BITS != self._steady_control
+            or now_ns >= self._until_ns
+            or not -self._slack_ns < lead_ns < self._slack_ns
+        ):
+            return self._look(commands, control, lead_ns)
+        machine.at_ns += self._cycle_ns
+        axis = machine.axis
+        axis.cycle()
+        self._value(commands)
+        if not -self._most_error < axis.e < self._most_error:
+            self._check_following()
+        return self._status, self.feedback()
+
+    def _look(self, commands: tuple[int, ...], control: int, lead_ns: int) -> tuple[int, tuple[int, ...]]:
+        machine = self._machine
+        if -self._slack_ns < lead_ns < self._slack_ns:
+            machine.at_ns += self._cycle_ns
+            machine.axis.cycle()
+        else:
+            machine.catch_up()
+        if (control ^ self._control) & CONTROL_BITS:
+            self._on_control(control)
+        machine.look()
+        self._value(commands)
+        self._check_following()
+        return self._status, self.feedback()
+
+    def _on_control(self, control: int) -> None:
+        before, self._control = self._control, control
+        machine = self._machine
+        machine.controller = bool(control & words.DRIVE_ON)
+        machine.enable_bit = bool(control & words.ENABLE)
+        machine.runs = bool(control & words.RUN)
+        machine.operation_mode = self._table[32 + (control >> 8 & 3)].number
+        if (before ^ control) & words.MODE_MASK:
+            machine.rearrange()
+        if machine.controller and not machine.enable_bit:
+            machine.controller = False
+            machine.chain.take_torque(self._clock.now_ns())
+
+    def _check_following(self) -> None:
+        machine = self._machine
+        is_position = machine.operation_mode & 7 == 3
+        if machine.follows and is_position and abs(machine.axis.e) * INCREMENTS > self._table[159].number:
+            machine.fail(Code.FOLLOWING_ERROR)
+
+    def refresh(self) -> None:
+        """The machine may have changed: what the cycle has to do, and what the status word is."""
+        machine = self._machine
+        axis, task = machine.axis, machine.chain.task
+        mode = machine.operation_mode & 7
+        place = self._places.get(idns.MODE_COMMANDS.get(mode, 0))
+        self._value = _no_value
+        if task is Task.FOLLOW and machine.runs and place is not None:
+            if mode == 3:
+                self._value = lambda commands: axis.follow(commands[place])
+            elif mode == 2:
+                self._value = lambda commands: axis.wish(commands[place] * SPEED_UNIT)
+            elif machine.motor is not None:
+                unit = machine.motor.standstill_torque_nm / 1000
+                self._value = lambda commands: axis.wish(commands[place] * unit)
+        self._most_error = self._table[159].number / INCREMENTS if machine.follows and mode == 3 else 1e99
+        self._steady_control = self._control & CONTROL_BITS if machine.is_settled and machine.is_cyclic else -1
+        self._until_ns = machine.next_slow_ns
+        self._status = self._status_word()
+
+    # ---- status
+
+    def status(self) -> int:
+        return self._status
+
+    def _status_word(self) -> int:
+        machine = self._machine
+        has_error = machine.diagnosis.has_error
+        if machine.chain.has_torque:
+            word = words.IN_OPERATION
+        elif machine.can_start:
+            word = words.POWERED
+        else:
+            word = words.READY_FOR_POWER if machine.motor is not None else words.NOT_READY
+        if has_error:
+            word |= words.CLASS_1_ERROR
+        if machine.follows:
+            word |= FOLLOWS
+        if (machine.thermal.warnings ^ self._warnings_seen) & self._table[97].number:
+            word |= words.CLASS_2_CHANGED
+        mask = self._table[98].number
+        if mask and (self.states ^ self._states_seen) & mask:
+            word |= words.CLASS_3_CHANGED
+        return word | self._control & words.MODE_MASK
+
+    @property
+    def states(self) -> int:
+        """S-0-0013: bit 0 speed as told, 1 standing, 3 torque at its limit, 6 in position."""
+        machine = self._machine
+        axis = machine.axis
+        speed = abs(axis.v)
+        window = self._table[124].number * SPEED_UNIT
+        is_in_position = abs(axis.e) * INCREMENTS <= self._table[57].number
+        at_limit = abs(axis.t) >= 0.999 * axis.limits.torque
+        return (abs(axis.v - axis.set_speed) <= window) | (speed <= window) << 1 | at_limit << 3 | is_in_position << 6
+
+    @property
+    def message(self) -> str:
+        """S-0-0095."""
+        diagnosis = self._machine.diagnosis
+        if diagnosis.code:
+            return f"{int(diagnosis.code)} {diagnosis.text}"
+        return self._machine.chain.stage.name.lower().replace("_", " ")
+
+    def _read_warnings(self) -> bytes:
+        self._warnings_seen = self._machine.thermal.warnings
+        return self._table[12].encoded(self._warnings_seen)
+
+    def _read_states(self) -> bytes:
+        self._states_seen = self.states
+        return self._table[13].encoded(self._states_seen)
+
+    # ---- values
+
+    def _live(self) -> dict[int, Number]:
+        machine = self._machine
+        settings = machine.settings
+
+        def position() -> int:
+            axis = machine.axis
+            return (round(axis.set_increments - axis.e * INCREMENTS) + _HALF & _ALL) - _HALF
+
+        def load_position() -> int:
+            axis = machine.axis
+            return (round(axis.position - axis.twist * INCREMENTS) + _HALF & _ALL) - _HALF
+
+        def torque() -> int:
+            share = machine.axis.t / machine.true_motor.standstill_torque_nm
+            return max(-32_768, min(round(share * 1000), 32_767))
+
+        def following() -> int:
+            return max(-_HALF, min(round(machine.axis.e * INCREMENTS), _HALF - 1))
+
+        def signals() -> int:
+            chain = machine.chain
+            lifted = chain.is_brake_lifted << 1
+            return machine.is_ready | lifted | machine.hardware_enable << 2 | chain.has_torque << 3
+
+        return {
+            11: lambda: machine.diagnosis.class_1,
+            40: lambda: max(-_HALF, min(round(machine.axis.v / SPEED_UNIT), _HALF - 1)),
+            51: position,
+            53: load_position,
+            84: torque,
+            129: lambda: machine.diagnosis.manufacturer_class_1,
+            134: lambda: self._control,
+            135: lambda: self._status,
+            182: lambda: machine.chain.axis_state << 8 | machine.chain.mc4_state,
+            189: following,
+            380: lambda: min(round(machine.dc.volt), 32_767),
+            383: lambda: round(machine.thermal.motor_c * 10),
+            384: lambda: round(machine.thermal.amplifier_c * 10),
+            390: lambda: int(machine.diagnosis.code),
+            110: lambda: round(settings.amplifier.continuous_current_a * 2500),
+            112: lambda: round(settings.amplifier.continuous_current_a * 1000),
+            idns.MC4_STATE: lambda: machine.chain.mc4_state,
+            idns.AXIS_STATE: lambda: machine.chain.axis_state,
+            idns.MOTOR_OVERLOAD: lambda: min(round(machine.thermal.motor_load * 1000), 65_535),
+            idns.AMPLIFIER_OVERLOAD: lambda: min(round(machine.thermal.amplifier_load * 1000), 65_535),
+            idns.OVERLOAD_POSITION: lambda: (machine.overload_position + _HALF & _ALL) - _HALF,
+            idns.SIGNALS: signals,
+            idns.DIAG_CODE: lambda: int(machine.diagnosis.code),
+        }
+
+    def _show(self, idn: int, number: Number) -> None:
+        datum = self._table[idn]
+        datum.reader = lambda: datum.encoded(number())
+
+    # ---- phases
+
+    def on_phase(self, phase: int) -> None:
+        machine = self._machine
+        machine.catch_up()
+        machine.is_cyclic = phase == 4
+        if phase == 3:
+            self._lay_out()
+        elif phase == 4:
+            machine.at_ns = self._clock.now_ns() - self._cycle_ns
+        else:
+            self._steady_control = -1
+        if phase < 4:
+            self._on_control(0)
+        machine.look()
+
+    def _lay_out(self) -> None:
+        table, machine = self._table, self._machine
+        self._cycle_ns = table[2].number * US
+        self._slack_ns = self._cycle_ns // 2
+        machine.cycle_steps = self._cycle_ns // INNER_NS
+        machine.rearrange()
+        telegrams = self._telegrams()
+        self._places = {idn: place for place, idn in enumerate(telegrams.mdt)}
+        numbers = [self._numbers.get(idn) or self._stored(idn) for idn in telegrams.at]
+        match numbers:
+            case [one]:
+                self.feedback = lambda: (one(),)
+            case [one, two]:
+                self.feedback = lambda: (one(), two())
+            case [one, two, three]:
+                self.feedback = lambda: (one(), two(), three())
+            case _:
+                self.feedback = lambda: tuple([number() for number in numbers])
+
+    def _stored(self, idn: int) -> Number:
+        datum = self._table[idn]
+        return lambda: datum.number
+
+    def _telegrams(self) -> Telegrams:
+        table = self._table
+        kind = table[15].number & 7
+        if kind == CONFIGURED:
+            return Telegrams(tuple(table[24].numbers), tuple(table[16].numbers))
+        return STANDARD.get(kind, STANDARD[0])
+
+    def on_ring_failure(self) -> None:
+        self._machine.fail(Code.RING)
+
+    def check(self, phase: int) -> list[int]:
+        """The primary mode has to be one of ours, with its command value in the MDT, if there is any."""
+        mode = self._table[32].number
+        if phase == 3:
+            return []
+        mdt = self._telegrams().mdt
+        is_given = not mdt or idns.MODE_COMMANDS.get(mode & 7) in mdt
+        return [] if mode in idns.MODES and is_given else [32]
+
+    # ---- parameters and commands
+
+    def _on_parameter(self) -> None:
+        self._machine.rearrange()
+        self._machine.look()
+
+    def _on_time(self) -> None:
+        table, times = self._table, self._machine.times
+        times.brake_disconnection_ns = table[206].number * 1000 * US
+        times.brake_coupling_ns = table[207].number * 1000 * US
+        times.stop_limit_ns = table[idns.STOP_TIME_LIMIT].number * 1000 * US
+        option = table[idns.COAST_OPTION].number
+        times.enable_coast, times.error_coast, times.brake_coast = bool(option & 1), bool(option & 2), bool(option & 4)
+
+    def _on_language(self) -> None:
+        self._machine.diagnosis.language = "en" if self._table[idns.LANGUAGE].number else "de"
+
+    def _on_reset(self, command: Command) -> None:
+        """S-0-0099: quitting."""
+        is_good = self._machine.quit()
+        if is_good:
+            self.slave.clear_failures()
+        command.finish(is_good=is_good)
+
+    def _on_read_plate(self, command: Command) -> None:
+        if self._machine.chain.has_torque:
+            command.finish(is_good=False)
+        else:
+            self._machine.read_plate(lambda is_good: command.finish(is_good=is_good))
+
+
+def _no_value(commands: tuple[int, ...]) -> None:
+    """Command values don't count now."""
