@@ -1,12 +1,17 @@
 """LSS slave, CiA 305: identity 00000000h, 00000020h, 00010000h, 00000001h of the I/O module."""
 
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench
+from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench, parse
 from pydantic import ValidationError
 
-from fieldrig.store import MemoryStore
+from fieldrig.clock import MS
+from fieldrig.config import from_dict
+from fieldrig.rig import Rig
+from fieldrig.store import MemoryStore, Store
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.node import CanopenSettings
 
 CONFIGURE, WAIT = "04 01 00 00 00 00 00 00", "04 00 00 00 00 00 00 00"
@@ -246,3 +251,70 @@ def test_anything_else_is_ignored(bench: CanopenBench, frame: str) -> None:
 
 def test_without_lss_in_the_eds_there_is_none() -> None:
     assert 0x7E5 not in CanopenBench(LEVEL_SENSOR).interest
+
+
+class DeafOrNot:
+    """The I/O module on a bus of 500 kbit/s, with somebody who asks it."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._master = rig.attach("master").link("can0")
+        self._answers: list[CanFrame] = []
+        self._master.on_receive(self._answers.append, [[0x580, 0x780], [0x7E4, 0x7FF]])
+
+    def ask(self, *frames: str, ms: int = 5) -> int:
+        """How many answers come."""
+        self._answers.clear()
+        for frame in frames:
+            self._master.send(parse(frame))
+            self._rig.run_until(self._rig.now_ns + ms * MS)
+        return len(self._answers)
+
+
+READ_DEVICE_TYPE = "605#40 00 10 00 00 00 00 00"
+
+
+@pytest.fixture
+def on_a_bus() -> Iterator[Callable[[Store], Rig]]:
+    rigs: list[Rig] = []
+
+    def make(store: Store) -> Rig:
+        node = {"kind": "canopen.node", "node_id": 5, "eds": str(IO32), "links": {"can": "can0"}}
+        buses = {"can0": {"kind": "can.virtual", "bitrate": 500_000, "acknowledge": "always"}}
+        config = from_dict({"time": "virtual", "buses": buses, "devices": {"io": node}})
+        rigs.append(Rig(config, stores={"io": store}))
+        return rigs[-1]
+
+    yield make
+    for rig in rigs:
+        rig.close()
+
+
+def test_node_with_another_bit_rate_than_the_bus_is_deaf_until_it_is_switched_off(
+    on_a_bus: Callable[[Store], Rig],
+) -> None:
+    store = MemoryStore()
+    bus = DeafOrNot(on_a_bus(store))
+    assert bus.ask(READ_DEVICE_TYPE) == 1
+    for request in (CONFIGURE, "13 00 03"):
+        bus.ask("7E5#" + bytes.fromhex(request).ljust(8, b"\0").hex(" "))
+    assert bus.ask("7E5#15 0a 00 00 00 00 00 00", ms=50) == 0
+    assert bus.ask(READ_DEVICE_TYPE) == 0
+    assert DeafOrNot(on_a_bus(store)).ask(READ_DEVICE_TYPE) == 1
+
+
+def test_stored_bit_rate_holds_from_power_on(on_a_bus: Callable[[Store], Rig]) -> None:
+    store = MemoryStore()
+    bus = DeafOrNot(on_a_bus(store))
+    for request in (CONFIGURE, "13 00 03", STORE):
+        bus.ask("7E5#" + bytes.fromhex(request).ljust(8, b"\0").hex(" "))
+    assert bus.ask(READ_DEVICE_TYPE) == 1  # not activated yet
+    assert DeafOrNot(on_a_bus(store)).ask(READ_DEVICE_TYPE) == 0
+
+
+def test_bit_rate_of_the_bus_may_be_activated(on_a_bus: Callable[[Store], Rig]) -> None:
+    bus = DeafOrNot(on_a_bus(MemoryStore()))
+    for request in (CONFIGURE, "13 00 02", "15 0a 00"):
+        bus.ask("7E5#" + bytes.fromhex(request).ljust(8, b"\0").hex(" "))
+    assert bus.ask(READ_DEVICE_TYPE) == 0  # the switch delay
+    assert bus.ask("080#", READ_DEVICE_TYPE, ms=20) == 1
