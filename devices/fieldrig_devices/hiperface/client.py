@@ -1,0 +1,192 @@
+"""What a drive asks its motor's encoder: type, serial number, position, and the electronic name plate.
+
+`read_motor` is the whole of it; what fails has a name, and a drive shows it as 1117 (digest PD-171, PD-172).
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+from fieldrig_devices.hiperface.conversation import AnsweredError, NoAnswerError, Request, Script
+from fieldrig_devices.hiperface.memory import CREATED, WRITABLE, size_of, status_for
+from fieldrig_devices.hiperface.plate import HEAD, NamePlate, PlateError, Wrong, plate_length
+from fieldrig_devices.hiperface.shaft import BY_CODE
+from fieldrig_devices.hiperface.telegram import (
+    FACTORY_CODE,
+    LARGEST_FIELD,
+    SERIAL_LENGTH,
+    Command,
+    Status,
+    about,
+)
+
+FIELD: Final = 0
+"""The data field of the plate."""
+PORTION: Final = 32
+"""Bytes asked for or stored at once: what is lost when one telegram is."""
+BROKEN: Final = frozenset(
+    {
+        Status.ANALOG_SIGNALS,
+        Status.ANGULAR_OFFSET,
+        Status.PARTITION,
+        Status.ANALOG_LIMITS,
+        Status.I2C_BUS,
+        Status.MEMORY_CHECKSUM,
+    }
+)
+"""Messages after which an encoder can't be trusted."""
+MOST_MESSAGES: Final = 8
+
+
+class Failure(Enum):
+    NO_ANSWER = "no encoder answers"
+    UNREADABLE = "the encoder's memory can't be read"
+    MISSING = "the encoder has no name plate"
+    CHECKSUM = "the name plate is damaged"
+    FOREIGN = "the encoder has somebody else's data, or is of an unknown type"
+    SWAPPED = "the name plate is another motor's"
+
+
+class MotorError(ValueError):
+    def __init__(self, failure: Failure, detail: str = "") -> None:
+        super().__init__(f"{failure.value}: {detail}" if detail else failure.value)
+        self.failure = failure
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    type_code: int
+    serial_number: str
+    version: str
+
+
+@dataclass(frozen=True, slots=True)
+class Motor:
+    """What a drive knows after start."""
+
+    encoder: Identity
+    plate: NamePlate
+    steps: int
+    """Position at start."""
+
+
+_OF_PLATE: Final = {
+    Wrong.BLANK: Failure.MISSING,
+    Wrong.FOREIGN: Failure.FOREIGN,
+    Wrong.CHECKSUM: Failure.CHECKSUM,
+    Wrong.VALUES: Failure.FOREIGN,
+}
+
+
+def read_motor(motor_type: str | None = None, serial_number: str | None = None) -> Script[Motor]:
+    """MotorError with its name if anything is wrong; type and serial number of the motor are compared if given."""
+    try:
+        identity = yield from read_identity()
+        messages = yield from read_messages()
+        broken = [one for one in messages if one in BROKEN]
+        if broken:
+            raise MotorError(Failure.UNREADABLE, about(broken[0]))
+        plate = yield from read_plate()
+        steps = yield from read_position()
+    except NoAnswerError as wrong:
+        raise MotorError(Failure.UNREADABLE if wrong.has_heard else Failure.NO_ANSWER, str(wrong)) from wrong
+    except AnsweredError as wrong:
+        raise MotorError(Failure.UNREADABLE, str(wrong)) from wrong
+    _check(identity, plate, motor_type, serial_number)
+    return Motor(identity, plate, steps)
+
+
+def _check(identity: Identity, plate: NamePlate, motor_type: str | None, serial_number: str | None) -> None:
+    kind = BY_CODE.get(identity.type_code)
+    if kind is None:
+        raise MotorError(Failure.FOREIGN, f"type code {identity.type_code:02X}h")
+    if plate.is_multi_turn != (kind.turns > 1):
+        raise MotorError(Failure.SWAPPED, f"it has no encoder of type {identity.type_code:02X}h")
+    for is_there, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):
+        if wanted is not None and is_there != wanted:
+            raise MotorError(Failure.SWAPPED, f"{is_there}, not {wanted}")
+
+
+def read_identity() -> Script[Identity]:
+    label = yield Request(Command.TYPE_LABEL)
+    number = yield Request(Command.SERIAL_NUMBER)
+    serial, version = number[:SERIAL_LENGTH], number[SERIAL_LENGTH:]
+    return Identity(label[1], _text(serial), _text(version))
+
+
+def read_messages() -> Script[list[int]]:
+    """What went wrong at the encoder since they were last read."""
+    messages = list[int]()
+    for _ in range(MOST_MESSAGES):
+        (status,) = yield Request(Command.READ_STATUS)
+        if status == Status.NO_ERROR:
+            break
+        messages.append(status)
+    return messages
+
+
+def read_position() -> Script[int]:
+    """Steps."""
+    answer = yield Request(Command.READ_POSITION)
+    return int.from_bytes(answer, "big")
+
+
+def read_plate(code: int = FACTORY_CODE) -> Script[NamePlate]:
+    """MotorError if there is none, or a wrong one."""
+    try:
+        _, status = yield Request(Command.FIELD_STATUS, bytes((FIELD,)))
+        data = yield from _read(0, HEAD.size, code)
+        length = plate_length(data)
+        if length > size_of(status):
+            raise MotorError(Failure.FOREIGN, "its data field is too small")
+        data += yield from _read(HEAD.size, length - HEAD.size, code)
+        return NamePlate.decode(data)
+    except PlateError as wrong:
+        raise MotorError(_OF_PLATE[wrong.wrong], str(wrong)) from wrong
+    except AnsweredError as wrong:
+        failure = Failure.MISSING if wrong.status == Status.NO_FIELD else Failure.UNREADABLE
+        raise MotorError(failure, str(wrong)) from wrong
+
+
+def write_plate(plate: NamePlate, code: int = FACTORY_CODE) -> Script[None]:
+    """Make the data field if need be, write the plate, read it back.  AnsweredError if the encoder refuses."""
+    yield from _prepare(code)
+    data = plate.encode()
+    yield from _store(0, b"\xff" * HEAD.size, code)  # half a plate is none
+    yield from _store(HEAD.size, data[HEAD.size :], code)
+    yield from _store(0, data[: HEAD.size], code)
+    there = yield from read_plate(code)
+    if there != plate:
+        raise MotorError(Failure.CHECKSUM, "what was read back is not what was written")
+
+
+def _prepare(code: int) -> Script[None]:
+    try:
+        _, status = yield Request(Command.FIELD_STATUS, bytes((FIELD,)))
+        wanted = status & ~0x07 | status_for(LARGEST_FIELD, CREATED | WRITABLE) & 0x07
+        if size_of(status) == LARGEST_FIELD:
+            return
+    except AnsweredError as wrong:
+        if wrong.status != Status.NO_FIELD:
+            raise
+        wanted = status_for(LARGEST_FIELD)
+    yield Request(Command.CREATE_FIELD, bytes((FIELD, wanted, code)))
+
+
+def _store(place: int, data: bytes, code: int) -> Script[None]:
+    for start in range(0, len(data), PORTION):
+        portion = data[start : start + PORTION]
+        yield Request(Command.STORE_DATA, bytes((FIELD, place + start, len(portion), code)) + portion)
+
+
+def _read(place: int, count: int, code: int) -> Script[bytes]:
+    data = b""
+    while len(data) < count:
+        portion = min(PORTION, count - len(data))
+        answer = yield Request(Command.READ_DATA, bytes((FIELD, place + len(data), portion, code)))
+        data += answer[3:]
+    return data
+
+
+def _text(data: bytes) -> str:
+    return data.decode("latin-1").rstrip()

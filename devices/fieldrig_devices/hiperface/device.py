@@ -1,0 +1,188 @@
+"""`sm.encoder`: the SinCos encoder of an SM motor, at its serial line to the drive.
+
+Source: manual 520, 529, 538 (electronic name plate), 6448-6450, 6933; protocol and memory are in the modules beside.
+It sees the shaft on a wire, as a motion or step by step; without one the shaft stands where it was put.  What is
+written to its memory is kept before it is answered.  A plate file that has changed is another motor: its memory begins
+anew.
+"""
+
+import binascii
+import logging
+from collections.abc import Mapping
+from math import tau
+from random import Random
+from typing import Any, Final, Literal
+
+from pydantic import Field
+
+from fieldrig.clock import Clock
+from fieldrig.device import Device, Point, Value
+from fieldrig.link import Link
+from fieldrig.settings import ConfigFile, Settings
+from fieldrig.store import Store
+from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
+from fieldrig_devices.hiperface.faults import EncoderFaults
+from fieldrig_devices.hiperface.line import Seat
+from fieldrig_devices.hiperface.memory import Eeprom
+from fieldrig_devices.hiperface.plate import NamePlate, PlateError
+from fieldrig_devices.hiperface.plate_file import load_plate
+from fieldrig_devices.hiperface.shaft import INCREMENTS, TYPES, Signals, Turning, increments_of, signals
+from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, Status
+
+log = logging.getLogger(__name__)
+
+PER_TURN: Final[Mapping[str, float]] = {"rad": tau, "turn": 1.0, "count": float(INCREMENTS)}
+"""Units of the shaft's wire."""
+
+
+class SmEncoderSettings(Settings):
+    name_plate: ConfigFile = Field(description="of the motor, a YAML file")
+    type: Literal["single_turn", "multi_turn"] | None = Field(
+        default=None, description="SRS or SRM; left out: as the plate says"
+    )
+    address: int = Field(
+        default=FACTORY_ADDRESS,
+        ge=ADDRESSES.start,
+        lt=ADDRESSES.stop,
+        description="as delivered; it may be changed by 55h",
+    )
+    serial_number: str = Field(default="FR0000001", min_length=1, max_length=9, description="of the encoder")
+    initial_turns: float = Field(default=0.0, ge=0, lt=4096, description="where the shaft is until its wire says so")
+    shaft_wire: str | None = Field(default=None, description="in: rad, turn or count; NAME.shaft")
+    temperature_wire: str | None = Field(default=None, description="in: degC; NAME.temperature")
+
+
+class SmEncoder(Device):
+    about = "the SinCos encoder of an SM motor with its name plate (HIPERFACE)"
+
+    def __init__(
+        self,
+        clock: Clock,
+        name: str,
+        settings: SmEncoderSettings,
+        store: Store,
+        random: Random,
+        line: Link[SerialMessage],
+        wires: Link[Signal] | None = None,
+    ) -> None:
+        self._clock, self._store, self._line = clock, store, line
+        self._shaft: Signal = Motion("", settings.initial_turns, "turn")
+        self._plate = load_plate(settings.name_plate)
+        self._mark = _mark_of(self._plate, settings)
+        eeprom, is_damaged = self._kept(settings)
+        kind = TYPES[settings.type or ("multi_turn" if self._plate.is_multi_turn else "single_turn")]
+        self.encoder = HiperfaceEncoder(
+            kind, eeprom, self._turning, serial_number=settings.serial_number, on_change=self._keep
+        )
+        self.encoder.requests.on_reset = self._on_reset
+        if is_damaged:
+            self.encoder.requests.report(Status.PARTITION)
+        self._faults = EncoderFaults(clock, self.encoder, self._plate, random)
+        self._seat = Seat(clock, line, self.encoder)
+        if wires is not None:
+            handlers = {
+                settings.shaft_wire or f"{name}.shaft": self._on_shaft,
+                settings.temperature_wire or f"{name}.temperature": self._on_temperature,
+            }
+            wires.on_receive(lambda signal: handlers[signal.name](signal), tuple(handlers))
+
+    def start(self) -> None:
+        self._on_reset(self._clock.now_ns())
+
+    def _on_reset(self, now_ns: int) -> None:
+        self.encoder.start(now_ns)
+        self._line.send(self.encoder.form)
+
+    # ---- memory
+
+    def _kept(self, settings: SmEncoderSettings) -> tuple[Eeprom, bool]:
+        """What was kept of this motor, and whether that was damaged."""
+        kept = self._store.load()
+        if kept is not None and kept[: len(self._mark)] == self._mark:
+            try:
+                return Eeprom.decode(kept[len(self._mark) :]), False
+            except ValueError as cause:
+                log.warning("the memory of the encoder is damaged: %s", cause)
+                return Eeprom(settings.address), True
+        eeprom = eeprom_with(self._plate)
+        eeprom.address = settings.address
+        return eeprom, False
+
+    def _keep(self) -> None:
+        self._store.save(self._mark + self.encoder.eeprom.encode())
+
+    # ---- shaft
+
+    def _turning(self, now_ns: int) -> Turning:
+        shaft, per_turn = self._shaft, PER_TURN[self._shaft.unit]
+        if isinstance(shaft, Motion):
+            return Turning(shaft.at(now_ns) / per_turn, shaft.speed_at(now_ns) / per_turn)
+        return Turning(shaft.value / per_turn)
+
+    def _signals(self) -> Signals:
+        return signals(self._turning(self._clock.now_ns()).turns)
+
+    def _on_shaft(self, signal: Signal) -> None:
+        if signal.unit in PER_TURN:
+            self._shaft = signal
+        else:
+            log.debug("%s is in %r, not in rad, turn or count", signal.name, signal.unit)
+
+    def _on_temperature(self, signal: Signal) -> None:
+        if signal.unit in ("", "degC"):
+            self.encoder.requests.set_temperature(signal.value)
+
+    def _put(self, value: Value) -> None:
+        if isinstance(value, str | bool) or not 0 <= value < 4096:
+            raise ValueError("turns from 0 to 4096")
+        self._shaft = Motion("", value, "turn")
+
+    def _heat(self, value: Value) -> None:
+        if isinstance(value, str | bool) or not -50 <= value <= 300:
+            raise ValueError("a temperature from -50 to 300 degC")
+        self.encoder.requests.set_temperature(value)
+
+    def points(self) -> Mapping[str, Point]:
+        encoder, now_ns = self.encoder, self._clock.now_ns
+        return {
+            "turns": Point(lambda: self._turning(now_ns()).turns, self._put, "turn", "of the shaft"),
+            "position": Point(lambda: encoder.requests.position(now_ns()), None, "step", "as 42h tells it"),
+            "increments": Point(
+                lambda: increments_of(encoder.requests.position(now_ns())), None, "count", "1 000 000 a turn"
+            ),
+            "sine": Point(lambda: self._signals().sine, None, "", "1024 periods a turn"),
+            "cosine": Point(lambda: self._signals().cosine, None, "", "90 degrees ahead"),
+            "zero": Point(lambda: self._signals().zero, None, "", "once a turn"),
+            "temperature": Point(lambda: encoder.requests.temperature_degc, self._heat, "degC", "as 44h tells it"),
+            "plate": Point(self._plate_in_words, None, "", "motor and serial number, or what is wrong with the plate"),
+            "address": Point(lambda: encoder.eeprom.address, None, "", ""),
+            "answers": Point(lambda: encoder.answered, None, "", "telegrams that it has sent"),
+        }
+
+    def _plate_in_words(self) -> str:
+        fields = self.encoder.eeprom.fields
+        try:
+            plate = NamePlate.decode(self._faults.plate_in_place(bytes(fields[0].data)) if fields else b"")
+        except PlateError as wrong:
+            return str(wrong)
+        return f"{plate.type}, {plate.serial_number}"
+
+    # ---- faults
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        return self._faults.add(fault)
+
+    def clear_fault(self, number: int) -> None:
+        self._faults.clear(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._faults.about()
+
+
+def _mark_of(plate: NamePlate, settings: SmEncoderSettings) -> bytes:
+    """By which a motor and its encoder are known again."""
+    return binascii.crc32(plate.encode() + settings.serial_number.encode() + bytes((settings.address,))).to_bytes(
+        4, "big"
+    )

@@ -1,0 +1,170 @@
+"""The encoder's EEPROM: data fields, access codes, counter, address, format of the line, offset of the position.
+
+Rules of data fields after Kübler Sendix S36 manual 5.1.2.8 to 5.1.2.10 and the drives named in `telegram`: fields are
+created one after the other, blocks of 16 bytes up to 128; a code is asked for if bit 3 of the field's status says so,
+and bits 5-4 say which of the four; size changes and deletion only of the last one, deletion only with the status as it
+is.  Our choice: a new field is filled with FFh, as an erased memory is; 1792 bytes are free (SICK SEK34).
+"""
+
+import binascii
+import struct
+from dataclasses import dataclass, field
+from typing import ClassVar, Final, Self
+
+from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, FACTORY_CODE, Status
+
+FREE: Final = 1792  # bytes
+BLOCK: Final = 16  # bytes
+SIZE_IN_BLOCKS: Final = 128
+"""Of the whole memory with the encoder's own part, as the type label tells it."""
+BLANK: Final = 0xFF
+CREATED, WRITABLE, CODED = 0x80, 0x40, 0x08  # bits of a field's status
+_OWN_CODE, _BLOCKS = 0x30, 0x07  # masks
+COUNTS: Final = 1 << 24
+FACTORY_MODE: Final = 0xE4
+
+
+class RefusedError(Exception):
+    """The encoder doesn't do this; `status` says why."""
+
+    def __init__(self, status: Status) -> None:
+        super().__init__(status.name)
+        self.status = status
+
+
+@dataclass(slots=True)
+class Field:
+    status: int
+    data: bytearray
+
+    @property
+    def code(self) -> int | None:
+        """The number of its access code; None: it asks for none."""
+        return (self.status & _OWN_CODE) >> 4 if self.status & CODED else None
+
+
+def size_of(status: int) -> int:
+    """Bytes of a field with this status."""
+    return ((status & _BLOCKS) + 1) * BLOCK
+
+
+def status_for(size: int, flags: int = CREATED | WRITABLE | CODED) -> int:
+    """Of a field of `size` bytes, a multiple of 16 up to 128."""
+    return flags | size // BLOCK - 1
+
+
+@dataclass(slots=True)
+class Eeprom:
+    address: int = FACTORY_ADDRESS
+    mode: int = FACTORY_MODE
+    counter: int = 0
+    offset: int = 0
+    """Steps between the shaft and the position that is told."""
+    codes: bytearray = field(default_factory=lambda: bytearray((FACTORY_CODE,) * 4))
+    fields: list[Field] = field(default_factory=list)
+
+    _HEAD: ClassVar = struct.Struct(">4sBBIi4sB")
+    _MAGIC: ClassVar = b"HFM1"
+    _CRC: ClassVar = struct.Struct(">I")
+
+    @property
+    def free(self) -> int:
+        return FREE - sum(len(one.data) for one in self.fields)
+
+    def field(self, number: int) -> Field:
+        if number >= len(self.fields):
+            raise RefusedError(Status.NO_FIELD)
+        return self.fields[number]
+
+    def check_code(self, number: int, given: int) -> None:
+        if self.codes[number] != given:
+            raise RefusedError(Status.ACCESS_CODE)
+
+    def read(self, number: int, address: int, count: int, code: int) -> bytes:
+        return bytes(self._range(number, address, count, code).data[address : address + count])
+
+    def store(self, number: int, address: int, data: bytes, code: int) -> None:
+        found = self._range(number, address, len(data), code)
+        if not found.status & WRITABLE:
+            raise RefusedError(Status.WRITE_PROTECTED)
+        found.data[address : address + len(data)] = data
+
+    def create(self, number: int, status: int, code: int) -> None:
+        """Create, change or delete a field."""
+        if number > len(self.fields):
+            raise RefusedError(Status.NO_FIELD)
+        if number < len(self.fields):
+            self._change(number, status, code)
+        elif not status & CREATED:
+            raise RefusedError(Status.NO_FIELD)
+        elif size_of(status) > self.free:
+            raise RefusedError(Status.ARGUMENT)
+        else:
+            new = Field(status, bytearray((BLANK,) * size_of(status)))
+            self._check(new, code)
+            self.fields.append(new)
+
+    def change_code(self, number: int, old: int, new: int) -> None:
+        if number >= len(self.codes):
+            raise RefusedError(Status.ARGUMENT)
+        self.check_code(number, old)
+        self.codes[number] = new
+
+    def _range(self, number: int, address: int, count: int, code: int) -> Field:
+        found = self.field(number)
+        self._check(found, code)
+        if address + count > len(found.data):
+            raise RefusedError(Status.ADDRESS)
+        return found
+
+    def _check(self, found: Field, code: int) -> None:
+        if found.code is not None:
+            self.check_code(found.code, code)
+
+    def _change(self, number: int, status: int, code: int) -> None:
+        found = self.fields[number]
+        self._check(found, code)
+        is_last = number == len(self.fields) - 1
+        if not status & CREATED:
+            self._delete(found, status, is_last)
+            return
+        size = size_of(status)
+        if size != len(found.data):
+            if not is_last or size > self.free + len(found.data):
+                raise RefusedError(Status.FIELD_SIZE)
+            found.data = found.data[:size] + bytearray((BLANK,) * (size - len(found.data)))
+        found.status = status
+
+    def _delete(self, found: Field, status: int, is_last: bool) -> None:
+        if not is_last:
+            raise RefusedError(Status.FIELD_SIZE)
+        if status != found.status & ~CREATED:
+            raise RefusedError(Status.ARGUMENT)
+        self.fields.pop()
+
+    def encode(self) -> bytes:
+        head = self._HEAD.pack(
+            self._MAGIC, self.address, self.mode, self.counter, self.offset, bytes(self.codes), len(self.fields)
+        )
+        body = head + b"".join(bytes((one.status,)) + one.data for one in self.fields)
+        return body + self._CRC.pack(binascii.crc32(body))
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """ValueError for anything that `encode` doesn't write."""
+        body, crc = data[: -cls._CRC.size], data[-cls._CRC.size :]
+        try:
+            if cls._CRC.pack(binascii.crc32(body)) != crc:
+                raise ValueError("its checksum is wrong")
+            magic, address, mode, counter, offset, codes, count = cls._HEAD.unpack_from(body)
+            found = cls(address, mode, counter, offset, bytearray(codes))
+            place = cls._HEAD.size
+            for _ in range(count):
+                size = size_of(body[place])
+                found.fields.append(Field(body[place], bytearray(body[place + 1 : place + 1 + size])))
+                place += 1 + size
+        except (struct.error, IndexError) as cause:
+            raise ValueError("it is cut short") from cause
+        if magic != cls._MAGIC or place != len(body) or address not in ADDRESSES or found.free < 0 or counter >= COUNTS:
+            raise ValueError("it is not the memory of an encoder")
+        return found
