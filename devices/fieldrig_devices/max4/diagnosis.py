@@ -79,6 +79,10 @@ class Diagnosis:
         """Everything goes that may be quitted and that `goes`; of the rest the most severe is shown."""
         self._keep([one for one in self._pending if not (one.is_quittable and goes(one))])
 
+    def reset(self) -> None:
+        """Power-off, or a boot: nothing is pending."""
+        self._keep([])
+
     def withdraw(self, code: int) -> None:
         """One goes though it can't be quitted, as a task error with the reset of the tasks."""
         self._keep([one for one in self._pending if one.code != code])

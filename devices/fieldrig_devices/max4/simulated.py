@@ -25,6 +25,12 @@ class SimulatedDrive:
         self._axis.drive = self
         self._enter(AxisState.WAITING)
 
+    def stop(self) -> None:
+        """Power-off or reset."""
+        self._axis.is_enabled = False
+        self._axis.drive = None
+        self._axis.enter(AxisState.NO_HARDWARE_ENABLE, 0x00, is_operating=False)
+
     def step(self) -> None:
         """One cycle."""
         axis = self._axis

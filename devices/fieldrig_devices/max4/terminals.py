@@ -40,7 +40,10 @@ class DigitalOutput:
     def put(self, is_on: bool) -> None:
         if is_on is not self.value:
             self.value = is_on
-            self._on_change(is_on)
+            self.show()
+
+    def show(self) -> None:
+        self._on_change(self.value)
 
 
 class MeasuringInput:
@@ -98,6 +101,11 @@ class Terminals:
     def start(self) -> None:
         if self._wires is not None and self._listeners:
             self._wires.on_receive(self._on_signal, sorted(self._listeners))
+        for output in self.outputs.values():
+            output.show()
+
+    def fall(self) -> None:
+        """No power: outputs are low."""
         for output in self.outputs.values():
             output.put(False)
 

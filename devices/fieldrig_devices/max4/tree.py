@@ -60,8 +60,10 @@ class Parameter:
         "kind",
         "low",
         "name",
+        "only",
         "type",
         "unit",
+        "watcher",
     )
 
     def __init__(
@@ -74,14 +76,18 @@ class Parameter:
         unit: str = "",
         low: int | None = None,
         high: int | None = None,
+        only: tuple[int, ...] = (),
         about: str = "",
         read: Callable[[], Value] | None = None,
         write: Callable[[Value], None] | None = None,
     ) -> None:
-        """`first` is the value after boot; `low` and `high` are narrower limits than the type's."""
+        """`first` is the value after boot; `low`, `high` and `only` are narrower limits than the type's."""
         self.name, self.type, self.kind, self.unit, self.about = name, type, kind, unit, about
         self.low = type.low if low is None else low
         self.high = type.high if high is None else high
+        self.only = only
+        self.watcher: Callable[[Value], None] | None = None
+        """Hears of each value that was written, where the parameter keeps it itself."""
         self.address = 0
         """The logical address, once it is in a tree."""
         self.first = first
@@ -103,6 +109,8 @@ class Parameter:
         value = self.checked(value)
         if self._write is None:
             self._value = value
+            if self.watcher is not None:
+                self.watcher(value)
         else:
             self._write(value)
 
@@ -129,6 +137,8 @@ class Parameter:
             raise ValueError(f"{self.name}: a whole number would be right")
         if not self.low <= value <= self.high:
             raise ValueError(f"{self.name}: {self.low} to {self.high} would be right")
+        if self.only and value not in self.only:
+            raise ValueError(f"{self.name}: {', '.join(map(str, self.only))} would be right")
         return int(value)
 
 

@@ -1,0 +1,409 @@
+"""The MAx-4 PacController: boot, messages and diagnosis, memory, real-time process, and the master of the fibre ring.
+
+Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to 1.7, 1.10, 1.16, 1.17.  IEC programs
+come with their own issue; here they can be stored and started, and nothing runs.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from fieldrig.bus import Bus
+from fieldrig.clock import Clock
+from fieldrig.device import Device, Point, Tool, Value
+from fieldrig.link import Link
+from fieldrig.store import Store
+from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.catalogue import Code
+from fieldrig_devices.max4.configuration import (
+    Configuration,
+    configuration_of_file,
+    configuration_to_file,
+    parameters_of_file,
+    parameters_to_file,
+)
+from fieldrig_devices.max4.diagnosis import Diagnosis, Pending, Sender
+from fieldrig_devices.max4.disk import FlashDisk
+from fieldrig_devices.max4.drive_end import RESET_CLASS_1, RingDrive
+from fieldrig_devices.max4.faults import Max4Faults, MemoryLost, Overrun, PowerOff
+from fieldrig_devices.max4.logger import Logger
+from fieldrig_devices.max4.memory import RAM_BYTES, RETENTION_DAYS, BufferedRam
+from fieldrig_devices.max4.operations import Operations
+from fieldrig_devices.max4.points import points
+from fieldrig_devices.max4.real_time_bus import RealTimeBus, State
+from fieldrig_devices.max4.reports import SUB_UNIT, Reports
+from fieldrig_devices.max4.settings import Max4Settings
+from fieldrig_devices.max4.system import System
+from fieldrig_devices.max4.tree import ObjectTree
+from fieldrig_devices.max4.version import TIME_STAMPS, version_of
+
+MAX4: Final = Sender("MAX4", "MAX4")
+LZS: Final = Sender("LZS", "LZS")
+"""The run-time system."""
+PROGRAM_FILE: Final = "\\DEFAULT.PRG"
+_INSTALLED: Final = "$SETTINGS"
+
+
+class Max4(Device):
+    about = "MAx-4 PacController: object tree, messages and diagnosis, master of the SERCOS ring of MC-4 drives"
+
+    def __init__(
+        self,
+        clock: Clock,
+        name: str,
+        settings: Max4Settings,
+        store: Store,
+        ring: Link[RingMessage] | None = None,
+        wires: Link[Signal] | None = None,
+    ) -> None:
+        """ValueError, with what would be right, for start values that no parameter can have."""
+        self._clock, self.name, self.settings = clock, name, settings
+        self._ring, self._wires = ring, wires
+        self.version = version_of(settings.version)
+        self.disk = FlashDisk(store, settings.disk_bytes)
+        self.ram = BufferedRam(store.buffered_ram(RAM_BYTES))
+        self.logger = Logger(self.ram.log, self.disk, lambda: self._boot.now_ms)
+        self.logger.is_plain = self.version < TIME_STAMPS
+        self.reports = Reports(self.logger, settings.language, settings.diagnosis_classes, self._on_diagnosis)
+        self._boot = Boot(
+            clock,
+            settings.boot,
+            on_started=lambda: self.report(Code.BOOT_STARTED, MAX4),
+            on_program=self._on_autostart,
+            on_finished=lambda: self.report(Code.BOOT_FINISHED, MAX4),
+        )
+        self.operations = Operations(clock, self)
+        self._faults = Max4Faults(clock, self._on_faults)
+        self._actions: list[Callable[[], None]] = []
+        self._boot_actions: list[Callable[[], None]] = []
+        self.is_on = self.is_program_running = self._is_ticking = False
+        self._was_lost = False
+        self._off_days = 0.0
+        self._err_shown = False
+        self.system = System(clock, settings, settings.configuration, settings.parameters, wires, self)
+        if self.system.unknown:
+            raise ValueError("parameters: " + "; ".join(self.system.unknown))
+        self.bus: RealTimeBus | None = None
+        self._install()
+        self.disk.on_write = self._on_file
+        self._points: dict[str, Point] = {}
+
+    # ---- power, boot, reset
+
+    def start(self) -> None:
+        if self._faults.find(PowerOff) is None:
+            self._power_on(self.settings.off_days)
+
+    def stop(self) -> None:
+        if self.bus is not None:
+            self.bus.stop()
+
+    def _power_on(self, off_days: float) -> None:
+        self.is_on = True
+        self.ram.wake(off_days)
+        self._begin()
+        if off_days > RETENTION_DAYS or self._faults.find(MemoryLost) is not None:
+            self._lose_memory()
+
+    def _power_off(self) -> None:
+        self.is_on = False
+        self._end()
+        self.reports.diagnosis.reset()
+        self.system.terminals.fall()
+
+    def _begin(self) -> None:
+        """From here on everything is as the files say."""
+        settings = self.settings
+        is_good, configuration, values = self._files()
+        self.reports.diagnosis.reset()
+        self._boot.begin(has_autostart=settings.autostart and PROGRAM_FILE in self.disk)
+        self.is_program_running = False
+        self.system = System(self._clock, settings, configuration, values, self._wires, self)
+        self.system.process.actions = self._actions
+        for axis in self.axes.values():
+            axis.on_quit(self._quit_axis)
+        self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))
+        if self.tree.get("MAx-4.General.RetainInit"):
+            self.ram.nvram[:] = bytes(len(self.ram.nvram))
+        self._points = points(self)
+        if not is_good:
+            self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.configuration_file))
+        for action in self._boot_actions:
+            action()
+        self.system.start()
+        self._tick_if_idle()
+        self._begin_ring()
+
+    def _begin_ring(self) -> None:
+        if self._ring is None or not self.system.drives:
+            self.bus = None
+            self._boot.settle()
+            return
+        settings = self.settings
+        self.bus = RealTimeBus(
+            self._clock,
+            self._ring,
+            self,
+            self.system.drives,
+            self.system.drive_parameters,
+            cycle_ns=self.cycle_ns,
+            wait_ns=settings.boot.ring_wait_ms * 1_000_000,
+            version=self.version,
+            leave_out_missing=settings.missing_drive == "leave_out",
+        )
+        self.bus.bring_up()
+
+    def _end(self) -> None:
+        self.operations.cancel()
+        if self.bus is not None:
+            self.bus.stop()
+        for simulated in self.system.process.simulated:
+            simulated.stop()
+        self._boot.end()
+
+    def reset(self) -> None:
+        """System reset (PD-045): one entry, and the boot begins again."""
+        self.report(Code.SYSTEM_RESET, MAX4)
+        self._end()
+        self._begin()
+
+    # ---- files
+
+    @property
+    def configuration_file(self) -> str:
+        return f"\\{self.settings.project}.SCF"
+
+    @property
+    def parameter_file(self) -> str:
+        return f"\\{self.settings.project}.PAR"
+
+    def _install(self) -> None:
+        """What the rig file says comes onto the disk when it has changed."""
+        settings = self.settings
+        program = settings.program.read_bytes() if settings.program is not None else None
+        wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
+        mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()
+        if self.disk.hidden(_INSTALLED) != mark:
+            self.disk.write(self.configuration_file, configuration_to_file(settings.configuration))
+            self.disk.write(self.parameter_file, parameters_to_file(self.system.stored_values()))
+            if program is not None:
+                self.disk.write(PROGRAM_FILE, program)
+            self.disk.put_hidden(_INSTALLED, mark)
+
+    def _files(self) -> tuple[bool, Configuration, dict[str, Value]]:
+        """Configuration and start values, and whether they could be read; else the least there can be."""
+        try:
+            configuration = configuration_of_file(self.disk.read(self.configuration_file))
+            return True, configuration, parameters_of_file(self.disk.read(self.parameter_file))
+        except ValueError:
+            return False, Configuration(), {}
+
+    def _on_file(self, name: str) -> None:
+        self.report(Code.FILE_WRITTEN, LZS, name)
+
+    @property
+    def stored_configuration(self) -> Configuration:
+        """As it lies on the disk."""
+        return self._files()[1]
+
+    @property
+    def is_reset_needed(self) -> bool:
+        """Whether the configuration on the disk is another than the one that runs (PD-027)."""
+        return self.stored_configuration != self.system.configuration
+
+    # ---- what faces see (`core.Controller`)
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        return self.system.axes
+
+    @property
+    def tree(self) -> ObjectTree:
+        return self.system.tree
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        return self.reports.diagnosis
+
+    @property
+    def cycle_ns(self) -> int:
+        return self.system.cycle_ns
+
+    @property
+    def is_booted(self) -> bool:
+        return self._boot.is_finished
+
+    def each_cycle(self, action: Callable[[], None]) -> None:
+        self._actions.append(action)
+
+    def on_boot(self, action: Callable[[], None]) -> None:
+        self._boot_actions.append(action)
+
+    def section(self, name: str) -> Store:
+        return self.disk.section(name)
+
+    def report(self, code: int, sender: Sender, ext: str = "") -> None:
+        if self.is_on:
+            self.reports.report(code, sender, ext)
+
+    def quit_all(self) -> None:
+        if self.bus is not None:
+            self.bus.quit()
+        self.quit_axes()
+        places = {f"{axis.ring_address}.{SUB_UNIT}" for axis in self.axes.values()}
+        self.diagnosis.quit(lambda one: one.ext.split(" ")[0] not in places and not self._is_ring_wrong(one))
+
+    def quit_axes(self) -> None:
+        for axis in self.axes.values():
+            axis.quit_errors()
+
+    def _quit_axis(self, axis: Axis, done: Callable[[bool], None] | None) -> None:
+        drive = axis.drive
+
+        def on_reset(is_good: bool) -> None:
+            place = f"{axis.ring_address}.{SUB_UNIT} "
+            axis.diagnosis.quit(lambda one: not self._is_still_wrong(axis, one))
+            self.diagnosis.quit(lambda one: one.ext.startswith(place) and not self._is_still_wrong(axis, one))
+            if done is not None:
+                done(is_good and not axis.is_in_error)
+
+        if drive is None:
+            on_reset(True)
+        else:
+            drive.command(RESET_CLASS_1, on_reset)
+
+    def _is_still_wrong(self, axis: Axis, one: Pending) -> bool:
+        drive = axis.drive
+        if isinstance(drive, RingDrive):
+            is_refused = drive.is_refused and one.code == self.reports.code_of(Code.VERSION)
+            return is_refused or bool(drive.code and self.reports.code_of(drive.code) == one.code)
+        return self._is_ring_wrong(one)
+
+    def _is_ring_wrong(self, one: Pending) -> bool:
+        return self.bus is not None and self.bus.is_still_wrong(one.code)
+
+    # ---- what the ring tells (`real_time_bus.Host`)
+
+    def report_ring(self, code: Code, ext: str = "") -> None:
+        self._boot.when_heard(lambda: self.report(code, MAX4, ext))
+
+    def report_axis(self, code: int, axis: Axis, ext: str = "", *, is_logged: bool = True) -> None:
+        self._boot.when_heard(lambda: self.reports.report_axis(code, axis, ext, is_logged=is_logged))
+
+    def on_ring_settled(self) -> None:
+        self._boot.settle()
+
+    def on_ring_cycle(self) -> None:
+        process, bus = self.system.process, self.bus
+        assert bus is not None
+        if process.drives is not bus.present:
+            process.lay_out(bus.present)
+        process.run()
+
+    def on_ring_lost(self) -> None:
+        self.system.process.lay_out(())
+        self._tick_if_idle()
+
+    def _tick_if_idle(self) -> None:
+        """The real-time process goes on while no ring drives it."""
+        if not self._is_ticking:
+            self._is_ticking = True
+            self._clock.call_at(self._clock.now_ns() + self.cycle_ns, self._on_tick)
+
+    def _on_tick(self) -> None:
+        self._is_ticking = False
+        is_ring_there = self.bus is not None and self.bus.state in (State.READING, State.UP)
+        if self.is_on and not is_ring_there:
+            self._tick_if_idle()
+            self.system.process.run()
+
+    # ---- what the parameters of the controller need (`system.Owner`)
+
+    def on_code(self, axis: Axis, code: int) -> None:
+        self.report_axis(code, axis)
+
+    def on_overflow(self, reserve_us: int) -> None:
+        self.report(Code.WRITE_OVERFLOW, MAX4, f"{reserve_us} us")
+
+    def set_filter(self, mask: int) -> None:
+        self.logger.filter = mask
+
+    def at_errors(self, address: int) -> int:
+        return self.bus.at_errors(address) if self.bus is not None else 0
+
+    def own_value(self, name: str) -> Value:
+        process = self.system.process
+        match name:
+            case "DiagCode":
+                return self.diagnosis.code
+            case "DiagExtCode":
+                return self.diagnosis.ext
+            case "DiagMsg":
+                return self.diagnosis.msg
+            case "MsgEntries":
+                return len(self.logger)
+            case "Timer1":
+                return self._boot.now_ms & 0xFFFF_FFFF
+            case "Timer10":
+                return self._boot.now_ms // 10 & 0xFFFF_FFFF
+            case "CycleLoad":
+                return process.load_percent
+            case "RTBReadRes":
+                return process.read_reserve_us
+            case "RTBWriteRes":
+                return process.write_reserve_us
+            case "Diskfree":
+                return self.disk.free
+        return self.settings.memory_free_bytes
+
+    # ---- programs, LEDs
+
+    def _on_autostart(self) -> None:
+        self.is_program_running = True
+        self.report(Code.PROGRAM_STARTED, LZS)
+        self.report(Code.AUTOSTART, LZS)
+
+    def _on_diagnosis(self) -> None:
+        is_flashing = self.diagnosis.code != 0
+        if is_flashing is not self._err_shown:
+            self._err_shown = is_flashing
+            self.system.terminals.drive(self.settings.err_wire, is_flashing)
+
+    # ---- from outside
+
+    def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        return self._faults.add(fault)
+
+    def clear_fault(self, number: int) -> None:
+        self._faults.clear(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._faults.about()
+
+    @classmethod
+    def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+        return []
+
+    def _on_faults(self) -> None:
+        overrun, off = self._faults.find(Overrun), self._faults.find(PowerOff)
+        self.system.process.delay_us = overrun.us if overrun is not None else 0
+        if off is not None:
+            self._off_days = off.days
+            if self.is_on:
+                self._power_off()
+        elif not self.is_on:
+            self._power_on(self._off_days)
+        is_lost = self._faults.find(MemoryLost) is not None
+        if is_lost and not self._was_lost and self.is_on:
+            self._lose_memory()
+        self._was_lost = is_lost
+
+    def _lose_memory(self) -> None:
+        self.ram.lose()
+        self._boot.when_heard(lambda: self.report(Code.RAM_LOST, MAX4))

@@ -1,0 +1,146 @@
+"""What an operator does at the controller with the tool EPAS-4, as words.
+
+Source: PacDrive manual 3636-3648, 3737-3760, 4093-4110, 4219-4280 (digest PD-027, PD-042 to PD-045, PD-119, PD-220,
+PD-331).  The tool's own protocol is not public; here the same things are words that `fieldrig set` and tests can say.
+A download writes the files of PD-043 in their order and at the pace of PD-044.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+from fieldrig.clock import MS, Clock, Timer
+from fieldrig_devices.max4.catalogue import Code
+from fieldrig_devices.max4.configuration import Configuration, configuration_to_file, parameters_to_file
+from fieldrig_devices.max4.diagnosis import Sender
+from fieldrig_devices.max4.version import goes_with, version_of
+
+if TYPE_CHECKING:
+    from fieldrig_devices.max4.controller import Max4
+
+WORDS: Final = (
+    "login [VERSION]", "logout", "start", "stop", "reset", "system reset", "download", "quit",
+    "add mc_4 NAME ADDRESS", "add encoder NAME", "delete NAME", "save parameters",
+    "save log FILE", "save and reset log FILE", "reset log", "delete log FILE",
+)  # fmt: skip
+DOWNLOAD_MS: Final = (0, 5_273, 5_945, 6_155, 6_348, 6_569, 7_357)
+"""After the first file: the manual's 22:56.887, 23:02.160, .832, 23:03.042, .235, .456, 23:04.244."""
+LZS: Final = Sender("LZS", "LZS")
+
+
+class Operations:
+    def __init__(self, clock: Clock, controller: "Max4") -> None:
+        self._clock, self._controller = clock, controller
+        self._timers: list[Timer] = []
+        self.last = ""
+
+    def do(self, text: str) -> None:
+        """ValueError, with what would be right."""
+        words = text.split()
+        if not self._controller.is_on:
+            raise ValueError("the controller has no power")
+        for name, (counts, action) in self._actions().items():
+            begin = name.split()
+            if [word.lower() for word in words[: len(begin)]] == begin and len(words) - len(begin) in counts:
+                action(*words[len(begin) :])
+                self.last = text
+                return
+        raise ValueError(f"{', '.join(WORDS)} would be right")
+
+    def cancel(self) -> None:
+        for timer in self._timers:
+            timer.cancel()
+        self._timers.clear()
+
+    def _actions(self) -> dict[str, tuple[tuple[int, ...], Callable[..., Any]]]:
+        """By their words: how many more may follow, and what is done with them."""
+        one, log = self._controller, self._controller.logger
+        return {
+            "login": ((0, 1), self._login),
+            "logout": ((0,), lambda: one.report(Code.LOGOUT, LZS)),
+            "start": ((0,), self._start),
+            "stop": ((0,), self._stop),
+            "reset": ((0,), self._stop),
+            "system reset": ((0,), one.reset),
+            "download": ((0,), self._download),
+            "quit": ((0,), one.quit_all),
+            "add mc_4": ((2,), self._add_drive),
+            "add encoder": ((1,), self._add_encoder),
+            "delete log": ((1,), log.delete),
+            "delete": ((1,), self._delete),
+            "save parameters": ((0,), self._save_parameters),
+            "save and reset log": ((1,), log.save_and_reset),
+            "save log": ((1,), log.save),
+            "reset log": ((0,), log.reset),
+        }
+
+    def _login(self, version: str | None = None) -> None:
+        """PD-331, if the tool says its version."""
+        one = self._controller
+        if version is not None and not goes_with(version_of(version), one.version):
+            raise ValueError(f"EPAS-4 {version} and MAx-4 {one.version}: XX equal, and YY not below, would be right")
+        one.report(Code.LOGIN, LZS)
+
+    def _start(self) -> None:
+        one = self._controller
+        if "\\DEFAULT.PRG" not in one.disk:
+            raise ValueError("there is no program: download would be right")
+        one.is_program_running = True
+        one.report(Code.PROGRAM_STARTED, LZS)
+
+    def _stop(self) -> None:
+        self._controller.is_program_running = False
+
+    def _download(self) -> None:
+        one = self._controller
+        program = one.disk.read("\\DEFAULT.PRG") if "\\DEFAULT.PRG" in one.disk else b""
+        files = (
+            ("\\DEFAULT.PRG", program),
+            (one.parameter_file, parameters_to_file(one.system.stored_values())),
+            *((name, b"") for name in ("\\CANMA.CON", "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")),
+            (one.configuration_file, one.disk.read(one.configuration_file)),
+        )
+        self.cancel()
+        for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
+
+            def write(name: str = name, data: bytes = data) -> None:
+                one.disk.write(name, data)
+
+            self._timers.append(self._clock.call_at(self._clock.now_ns() + after_ms * MS, write))
+
+    # ---- the configuration: it counts after the next reset
+
+    def _add_drive(self, name: str, address: str) -> None:
+        if not address.isdecimal():
+            raise ValueError(f"ring address {address}: 1 to 254 would be right")
+        configuration = self._stored()
+        drives = {**configuration["drives"], name: {"ring_address": int(address)}}
+        self._store({**configuration, "drives": drives})
+
+    def _add_encoder(self, name: str) -> None:
+        configuration = self._stored()
+        self._store({**configuration, "logic_encoders": [*configuration["logic_encoders"], name]})
+
+    def _delete(self, name: str) -> None:
+        configuration = self._stored()
+        for key, objects in configuration.items():
+            if name in objects:
+                rest = (
+                    {symbol: one for symbol, one in objects.items() if symbol != name}
+                    if isinstance(objects, dict)
+                    else [symbol for symbol in objects if symbol != name]
+                )
+                self._store({**configuration, key: rest})
+                return
+        there = ", ".join(name for objects in configuration.values() for name in objects)
+        raise ValueError(f"there is no object {name}: there are {there or 'none'}")
+
+    def _stored(self) -> dict[str, Any]:
+        return self._controller.stored_configuration.model_dump(mode="json")
+
+    def _store(self, changed: dict[str, Any]) -> None:
+        configuration = Configuration.model_validate(changed)
+        self._controller.disk.write(self._controller.configuration_file, configuration_to_file(configuration))
+
+    def _save_parameters(self) -> None:
+        one = self._controller
+        one.disk.write(one.parameter_file, parameters_to_file(one.system.stored_values()))

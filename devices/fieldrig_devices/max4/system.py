@@ -1,0 +1,229 @@
+"""What one boot makes of a configuration: object tree, axes, terminals, encoders, and the parts that move them.
+
+Source: PacDrive manual 3604-3640, 4163-4196 (digest PD-020 to PD-025, PD-096).  Groups and parameters that the manual
+doesn't name are ours.
+"""
+
+import logging
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final, Protocol
+
+from fieldrig.clock import MS, Clock
+from fieldrig.device import Value
+from fieldrig.link import Link
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.configuration import Configuration
+from fieldrig_devices.max4.diagnosis import Diagnosis
+from fieldrig_devices.max4.drive_end import RingDrive
+from fieldrig_devices.max4.drive_parameters import DriveParameters
+from fieldrig_devices.max4.encoder import LogicEncoder, MasterEncoder
+from fieldrig_devices.max4.limits import CYCLES_MS
+from fieldrig_devices.max4.process import RealTimeProcess
+from fieldrig_devices.max4.settings import Max4Settings
+from fieldrig_devices.max4.simulated import SimulatedDrive
+from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, MeasuringInput, Terminals
+from fieldrig_devices.max4.tree import Kind, Object, ObjectTree, Parameter, Type
+
+log = logging.getLogger(__name__)
+
+CYCLE_TIME: Final = "MAx-4.General.CycleTime"
+
+
+class Owner(Protocol):
+    """The controller, as the parameters of its own object see it."""
+
+    @property
+    def diagnosis(self) -> Diagnosis: ...
+
+    def own_value(self, name: str) -> Value:
+        """Of a parameter of the group Diagnosis."""
+
+    def on_code(self, axis: Axis, code: int) -> None: ...
+
+    def on_overflow(self, reserve_us: int) -> None: ...
+
+    def set_filter(self, mask: int) -> None: ...
+
+    def quit_all(self) -> None: ...
+
+    def at_errors(self, address: int) -> int: ...
+
+
+class System:
+    def __init__(
+        self,
+        clock: Clock,
+        settings: Max4Settings,
+        configuration: Configuration,
+        start_values: Mapping[str, Value],
+        wires: Link[Signal] | None,
+        owner: Owner,
+    ) -> None:
+        """What of `start_values` fits nothing is left aside; `unknown` names it."""
+        self._clock, self._settings, self._owner = clock, settings, owner
+        self.configuration = configuration
+        self.tree = ObjectTree()
+        wanted_ms = start_values.get(CYCLE_TIME, settings.cycle_ms)
+        self.cycle_ns = (int(wanted_ms) if wanted_ms in CYCLES_MS else settings.cycle_ms) * MS
+        self.process = RealTimeProcess(clock, self.cycle_ns, settings.process, owner.on_overflow)
+        self.terminals = Terminals(wires)
+        self.axes: dict[str, Axis] = {}
+        self.drives: list[RingDrive] = []
+        self.drive_parameters: dict[str, DriveParameters] = {}
+        self.unknown: list[str] = []
+        self._own_parameters()
+        self._bus_objects()
+        self._terminal_objects()
+        self._encoder_objects()
+        for path, value in start_values.items():
+            self._start_value(path, value)
+
+    def start(self) -> None:
+        self.terminals.start()
+        for one in self.process.simulated:
+            one.start()
+
+    def stored_values(self) -> dict[str, Value]:
+        """What belongs into the parameter file."""
+        values = {path: one.value for path, one in self.tree.parameters() if one.kind is Kind.INPUT_INIT}
+        for name, parameters in self.drive_parameters.items():
+            for parameter, value in parameters.start_values.items():
+                values[f"{self.axes[name].object.path}.{parameter}"] = value
+        return values
+
+    def _start_value(self, path: str, value: Value) -> None:
+        try:
+            parameter = self.tree.parameter(path)
+            if parameter.kind is Kind.SLOW:
+                owner = self.tree.object(path.rpartition(".")[0])
+                self.drive_parameters[owner.symbol].start_values[parameter.name] = parameter.checked(value)
+            elif parameter.kind is Kind.INPUT_INIT:
+                parameter.set(value)
+            else:
+                raise ValueError(f"{path} is {parameter.kind.value} and has no start value")
+        except KeyError:
+            self.unknown.append(f"there is no parameter {path}")
+        except ValueError as wrong:
+            self.unknown.append(str(wrong))
+
+    # ---- the controller itself
+
+    def _own_parameters(self) -> None:
+        root, owner = self.tree.root, self._owner
+        general = root.group("General")
+        general.add(
+            Parameter("MsgFilter", Type.UINT, Kind.INPUT_INIT, 0xFFFF, about="classes of messages that are recorded")
+        ).watcher = lambda value: owner.set_filter(int(value))
+        general.add(Parameter("CycleTime", Type.UINT, Kind.INPUT_INIT, self.cycle_ns // MS, unit="ms", only=CYCLES_MS))
+        general.add(Parameter("RetainInit", Type.BOOL, Kind.INPUT_INIT, about="clear retained values at a boot"))
+        diagnosis = root.group("Diagnosis")
+        for name, type, unit in (
+            ("DiagCode", Type.UINT, ""),
+            ("DiagExtCode", Type.STRING, ""),
+            ("DiagMsg", Type.STRING, ""),
+            ("MsgEntries", Type.UINT, ""),
+            ("Timer1", Type.UDINT, "ms"),
+            ("Timer10", Type.UDINT, "10ms"),
+            ("CycleLoad", Type.UINT, "%"),
+            ("RTBReadRes", Type.DINT, "us"),
+            ("RTBWriteRes", Type.DINT, "us"),
+            ("Diskfree", Type.UDINT, "Byte"),
+            ("Memoryfree", Type.UDINT, "Byte"),
+        ):
+            diagnosis.add(Parameter(name, type, unit=unit, read=partial(owner.own_value, name)))
+        diagnosis.add(_trigger("DiagQuit", owner.quit_all, "quit the controller and all axes"))
+        root.group("Versions").add(Parameter("SoftwareVersion", Type.STRING, first=self._settings.version))
+
+    # ---- the ring
+
+    def _bus_objects(self) -> None:
+        bus = self.tree.root.add("Real-time bus", "RTBUS", "")
+        for symbol, drive in self.configuration.drives.items():
+            one = bus.add("MC-4", "MC_4", symbol)
+            diagnosis = Diagnosis(lambda symbol=symbol: self.axes[symbol].changed())  # type: ignore[misc]  # bound now
+            axis = Axis(symbol, one, drive.ring_address, diagnosis, is_simulated=drive.simulated)
+            self.axes[symbol] = axis
+            self._axis_parameters(axis)
+            if drive.simulated:
+                self.process.simulated.append(SimulatedDrive(axis, self.cycle_ns))
+            else:
+                self.drives.append(RingDrive(axis, list(drive.commands), self._owner.on_code))
+                self.drive_parameters[symbol] = DriveParameters(axis, one)
+
+    def _axis_parameters(self, axis: Axis) -> None:
+        one = axis.object
+        general = one.group("General")
+        general.add(Parameter("RealTimeBusAdr", Type.UINT, read=lambda: axis.ring_address))
+        general.add(Parameter("logAdr", Type.DINT, read=lambda: axis.log_adr))
+        general.add(
+            Parameter(
+                "ControllerEnable",
+                Type.BOOL,
+                Kind.INPUT,
+                read=lambda: axis.is_enabled,
+                write=lambda value: axis.enable(bool(value)),
+            )
+        )
+        general.add(Parameter("AxisState", Type.UINT, read=lambda: axis.axis_state.value))
+        general.add(Parameter("MC4State", Type.UINT, read=lambda: axis.mc4_state))
+        general.add(Parameter("Position", Type.LREAL, unit="incr", read=lambda: axis.position))
+        general.add(Parameter("Velocity", Type.LREAL, unit="incr/s", read=lambda: axis.velocity))
+        general.add(Parameter("Torque", Type.INT, unit="0.1%", read=lambda: axis.torque))
+        general.add(Parameter("SetValue", Type.LREAL, read=lambda: axis.set_value))
+        general.add(Parameter("FollowingError", Type.LREAL, unit="incr", read=lambda: axis.following_error))
+        diagnosis = one.group("Diagnosis")
+        diagnosis.add(Parameter("DiagCode", Type.UINT, read=lambda: axis.diag_code))
+        diagnosis.add(Parameter("DiagMsg", Type.STRING, read=lambda: axis.diag_msg))
+        diagnosis.add(_trigger("DiagQuit", axis.quit_errors, "quit this axis"))
+        at_errors = partial(self._owner.at_errors, axis.ring_address)
+        diagnosis.add(Parameter("ATErrors", Type.UDINT, read=at_errors, about="telegrams that did not come"))
+
+    # ---- terminals and encoders
+
+    def _terminal_objects(self) -> None:
+        root, names, terminals, settings = self.tree.root, self.configuration, self.terminals, self._settings
+        outputs = root.add("Digital output group", "D_OUT_GROUP", "")
+        for number, symbol in enumerate(names.outputs):
+            drive = partial(terminals.drive, settings.outputs.get(symbol, ""))
+            terminals.outputs[symbol] = DigitalOutput(outputs.add(f"output_{number}", "D_OUT", symbol), drive)
+        inputs = root.add("Digital input group", "D_IN_GROUP", "")
+        for number, symbol in enumerate(names.inputs):
+            one = DigitalInput(inputs.add(f"input_{number}", "D_IN", symbol))
+            terminals.inputs[symbol] = one
+            terminals.listen(settings.inputs.get(symbol, ""), partial(_put, one.put))
+        probes = root.add("Digital measuring input group", "M_IN_GROUP", "")
+        for number, symbol in enumerate(names.measuring_inputs):
+            place = probes.add(f"measuring_input_{number}", "M_IN", symbol)
+            probe = MeasuringInput(self._clock, place, self.axes, self.cycle_ns)
+            terminals.measuring[symbol] = probe
+            self.process.measuring.append(probe)
+            terminals.listen(settings.measuring_inputs.get(symbol, ""), partial(_put, probe.put))
+
+    def _encoder_objects(self) -> None:
+        root, process = self.tree.root, self.process
+        for symbol in self.configuration.logic_encoders:
+            process.logic_encoders.append(LogicEncoder(root.add("Logic encoder", "LOGIC_ENC", symbol)))
+        for symbol in self.configuration.master_encoders:
+            master = MasterEncoder(self._clock, root.add("Master encoder", "MASTER_ENC", symbol))
+            process.master_encoders.append(master)
+            self.terminals.listen(self._settings.master_encoders.get(symbol, ""), master.take)
+
+
+def _put(put: Callable[[bool], None], signal: Signal) -> None:
+    put(bool(signal.value))
+
+
+def _trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
+    """True does something, and is not kept."""
+
+    def write(value: Value) -> None:
+        if value:
+            action()
+
+    return Parameter(name, Type.BOOL, Kind.INPUT, read=lambda: False, write=write, about=about)
+
+
+def symbol_of(one: Object) -> str:
+    return one.symbol or one.name
