@@ -5,12 +5,15 @@ The frames are put together here once more, from RFC 1662 and docs/arp-user-port
 
 import struct
 import zlib
+from collections.abc import Callable
 from typing import Any
 
 from arp_bench import CardBench, Groups, whole
 
 from fieldrig_devices.arp.files import encode as encoded_object
 from fieldrig_devices.arp.language.compiler import compile_text
+from fieldrig_devices.arp.user_port.client import ArpPort
+from fieldrig_devices.arp.user_port.line import CardLine
 
 
 def fcs(data: bytes) -> bytes:
@@ -96,3 +99,42 @@ class PortBench(CardBench):
         for offset in range(0, len(data), 240):
             self.ok(0x31, struct.pack("<I", offset) + data[offset : offset + 240])
         return self.ask(0x32)
+
+
+class BenchLine:
+    """The PC's end of the line as pyserial has it; while it is read, the card's time goes by.
+
+    `spoil` sees what goes over the line, either way, and gives what arrives.
+    """
+
+    port = "the bench"
+
+    def __init__(self, bench: PortBench, spoil: Callable[[bytes], bytes] = lambda wire: wire) -> None:
+        self.bench, self._spoil = bench, spoil
+        self._arrived = b""
+
+    def write(self, data: bytes) -> None:
+        self.bench.user.deliver(self._spoil(data))
+
+    def read(self, size: int) -> bytes:
+        if not self._arrived:
+            self.bench.run_for(1)
+            sent = (one for one in self.bench.user.take() if isinstance(one, bytes))
+            self._arrived = b"".join(map(self._spoil, sent))
+        taken, self._arrived = self._arrived[:size], self._arrived[size:]
+        return taken
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self._arrived)
+
+    def close(self) -> None:
+        pass
+
+
+def client(
+    bench: PortBench, spoil: Callable[[bytes], bytes] = lambda wire: wire, timeout_s: float = 5.0, retries: int = 3
+) -> ArpPort:
+    found = ArpPort(CardLine(BenchLine(bench, spoil), timeout_s, retries))
+    found.hello()
+    return found

@@ -131,6 +131,11 @@ class ArpPort:
         self._number, self._sequence = identity.number, 0
         return identity
 
+    @property
+    def number(self) -> int:
+        """nn of the card that was greeted."""
+        return self._number
+
     def condition(self) -> Condition:
         return Condition.decode(self.request(Command.STATE))
 
@@ -140,6 +145,14 @@ class ArpPort:
 
     def stop(self) -> None:
         self.request(Command.STOP)
+
+    def make_stand(self) -> None:
+        """Stop the program if it runs."""
+        try:
+            self.stop()
+        except RefusedByCardError as cause:
+            if cause.status is not Status.REFUSED:
+                raise
 
     def reset(self) -> None:
         """Ctrl-F2."""
@@ -167,6 +180,11 @@ class ArpPort:
         for start, some in _parts(len(wanted), MOST_QUANTITIES):
             found += messages.values_in(self.request(Command.READ_MANY, _packed(wanted[start : start + some])))
         return found
+
+    def polled(self, wanted: Sequence[Quantity], every_s: float) -> Iterator[list[int]]:
+        """The same at once, and then again and again."""
+        for _ in self._line.paced(every_s):
+            yield self.values(wanted)
 
     def set_variables(self, first: int, values: Sequence[int]) -> None:
         for start, some in _parts(len(values), MOST_VARIABLES):
@@ -247,7 +265,7 @@ class ArpPort:
 
     def event(self, patience_s: float) -> Condition | None:
         """The next one; None if none comes in this time."""
-        told = self._line.told(EVENT, patience_s)
+        told = self._line.told(EVENT, patience_s, self.condition)
         return None if told is None else Condition.decode(told.data)
 
     def trace(self, every: int, wanted: Sequence[Quantity]) -> None:
@@ -259,7 +277,7 @@ class ArpPort:
 
     def sample(self, patience_s: float) -> Sample | None:
         """The next one; None if none comes in this time."""
-        if not self._samples and (told := self._line.told(SAMPLES, patience_s)) is not None:
+        if not self._samples and (told := self._line.told(SAMPLES, patience_s, self.condition)) is not None:
             self._samples += self._samples_in(told.data)
         return self._samples.popleft() if self._samples else None
 

@@ -4,7 +4,7 @@ A request without an answer in time is sent again, which is harmless: the card c
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 import serial
@@ -20,6 +20,8 @@ _serial_for_url: Final[Any] = serial.serial_for_url
 
 READ_S: Final = 0.05
 """How long one read of the port waits; what is waited for longer is waited for in several."""
+KEEP_S: Final = 3.0
+"""How often a PC that only listens shows that it is there; the card waits for 10 s."""
 KEPT: Final = 1_000
 """Messages told unasked that nobody has fetched yet; older ones are forgotten."""
 
@@ -35,6 +37,7 @@ class CardLine:
         self._deframer = Deframer()
         self._kept: dict[int, deque[Message]] = {EVENT: deque(maxlen=KEPT), SAMPLES: deque(maxlen=KEPT)}
         self._answers: deque[Message] = deque(maxlen=KEPT)
+        self._quiet = _Timeout(KEEP_S)
 
     def close(self) -> None:
         self._line.close()
@@ -42,6 +45,7 @@ class CardLine:
     def ask(self, request: Message, patience_s: float = 0.0) -> Message:
         """The answer; `patience_s` is how long it may take, where that is longer than usual."""
         self._answers.clear()
+        self._quiet = _Timeout(KEEP_S)
         wire = encode(request.encode())
         for _ in range(1 + self._retries):
             self._on_port(lambda: self._line.write(wire))
@@ -55,12 +59,22 @@ class CardLine:
             f"{who} at {self._line.port}", "is its rig up, and is this the line of its USER port, with its baud rate?"
         )
 
-    def told(self, what: int, patience_s: float) -> Message | None:
-        """The next one of what is told unasked; None if none comes in this time."""
+    def told(self, what: int, patience_s: float, keep: Callable[[], object]) -> Message | None:
+        """The next one of what is told unasked; None if none comes in this time.  `keep` is called now and then."""
         kept, timeout = self._kept[what], _Timeout(patience_s)
         while not kept and not timeout.expired():
             self._read()
+            if self._quiet.expired():
+                keep()
         return kept.popleft() if kept else None
+
+    def paced(self, seconds: float) -> Iterator[None]:
+        """For ever: at once, and then each so many seconds, to within `READ_S`."""
+        while True:
+            timeout = _Timeout(seconds)
+            yield
+            while not timeout.expired():
+                self._read()
 
     def forget(self, what: int) -> None:
         self._kept[what].clear()

@@ -2,7 +2,7 @@
 
 Their names are the program's where it has one: V1, F3, I101, O101, @POS1, #VEL1, @PAR[5], @PAR1[7], @FLAG1, @OUT1,
 #INP1, ERROR, WARNING.  The others are ours: TERR1 (tracking error), ADC1, DAC1, STATE, ERRORAXIS.  `@`, `#` and case
-don't count, and PAR1.7 is PAR1[7], which a shell takes without quotes.
+don't count, and PAR.5 and PAR1.7 are PAR[5] and PAR1[7] for shells, which have another use for brackets.
 """
 
 import re
@@ -230,3 +230,12 @@ def raw_of(quantity: Quantity, text: str) -> int:
     if text.upper() not in bits:
         raise ValueError(f"{text!r} is no bit\n0 or 1 is right")
     return bits[text.upper()]
+
+
+def assigned(text: str) -> tuple[Quantity, int]:
+    """`V1=2.5` as the quantity and its raw value.  ValueError, with what would be right."""
+    name, sign, value = text.partition("=")
+    if not sign:
+        raise ValueError(f"{text!r} says no value\nNAME=VALUE is right, such as V1=2.5")
+    quantity = named(name)
+    return quantity, raw_of(quantity, value.strip())

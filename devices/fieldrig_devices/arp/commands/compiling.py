@@ -1,4 +1,4 @@
-"""`fieldrig arp`: commands for programs of the ARP card."""
+"""`fieldrig arp compile`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,20 +7,7 @@ import typer
 
 from fieldrig.exits import Exit
 
-app = typer.Typer(
-    help="Programs of the ARP two-axis card.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-)
 
-
-@app.callback()
-def arp() -> None:
-    """Programs of the ARP two-axis card."""
-
-
-@app.command("compile")
 def compile_(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The source, NAME.Inn.", show_default=False)],
     system: Annotated[

@@ -1,0 +1,41 @@
+"""`fieldrig arp`: commands for programs of the ARP card, and for cards by their USER port."""
+
+import typer
+
+from fieldrig_devices.arp.commands import parameters, values
+from fieldrig_devices.arp.commands.compiling import compile_
+from fieldrig_devices.arp.commands.debugging import debug
+from fieldrig_devices.arp.commands.program import download, reset, run, state, stop, upload
+
+app = typer.Typer(
+    help="Programs of the ARP two-axis card, and cards by their USER port.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+
+
+@app.callback()
+def arp() -> None:
+    """Programs of the ARP two-axis card, and cards by their USER port.
+
+    \b
+    All but compile talk to a card, at the port that --port, FIELDRIG_ARP_PORT or --rig says:
+        fieldrig arp download cam.I01 --port /dev/ttyUSB0
+        fieldrig arp state --port socket://127.0.0.1:7011
+        fieldrig arp debug cam.I01 --rig arp-cell.yaml --card card1
+    """
+
+
+app.command("compile")(compile_)
+app.command()(download)
+app.command()(upload)
+app.command()(run)
+app.command()(stop)
+app.command()(reset)
+app.command()(state)
+app.command()(values.get)
+app.command("set")(values.set_)
+app.command()(values.watch)
+app.add_typer(parameters.app, name="params")
+app.command()(debug)

@@ -1,0 +1,122 @@
+"""`fieldrig arp debug`: on a terminal, and for scripts."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from fieldrig.exits import Exit
+from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened
+
+if TYPE_CHECKING:
+    from fieldrig_devices.arp.user_port.client import ArpPort
+    from fieldrig_devices.arp.user_port.debugger import Debugger
+    from fieldrig_devices.arp.user_port.listing import Listing
+
+PROMPT: Final = "(arp) "
+SCRIPT_LIMIT_S: Final = 30.0
+"""How long a script waits for a program that was told to go on."""
+
+
+def debug(
+    source: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[SOURCE]",
+            help="The program's source; without it, lines and names are those of the object in the card.",
+            exists=True,
+            dir_okay=False,
+            show_default=False,
+        ),
+    ] = None,
+    port: Port = None,
+    rig: Rig = None,
+    card: Card = None,
+    baud: Baud = None,
+) -> None:
+    """Debug the program in a card: breakpoints by line, steps, values, who called.
+
+    \b
+        fieldrig arp debug cam.I01 --port /dev/ttyUSB0
+        echo 'break 12; run; where; print V1; quit' | tr ';' '\\n' | fieldrig arp debug cam.I01
+
+    `help` at its prompt explains the commands. Commands that come from a file or a pipe are echoed; the first one that
+    fails ends it, with exit code 6 if the card refused or the program did not stop within 30 s, else 2.
+    """
+    from fieldrig_devices.arp.user_port.debugger import Debugger
+
+    is_script = not sys.stdin.isatty()
+    with opened(port, rig, card, baud) as found:
+        listing = _listing(found, source)
+        debugger = Debugger(found, listing, typer.echo, SCRIPT_LIMIT_S if is_script else None)
+        typer.echo(f"{listing.title} in card {found.number:02}; `help` explains the commands")
+        debugger.show_place()
+        for line in _lines(is_script):
+            if line:
+                _do(debugger, line, is_script)
+            if debugger.is_over:
+                return
+        debugger.do("quit")
+
+
+def _listing(card: "ArpPort", source: Path | None) -> "Listing":
+    from fieldrig.errors import RigError
+    from fieldrig_devices.arp.language.mistakes import CompileError
+    from fieldrig_devices.arp.user_port import listing
+
+    data = card.upload()
+    if source is None:
+        return listing.of_object(data)
+    try:
+        found = listing.of_source(source)
+    except CompileError as cause:
+        raise RigError(f"{source} can't be compiled", f"fieldrig arp compile {source} says why") from cause
+    if not found.is_of(data):
+        typer.echo(f"note: the card has another program than {source}: `fieldrig arp download {source}`", err=True)
+    return found
+
+
+def _do(debugger: "Debugger", line: str, is_script: bool) -> None:
+    """What goes wrong is said; it ends a script."""
+    from fieldrig_devices.arp.user_port.client import RefusedByCardError
+    from fieldrig_devices.arp.user_port.debugger import NotStoppedError
+
+    try:
+        debugger.do(line)
+    except KeyboardInterrupt:
+        if is_script:
+            raise
+        typer.echo()
+    except (ValueError, NotStoppedError, RefusedByCardError) as cause:
+        what, _, remedy = str(cause).partition("\n")
+        typer.echo(f"error: {what}", err=is_script)
+        if remedy:
+            typer.echo(f"  {remedy.strip()}", err=is_script)
+        if is_script:
+            raise typer.Exit(Exit.WRONG if isinstance(cause, ValueError) else Exit.REFUSED) from cause
+
+
+def _lines(is_script: bool) -> Iterator[str]:
+    if is_script:
+        for line in sys.stdin:
+            typer.echo(f"{PROMPT}{line.strip()}")
+            yield line.strip()
+        return
+    with suppress(ImportError):
+        import readline  # noqa: F401  gives input() its history
+    last = ""
+    while True:
+        try:
+            line = input(PROMPT).strip()
+        except EOFError:
+            typer.echo()
+            return
+        except KeyboardInterrupt:
+            typer.echo()
+            continue
+        # Enter alone goes on as before, as with other debuggers
+        yield line or (last if last.split(" ")[0] in ("s", "step", "n", "next") else "")
+        last = line or last

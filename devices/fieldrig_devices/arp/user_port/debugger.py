@@ -1,0 +1,262 @@
+"""A debugger for the program in a card: one command a line, for people and for scripts.
+
+It knows nothing of terminals: `do` takes a line and says what it has to say through `say`.  KeyboardInterrupt, while a
+program is waited for, pauses it.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.user_port import quantities, wording
+from fieldrig_devices.arp.user_port.client import ArpPort
+from fieldrig_devices.arp.user_port.debugger_words import COMMANDS, HINT, command, count, none
+from fieldrig_devices.arp.user_port.listing import Listing
+from fieldrig_devices.arp.user_port.messages import Condition, ProgramCode
+
+EVENT_S: Final = 0.5
+"""How long to wait for an event before the state is asked for, in case that it was lost."""
+MOST_STEPS: Final = 25
+"""Instructions in one line of the source, and a WAIT that isn't over, before a step gives up."""
+REACH: Final = 5
+"""Lines shown above and below."""
+
+
+class NotStoppedError(Exception):
+    """The program didn't stop in the time given."""
+
+
+class Debugger:
+    def __init__(self, card: ArpPort, listing: Listing, say: Callable[[str], None], limit_s: float | None) -> None:
+        """`limit_s`: how long a program is waited for that isn't told to stop somewhere; None: for ever."""
+        self._card, self._listing, self._say, self._limit_s = card, listing, say, limit_s
+        self._stops = set(card.breakpoints())
+        self.is_over = False
+        self._acts: dict[str, Callable[[list[str]], None]] = {
+            "run": self._run,
+            "continue": self._continue,
+            "step": self._step,
+            "next": self._next,
+            "pause": self._pause,
+            "break": self._break,
+            "delete": self._delete,
+            "list": self._list,
+            "where": self._where,
+            "print": self._print,
+            "set": self._set,
+            "state": self._state,
+            "stop": self._stop,
+            "reset": self._reset,
+            "help": self._help,
+            "quit": self._quit,
+            "leave": self._leave,
+        }
+
+    def do(self, line: str) -> None:
+        """One command.  ValueError, with what would be right; NotStoppedError; whatever the client raises."""
+        word, *arguments = line.split()
+        self._acts[command(word)](arguments)
+
+    def show_place(self) -> None:
+        condition = self._card.condition()
+        if condition.program == ProgramCode.NONE:
+            self._say(wording.PROGRAMS[ProgramCode.NONE])
+            return
+        name = wording.program_name(condition.program)
+        self._say(f"{name} at {self._shown(condition.line)}")
+        if condition.state == CardState.BLOCKED or condition.error:
+            self._say(f"error {condition.error}: {wording.CODES.get(condition.error, 'reserved')}")
+
+    # ---- going on
+
+    def _run(self, arguments: list[str]) -> None:
+        limit_s = self._limit(arguments)
+        self._card.make_stand()
+        self._card.run()
+        self._wait(limit_s)
+
+    def _continue(self, arguments: list[str]) -> None:
+        limit_s = self._limit(arguments)
+        if self._card.condition().program != ProgramCode.PAUSED:
+            raise ValueError("the program isn't paused\n`run` starts it, `pause` stops it where it is")
+        self._card.run()
+        self._wait(limit_s)
+
+    def _wait(self, limit_s: float | None) -> None:
+        """Until the program stands; Ctrl-C pauses it."""
+        try:
+            if limit_s is None:
+                self._say("it runs; Ctrl-C pauses it")
+            condition = self._until_it_stands(limit_s)
+        except KeyboardInterrupt:
+            self._card.pause()
+            condition = self._card.condition()
+        if condition.program == ProgramCode.RUNNING:
+            raise NotStoppedError(f"it still runs after {limit_s:g} s\n`pause` stops it where it is")
+        self.show_place()
+
+    def _until_it_stands(self, limit_s: float | None) -> Condition:
+        self._card.events(True)  # anew: a person who has thought for 10 s counts as gone
+        waits = 0
+        while True:
+            told = self._card.event(EVENT_S)
+            condition = self._card.condition()
+            if condition.program != ProgramCode.RUNNING:
+                return condition
+            waits += told is None
+            if limit_s is not None and waits * EVENT_S >= limit_s:
+                return condition
+
+    def _step(self, arguments: list[str]) -> None:
+        for _ in range(count(arguments)):
+            self._step_once()
+        self.show_place()
+
+    def _next(self, arguments: list[str]) -> None:
+        for _ in range(count(arguments)):
+            depth = len(self._card.place())
+            self._step_once()
+            places = self._card.place()
+            if len(places) > depth:
+                self._leave_subprogram(places[1], depth)
+        self.show_place()
+
+    def _step_once(self) -> None:
+        """To another line, or another depth of calls."""
+        before = self._card.place()
+        for _ in range(MOST_STEPS):
+            self._card.step()
+            if self._card.place() != before:
+                return
+        self._say("it waits on this line: a WAIT that isn't over, or an axis that is busy")
+
+    def _leave_subprogram(self, back: int, depth: int) -> None:
+        """Go on to the line behind the call."""
+        self._card.break_at(self._stops | {back})
+        try:
+            while True:
+                self._card.run()
+                if self._until_it_stands(self._limit_s).program != ProgramCode.PAUSED:
+                    return
+                place = self._card.place()
+                if len(place) <= depth or place[0] in self._stops:
+                    return
+        finally:
+            self._card.break_at(self._stops)
+
+    def _pause(self, arguments: list[str]) -> None:
+        none(arguments)
+        self._card.pause()
+        self.show_place()
+
+    def _stop(self, arguments: list[str]) -> None:
+        none(arguments)
+        self._card.stop()
+        self._state([])
+
+    def _reset(self, arguments: list[str]) -> None:
+        none(arguments)
+        self._card.reset()
+        self._state([])
+
+    def _limit(self, arguments: list[str]) -> float | None:
+        if not arguments:
+            return self._limit_s
+        try:
+            [text] = arguments
+            return float(text)
+        except ValueError as cause:
+            raise ValueError(f"{' '.join(arguments)!r} is no time\na number of seconds is right") from cause
+
+    # ---- looking
+
+    def _list(self, arguments: list[str]) -> None:
+        here = self._card.condition().line
+        line = self._listing.line_of(arguments[0]) if arguments else here
+        for number, text in self._listing.around(line, REACH):
+            mark = "*" if number in self._stops else " "
+            self._say(f"{'>' if number == here else ' '}{mark}{number:5}  {text}")
+
+    def _where(self, arguments: list[str]) -> None:
+        none(arguments)
+        place, *callers = self._card.place()
+        self._say(self._shown(place))
+        for line in callers:
+            self._say(f"then back to {self._shown(line)}")
+
+    def _print(self, arguments: list[str]) -> None:
+        if not arguments:
+            raise ValueError(f"print what?\nright would be {quantities.FORMS}")
+        wanted = [self._listing.quantity(name) for name in arguments]
+        for name, one, raw in zip(arguments, wanted, self._card.values(wanted), strict=True):
+            own = quantities.name_of(one)
+            shown = own if name.upper().lstrip("@#") == own.lstrip("@#") else f"{name.upper()} ({own})"
+            self._say(f"{shown} = {quantities.text_of(one, raw)}")
+
+    def _set(self, arguments: list[str]) -> None:
+        if not arguments:
+            raise ValueError("set what?\nright would be V1=2.5")
+        for argument in arguments:
+            name, sign, value = argument.partition("=")
+            if not sign:
+                raise ValueError(f"{argument!r} says no value\nright would be {argument}=VALUE, without blanks")
+            one = self._listing.quantity(name)
+            self._card.set(one, quantities.raw_of(one, value))
+        self._print([argument.partition("=")[0] for argument in arguments])
+
+    def _state(self, arguments: list[str]) -> None:
+        none(arguments)
+        condition = self._card.condition()
+        name = quantities.state_name(condition.state)
+        self._say(f"{name}: {wording.STATES.get(name, '')}; program {wording.program_name(condition.program)}")
+        for what, code in (("error", condition.error), ("warning", condition.warning)):
+            if code:
+                self._say(f"{what} {code}: {wording.CODES.get(code, 'reserved')}")
+
+    def _shown(self, line: int) -> str:
+        routine = self._listing.routine_at(line)
+        text = self._listing.lines.get(line, "").strip()
+        return f"{routine + ', ' if routine else ''}line {line}: {text}"
+
+    # ---- where it stops
+
+    def _break(self, arguments: list[str]) -> None:
+        if arguments:
+            self._stop_at(self._stops | {self._listing.line_of(one) for one in arguments})
+        if not self._stops:
+            self._say("no breakpoints")
+        for line in sorted(self._stops):
+            self._say(f"breakpoint at {self._shown(line)}")
+
+    def _delete(self, arguments: list[str]) -> None:
+        gone = {self._listing.line_of(one) for one in arguments} if arguments else self._stops
+        if arguments and not gone <= self._stops:
+            raise ValueError("there is no such breakpoint\n`break` lists them")
+        self._stop_at(self._stops - gone)
+        self._say(f"{len(self._stops)} breakpoints left")
+
+    def _stop_at(self, lines: set[int]) -> None:
+        self._stops = set(self._card.break_at(lines))
+
+    # ---- leaving
+
+    def _help(self, arguments: list[str]) -> None:
+        none(arguments)
+        for one in COMMANDS:
+            self._say(f"  {', '.join(one.words):12} {one.arguments:20} {one.about}")
+        self._say(HINT)
+
+    def _quit(self, arguments: list[str]) -> None:
+        none(arguments)
+        self.is_over = True
+        if self._card.condition().program == ProgramCode.NONE:
+            return
+        self._stop_at(set())
+        condition = self._card.condition()
+        if condition.state == CardState.RUN and condition.program == ProgramCode.PAUSED:
+            self._card.run()
+            self._say("the program goes on")
+
+    def _leave(self, arguments: list[str]) -> None:
+        none(arguments)
+        self.is_over = True
