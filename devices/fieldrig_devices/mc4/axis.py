@@ -38,36 +38,10 @@ class Mode(Enum):
 
 class Axis:
     __slots__ = (
-        "_brake_nm",
-        "_cycle",
-        "_cycle_steps",
-        "_dry_nm",
-        "_flow",
-        "_gains",
-        "_is_at_rest",
-        "_lead",
-        "_lead_gain",
-        "_limits",
-        "_load_nm",
-        "_mechanics",
-        "_mode",
-        "_most_way",
-        "_moved",
-        "_plant",
-        "_speed_gains",
-        "_way",
-        "_wish",
-        "brake_is_on",
-        "e",
-        "heat",
-        "i",
-        "load_speed",
-        "set_increments",
-        "slow_cycles",
-        "t",
-        "twist",
-        "v",
-        "work",
+        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_at_rest", "_is_plain", "_lead",
+        "_lead_gain", "_limits", "_load_nm", "_mechanics", "_mode", "_most_way", "_moved", "_plant", "_seconds",
+        "_speed_gains", "_speed_of_way", "_way", "_wish", "brake_is_on", "e", "heat", "i", "load_speed",
+        "set_increments", "slow_cycles", "t", "twist", "v", "work",
     )  # fmt: skip
 
     def __init__(
@@ -94,7 +68,8 @@ class Axis:
 
         `lead_inertia` is what the current feed-forward reckons with.
         """
-        seconds = cycle_steps * INNER_S
+        self._seconds = seconds = cycle_steps * INNER_S
+        self._speed_of_way = RAD / seconds
         self._lead_gain = lead_inertia * RAD / (seconds * seconds)
         limits = Limits(limits.torque, limits.speed, self._dry_nm > 0)
         self._plant, self._gains, self._limits, self._cycle_steps = plant, gains, limits, cycle_steps
@@ -107,7 +82,7 @@ class Axis:
         self._mechanics = {False: free, True: braked}
         self._most_way = int(limits.speed * seconds * INCREMENTS)
         self._cycle = folded(plant, gains, limits, cycle_steps)
-        self._is_at_rest = False
+        self._stir()
 
     @property
     def limits(self) -> Limits:
@@ -149,11 +124,16 @@ class Axis:
             return
         was_free = self._mode is Mode.FREE
         self._mode = mode
-        self._is_at_rest = False
+        self._stir()
         self._way, self._moved, self._wish, self._lead = 0, 0, 0.0, 0.0
         self.hold_here()
         if mode in (Mode.FREE, Mode.TORQUE) or was_free:
             self.i = 0.0
+
+    def _stir(self) -> None:
+        """Something is otherwise now."""
+        self._is_at_rest = False
+        self._is_plain = self._mode is Mode.POSITION and not self.brake_is_on and self._plant.elastic is None
 
     def hold_here(self) -> None:
         """The set position is where the motor is."""
@@ -176,7 +156,7 @@ class Axis:
     def brake(self, is_on: bool) -> None:
         if is_on is not self.brake_is_on:
             self.brake_is_on = is_on
-            self._is_at_rest = False
+            self._stir()
 
     def follow(self, increments: int) -> None:
         """The set position of the end of the next cycle, modulo 2^32, as it came over the ring."""
@@ -200,17 +180,13 @@ class Axis:
         """One cycle further."""
         if self._is_at_rest:
             return
-        if self._mode is not Mode.POSITION or self.brake_is_on:
-            self.go(self._cycle_steps)
+        if not self._is_plain:
+            self._other_cycle()
             return
-        if self._plant.elastic is not None:
-            self._elastic_cycle()
-            return
-        v, load, way, seconds = self.v, self._load_nm, self._way, self._cycle_steps * INNER_S
-        dry = self._dry_nm
-        if dry:
-            load += dry if v > 0 else -dry
-        states = self._cycle(self.e, v, self.i, self.t, way * RAD / seconds, load, self._lead)
+        v, load, way = self.v, self._load_nm, self._way
+        if self._dry_nm:
+            load += self._dry_nm if v > 0 else -self._dry_nm
+        states = self._cycle(self.e, v, self.i, self.t, way * self._speed_of_way, load, self._lead)
         if states is None:
             self.go(self._cycle_steps)
             return
@@ -218,12 +194,17 @@ class Axis:
         self.t = t
         self.set_increments += way
         self._moved, self._way = way, 0
-        t *= seconds
-        self.work += t * v
-        self.heat += t * self.t
+        self.heat += t * t * self._seconds
+        self.work += t * v * self._seconds
+
+    def _other_cycle(self) -> None:
+        if self._mode is Mode.POSITION and not self.brake_is_on:
+            self._elastic_cycle()
+        else:
+            self.go(self._cycle_steps)
 
     def _elastic_cycle(self) -> None:
-        v, way, seconds = self.v, self._way, self._cycle_steps * INNER_S
+        v, way, seconds = self.v, self._way, self._seconds
         dry = self._dry_nm if self.v > 0 else -self._dry_nm
         states = self._cycle(
             self.e, v, self.i, self.t, self.twist, self.load_speed, way * RAD / seconds, self._load_nm, self._lead, dry

@@ -15,12 +15,18 @@ from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.hiperface.drive_end import EncoderEnd, built_in, motor_data
+from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
+from fieldrig_devices.hiperface.line import InternalLine
+from fieldrig_devices.hiperface.plate import NamePlate
+from fieldrig_devices.hiperface.plate_file import load_plate
+from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4.axis import RAD
 from fieldrig_devices.mc4.idns import idn_table
 from fieldrig_devices.mc4.machine import RPM, SLOW_NS, Machine
-from fieldrig_devices.mc4.motor import MotorData
-from fieldrig_devices.mc4.plate import InnerEncoder, load_plate
+from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.sercos.idn import idn_of
@@ -40,28 +46,45 @@ class Mc4(Device):
         settings: Mc4Settings,
         ring: Link[RingMessage],
         wires: Link[Signal] | None = None,
+        encoder: Link[SerialMessage] | None = None,
     ) -> None:
+        """Without the link `encoder` one is built in, with the plate of `motor` in its memory."""
         self._clock, self._settings, self._wires = clock, settings, wires
         table = idn_table()
         self._fill(table)
-        motor = load_plate(settings.motor.name_plate) if settings.motor is not None else None
-        self._plate: MotorData | None = motor
-        encoder = InnerEncoder(clock, motor, settings.initial_turns)
+        plate = load_plate(settings.motor.name_plate) if settings.motor is not None else None
         self._timer: Timer | None = None
         self._side: RingSide | None = None
-        self.machine = Machine(clock, settings, encoder, table, self._on_change)
+        self.machine = Machine(clock, settings, table, self._on_change, None if plate is None else motor_data(plate))
+        self._encoder = self._encoder_at(encoder, plate)
+        self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
         self._names = {
-            what: settings.wire(name, what) for what in ("inverter_enable", "load_torque", "ready", "brake", "position")
+            what: settings.wire(name, what)
+            for what in ("inverter_enable", "load_torque", "ready", "brake", "position", "shaft")
         }
         self._told: dict[str, bool] = {}
-        self._course: Motion | None = None
+        self._courses: dict[str, Motion] = {}
         if wires is not None:
             inputs = {
                 self._names["inverter_enable"]: self._on_inverter_enable,
                 self._names["load_torque"]: self._on_load_torque,
             }
             wires.on_receive(lambda signal: inputs[signal.name](signal.value), tuple(inputs))
+
+    def _encoder_at(self, link: Link[SerialMessage] | None, plate: NamePlate | None) -> EncoderEnd:
+        settings, machine = self._settings, self.machine
+        wanted = settings.motor.expected_type if settings.motor is not None else None
+        if link is not None:
+            return EncoderEnd(self._clock, link, motor_type=wanted)
+        if plate is None:
+            return EncoderEnd(self._clock, InternalLine(self._clock).ends[0])
+
+        def shaft(_now_ns: int) -> Turning:
+            return Turning(machine.shaft_increments / INCREMENTS_PER_TURN, machine.axis.v / tau)
+
+        kind = TYPES["multi_turn" if plate.is_multi_turn else "single_turn"]
+        return built_in(self._clock, HiperfaceEncoder(kind, eeprom_with(plate), shaft), wanted)
 
     def _fill(self, table: Any) -> None:
         settings = self._settings
@@ -80,6 +103,7 @@ class Mc4(Device):
             table[idn_of(text)].set(value)
 
     def start(self) -> None:
+        self._encoder.start()
         self.machine.start()
         self._on_tick()
 
@@ -116,7 +140,7 @@ class Mc4(Device):
         if self._wires is not None:
             self._tell("ready", self.machine.is_ready)
             self._tell("brake", self.machine.chain.is_brake_lifted)
-            self._tell_position()
+            self._tell_positions()
 
     # ---- wires
 
@@ -125,19 +149,22 @@ class Mc4(Device):
             self._told[what] = value
             self._wires.send(Signal(self._names[what], value))
 
-    def _tell_position(self) -> None:
-        """Of the load, when what was told has led astray."""
-        axis, now_ns = self.machine.axis, self._clock.now_ns()
-        gear = self._settings.load.gear_ratio
-        position = (axis.position * RAD - axis.twist) / gear
-        speed = (axis.load_speed if axis.twist else axis.v) / gear
-        told = self._course
-        is_near = told is not None and abs(told.at(now_ns) - position) <= self._settings.position_tolerance
-        if told is not None and is_near and (speed or not told.speed):
-            return
-        self._course = Motion(self._names["position"], position, "rad", now_ns, speed)
+    def _tell_positions(self) -> None:
+        axis, gear = self.machine.axis, self._settings.load.gear_ratio
+        shaft = self.machine.shaft_increments * RAD
+        self._tell_course("shaft", shaft, axis.v)
+        self._tell_course("position", (shaft - axis.twist) / gear, (axis.load_speed if axis.twist else axis.v) / gear)
+
+    def _tell_course(self, what: str, position: float, speed: float) -> None:
+        """When what was told has led astray."""
+        now_ns, told = self._clock.now_ns(), self._courses.get(what)
+        if told is not None:
+            is_near = abs(told.at(now_ns) - position) <= self._settings.position_tolerance
+            if is_near and (speed or not told.speed):
+                return
+        course = self._courses[what] = Motion(self._names[what], position, "rad", now_ns, speed)
         assert self._wires is not None
-        self._wires.send(self._course)
+        self._wires.send(course)
 
     def _on_inverter_enable(self, is_on: float) -> None:
         self.machine.catch_up()
@@ -185,6 +212,7 @@ class Mc4(Device):
             "phase": Point(lambda: side.slave.phase, None, "", "of the ring, CP0 to CP4"),
             "status": Point(side.status, None, "", "status word, S-0-0135, without the service channel"),
             "motor_type": Point(lambda: machine.motor.type if machine.motor else "", None, "", "by the name plate"),
+            "plate": Point(self._plate_in_words, None, "", "that it was read, or why it could not be"),
             "motor_serial": Point(lambda: machine.motor.serial_number if machine.motor else ""),
         }
 
@@ -201,7 +229,7 @@ class Mc4(Device):
             "torque": Point(lambda: machine.axis.t, None, "N m", "of the motor"),
             "current": Point(current, None, "A"),
             "following_error": Point(lambda: round(machine.axis.e * 1e6 / tau), None, "incr"),
-            "load_position": Point(lambda: (machine.axis.position * RAD - machine.axis.twist) / gear, None, "rad"),
+            "load_position": Point(lambda: (machine.shaft_increments * RAD - machine.axis.twist) / gear, None, "rad"),
             "load_torque": Point(
                 lambda: machine.load_nm, self._write_load_torque, "N m", "at the load; positive pulls it back"
             ),
@@ -220,6 +248,9 @@ class Mc4(Device):
             "ambient": Point(lambda: machine.thermal.ambient_c, self._write_ambient, "degC"),
             "overload": Point(lambda: machine.thermal.overload * 100, None, "%", "100 switches off"),
         }
+
+    def _plate_in_words(self) -> str:
+        return self._encoder.why or ("read" if self.machine.motor else "not read")
 
     def _write_quit(self, value: Value) -> None:
         if value is not True:

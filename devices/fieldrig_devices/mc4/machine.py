@@ -5,7 +5,7 @@ axis, the DC circuit and the temperatures.  The ring is not known here: whoever 
 the axis go on, and calls `look` when something may have changed.  Slow things are looked at every 64 ms.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import sqrt, tau
 from typing import Final
 
@@ -42,14 +42,40 @@ PEAK: Final = 2.5
 BANDWIDTH: Final = 400.0
 """rad/s, of the speed regulator as it is tuned at the start."""
 RPM: Final = 60 / tau
+STEP: Final = 31
+"""Increments that the encoder's serial position leaves open."""
+
+HOT: Final = {"motor": Code.MOTOR_TEMPERATURE, "amplifier": Code.AMPLIFIER_TEMPERATURE}
+BUS: Final = {
+    "communication": Code.DC_BUS_CONTROLLER,
+    "undervoltage": Code.UNDERVOLTAGE,
+    "overvoltage": Code.OVERVOLTAGE,
+    "phase": Code.MAINS_PHASE,
+}
+CAUSES: Final = (*HOT.values(), *BUS.values(), Code.OVERLOAD, Code.ENCODER_SIGNAL, Code.SUPPLY_24V)
+"""Messages whose cause comes and goes; a bit for each."""
+
+
+def _bits(codes: Iterable[Code]) -> int:
+    return sum({1 << CAUSES.index(code) for code in codes})
 
 
 class Machine:
     def __init__(
-        self, clock: Clock, settings: Mc4Settings, encoder: Encoder, table: IdnTable, on_change: Callable[[], None]
+        self,
+        clock: Clock,
+        settings: Mc4Settings,
+        table: IdnTable,
+        on_change: Callable[[], None],
+        true_motor: MotorData | None = None,
     ) -> None:
-        """`on_change` is called after each look that may have changed what others see."""
-        self._clock, self.settings, self._encoder, self._table = clock, settings, encoder, table
+        """`on_change` is called after each look that may have changed what others see.
+
+        `true_motor` is what hangs at the cable, whatever its plate says; None: what the plate says.
+        """
+        self._clock, self.settings, self._table = clock, settings, table
+        self.encoder: Encoder | None = None
+        """To be given before the start."""
         self._on_change = on_change
         parameters = settings.parameters
         self.times = Times(
@@ -85,8 +111,13 @@ class Machine:
         self._was_relay = False
         self._brake_stuck: StuckBrake | None = None
         self._slow_ns = self.at_ns = clock.now_ns()
-        self._is_dc_dead = False
-        self._build(MotorData())
+        self._is_dc_dead = self._is_enable_lost = False
+        self._given = self._causes = 0
+        self._is_motor_given = true_motor is not None
+        self.shaft_offset = 0.0
+        """Increments from what the drive calls its position to where the shaft is."""
+        self._build(true_motor or MotorData())
+        self.axis.put(round(settings.initial_turns * INCREMENTS_PER_TURN))
 
     # ---- motor and loops
 
@@ -102,16 +133,18 @@ class Machine:
 
     def read_plate(self, done: Callable[[bool], None] = lambda is_good: None) -> None:
         """`done` gets whether the drive knows its motor then."""
+        encoder = self.encoder
+        assert encoder is not None
 
         def on_plate(motor: MotorData | None) -> None:
-            if motor is None or self._is_plate_bad(motor):
+            if motor is None or self._is_plate_bad:
                 self.motor = None
                 idns.show_motor(self._table, None)
                 self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
                 self.look()
                 done(False)
             else:
-                self._encoder.read_position(lambda increments: on_position(motor, increments))
+                encoder.read_position(lambda increments: on_position(motor, increments))
 
         def on_position(motor: MotorData, increments: int | None) -> None:
             if increments is None:
@@ -121,12 +154,11 @@ class Machine:
                 self._adopt(motor, increments)
             done(increments is not None)
 
-        self._encoder.read_plate(on_plate)
+        encoder.read_plate(on_plate)
 
-    def _is_plate_bad(self, motor: MotorData) -> bool:
-        expected = self.settings.motor.expected_type if self.settings.motor else None
-        is_other = expected is not None and expected != motor.type
-        return is_other or self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
+    @property
+    def _is_plate_bad(self) -> bool:
+        return self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
 
     def _adopt(self, motor: MotorData, increments: int) -> None:
         """Automatic motor recognition (manual 520)."""
@@ -140,22 +172,36 @@ class Machine:
             self._table[100].set(max(1, round(kp / motor.torque_constant_nm_per_a * 1e3)))
         if "S-0-0091" not in given:
             self._table[91].set(round(motor.max_speed_rpm * 1e4))
-        self._build(motor)
-        span = motor.range_turns * INCREMENTS_PER_TURN
-        self.axis.put((increments + span // 2) % span - span // 2)
+        self.catch_up()
+        true = self.shaft_increments
+        if self._is_motor_given:
+            self.rearrange()
+        else:
+            self._build(motor)
+        self._place(increments, motor.range_turns * INCREMENTS_PER_TURN, true)
         self.look()
 
+    def _place(self, increments: int, span: int, true: float) -> None:
+        """The absolute position, as the encoder tells it in steps and its analog signals between them."""
+        position = (increments + span // 2) % span - span // 2
+        finer = (round(true) - position + span // 2) % span - span // 2
+        if abs(finer) <= STEP:
+            position += finer
+        self.axis.put(position)
+        self.shaft_offset = true - position
+
+    @property
+    def shaft_increments(self) -> float:
+        """Where the shaft is; the encoder may be offset."""
+        return self.axis.position + self.shaft_offset
+
     def _build(self, motor: MotorData) -> None:
+        """The plant anew, with this motor."""
         load, settings = self.settings.load, self.settings
         self.true_motor = motor
         kind = IdealAxis if settings.simulated else Axis
-        turns = settings.initial_turns * INCREMENTS_PER_TURN
         self.axis = kind(
-            *self._constants(motor),
-            dry_nm=load.coulomb_nm,
-            brake_nm=motor.brake_torque_nm,
-            increments=round(turns),
-            cycle_steps=self.cycle_steps,
+            *self._constants(), dry_nm=load.coulomb_nm, brake_nm=motor.brake_torque_nm, cycle_steps=self.cycle_steps
         )
         self.axis.load((load.torque_nm + self.load_nm) / load.gear_ratio)
         amplifier_nm = settings.amplifier.continuous_current_a * motor.torque_constant_nm_per_a
@@ -164,13 +210,21 @@ class Machine:
 
     def rearrange(self) -> None:
         """Parameters have changed."""
-        motor = self.true_motor
-        inertia = self._inertia(motor) * self._table[348].number / 1000 if self.is_lagless else 0.0
-        self.axis.arrange(*self._constants(motor), self.cycle_steps, inertia)
+        table = self._table
+        self._standstill = table[124].number / 1e4 / RPM
+        self._window = table[57].number
+        self._load_limit = table[114].number / 100
+        inertia = self._inertia(self._known) * table[348].number / 1000 if self.is_lagless else 0.0
+        self.axis.arrange(*self._constants(), self.cycle_steps, inertia)
 
     @property
     def is_lagless(self) -> bool:
         return bool(self.operation_mode & idns.LAGLESS)
+
+    @property
+    def _known(self) -> MotorData:
+        """What the drive reckons with."""
+        return self.motor or self.true_motor
 
     def _inertia(self, motor: MotorData) -> float:
         return motor.inertia_kg_m2 + self.settings.load.inertia_kg_m2 / self.settings.load.gear_ratio**2
@@ -181,17 +235,9 @@ class Machine:
             return BANDWIDTH
         return min(BANDWIDTH, 0.5 * sqrt(load.stiffness_nm_per_rad / load.inertia_kg_m2))
 
-    def _constants(self, motor: MotorData) -> tuple[Plant, Gains, Limits]:
-        load, table = self.settings.load, self._table
-        square = load.gear_ratio**2
-        viscous = load.viscous_nm_s_per_rad
-        if load.stiffness_nm_per_rad is None:
-            plant = Plant(self._inertia(motor), viscous)
-        else:
-            elastic = Elastic(
-                load.inertia_kg_m2 / square, load.stiffness_nm_per_rad / square, load.damping_nm_s_per_rad / square
-            )
-            plant = Plant(motor.inertia_kg_m2, viscous, elastic=elastic)
+    def _constants(self) -> tuple[Plant, Gains, Limits]:
+        """The plant as it is, the loops as the plate has it."""
+        load, table, motor = self.settings.load, self._table, self._known
         constant = motor.torque_constant_nm_per_a
         kp = table[100].number / 1e3 * constant or self._inertia(motor) * self._bandwidth()
         seconds = table[101].number / 1e4
@@ -200,7 +246,17 @@ class Machine:
         peak_a = self.settings.amplifier.continuous_current_a * PEAK
         most = min(motor.peak_torque_nm, peak_a * constant, table[92].number / 1000 * motor.standstill_torque_nm)
         fastest = min(motor.max_speed_rpm, table[91].number / 1e4 or motor.max_speed_rpm) / RPM
-        return plant, gains, Limits(max(most, 1e-6), max(fastest, 1e-6), load.coulomb_nm > 0)
+        return self._plant(), gains, Limits(max(most, 1e-6), max(fastest, 1e-6), load.coulomb_nm > 0)
+
+    def _plant(self) -> Plant:
+        load, motor = self.settings.load, self.true_motor
+        if load.stiffness_nm_per_rad is None:
+            return Plant(self._inertia(motor), load.viscous_nm_s_per_rad)
+        square = load.gear_ratio**2
+        inertia, stiffness, damping = (
+            value / square for value in (load.inertia_kg_m2, load.stiffness_nm_per_rad, load.damping_nm_s_per_rad)
+        )
+        return Plant(motor.inertia_kg_m2, load.viscous_nm_s_per_rad, elastic=Elastic(inertia, stiffness, damping))
 
     def set_load(self, torque_nm: float) -> None:
         """At the load, beside what is always there."""
@@ -237,45 +293,65 @@ class Machine:
 
     def _on_faults(self) -> None:
         """One has begun, or is over."""
-        stuck = self.faults.find(StuckBrake)
+        faults = self.faults
+        stuck = faults.find(StuckBrake)
         if stuck is not self._brake_stuck:
             self._brake_stuck = stuck
             self._brake_due_ns = self._clock.now_ns()
-        if self.settings.simulated:
-            return
-        is_plate_bad = self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
-        if is_plate_bad:
-            self.motor = None
-            self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
-        elif self.motor is None and Code.ENCODER_MEMORY in self.diagnosis.pending:
-            self.read_plate()
+        self._is_enable_lost = faults.find(EnableLost) is not None
+        if not self.settings.simulated:
+            self._given = self._given_causes()
+            self._is_dc_dead = bool(faults.all(DcBus))
+            self._look_at_plate()
         self.catch_up()
         self._check_causes()
         self.look()
 
-    def _check_causes(self) -> None:
-        """Messages whose cause can be seen at any time."""
-        faults, thermal, dc = self.faults, self.thermal, self.dc
-        hot = {fault.of for fault in faults.all(Overtemperature)}
-        bus = {fault.sort for fault in faults.all(DcBus)}
-        is_overloaded = thermal.amplifier_load >= 1 or thermal.motor_load * 100 >= self._table[114].number
-        causes = {
-            Code.MOTOR_TEMPERATURE: "motor" in hot or thermal.is_motor_hot,
-            Code.AMPLIFIER_TEMPERATURE: "amplifier" in hot or thermal.is_amplifier_hot,
-            Code.OVERLOAD: faults.find(Overload) is not None or is_overloaded,
-            Code.DC_BUS_CONTROLLER: "communication" in bus,
-            Code.UNDERVOLTAGE: "undervoltage" in bus or (dc.is_under and self.chain.has_torque),
-            Code.OVERVOLTAGE: "overvoltage" in bus or dc.is_over,
-            Code.MAINS_PHASE: "phase" in bus,
-            Code.ENCODER_SIGNAL: faults.find(EncoderSignal) is not None,
-            Code.SUPPLY_24V: faults.find(Supply24V) is not None,
-        }
-        self._is_dc_dead = bool(bus)
-        for code, is_there in causes.items():
-            if is_there:
-                self.diagnosis.raise_(code, stays=True)
-            else:
-                self.diagnosis.end(code)
+    def _given_causes(self) -> int:
+        """Of messages, by faults; bits of `CAUSES`."""
+        codes = [
+            code
+            for kind, code in (
+                (Overload, Code.OVERLOAD),
+                (EncoderSignal, Code.ENCODER_SIGNAL),
+                (Supply24V, Code.SUPPLY_24V),
+            )
+            if self.faults.find(kind) is not None
+        ]
+        codes += [HOT[fault.of] for fault in self.faults.all(Overtemperature)]
+        codes += [BUS[fault.sort] for fault in self.faults.all(DcBus)]
+        return _bits(codes)
+
+    def _look_at_plate(self) -> None:
+        if self._is_plate_bad:
+            self.motor = None
+            self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
+        elif self.motor is None and Code.ENCODER_MEMORY in self.diagnosis.pending:
+            self.read_plate()
+
+    def _check_causes(self) -> bool:
+        """Messages whose cause can be seen at any time; whether that has changed."""
+        thermal, dc = self.thermal, self.dc
+        causes = self._given
+        if not self.settings.simulated:
+            if thermal.is_motor_hot:
+                causes |= 1 << CAUSES.index(Code.MOTOR_TEMPERATURE)
+            if thermal.is_amplifier_hot:
+                causes |= 1 << CAUSES.index(Code.AMPLIFIER_TEMPERATURE)
+            if thermal.amplifier_load >= 1 or thermal.motor_load >= self._load_limit:
+                causes |= 1 << CAUSES.index(Code.OVERLOAD)
+            if dc.is_over:
+                causes |= 1 << CAUSES.index(Code.OVERVOLTAGE)
+            if dc.is_under and self.chain.has_torque:
+                causes |= 1 << CAUSES.index(Code.UNDERVOLTAGE)
+        changed, self._causes = causes ^ self._causes, causes
+        for place, code in enumerate(CAUSES) if changed else ():
+            if changed >> place & 1:
+                if causes >> place & 1:
+                    self.diagnosis.raise_(code, stays=True)
+                else:
+                    self.diagnosis.end(code)
+        return bool(changed)
 
     # ---- time
 
@@ -300,39 +376,43 @@ class Machine:
         """What the enables and the speed say by now, and what is to be done."""
         now_ns = self._clock.now_ns()
         if now_ns - self._slow_ns >= SLOW_NS:
-            self._look_at_slow_things(now_ns)
+            self.look_at_slow_things()
         self.chain.update(now_ns, self._seen())
         self._give_task()
         self._move_brake(now_ns)
         self._on_change()
 
     def _seen(self) -> Seen:
-        axis, table = self.axis, self._table
+        axis = self.axis
         return Seen(
             hardware=self.hardware_enable,
             controller=self.controller,
             can_start=self.can_start,
-            is_slow=abs(axis.v) * RPM < table[124].number / 1e4,
-            is_at_overload_position=abs(axis.position - self.overload_position) <= table[57].number,
+            is_slow=abs(axis.v) < self._standstill,
+            is_at_overload_position=abs(axis.position - self.overload_position) <= self._window,
         )
 
     @property
     def hardware_enable(self) -> bool:
         """The input Inverter Enable, as the drive sees it."""
-        return self.inverter_enable and self.faults.find(EnableLost) is None
+        return self.inverter_enable and not self._is_enable_lost
 
     @property
     def can_start(self) -> bool:
         return self.motor is not None and self.dc.is_charged and not self._is_dc_dead and not self.diagnosis.has_error
 
-    def _look_at_slow_things(self, now_ns: int) -> None:
+    def look_at_slow_things(self) -> bool:
+        """Whether anything has come of it that needs a `look`."""
+        now_ns = self._clock.now_ns()
         seconds = (now_ns - self._slow_ns) / 1e9
         self._slow_ns = now_ns
         heat, work = self.axis.take(seconds)
-        if not self.settings.simulated:
-            self.thermal.go(seconds, heat)
-            self.dc.go(seconds, work)
-            self._check_causes()
+        if self.settings.simulated:
+            return False
+        was_charged = self.dc.is_charged
+        self.thermal.go(seconds, heat)
+        self.dc.go(seconds, work)
+        return self._check_causes() or was_charged is not self.dc.is_charged
 
     def _give_task(self) -> None:
         task, axis = self.chain.task, self.axis

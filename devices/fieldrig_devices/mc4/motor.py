@@ -18,7 +18,7 @@ TURNS: Final = 4096
 class MotorData:
     """A name plate.  The figures of the default are those of a middling servo motor, our choice."""
 
-    type: str = "SM-100/30/080/P1/45/S1/B1"
+    type: str = "SM-100/30/080/P1/45"
     serial_number: str = "0000000001"
     rated_speed_rpm: float = 3000.0
     max_speed_rpm: float = 5000.0

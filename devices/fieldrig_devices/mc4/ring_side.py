@@ -56,7 +56,7 @@ class RingSide:
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
         self.slave.command(idns.READ_PLATE, self._on_read_plate)
-        for idn in (91, 92, 100, 101, 104, 114, 124, 159, 296, 348):
+        for idn in (57, 91, 92, 100, 101, 104, 114, 124, 159, 296, 348):
             table[idn].watchers.append(self._on_parameter)
         for idn in (206, 207, idns.STOP_TIME_LIMIT, idns.COAST_OPTION):
             table[idn].watchers.append(self._on_time)
@@ -69,12 +69,10 @@ class RingSide:
     def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
         now_ns, machine = self._clock.now_ns(), self._machine
         lead_ns = now_ns - machine.at_ns - self._cycle_ns
-        if (
-            control & CONTROL_BITS != self._steady_control
-            or now_ns >= self._until_ns
-            or not -self._slack_ns < lead_ns < self._slack_ns
-        ):
+        if control & CONTROL_BITS != self._steady_control or not -self._slack_ns < lead_ns < self._slack_ns:
             return self._look(commands, control, lead_ns)
+        if now_ns >= self._until_ns:
+            self._look_at_slow_things()
         machine.at_ns += self._cycle_ns
         axis = machine.axis
         axis.cycle()
@@ -96,6 +94,15 @@ class RingSide:
         self._value(commands)
         self._check_following()
         return self._status, self.feedback()
+
+    def _look_at_slow_things(self) -> None:
+        machine = self._machine
+        is_otherwise = machine.look_at_slow_things()
+        self._until_ns = machine.next_slow_ns
+        if is_otherwise:
+            machine.look()
+        else:
+            self._status = self._status_word()
 
     def _on_control(self, control: int) -> None:
         before, self._control = self._control, control

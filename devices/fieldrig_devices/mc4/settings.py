@@ -84,7 +84,9 @@ class Mc4Settings(Settings):
     model_config = ConfigDict(allow_inf_nan=False)
 
     ring_address: int = Field(ge=1, le=254, description="RealTimeBusAdr; one of its own on the ring")
-    motor: MotorSettings | None = Field(default=None, description="left out: no motor is at the cable")
+    motor: MotorSettings | None = Field(
+        default=None, description="left out: what the encoder at the link `encoder` says; without that no motor at all"
+    )
     simulated: bool = Field(
         default=False, description="a drive without iron: it is where it is told, and never has an error"
     )
@@ -99,13 +101,16 @@ class Mc4Settings(Settings):
     initial_turns: float = Field(default=0.0, ge=-2048, lt=2048, description="where the motor stands at the start")
     inverter_enable: bool = Field(default=True, description="the input Inverter Enable, until its wire is driven")
     position_tolerance: float = Field(
-        default=1e-4, gt=0, description="rad of the load: how far what was told may lead astray before it is told again"
+        default=1e-4,
+        gt=0,
+        description="rad: how far what was told of shaft and load may lead astray before it is told again",
     )
     inverter_enable_wire: str | None = Field(default=None, description="NAME.inverter_enable, and so on for the others")
     load_torque_wire: str | None = None
     ready_wire: str | None = None
     brake_wire: str | None = None
     position_wire: str | None = None
+    shaft_wire: str | None = None
     faults: list[DriveFault] = Field(default=[], description="that the drive has from the start")
 
     def wire(self, device: str, what: str) -> str:

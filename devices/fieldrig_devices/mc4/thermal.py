@@ -32,9 +32,14 @@ class Mean:
 
     time_s: float
     value: float = 0.0
+    seconds: float = 0.0
+    decay: float = 1.0
+    """Over `seconds`."""
 
     def go(self, seconds: float, goal: float) -> None:
-        self.value = goal + (self.value - goal) * exp(-seconds / self.time_s)
+        if seconds != self.seconds:
+            self.seconds, self.decay = seconds, exp(-seconds / self.time_s)
+        self.value = goal + (self.value - goal) * self.decay
 
 
 class Thermal:
