@@ -12,7 +12,7 @@ from fieldrig.trace import TraceEntry
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
-from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
+from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
 from fieldrig_bus.traces import candump
 
 START_UNIX_NS = 1_700_000_000_000_000_000
@@ -63,7 +63,8 @@ def test_lines_of_other_programs_are_read(text: str) -> None:
 def test_errors_are_written_as_error_frames_and_faults_left_out() -> None:
     """linux/can/error.h: PROT | BUSERROR | CNT, then bit error while sending, in the data section, TEC 8."""
     error = CanError(ErrorKind.BIT, Place.DATA, 20, 0x123, True, False, 8, 0)
-    notices: list[Notice] = [error, BusState(CanState.BUS_OFF, 256, 0), FaultNote(1, "dropped"), CanControl()]
+    notices: list[Notice] = [error, BusState(CanState.BUS_OFF, 256, 0), FaultNote(1, "dropped")]
+    notices += [CanControl(), BitRate(250_000)]
     entries = [TraceEntry(0, "can0", "can", "io", encode(notice)) for notice in notices]
     assert written(*entries, start_unix_ns=0).splitlines() == [
         "(0.000000) can0 20000288#0000810A00000800",
