@@ -148,6 +148,12 @@ class SercosMaster:
             table[place] = control | drive.client.control
             table[place + 2 : place + 2 + len(values)] = values
 
+    @property
+    def command_values(self) -> list[int]:
+        """What the MDTs carry from CP3 on, for who has no time for `set_commands`: the command values of a drive begin
+        two places behind its `place`.  A new list with each phase-up."""
+        return self._values
+
     def read(self, address: int, idn: int, element: Element, done: Done) -> None:
         """Over the service channel.  It waits for CP2 or later as it waits for its turn."""
         drive = self.drives[address]
