@@ -65,6 +65,10 @@ class SetValues(Protocol):
 class DriveEnd(Protocol):
     """What is behind an axis: a drive on the ring, or a simulated one."""
 
+    @property
+    def status(self) -> int:
+        """Drive status word, without the service channel's bits."""
+
     def read(self, idn: int, element: Element, done: Done) -> None:
         """Over the service channel: `done` comes many cycles later.  Lists and texts without their lengths."""
 
@@ -103,8 +107,6 @@ class Axis:
         self.axis_state = AxisState.NO_HARDWARE_ENABLE
         self.mc4_state = 0x03
         """As the drive shows it: 0x03, 0x10, 0x21 and so on."""
-        self.status_word = 0
-        """Of the drive's AT, S-0-0135, without the service channel's bits."""
         self.position = 0
         """Actual, in increments."""
         self.velocity = 0.0
@@ -119,6 +121,11 @@ class Axis:
         self.watchers: list[Callable[[], None]] = []
         """Called when state, enable or diagnosis have changed."""
         self._quit: Callable[[Axis, Callable[[bool], None] | None], None] | None = None
+
+    @property
+    def status_word(self) -> int:
+        """Of the drive's AT, S-0-0135, without the service channel's bits; 0 without a drive."""
+        return 0 if self.drive is None else self.drive.status
 
     @property
     def log_adr(self) -> int:

@@ -35,10 +35,10 @@ class DriveSettings(Settings):
 
     ring_address: int = Field(ge=1, le=254, description="RealTimeBusAdr")
     simulated: bool = Field(default=False, description="there is no drive: the axis is where it is told")
-    commands: list[Commands] = Field(
-        default=["position", "velocity", "torque"],
+    commands: list[Commands] | None = Field(
+        default=None,
         min_length=1,
-        description="set values in its telegram; fewer make room for more drives",
+        description="set values in its telegram; left out: all that the cycle has room for",
     )
 
 

@@ -6,7 +6,7 @@ names.  ControllerEnable is the bit "drive on"; "drive enable" and "run" are alw
 its torque at once.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from fieldrig_devices.max4.axis import INCREMENTS, Axis, AxisState, Mode
@@ -17,27 +17,29 @@ from fieldrig_devices.sercos.service import STATUS_MASK, Done
 
 AT: Final = (51, 40, 84, 182, 390)
 MDT: Final = {"position": 47, "velocity": 36, "torque": 80}
+ALL: Final = ("position", "velocity", "torque")
 MODES: Final = {"position": Mode.POSITION, "velocity": Mode.VELOCITY, "torque": Mode.TORQUE}
 PER_VELOCITY: Final = INCREMENTS / 60 / 10_000
 """Increments per second for 0.0001 1/min."""
 RESET_CLASS_1: Final = 99
 READY: Final = words.ENABLE | words.RUN
+FOLLOWING: Final = READY | words.DRIVE_ON | Mode.POSITION.value
 _HALF, _MASK = 1 << 31, 0xFFFF_FFFF
 _STATES: Final = {state.value: state for state in AxisState}
 
 
 class RingDrive:
     __slots__ = (
-        "_address", "_control", "_extra", "_master", "_places", "_sent", "axis", "code", "drive", "is_refused",
-        "on_code", "raw", "state",
+        "_address", "_control", "_held", "_is_idle", "_master", "_place", "_places", "_seen", "_sent", "_table",
+        "_wanted", "axis", "code", "drive", "is_refused", "on_code", "raw", "state",
     )  # fmt: skip
 
-    def __init__(self, axis: Axis, commands: list[str], on_code: Callable[[Axis, int], None]) -> None:
-        """`on_code` hears of each DiagCode that the drive shows."""
+    def __init__(self, axis: Axis, commands: Sequence[str] | None, on_code: Callable[[Axis, int], None]) -> None:
+        """`commands` are the set values in its telegram, None: who brings up the ring chooses (`lay_out`);
+        `on_code` hears of each DiagCode that the drive shows."""
         self.axis, self.on_code = axis, on_code
-        self.drive = Drive(axis.ring_address, [MDT[one] for one in commands], AT)
-        self._places = tuple(commands)
-        axis.modes = frozenset(MODES[one] for one in commands)
+        self._wanted = commands
+        self.lay_out(ALL)
         self._address = axis.ring_address
         self._master: SercosMaster | None = None
         self.raw: int | None = None
@@ -45,13 +47,31 @@ class RingDrive:
         self.state = self.code = 0
         self._control = 0
         self._sent: tuple[int, ...] = ()
+        self._seen: tuple[int, ...] = ()
+        self._table: list[int] = []
+        self._place = 0
+        """Of the position set value among the values of the MDT; 0: it has none."""
+        self._is_idle = False
+        """Without control, and what was sent still holds."""
+        self._held: float | None = None
+        """The position at which the axis stands under control, if that is what was sent last."""
         self.is_refused = False
         """Not to be operated, as of a version that doesn't fit."""
+
+    def lay_out(self, commands: Sequence[str]) -> None:
+        """With these set values, if the configuration doesn't say."""
+        self._places = tuple(self._wanted or commands)
+        self.drive = Drive(self.axis.ring_address, [MDT[one] for one in self._places], AT)
+        self.axis.modes = frozenset(MODES[one] for one in self._places)
 
     def begin(self, master: SercosMaster) -> None:
         """CP4 is reached."""
         self._master = master
-        self.state, self.code, self._sent, self._control = -1, 0, (), 0
+        self.state, self.code, self._control = -1, 0, 0
+        self._sent = self._seen = ()
+        self._is_idle = False
+        self._table = master.command_values
+        self._place = self.drive.place + 2 if self._places[0] == "position" else 0
         self.raw = None
         self.axis.drive = self
 
@@ -66,12 +86,16 @@ class RingDrive:
 
     def take(self) -> None:
         """Actual values."""
-        axis, drive = self.axis, self.drive
-        raw, velocity, axis.torque, state, code = drive.feedback
+        feedback = self.drive.feedback
+        if feedback == self._seen:
+            return
+        self._seen = feedback
+        axis = self.axis
+        raw, velocity, axis.torque, state, code = feedback
         if raw != self.raw:
             self._move(raw)
+            self._is_idle = False
         axis.velocity = velocity * PER_VELOCITY
-        axis.status_word = drive.status
         if state != self.state:
             self.state = state
             axis.enter(_STATES.get(state >> 8, AxisState.STOPPING), state & 0xFF)
@@ -90,27 +114,47 @@ class RingDrive:
         self.raw = raw
 
     def give(self) -> None:
-        """Set values."""
+        """Set values.  An axis that follows positions has a short way, and one without control that stands has none."""
+        axis = self.axis
+        if not axis.is_enabled:
+            if self._is_idle and not axis.is_controlled:
+                return
+        elif axis.is_controlled and self._control == FOLLOWING and self._place:
+            source = axis.set_values
+            if source is None:
+                if axis.set_value == self._held:
+                    return
+            elif source.mode is Mode.POSITION:
+                self._held = None
+                axis.set_value = value = source.next()
+                self._table[self._place] = ((int(value) + _HALF) & _MASK) - _HALF
+                return
+        self._give()
+
+    def _give(self) -> None:
         axis = self.axis
         control = READY | words.DRIVE_ON if axis.is_enabled and not self.is_refused else READY
-        if axis.is_controlled:
+        raw = self.raw or 0
+        if not axis.is_controlled:  # so that nothing jumps when control begins
+            values = self._values(raw, 0, 0)
+        else:
             mode, value = axis.ask()
             control |= mode.value
             if mode is Mode.POSITION:
                 values = self._values(((int(value) + _HALF) & _MASK) - _HALF, 0, 0)
             elif mode is Mode.VELOCITY:
-                values = self._values(self.raw or 0, max(-_HALF, min(round(value / PER_VELOCITY), _HALF - 1)), 0)
+                values = self._values(raw, max(-_HALF, min(round(value / PER_VELOCITY), _HALF - 1)), 0)
             else:
-                values = self._values(self.raw or 0, 0, max(-32_768, min(round(value), 32_767)))
-        else:  # so that nothing jumps when control begins
-            values = self._values(self.raw or 0, 0, 0)
-        if values != self._sent or control != self._control:
+                values = self._values(raw, 0, max(-32_768, min(round(value), 32_767)))
+        if self._control == FOLLOWING or values != self._sent or control != self._control:
             assert self._master is not None
             self._sent, self._control = values, control
             self._master.set_commands(self._address, control, *values)
+        self._is_idle = not axis.is_controlled and not axis.is_enabled
+        self._held = axis.set_value if control == FOLLOWING else None
 
     def _values(self, position: int, velocity: int, torque: int) -> tuple[int, ...]:
-        if len(self._places) == 3:
+        if self._places == ALL:
             return position, velocity, torque
         given = {"position": position, "velocity": velocity, "torque": torque}
         return tuple(given[one] for one in self._places)

@@ -7,6 +7,7 @@ over the service channel and are slow (digest PD-028, PD-137): what is read here
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Value
 from fieldrig_devices.max4.axis import Axis
 from fieldrig_devices.max4.tree import Kind, Object, Parameter, Type
@@ -14,6 +15,10 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.sercos.idn import ServiceError
 
 VERSION_IDN: Final = 30
+MOTOR: Final = "Motor"
+PATIENCE_NS: Final = 30 * S
+AGAIN_NS: Final = 250 * MS
+"""A drive needs its time to read the name plate after power-on: so long, and so often it is asked."""
 
 
 class Row(NamedTuple):
@@ -29,14 +34,14 @@ class Row(NamedTuple):
 ROWS: Final = (
     Row("Versions", "FirmwareVersion", VERSION_IDN, Type.STRING),
     Row("Versions", "ControllerType", 140, Type.STRING),
-    Row("Motor", "MotorType", 141, Type.STRING),
-    Row("Motor", "MotorSerialNumber", idns.SERIAL_NUMBER, Type.STRING),
-    Row("Motor", "RatedTorque", idns.RATED_TORQUE, Type.LREAL, 3, "Nm"),
-    Row("Motor", "RatedSpeed", idns.RATED_SPEED, Type.LREAL, 4, "1/min"),
-    Row("Motor", "MaxSpeed", 113, Type.LREAL, 4, "1/min"),
-    Row("Motor", "StandstillCurrent", 111, Type.LREAL, 3, "A"),
-    Row("Motor", "PeakCurrent", 109, Type.LREAL, 3, "A"),
-    Row("Motor", "Inertia", idns.INERTIA, Type.LREAL, 3, "kgcm2"),
+    Row(MOTOR, "MotorType", 141, Type.STRING),
+    Row(MOTOR, "MotorSerialNumber", idns.SERIAL_NUMBER, Type.STRING),
+    Row(MOTOR, "RatedTorque", idns.RATED_TORQUE, Type.LREAL, 3, "Nm"),
+    Row(MOTOR, "RatedSpeed", idns.RATED_SPEED, Type.LREAL, 4, "1/min"),
+    Row(MOTOR, "MaxSpeed", 113, Type.LREAL, 4, "1/min"),
+    Row(MOTOR, "StandstillCurrent", 111, Type.LREAL, 3, "A"),
+    Row(MOTOR, "PeakCurrent", 109, Type.LREAL, 3, "A"),
+    Row(MOTOR, "Inertia", idns.INERTIA, Type.LREAL, 3, "kgcm2"),
     Row("Stop", "BrakeDisconnectionTime", 206, Type.UINT, 0, "ms", is_writable=True),
     Row("Stop", "BrakeCouplingTime", 207, Type.UINT, 0, "ms", is_writable=True),
     Row("Stop", "StopTimeLim", idns.STOP_TIME_LIMIT, Type.UINT, 0, "ms", is_writable=True),
@@ -48,8 +53,9 @@ ROWS: Final = (
 
 
 class DriveParameters:
-    def __init__(self, axis: Axis, one: Object) -> None:
-        self._axis = axis
+    def __init__(self, clock: Clock, axis: Axis, one: Object) -> None:
+        self._clock, self._axis = clock, axis
+        self._until_ns = 0
         self.start_values: dict[str, Value] = {}
         """From the parameter file: written whenever the drive comes onto the ring."""
         self._parameters: dict[str, Parameter] = {}
@@ -62,11 +68,13 @@ class DriveParameters:
     def exchange(self, on_done: Callable[[], None]) -> None:
         """Write start values, read the rest; `on_done` when all have been answered or refused."""
         waiting = len(ROWS)
+        self._until_ns = self._clock.now_ns() + PATIENCE_NS
 
         def answered() -> None:
             nonlocal waiting
             waiting -= 1
             if not waiting:
+                self._look_for_motor()
                 on_done()
 
         for row in ROWS:
@@ -74,6 +82,17 @@ class DriveParameters:
                 self._send(row, self.start_values[row.name], answered)
             else:
                 self._fetch(row, answered)
+
+    def _look_for_motor(self) -> None:
+        """Until the drive knows it."""
+        now_ns = self._clock.now_ns()
+        if self._parameters["MotorType"].value:
+            for row in ROWS:
+                if row.group == MOTOR:
+                    self._fetch(row, lambda: None)
+        elif self._axis.is_operating and now_ns < self._until_ns:
+            row = next(row for row in ROWS if row.name == "MotorType")
+            self._clock.call_at(now_ns + AGAIN_NS, lambda: self._fetch(row, self._look_for_motor))
 
     def _fetch(self, row: Row, answered: Callable[[], None]) -> None:
         def done(outcome: bytes | ServiceError) -> None:

@@ -15,7 +15,7 @@ from fieldrig.link import Link
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.max4.axis import Axis
 from fieldrig_devices.max4.catalogue import Code
-from fieldrig_devices.max4.drive_end import RingDrive
+from fieldrig_devices.max4.drive_end import ALL, RingDrive
 from fieldrig_devices.max4.drive_parameters import DriveParameters
 from fieldrig_devices.max4.version import Version, goes_with, version_of
 from fieldrig_devices.sercos.idn import idn_text
@@ -111,17 +111,28 @@ class RealTimeBus:
             return
         self.state = State.RISING
         self.is_open = True
-        self._master = SercosMaster(
-            self._clock,
-            self._link,
-            self._cycle_ns,
-            [one.drive for one in self.present],
-            on_event=self._on_event,
-            on_cycle=self._host.on_ring_cycle,
-        )
-        self._master.start()
-        self._master.request_phase(4)
+        self._master = master = self._made_master()
+        master.start()
+        master.request_phase(4)
         self._wait = self._clock.call_at(self._clock.now_ns() + self._wait_ns, self._on_wait_over)
+
+    def _made_master(self) -> SercosMaster:
+        """With as many set values as the cycle has room for; without room even so, it says so itself."""
+        for count in range(len(ALL), 0, -1):
+            for one in self.present:
+                one.lay_out(ALL[:count])
+            drives = [one.drive for one in self.present]
+            master = SercosMaster(
+                self._clock,
+                self._link,
+                self._cycle_ns,
+                drives,
+                on_event=self._on_event,
+                on_cycle=self._host.on_ring_cycle,
+            )
+            if master.needed_ns() <= self._cycle_ns:
+                break
+        return master
 
     def stop(self) -> None:
         """Power-off or reset."""

@@ -8,6 +8,7 @@ from typing import Final
 
 from fieldrig.clock import MS, S
 from fieldrig_devices.max4.axis import Axis, AxisState, Mode
+from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Code, Element, ServiceError
 from fieldrig_devices.sercos.service import Done
 
@@ -64,6 +65,10 @@ class SimulatedDrive:
     def _enter(self, state: AxisState) -> None:
         self._place = float(self._axis.position)
         self._axis.enter(state, MC4_STATES[state])
+
+    @property
+    def status(self) -> int:
+        return words.IN_OPERATION if self._axis.axis_state.value >= AxisState.ENABLING.value else words.POWERED
 
     def read(self, idn: int, element: Element, done: Done) -> None:
         done(ServiceError(Code.NO_IDN))

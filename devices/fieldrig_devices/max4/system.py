@@ -149,8 +149,8 @@ class System:
             if drive.simulated:
                 self.process.simulated.append(SimulatedDrive(axis, self.cycle_ns))
             else:
-                self.drives.append(RingDrive(axis, list(drive.commands), self._owner.on_code))
-                self.drive_parameters[symbol] = DriveParameters(axis, one)
+                self.drives.append(RingDrive(axis, drive.commands, self._owner.on_code))
+                self.drive_parameters[symbol] = DriveParameters(self._clock, axis, one)
 
     def _axis_parameters(self, axis: Axis) -> None:
         one = axis.object

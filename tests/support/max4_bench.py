@@ -1,0 +1,155 @@
+"""A controller on a bench: its ring with MC-4 drives, its wires, under virtual time."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from fieldrig.clock import MS
+from fieldrig.config import from_dict
+from fieldrig.device import Device, Value
+from fieldrig.node import LocalNode
+from fieldrig.rig import Rig
+from fieldrig.store import MemoryStore
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.max4.axis import Axis, Mode
+from fieldrig_devices.max4.controller import Max4
+from fieldrig_devices.mc4.drive import Mc4
+
+MAX4 = "fieldrig_devices.max4.controller:Max4"
+MC4 = "fieldrig_devices.mc4.drive:Mc4"
+PLATE = str(Path(__file__).parents[2] / "configs" / "plates" / "sm-100-30-080.yaml")
+
+
+class Bench:
+    """`drives` are names of MC-4 with ring addresses from 1 on; other keywords are settings of the controller."""
+
+    def __init__(
+        self,
+        *drives: str,
+        simulated: tuple[str, ...] = (),
+        store: MemoryStore | None = None,
+        ring: dict[str, Any] | None = None,
+        of_drives: dict[str, dict[str, Any]] | None = None,
+        **settings: Any,
+    ) -> None:
+        axes = {name: {"ring_address": place} for place, name in enumerate(drives, 1)}
+        axes |= {name: {"ring_address": 100 + place, "simulated": True} for place, name in enumerate(simulated)}
+        buses = {"ring0": {"kind": "ring.virtual", **(ring or {})}, "wires": {"kind": "wires.virtual"}}
+        devices: dict[str, Any] = {
+            "max4": {
+                "kind": MAX4,
+                "links": {"ring": "ring0", "wires": "wires"},
+                "drives": axes | settings.pop("more_drives", {}),
+                **settings,
+            }
+        }
+        for place, name in enumerate(drives, 1):
+            devices[name] = {
+                "kind": MC4,
+                "ring_address": place,
+                "motor": {"name_plate": PLATE},
+                "links": {"ring": "ring0"},
+                **(of_drives or {}).get(name, {}),
+            }
+        config = from_dict({"time": "virtual", "seed": 7, "buses": buses, "devices": devices})
+        self.store = store or MemoryStore()
+        self.wires: list[tuple[int, str, Any]] = []
+        self.rig = Rig(config, self._on_delivery, {"max4": self.store})
+        self.outside = self.rig.attach("outside")
+
+    def _on_delivery(self, bus: Any, delivery: Any) -> None:
+        if isinstance(delivery.message, Signal):
+            self.wires.append((delivery.time_ns, delivery.message.name, delivery.message.value))
+
+    @property
+    def max4(self) -> Max4:
+        device = self._device("max4")
+        assert isinstance(device, Max4)
+        return device
+
+    def drive(self, name: str) -> Mc4:
+        device = self._device(name)
+        assert isinstance(device, Mc4)
+        return device
+
+    def _device(self, name: str) -> Device:
+        node = self.rig._nodes[name]
+        assert isinstance(node, LocalNode)
+        return node.device
+
+    def axis(self, name: str) -> Axis:
+        return self.max4.axes[name]
+
+    def run(self, ms: float) -> "Bench":
+        self.rig.run_until(self.rig.now_ns + round(ms * MS))
+        return self
+
+    def until_stamp(self, ms: int) -> "Bench":
+        """On the controller's own clock."""
+        return self.run(ms - self.max4.logger._now_ms())
+
+    def boot(self, ms: float = 20_000) -> "Bench":
+        """Until the boot has finished."""
+        end_ns = self.rig.now_ns + round(ms * MS)
+        while not self.max4.is_booted and self.rig.now_ns < end_ns:
+            self.run(1)
+        assert self.max4.is_booted
+        return self
+
+    def get(self, key: str) -> Value:
+        return self.rig.get("max4", key)
+
+    def set(self, key: str, value: Value) -> "Bench":
+        self.rig.set("max4", key, value)
+        return self
+
+    def do(self, words: str) -> "Bench":
+        return self.set("command", words)
+
+    def fault(self, where: str, **fault: Any) -> int:
+        return self.rig.add_fault(where, fault)
+
+    def heal(self, where: str, number: int) -> "Bench":
+        self.rig.clear_fault(where, number)
+        return self
+
+    def log(self) -> list[str]:
+        """As the tool shows it, newest first."""
+        return self.max4.logger.lines()
+
+    def codes(self) -> list[int]:
+        """Of the log, oldest first."""
+        return [entry.code for _, entry in self.max4.logger.entries()][::-1]
+
+    def enable(self, *names: str) -> "Bench":
+        for name in names:
+            self.set(f"{name}.ControllerEnable", True)
+        return self.run(300)
+
+    def signal(self, wire: str, value: float) -> "Bench":
+        self.outside.link("wires").send(Signal(wire, value))
+        return self
+
+
+class Course:
+    """Set values that a test gives, one a cycle; the last one stays."""
+
+    def __init__(self, values: Iterator[float], mode: Mode = Mode.POSITION) -> None:
+        self.mode = mode
+        self._values = values
+        self.asked = 0
+        self.begun: list[int] = []
+        self.ended = 0
+        self.last: float = 0
+
+    def begin(self, axis: Axis) -> None:
+        self.begun.append(axis.position)
+        self.last = axis.position if self.mode is Mode.POSITION else 0
+
+    def next(self) -> float:
+        self.asked += 1
+        self.last = next(self._values, self.last)
+        return self.last
+
+    def end(self) -> None:
+        self.ended += 1
