@@ -102,15 +102,15 @@ class PortBench(CardBench):
 
 
 class BenchLine:
-    """The PC's end of the line as pyserial has it; while it is read, the card's time goes by.
+    """The PC's end of the line as pyserial has it; with each read in vain `step_ms` of the card's time go by.
 
     `spoil` sees what goes over the line, either way, and gives what arrives.
     """
 
     port = "the bench"
 
-    def __init__(self, bench: PortBench, spoil: Callable[[bytes], bytes] = lambda wire: wire) -> None:
-        self.bench, self._spoil = bench, spoil
+    def __init__(self, bench: PortBench, spoil: Callable[[bytes], bytes], step_ms: float) -> None:
+        self.bench, self._spoil, self._step_ms = bench, spoil, step_ms
         self._arrived = b""
 
     def write(self, data: bytes) -> None:
@@ -118,7 +118,7 @@ class BenchLine:
 
     def read(self, size: int) -> bytes:
         if not self._arrived:
-            self.bench.run_for(1)
+            self.bench.run_for(self._step_ms)
             sent = (one for one in self.bench.user.take() if isinstance(one, bytes))
             self._arrived = b"".join(map(self._spoil, sent))
         taken, self._arrived = self._arrived[:size], self._arrived[size:]
@@ -133,8 +133,12 @@ class BenchLine:
 
 
 def client(
-    bench: PortBench, spoil: Callable[[bytes], bytes] = lambda wire: wire, timeout_s: float = 5.0, retries: int = 3
+    bench: PortBench,
+    spoil: Callable[[bytes], bytes] = lambda wire: wire,
+    step_ms: float = 1.0,
+    timeout_s: float = 5.0,
+    retries: int = 3,
 ) -> ArpPort:
-    found = ArpPort(CardLine(BenchLine(bench, spoil), timeout_s, retries))
+    found = ArpPort(CardLine(BenchLine(bench, spoil, step_ms), timeout_s, retries))
     found.hello()
     return found

@@ -46,6 +46,13 @@ def condition(card: Outside) -> Condition:
     return Condition(card.state, code, faults.error, faults.error_axis, faults.warning, line, count)
 
 
+def news(card: Outside) -> object:
+    """What makes an event when it is another one.  The line is no part of it: only RUN and STEP lead to another."""
+    program, faults = card.program, card.faults
+    state = None if program is None else program.state
+    return card.state, program, state, faults.error, faults.error_axis, faults.warning
+
+
 class DebugRequests:
     def __init__(self, card: Outside, on_go: Callable[[], None]) -> None:
         """`on_go` is called when the program has been set going."""

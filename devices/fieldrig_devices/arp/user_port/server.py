@@ -20,7 +20,7 @@ from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.serial.message import Format, SerialMessage
 from fieldrig_devices.arp.outside import Outside
-from fieldrig_devices.arp.user_port.debugging import DebugRequests, condition
+from fieldrig_devices.arp.user_port.debugging import DebugRequests, condition, news
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
 from fieldrig_devices.arp.user_port.memory import MemoryRequests
@@ -35,10 +35,8 @@ from fieldrig_devices.arp.user_port.messages import (
     UNNUMBERED,
     VERSION,
     Command,
-    Condition,
     Identity,
     Message,
-    ProgramCode,
     RequestError,
     Status,
 )
@@ -82,7 +80,7 @@ class UserPort:
         self._last_answer = b""
         self._heard_ns: int | None = None  # the last good request; None: nobody is there
         self._has_events = False
-        self._told: Condition | None = None
+        self._told: object = None
         self._unasked = 0  # counts them
         self._loop = 0
         line.on_receive(self._on_bytes)
@@ -171,10 +169,10 @@ class UserPort:
     def _tell(self) -> None:
         """One frame, if there is something to tell."""
         if self._has_events:
-            now = condition(self._card)
-            if _news(now) != _news(self._told):
+            now = news(self._card)
+            if now != self._told:
                 self._told = now
-                self._send_unasked(EVENT, now.encode())
+                self._send_unasked(EVENT, condition(self._card).encode())
                 return
         if samples := self._trace.take():
             self._send_unasked(SAMPLES, samples)
@@ -187,10 +185,3 @@ class UserPort:
         wire = encode(body)
         self._free_ns = max(self._free_ns, self._clock.now_ns()) + len(wire) * self._character_ns
         self._line.send(wire)
-
-
-def _news(one: Condition | None) -> Condition | None:
-    """What of it is worth telling when it changes: a program that runs is on another line all the time."""
-    if one is None:
-        return None
-    return one._replace(line=0 if one.program == ProgramCode.RUNNING else one.line, breakpoints=0)

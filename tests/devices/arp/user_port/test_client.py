@@ -137,7 +137,7 @@ class Noise:
 
 def test_a_bad_line_costs_time_and_nothing_else() -> None:
     bench = PortBench("L:\nIF V2 = 0, L\nV1 += 1\nV2 == 0\nGOTO L", is_enabled=True)
-    card = client(bench, Noise(), timeout_s=0.02, retries=20)
+    card = client(bench, Noise(), step_ms=0.01, timeout_s=0.02, retries=20)  # many times of 20 ms are no 10 s
     for count in range(1, 60):
         card.set_variables(2, [1])
         bench.run_for(5)
