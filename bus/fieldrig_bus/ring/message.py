@@ -51,6 +51,8 @@ class Answers:
     """Whether the master's own MST came round."""
     errors: int = 0
     """Telegrams that came with a wrong FCS."""
+    late: int = 0
+    """Stations whose AT was not ready in time: the ring knows, the real master would see them missing."""
 
 
 At = bytes
@@ -61,7 +63,7 @@ RingMessage = Mst | Mdt | Cycle | Answers | bytes
 _CYCLE, _ANSWERS, _AT, _MST, _MDT = range(5)
 _HEAD: Final = struct.Struct("<BIBH")  # sort, number, length of the MST, length of the MDT
 _MST_HEAD: Final = struct.Struct("<BI")  # sort, number
-_ANSWERS_HEAD: Final = struct.Struct("<BI?H")  # sort, number, ring closed, errors
+_ANSWERS_HEAD: Final = struct.Struct("<BI?HH")  # sort, number, ring closed, errors, late
 
 
 def encode(message: RingMessage) -> bytes:
@@ -74,7 +76,7 @@ def encode(message: RingMessage) -> bytes:
     if isinstance(message, Cycle):
         head = _HEAD.pack(_CYCLE, message.number & 0xFFFF_FFFF, len(message.mst), len(message.mdt))
         return head + message.mst + message.mdt
-    head = _ANSWERS_HEAD.pack(_ANSWERS, message.number & 0xFFFF_FFFF, message.ring_closed, message.errors)
+    head = _ANSWERS_HEAD.pack(_ANSWERS, message.number & 0xFFFF_FFFF, message.ring_closed, message.errors, message.late)
     return head + b"".join(len(at).to_bytes(2, "little") + at for at in message.ats)
 
 
@@ -106,7 +108,7 @@ def _decoded_cycle(data: bytes) -> Cycle:
 
 
 def _decoded_answers(data: bytes) -> Answers:
-    _, number, is_closed, errors = _ANSWERS_HEAD.unpack_from(data)
+    _, number, is_closed, errors, late = _ANSWERS_HEAD.unpack_from(data)
     ats, start = [], _ANSWERS_HEAD.size
     while start < len(data):
         end = start + 2 + int.from_bytes(data[start : start + 2], "little")
@@ -114,7 +116,7 @@ def _decoded_answers(data: bytes) -> Answers:
             raise ValueError("an AT is cut short, or has no address")
         ats.append(data[start + 2 : end])
         start = end
-    return Answers(number, tuple(ats), is_closed, errors)
+    return Answers(number, tuple(ats), is_closed, errors, late)
 
 
 def show(message: RingMessage) -> str:
@@ -129,4 +131,5 @@ def show(message: RingMessage) -> str:
     ats = "; ".join(at.hex(" ") for at in message.ats) or "none"
     closed = "" if message.ring_closed else ", ring open"
     errors = f", {message.errors} with a wrong FCS" if message.errors else ""
-    return f"{message.number} ATs {ats}{closed}{errors}"
+    late = f", {message.late} late" if message.late else ""
+    return f"{message.number} ATs {ats}{closed}{errors}{late}"

@@ -13,6 +13,7 @@ MESSAGES = (
         st.lists(ADDRESSED, max_size=8).map(tuple),
         st.booleans(),
         st.integers(0, 60_000),
+        st.integers(0, 60_000),
     )
     | st.builds(Mst, st.integers(0, 0xFFFF_FFFF), st.binary(max_size=4))
     | st.builds(Mdt, st.binary(max_size=300))
@@ -44,4 +45,4 @@ def test_a_line_for_a_person() -> None:
     assert show(Mst(7, bytes.fromhex("FF 04"))) == "7 MST ff 04"
     assert show(Mdt(b"")) == "MDT none"
     assert show(Cycle(8, b"", b"")) == "8 MST failed MDT none"
-    assert show(Answers(9, (b"\x03\x00",), False, 1)) == "9 ATs 03 00, ring open, 1 with a wrong FCS"
+    assert show(Answers(9, (b"\x03\x00",), False, 1, 2)) == "9 ATs 03 00, ring open, 1 with a wrong FCS, 2 late"

@@ -172,7 +172,9 @@ def test_a_distorted_at_is_not_heard_but_counted(where: dict[str, str], left: li
 def test_a_late_at_misses_its_slot() -> None:
     bench = Bench()
     number = bench.fault(what="late", station="knife", count=2)
-    assert [len(bench.answers().ats) for _ in range(4)] == [2, 2, 3, 3]
+    heard = [bench.answers() for _ in range(4)]
+    assert [(len(answers.ats), answers.late) for answers in heard] == [(2, 1), (2, 1), (3, 0), (3, 0)]
+    assert bench.model.statistics(0)["late"] == 2.0
     assert bench.model.all_faults(0)[number]["applied"] == 2
 
 
@@ -234,6 +236,7 @@ def test_statistics_say_whether_the_ring_is_closed() -> None:
         "stations": 3.0,
         "ring_closed": 1.0,
         "wrong_fcs": 0.0,
+        "late": 0.0,
         "overruns": 0.0,
     }
     bench.fault(what="break", after="belt")
