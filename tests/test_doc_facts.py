@@ -31,6 +31,8 @@ from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
+from fieldrig_devices.hiperface.faults import EncoderFault
+from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
@@ -46,6 +48,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a controller": {"controller": Controller},
     "Keys of a fault": faults.models_of(CanFault),
     "Keys of a ring fault": faults.models_of(RingFault),
+    "Keys of an encoder fault": faults.models_of(EncoderFault),
+    "Keys of a name plate": {"plate": NamePlate},
     "Ties": {"tie": Tie},
     "Keys of one unit, of its identification, of its server id": {
         "units": UnitSettings,

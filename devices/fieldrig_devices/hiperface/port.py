@@ -1,0 +1,92 @@
+"""A PC at the encoder's line: conversations over a real port of the computer.
+
+`open_port` takes what pyserial's `serial_for_url` does: a device or pty, socket://HOST:PORT, rfc2217://HOST:PORT.
+"""
+
+import contextlib
+from typing import Any, Final, TypeVar
+
+import serial
+from serial import serialutil
+
+from fieldrig.clock import MS, S
+from fieldrig.errors import BusError, RigError
+from fieldrig_devices.hiperface.client import MotorError
+from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError, Script
+from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
+
+# pyserial has no types
+_now_s: Final[Any] = serialutil.Timeout.TIME
+_serial_for_url: Final[Any] = serial.serial_for_url
+
+try:
+    from termios import error as _termios_error
+
+    NO_PARITY: tuple[type[Exception], ...] = (_termios_error,)
+    """What a pty says to it, which has none."""
+except ImportError:  # Windows has no pty
+    NO_PARITY = ()
+
+READ_S: Final = 0.01
+"""How long one read of the port waits."""
+SLACK_NS: Final = 500 * MS
+"""That answers may take longer than on the line: the ways into the rig and back."""
+
+T = TypeVar("T")
+
+
+class RefusedByEncoderError(RigError):
+    """The encoder answers, but not what was wanted."""
+
+
+class EncoderPort:
+    def __init__(self, line: Any, address: int = FACTORY_ADDRESS, slack_ns: int = SLACK_NS, retries: int = 3) -> None:
+        """`line` is an open port of pyserial whose reads wait for a moment only."""
+        self._line, self._address, self._slack_ns, self._retries = line, address, slack_ns, retries
+
+    def close(self) -> None:
+        self._line.close()
+
+    def run(self, script: Script[T]) -> T:
+        """BusError if nobody answers, RefusedByEncoderError for what the encoder has not or doesn't do."""
+        conversation = Conversation(script, self._address, retries=self._retries, slack_ns=self._slack_ns)
+        try:
+            while not conversation.is_done:
+                self._step(conversation)
+        except (serial.SerialException, OSError) as cause:
+            raise BusError(f"{self._line.port} is gone: {cause}", "has its rig ended? start it again") from cause
+        try:
+            return conversation.result()
+        except NoAnswerError as wrong:
+            raise BusError(
+                f"{wrong} at {self._line.port}",
+                "is its rig up, is this the encoder's line, and is its address the right one?",
+            ) from wrong
+        except (AnsweredError, MotorError) as wrong:
+            raise RefusedByEncoderError(str(wrong)) from wrong
+
+    def _step(self, conversation: Conversation[Any]) -> None:
+        if sent := conversation.due(_now_ns()):
+            self._line.write(sent)
+        data: bytes = self._line.read(1)
+        if data:
+            data += self._line.read(self._line.in_waiting)
+            conversation.receive(_now_ns(), data)
+
+
+def _now_ns() -> int:
+    now_s: float = _now_s()
+    return round(now_s * S)
+
+
+def open_port(port: str, baud: int = 9600, address: int = FACTORY_ADDRESS) -> EncoderPort:
+    """BusError, with its remedy, if the port can't be had."""
+    try:
+        line = _serial_for_url(port, baud, timeout=READ_S)
+        with contextlib.suppress(*NO_PARITY):
+            line.parity = serial.PARITY_EVEN
+    except (serial.SerialException, OSError, ValueError) as cause:
+        raise BusError(
+            f"can't open {port}: {cause}", "right would be a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+        ) from cause
+    return EncoderPort(line, address)

@@ -1,0 +1,47 @@
+"""What the encoder keeps, as bytes for its store."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig_devices.hiperface.memory import FREE, Eeprom, RefusedError, size_of
+
+
+def kept() -> Eeprom:
+    eeprom = Eeprom(0x42, 0xE5, 7, -3)
+    eeprom.codes[2] = 0x12
+    eeprom.create(0, 0xC1, 0)
+    eeprom.store(0, 3, b"abc", 0)
+    return eeprom
+
+
+def test_memory_is_what_it_was() -> None:
+    assert Eeprom.decode(kept().encode()) == kept()
+
+
+@pytest.mark.parametrize("place", range(len(kept().encode())))
+def test_damage_anywhere_is_found(place: int) -> None:
+    data = bytearray(kept().encode())
+    data[place] ^= 0x10
+    with pytest.raises(ValueError, match="checksum"):
+        Eeprom.decode(bytes(data))
+
+
+@pytest.mark.parametrize("length", range(len(kept().encode())))
+def test_a_part_is_no_memory(length: int) -> None:
+    with pytest.raises(ValueError, match=r"checksum|cut short"):
+        Eeprom.decode(kept().encode()[:length])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 255), st.integers(0, 255)), max_size=30))
+def test_no_order_of_changes_leads_astray(orders: list[tuple[int, int, int]]) -> None:
+    eeprom = Eeprom()
+    for number, status, code in orders:
+        try:
+            eeprom.create(number, status, code)
+        except RefusedError:
+            continue
+    assert eeprom.free == FREE - sum(size_of(one.status) for one in eeprom.fields) >= 0
+    assert all(len(one.data) == size_of(one.status) for one in eeprom.fields)
+    assert Eeprom.decode(eeprom.encode()) == eeprom
