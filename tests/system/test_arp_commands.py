@@ -34,6 +34,7 @@ BEG TWICE
 V2 == COUNT * 2
 END
 """
+CTRL_C, CTRL_D = "\x03", "\x04"
 LONG = "BEG MAIN\nL:\n" + "".join(f"V{number} == {number} * V1\n" for number in range(1, 300)) + "GOTO L\nEND\n"
 
 
@@ -224,9 +225,30 @@ def test_a_pc_that_goes_away_leaves_the_old_program(cards: Cards, blocks: int) -
     assert cards.told(1)["name"] == "count"
 
 
+# ---- on a terminal
+
+
+def test_a_live_table_on_a_terminal(cards: Cards) -> None:
+    cards.fresh(2)
+    cards.said(2, "run")
+    with Terminal(
+        shlex.join([*FIELDRIG, "arp", "watch", "V1", "STATE", "--port", cards.ports[2]]), cards.folder
+    ) as shown:
+        shown.until_shown("V1", "STATE", "RUN")
+        assert shown.press(CTRL_C) == 0
+
+
+def test_a_download_on_a_terminal_shows_how_far_it_is(cards: Cards) -> None:
+    cards.fresh(1)
+    line = shlex.join([*FIELDRIG, "arp", "download", "long.I01", "--port", cards.ports[1], "--baud", "9600"])
+    with Terminal(f"{line}; read done", cards.folder) as shown:
+        shown.until_shown("to card 01", "%", "long.I01: ")
+        assert shown.press("\n") == 0
+    assert cards.told(1)["name"] == "long"
+
+
 # ---- debug
 
-CTRL_C, CTRL_D = "\x03", "\x04"
 SCRIPT = "break TWICE\nrun\nwhere\nprint COUNT\nnext\nstep\ndelete\ncontinue 0\n"
 
 

@@ -113,7 +113,7 @@ class ArpPort:
         self.close()
 
     def request(self, command: Command, data: bytes = b"", patience_s: float = 0.0) -> bytes:
-        """The data of the answer; for what has no method here."""
+        """The data of the answer, which may take `patience_s`; for what has no method here."""
         self._sequence = self._sequence % 255 + 1
         return _checked(self._line.ask(Message(self._number, self._sequence, command, data), patience_s))
 

@@ -43,13 +43,13 @@ class CardLine:
         self._line.close()
 
     def ask(self, request: Message, patience_s: float = 0.0) -> Message:
-        """The answer; `patience_s` is how long it may take, where that is longer than usual."""
+        """The answer; `patience_s` is how long to go on asking, where that is longer than usual."""
         self._answers.clear()
         self._quiet = _Timeout(KEEP_S)
         wire = encode(request.encode())
-        for _ in range(1 + self._retries):
+        for _ in range(max(1 + self._retries, int(patience_s / self._timeout_s))):
             self._on_port(lambda: self._line.write(wire))
-            timeout = _Timeout(max(patience_s, self._timeout_s))
+            timeout = _Timeout(self._timeout_s)
             while not timeout.expired():
                 self._read()
                 if (answer := self._answer_to(request)) is not None:

@@ -143,12 +143,12 @@ class UserPort:
     def _hello(self) -> bytes:
         """A PC begins: nothing is left of another one, but breakpoints."""
         self._end_session()
+        self._last_request = None
         self._heard_ns = self._clock.now_ns()
         return Identity(self._card.number, LARGEST_DATA, self._card.program_name[:LONGEST_TEXT]).encode()
 
     def _end_session(self) -> None:
         self._heard_ns = None
-        self._last_request = None
         self._has_events = False
         self._trace.stop()
         self._transfer.drop()

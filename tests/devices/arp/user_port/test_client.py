@@ -147,6 +147,20 @@ def test_a_bad_line_costs_time_and_nothing_else() -> None:
     assert card.upload() == LONG
 
 
+def test_a_commit_whose_answer_is_lost_is_not_carried_out_twice() -> None:
+    lost = list[bytes]()
+
+    def lose_the_first(wire: bytes) -> bytes:
+        is_answer = wire[4:5] == b"\xb2"
+        if is_answer:
+            lost.append(wire)
+        return b"" if is_answer and len(lost) < 3 else wire
+
+    bench = PortBench(COUNT)
+    client(bench, lose_the_first, step_ms=0.01, timeout_s=0.05).download(LONG)
+    assert (len(lost), len(set(lost)), bench.outside.program_name) == (3, 1, "LONG")
+
+
 def silent(_wire: bytes) -> bytes:
     return b""
 

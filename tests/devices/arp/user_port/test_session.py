@@ -81,6 +81,15 @@ def test_the_same_request_is_carried_out_once_and_answered_as_often_as_it_comes(
     assert bench.told_state()[0] == 4
 
 
+def test_it_is_so_after_a_long_silence_too() -> None:
+    bench = PortBench("L:\nGOTO L", is_enabled=True)
+    first = bench.send(0x04, sequence=9)
+    bench.run_for(20_000)
+    bench.outside.run_program()
+    assert bench.send(0x04, sequence=9) == first
+    assert bench.told_state()[0] == 3
+
+
 def test_another_request_with_the_same_number_is_another_request(bench: PortBench) -> None:
     bench.send(WRITE_V, bytes.fromhex("01 00 01 00 00 00"), sequence=5)
     bench.send(WRITE_V, bytes.fromhex("01 00 02 00 00 00"), sequence=5)
