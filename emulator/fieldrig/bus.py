@@ -16,6 +16,7 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 
 if TYPE_CHECKING:
+    from fieldrig.bus_questions import Subject
     from fieldrig.device import Tool
 
 M = TypeVar("M")
@@ -125,6 +126,14 @@ class Attachment(Protocol):
     def member(self) -> str: ...
 
     @property
+    def process(self) -> str:
+        """The process that this member lives in, for a bus that speaks once for all members of one."""
+
+    @property
+    def members(self) -> Mapping[str, str]:
+        """Every device that is linked to this bus, in the order of the rig file, and the process it lives in."""
+
+    @property
     def rig(self) -> str:
         """The rig's name, for whatever two rigs could mix up."""
 
@@ -143,6 +152,9 @@ class Attachment(Protocol):
 
     def session(self) -> Any:
         """This process's Zenoh session, open."""
+
+    def serve(self, subject: "Subject") -> None:
+        """From now on this process answers for the whole bus: what is asked for its status, and about its faults."""
 
 
 class Bus(ABC, Generic[M]):

@@ -13,7 +13,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -41,6 +41,8 @@ class BusEntry:
     kind: str
     bus: Bus[Any]
     process: str | None
+    members: Mapping[str, str] = field(default_factory=dict)
+    """Every device of the file that is linked to it, in the order of the file, and the process it lives in."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class _Loader:
         needed = self._needed(devices_data)
         for name, entry in self._mapping(("buses",), data.get("buses")).items():
             if needed is None or name in needed:
-                self._buses[name] = self._bus(name, entry)
+                self._buses[name] = self._bus(name, entry, _members(name, devices_data))
         devices = self._devices(devices_data)
         buses = {name: bus for name, bus in self._buses.items() if bus is not None}
         self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None))
@@ -164,13 +166,9 @@ class _Loader:
         """Names of the buses to make; None for all."""
         if self._only is None:
             return None
-        links = [
-            entry.get("links") for name, entry in devices.items() if name in self._only and isinstance(entry, dict)
-        ]
-        linked = [names for link in links if isinstance(link, dict) for names in link.values()]
-        return {*self._only, *(name for names in linked for name in as_tuple(names))}
+        return {*self._only, *(bus for name, entry in devices.items() if name in self._only for bus in _linked(entry))}
 
-    def _bus(self, name: Any, data: Any) -> BusEntry | None:
+    def _bus(self, name: Any, data: Any, members: Mapping[str, str]) -> BusEntry | None:
         path = ("buses", name)
         entry = self._entry(path, data, BusKeys)
         if entry is None:
@@ -187,7 +185,7 @@ class _Loader:
         if settings is None:
             return None
         try:
-            return BusEntry(name, keys.kind, cls(name, settings), keys.process)
+            return BusEntry(name, keys.kind, cls(name, settings), keys.process, members)
         except (RigError, ValueError) as wrong:
             self._mistake(path, *described(wrong))
             return None
@@ -285,6 +283,17 @@ class _Loader:
 
     def _mistake(self, path: KeyPath, what: str, remedy: str) -> None:
         self._mistakes.append(Mistake(*self._source.mark(path), key_text(path), what, remedy))
+
+
+def _linked(device: Any) -> list[str]:
+    """Names of the buses that a device's entry names, as it stands in the file, right or wrong."""
+    links = device.get("links") if isinstance(device, dict) else None
+    return [bus for names in links.values() for bus in as_tuple(names)] if isinstance(links, dict) else []
+
+
+def _members(bus: Any, devices: Mapping[Any, Any]) -> dict[str, str]:
+    """Also those that this process doesn't host, and so are not checked here."""
+    return {name: entry.get("process") or name for name, entry in devices.items() if bus in _linked(entry)}
 
 
 def described(wrong: Exception) -> tuple[str, str]:

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from fieldrig import endpoint
-from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream
 from fieldrig.config import RigConfig, load
 from fieldrig.control import Control, NobodyError
@@ -92,8 +91,6 @@ class Host:
         await process.open()
         control.show_life(f"alive/{name}")
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
-        for bus_name, hub in process.hubs.items():
-            control.serve(f"bus/{bus_name}/*", answers_of_bus(hub))
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         terms = await self._join(control)
@@ -130,7 +127,7 @@ class Host:
             **facts(),
             "state": self._state,
             "timers": process.clock.lateness(),
-            "buses": {name: hub.statistics() for name, hub in process.hubs.items()},
+            "buses": {name: subject.statistics() for name, subject in process.served.items()},
         }
 
     def _on_exception(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

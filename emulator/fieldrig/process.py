@@ -13,6 +13,7 @@ from typing import Any
 from fieldrig.attach import RemoteLink
 from fieldrig.build import build_device
 from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
+from fieldrig.bus_questions import Subject, answers_of_bus
 from fieldrig.bus_stream import OnDelivery
 from fieldrig.config import DeviceEntry, RigConfig
 from fieldrig.control import Control
@@ -36,6 +37,7 @@ class End:
     def __init__(self, member: str, bus: Bus[Any], process: "DeviceProcess") -> None:
         self.clock, self.member = process.clock, member
         self.rig, self.seed = process.config.name, process.config.seed
+        self.process, self.members = process.plan.name, process.config.buses[bus.name].members
         self._bus, self._process = bus, process
 
     def path(self, name: str) -> Path:
@@ -50,6 +52,9 @@ class End:
     def session(self) -> Any:
         return self._process.control.session
 
+    def serve(self, subject: Subject) -> None:
+        self._process.serve(self._bus.name, subject)
+
 
 class DeviceProcess:
     """Call `open`, `attach` and `start` in this order, and `close` at any time."""
@@ -57,6 +62,8 @@ class DeviceProcess:
     def __init__(self, config: RigConfig, plan: ProcessPlan, clock: RealClock, control: Control) -> None:
         self.config, self.plan, self.clock, self.control = config, plan, clock, control
         self.hubs: dict[str, LocalHub] = {}
+        self.served: dict[str, Subject] = {}
+        """The buses that this process answers for: its hubs', and direct ones of which it hosts the centre."""
         self.devices: dict[str, Device] = {}
         self._listeners: dict[str, OnDelivery | None] = {}
         self._run = config.run.absolute()
@@ -98,6 +105,13 @@ class DeviceProcess:
             hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed)
             await hub.open()
             self.hubs[name] = hub
+            self.serve(name, hub)
+
+    def serve(self, bus: str, subject: Subject) -> None:
+        """Answer questions about a bus; who answered them before doesn't any more."""
+        if bus not in self.served:
+            self.control.serve(f"bus/{bus}/*", lambda verb, message: answers_of_bus(self.served[bus])(verb, message))
+        self.served[bus] = subject
 
     async def attach(self, patience_s: float) -> None:
         """Get every device's ends of its buses.  BusError if one can't be had."""

@@ -1,12 +1,13 @@
 """Join one bus in real time without being a device of a rig: for tools that send, listen and are gone again."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from fieldrig.attach import RemoteLink
 from fieldrig.bus import Bus, DirectBus, ModelBus
+from fieldrig.bus_questions import Subject
 from fieldrig.clock import Clock
 from fieldrig.errors import BusError
 from fieldrig.link import Link
@@ -29,6 +30,8 @@ class _Visitor:
     """An `Attachment`."""
 
     rig, seed = "", 0
+    process: Final = "visitor"
+    members: Final[Mapping[str, str]] = {}
 
     def __init__(self, member: str, clock: RealClock, run: Path) -> None:
         self.member, self.clock, self._run = member, clock, run
@@ -44,6 +47,9 @@ class _Visitor:
 
     def session(self) -> Any:
         raise BusError("this bus is carried by the control service of a rig", "name a device of the rig instead")
+
+    def serve(self, subject: Subject) -> None:
+        """A visitor answers no questions."""
 
 
 async def _visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:

@@ -480,6 +480,19 @@ def test_a_process_loads_only_what_it_hosts(loaded: Loaded) -> None:
     assert (list(config.buses), list(config.devices)) == (["words"], [])
 
 
+def test_a_bus_knows_all_its_members_in_every_process(loaded: Loaded) -> None:
+    text = """
+        time: virtual
+        buses: {can0: {kind: can.virtual}}
+        devices:
+          two: {kind: KIND, node_id: 2, links: {can: can0}, process: rack}
+          one: {kind: KIND, node_id: 1, links: {can: can0}}
+    """.replace("KIND", NODE)
+    members = [("two", "rack"), ("one", "one")]
+    assert list(loaded(text).buses["can0"].members.items()) == members
+    assert list(loaded(text, only={"one"}).buses["can0"].members.items()) == members
+
+
 # -- from memory
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from hub_bench import LoopBench
 
 from fieldrig.bus import DirectBus
+from fieldrig.bus_questions import Subject
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
 
@@ -17,11 +18,14 @@ class At:
     """An Attachment that keeps what goes into the trace."""
 
     rig = "lab"
+    process = "lab"
     seed = 7
 
     def __init__(self, member: str, clock: RealClock) -> None:
         self.member, self.clock = member, clock
+        self.members: dict[str, str] = {}
         self.traced: list[tuple[str, Any]] = []
+        self.served: list[Subject] = []
 
     def path(self, name: str) -> Path:
         raise NotImplementedError
@@ -34,6 +38,9 @@ class At:
 
     def heard(self, sender: str, message: Any) -> None:
         self.traced.append((sender, message))
+
+    def serve(self, subject: Subject) -> None:
+        self.served.append(subject)
 
 
 class DirectBench(LoopBench):

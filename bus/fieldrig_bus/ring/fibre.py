@@ -169,7 +169,7 @@ class Fibre:
     @staticmethod
     def _taken(layout: _Layout) -> list[bytes]:
         """The ATs that are sent after this MST, out of the buffers."""
-        ats = []
+        ats: list[bytes] = []
         for one in layout.hearing:
             ats += one.ats.values()
             one.ats.clear()
