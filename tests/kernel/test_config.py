@@ -481,16 +481,9 @@ def test_a_process_loads_only_what_it_hosts(loaded: Loaded) -> None:
 
 
 def test_a_bus_knows_all_its_members_in_every_process(loaded: Loaded) -> None:
-    text = """
-        time: virtual
-        buses: {can0: {kind: can.virtual}}
-        devices:
-          two: {kind: KIND, node_id: 2, links: {can: can0}, process: rack}
-          one: {kind: KIND, node_id: 1, links: {can: can0}}
-    """.replace("KIND", NODE)
-    members = [("two", "rack"), ("one", "one")]
-    assert list(loaded(text).buses["can0"].members.items()) == members
-    assert list(loaded(text, only={"one"}).buses["can0"].members.items()) == members
+    members = [("io", "rack"), ("reader", "reader")]
+    assert list(loaded(RIGHT).buses["words"].members.items()) == members
+    assert list(loaded(RIGHT, only={"reader"}).buses["words"].members.items()) == members
 
 
 # -- from memory
