@@ -140,6 +140,7 @@ class Axis:
         position = self.position
         self.set_increments = round(position)
         self.e = (self.set_increments - position) * RAD
+        self._way, self._lead = 0, 0.0
         self._is_at_rest = False
 
     def put(self, increments: int) -> None:

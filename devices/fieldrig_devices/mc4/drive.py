@@ -65,7 +65,9 @@ class Mc4(Device):
         }
         self._told: dict[str, bool] = {}
         self._courses: dict[str, Motion] = {}
+        self._tells_shaft = encoder is not None or settings.shaft_wire is not None
         if wires is not None:
+            self._side.on_moved = self._tell_positions
             inputs = {
                 self._names["inverter_enable"]: self._on_inverter_enable,
                 self._names["load_torque"]: self._on_load_torque,
@@ -152,7 +154,8 @@ class Mc4(Device):
     def _tell_positions(self) -> None:
         axis, gear = self.machine.axis, self._settings.load.gear_ratio
         shaft = self.machine.shaft_increments * RAD
-        self._tell_course("shaft", shaft, axis.v)
+        if self._tells_shaft:
+            self._tell_course("shaft", shaft, axis.v)
         self._tell_course("position", (shaft - axis.twist) / gear, (axis.load_speed if axis.twist else axis.v) / gear)
 
     def _tell_course(self, what: str, position: float, speed: float) -> None:

@@ -52,6 +52,8 @@ class RingSide:
         self._numbers = self._live()
         for idn, number in self._numbers.items():
             self._show(idn, number)
+        self.on_moved: Callable[[], None] | None = None
+        """Called after each cycle in which nothing but the axis went on."""
         self.feedback: Callable[[], tuple[int, ...]] = tuple
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
@@ -77,6 +79,8 @@ class RingSide:
         axis = machine.axis
         axis.cycle()
         self._value(commands)
+        if self.on_moved is not None:
+            self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         return self._status, self.feedback()
