@@ -29,10 +29,12 @@ class Bench:
         simulated: tuple[str, ...] = (),
         store: MemoryStore | None = None,
         ring: dict[str, Any] | None = None,
+        addresses: dict[str, int] | None = None,
         of_drives: dict[str, dict[str, Any]] | None = None,
         **settings: Any,
     ) -> None:
-        axes = {name: {"ring_address": place} for place, name in enumerate(drives, 1)}
+        self.addresses = addresses or {name: place for place, name in enumerate(drives, 1)}
+        axes: dict[str, Any] = {name: {"ring_address": address} for name, address in self.addresses.items()}
         axes |= {name: {"ring_address": 100 + place, "simulated": True} for place, name in enumerate(simulated)}
         buses = {"ring0": {"kind": "ring.virtual", **(ring or {})}, "wires": {"kind": "wires.virtual"}}
         devices: dict[str, Any] = {
@@ -43,10 +45,10 @@ class Bench:
                 **settings,
             }
         }
-        for place, name in enumerate(drives, 1):
-            devices[name] = {
+        for name, address in self.addresses.items():
+            devices[name.lower()] = {
                 "kind": MC4,
-                "ring_address": place,
+                "ring_address": address,
                 "motor": {"name_plate": PLATE},
                 "links": {"ring": "ring0"},
                 **(of_drives or {}).get(name, {}),
@@ -73,7 +75,7 @@ class Bench:
         return device
 
     def _device(self, name: str) -> Device:
-        node = self.rig._nodes[name]
+        node = self.rig._nodes[name.lower()]
         assert isinstance(node, LocalNode)
         return node.device
 
@@ -84,9 +86,11 @@ class Bench:
         self.rig.run_until(self.rig.now_ns + round(ms * MS))
         return self
 
-    def until_stamp(self, ms: int) -> "Bench":
-        """On the controller's own clock."""
-        return self.run(ms - self.max4.logger._now_ms())
+    def clock_shows(self, ms: int) -> "Bench":
+        """Time passes on the controller's own clock and nothing happens, so that a test need not wait for hours."""
+        with self.rig._present("max4"):
+            self.max4._boot._zero_ns = self.rig.now_ns - ms * MS
+        return self
 
     def boot(self, ms: float = 20_000) -> "Bench":
         """Until the boot has finished."""
@@ -107,10 +111,10 @@ class Bench:
         return self.set("command", words)
 
     def fault(self, where: str, **fault: Any) -> int:
-        return self.rig.add_fault(where, fault)
+        return self.rig.add_fault(where.lower(), fault)
 
     def heal(self, where: str, number: int) -> "Bench":
-        self.rig.clear_fault(where, number)
+        self.rig.clear_fault(where.lower(), number)
         return self
 
     def log(self) -> list[str]:

@@ -249,6 +249,10 @@ class Max4(Device):
         if self.is_on:
             self.reports.report(code, sender, ext)
 
+    def tcp_connected(self, peer: str) -> None:
+        """A server has taken a connection from this IPv4 address (PD-283)."""
+        self.report(Code.TCP_CONNECTED, LZS, "".join(f"{int(part):02x}" for part in peer.split(".")))
+
     def quit_all(self) -> None:
         if self.bus is not None:
             self.bus.quit()

@@ -151,7 +151,7 @@ class RingDrive:
             self._sent, self._control = values, control
             self._master.set_commands(self._address, control, *values)
         self._is_idle = not axis.is_controlled and not axis.is_enabled
-        self._held = axis.set_value if control == FOLLOWING else None
+        self._held = axis.set_value if axis.is_controlled and control == FOLLOWING else None
 
     def _values(self, position: int, velocity: int, torque: int) -> tuple[int, ...]:
         if self._places == ALL:

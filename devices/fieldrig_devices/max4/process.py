@@ -51,6 +51,8 @@ class RealTimeProcess:
         self._late_ns = clock.late_ns()
         for drive in drives:
             drive.take()
+        for simulated in self.simulated:
+            simulated.take()
         for logic in self.logic_encoders:
             logic.step(self.cycle_ns)
         for master in self.master_encoders:
@@ -63,7 +65,7 @@ class RealTimeProcess:
         for drive in drives:
             drive.give()
         for simulated in self.simulated:
-            simulated.step()
+            simulated.give()
         if self.write_reserve_us < 0:
             self._overflow()
         else:

@@ -21,6 +21,7 @@ class SimulatedDrive:
         self._axis, self._cycle_ns = axis, cycle_ns
         self._rest_ns = 0
         self._place = 0.0
+        self._asked: tuple[Mode, float] | None = None
 
     def start(self) -> None:
         self._axis.drive = self
@@ -32,8 +33,12 @@ class SimulatedDrive:
         self._axis.drive = None
         self._axis.enter(AxisState.NO_HARDWARE_ENABLE, 0x00, is_operating=False)
 
-    def step(self) -> None:
-        """One cycle."""
+    def give(self) -> None:
+        """Set values of this cycle."""
+        self._asked = self._axis.ask() if self._axis.is_controlled else None
+
+    def take(self) -> None:
+        """Actual values: those that the set values of the cycle before have led to."""
         axis = self._axis
         if not axis.is_enabled:
             axis.velocity, axis.torque = 0.0, 0
@@ -46,8 +51,8 @@ class SimulatedDrive:
             self._rest_ns -= self._cycle_ns
             if self._rest_ns <= 0:
                 self._enter(AxisState.CONTROLLED)
-        else:
-            self._move(*axis.ask())
+        elif self._asked is not None:
+            self._move(*self._asked)
 
     def _move(self, mode: Mode, value: float) -> None:
         axis = self._axis
