@@ -33,6 +33,14 @@ from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
+from fieldrig_devices.mc4.faults import DriveFault
+from fieldrig_devices.mc4.settings import (
+    AmplifierSettings,
+    LoadSettings,
+    MotorSettings,
+    ParameterSettings,
+    VersionSettings,
+)
 from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
@@ -50,6 +58,14 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a ring fault": faults.models_of(RingFault),
     "Keys of an encoder fault": faults.models_of(EncoderFault),
     "Keys of a name plate": {"plate": NamePlate},
+    "Keys of a drive fault": faults.models_of(DriveFault),
+    "Keys of motor, load, amplifier, parameters, versions": {
+        "motor": MotorSettings,
+        "load": LoadSettings,
+        "amplifier": AmplifierSettings,
+        "parameters": ParameterSettings,
+        "versions": VersionSettings,
+    },
     "Ties": {"tie": Tie},
     "Keys of one unit, of its identification, of its server id": {
         "units": UnitSettings,
