@@ -105,6 +105,12 @@ def test_a_plate_is_read_written_and_edited_in_an_encoder(rig: EncoderRig, line:
     assert rig.json("nameplate", "read", *port)["peak_torque_nm"] == 32.0
 
 
+def test_rig_prints_the_line_that_reads_the_plate(rig: EncoderRig) -> None:
+    [line] = [line.split(maxsplit=2)[2] for line in rig.output().splitlines() if "fieldrig nameplate" in line]
+    assert line == f"fieldrig nameplate read --port {rig.socket} --address 40"
+    assert rig.tool(*line.split()[1:]).returncode == Exit.OK
+
+
 def test_what_is_wrong_is_said(rig: EncoderRig) -> None:
     number = rig.tool("fault", "second", "memory").stdout.strip()
     done = rig.tool("nameplate", "read", "--port", rig.socket)

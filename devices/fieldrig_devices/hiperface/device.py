@@ -10,17 +10,19 @@ import binascii
 import logging
 from collections.abc import Mapping
 from math import tau
-from random import Random
 from typing import Any, Final, Literal
 
 from pydantic import Field
 
+from fieldrig.bus import Bus
 from fieldrig.clock import Clock
-from fieldrig.device import Device, Point, Value
+from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig.store import Store
 from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.serial.rfc2217 import SerialRfc2217
+from fieldrig_bus.serial.tcp import SerialTcp
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
 from fieldrig_devices.hiperface.faults import EncoderFaults
@@ -63,7 +65,7 @@ class SmEncoder(Device):
         name: str,
         settings: SmEncoderSettings,
         store: Store,
-        random: Random,
+        random: Any,
         line: Link[SerialMessage],
         wires: Link[Signal] | None = None,
     ) -> None:
@@ -179,6 +181,18 @@ class SmEncoder(Device):
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
         return self._faults.about()
+
+    @classmethod
+    def tools(cls, name: str, settings: SmEncoderSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+        """A pty's path is among the lines of its bus."""
+        match links.get("line"):
+            case SerialTcp(settings=line) if line.listen is not None:
+                port = f"socket://{line.listen}"
+            case SerialRfc2217(settings=line):
+                port = f"rfc2217://{line.listen}"
+            case _:
+                return []
+        return [Tool("name plate", f"fieldrig nameplate read --port {port} --address {settings.address:02X}")]
 
 
 def _mark_of(plate: NamePlate, settings: SmEncoderSettings) -> bytes:

@@ -1,7 +1,6 @@
 """Faults of an encoder: what they may be told, and what they do to it."""
 
 from collections.abc import Mapping
-from random import Random
 from typing import Annotated, Any, Final, Literal, cast
 
 from pydantic import Field, ValidationError
@@ -74,7 +73,8 @@ SCALED: Final = {
 class EncoderFaults:
     """Those of one encoder with this plate."""
 
-    def __init__(self, clock: Clock, encoder: HiperfaceEncoder, plate: NamePlate, random: Random) -> None:
+    def __init__(self, clock: Clock, encoder: HiperfaceEncoder, plate: NamePlate, random: Any) -> None:
+        """`random` is the rig's for this device, a random.Random; devices don't import that."""
         self._clock, self._encoder, self._plate = clock, encoder, plate
         self._given: Faults[Fault[Any]] = Faults(Fault, random)
         encoder.requests.trouble = Trouble(
