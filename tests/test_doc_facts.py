@@ -33,6 +33,9 @@ from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
+from fieldrig_devices.max4.configuration import DriveSettings
+from fieldrig_devices.max4.faults import Max4Fault
+from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
     AmplifierSettings,
@@ -58,6 +61,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a ring fault": faults.models_of(RingFault),
     "Keys of an encoder fault": faults.models_of(EncoderFault),
     "Keys of a name plate": {"plate": NamePlate},
+    "Keys of a controller fault": faults.models_of(Max4Fault),
+    "Keys of drives, boot and process": {"drives": DriveSettings, "boot": BootTimes, "process": ProcessTimes},
     "Keys of a drive fault": faults.models_of(DriveFault),
     "Keys of motor, load, amplifier, parameters, versions": {
         "motor": MotorSettings,
