@@ -12,15 +12,15 @@ from typing import Final
 from fieldrig.clock import MS, S
 from fieldrig_devices.arp.faults import PARAMETERS, Faults
 from fieldrig_devices.arp.fixed import LIMIT, SCALE
-from fieldrig_devices.arp.motion import profile
 from fieldrig_devices.arp.motion.axis import Axis
 from fieldrig_devices.arp.motion.cam import Cam
 from fieldrig_devices.arp.motion.cam_table import CamTable, Demand, TableError, read_points
 from fieldrig_devices.arp.motion.guides import Move, Run
-from fieldrig_devices.arp.motion.profile import Limits
 from fieldrig_devices.arp.motion.setup import Setup
 from fieldrig_devices.arp.parameters import GENERAL, Kind, Par, Parameters
 from fieldrig_devices.arp.readings import Readings
+from fieldrig_devices.motion import profile
+from fieldrig_devices.motion.profile import Limits
 
 log = logging.getLogger(__name__)
 

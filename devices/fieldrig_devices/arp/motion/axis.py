@@ -14,9 +14,9 @@ from fieldrig_devices.arp.motion.counter import Counter
 from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
 from fieldrig_devices.arp.motion.latch import Latch
 from fieldrig_devices.arp.motion.position_loop import PositionLoop
-from fieldrig_devices.arp.motion.profile import State
 from fieldrig_devices.arp.motion.setup import Setup, Shares
 from fieldrig_devices.arp.parameters import Kind
+from fieldrig_devices.motion.profile import State
 
 
 class Guide(Protocol):

@@ -12,9 +12,9 @@ from fieldrig_devices.arp.motion.axis import Axis
 from fieldrig_devices.arp.motion.cam_table import CamTable, Value
 from fieldrig_devices.arp.motion.flags import AxisFlag
 from fieldrig_devices.arp.motion.guides import Move, coast
-from fieldrig_devices.arp.motion.profile import Limits, State, move
 from fieldrig_devices.arp.motion.setup import Offset
 from fieldrig_devices.arp.parameters import Kind
+from fieldrig_devices.motion.profile import Limits, State, move
 
 _GRAIN: Final = 0.0005  # half of what a raw number counts
 

@@ -6,7 +6,7 @@ sampled lies on the closed solution however long the control period is.
 
 from fieldrig.clock import S
 from fieldrig_devices.arp.motion.axis import Axis
-from fieldrig_devices.arp.motion.profile import Profile, State, keep
+from fieldrig_devices.motion.profile import Profile, State, keep
 
 _AT_REST = State(0.0, 0.0, 0.0)
 _GRAIN_S = 1e-9  # of time: an end that falls together with a sample is not missed by the last bit of a float

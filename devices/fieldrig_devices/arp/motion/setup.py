@@ -9,11 +9,13 @@ from typing import Final, Self
 
 from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.motion.counter import Span
-from fieldrig_devices.arp.motion.profile import SMALLEST, Limits
 from fieldrig_devices.arp.parameters import Kind, ParX
+from fieldrig_devices.motion.profile import Limits
 
 _NS_OF_RAW: Final = 1_000_000  # one raw unit of a time is a millisecond
 _FULL: Final = 100.0  # per cent
+_SMALLEST: Final = 0.001
+"""What a limit of 0 % comes down to: the smallest that its parameter can hold."""
 _REVERSED_ENCODER, _REVERSED_OUTPUT = 1, 2  # bits of @ParX[3]
 
 
@@ -85,9 +87,9 @@ class Shares:
     def of(self, setup: Setup) -> Limits:
         """The limits in force now: each instruction takes them when it begins (digest 12)."""
         return Limits(
-            max(setup.speed * self.speed / _FULL, SMALLEST),
-            max(setup.acceleration * self.acceleration / _FULL, SMALLEST),
-            max(setup.acceleration * self.deceleration / _FULL, SMALLEST),
+            max(setup.speed * self.speed / _FULL, _SMALLEST),
+            max(setup.acceleration * self.acceleration / _FULL, _SMALLEST),
+            max(setup.acceleration * self.deceleration / _FULL, _SMALLEST),
         )
 
     def of_cam(self, setup: Setup) -> Limits:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.arp.motion.profile import Limits, Profile, brake, change_speed, keep, move
+from fieldrig_devices.motion.profile import Limits, Profile, brake, change_speed, keep, move
 
 LIMITS = Limits(1000.0, 5000.0, 2500.0)
 

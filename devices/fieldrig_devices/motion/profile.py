@@ -1,17 +1,15 @@
 """How an axis gets from one speed to another, or over a distance to rest: the closed solution, phase by phase.
 
-Source: manual 5.9.3; digest chapter 12.  Speed, acceleration and deceleration are limited, jerk is not; acceleration is
-what makes the speed's amount grow, deceleration what makes it fall.  A profile begins at any speed: one above the limit
-is brought down to it, and where the distance is too short to stop in, the axis overshoots and comes back (digest 12).
-Positions are counted from where the profile begins, time in seconds from its start.
+Source: ASA-RT manual 5.9.3 (ARP digest chapter 12), CiA 402-2 (profile type 0, linear ramp).  Speed, acceleration and
+deceleration are limited, jerk is not; acceleration is what makes the speed's amount grow, deceleration what makes it
+fall.  A profile begins at any speed: one above the limit is brought down to it, and where the distance is too short to
+stop in, the axis overshoots and comes back.  Positions are counted from where the profile begins, time in seconds from
+its start; the unit of length is the caller's.
 """
 
 import math
 from collections.abc import Iterable
-from typing import Final, NamedTuple
-
-SMALLEST: Final = 0.001
-"""What a limit of 0 % comes down to: the smallest that its parameter can hold."""
+from typing import NamedTuple
 
 
 class Limits(NamedTuple):
@@ -101,6 +99,22 @@ def move(distance: float, speed: float, limits: Limits) -> Profile:
     else:
         steps = _straight(distance, abs(speed), limits)
     return Profile(speed, steps, 0.0)
+
+
+def pass_through(distance: float, speed: float, limits: Limits) -> Profile:
+    """Over `distance` without a stop: at its end the speed is kept.  Not for a distance behind."""
+    top = math.copysign(limits.speed, distance)
+    seconds, rate = _step(speed, top, limits)
+    ways = (speed + top) / 2 * seconds
+    if abs(ways) >= abs(distance):
+        seconds = abs(_root(speed, rate, distance))
+        return Profile(speed, [(seconds, rate)], speed + rate * seconds)
+    return Profile(speed, [(seconds, rate), ((distance - ways) / top, 0.0)], top)
+
+
+def _root(speed: float, rate: float, distance: float) -> float:
+    """When a motion with constant acceleration has covered `distance`."""
+    return 2 * distance / (speed + math.copysign(math.sqrt(speed * speed + 2 * rate * distance), distance))
 
 
 def _step(speed: float, wanted: float, limits: Limits) -> tuple[float, float]:

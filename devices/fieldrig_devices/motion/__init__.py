@@ -1,0 +1,1 @@
+"""How axes get from one place or speed to another, for whatever moves them."""
