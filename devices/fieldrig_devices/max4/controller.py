@@ -4,7 +4,6 @@ Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to
 come with their own issue; here they can be stored and started, and nothing runs.
 """
 
-import hashlib
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -18,13 +17,6 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axis import Axis
 from fieldrig_devices.max4.boot import Boot
 from fieldrig_devices.max4.catalogue import Code
-from fieldrig_devices.max4.configuration import (
-    Configuration,
-    configuration_of_file,
-    configuration_to_file,
-    parameters_of_file,
-    parameters_to_file,
-)
 from fieldrig_devices.max4.diagnosis import Diagnosis, Pending, Sender
 from fieldrig_devices.max4.disk import FlashDisk
 from fieldrig_devices.max4.drive_end import RESET_CLASS_1, RingDrive
@@ -33,6 +25,7 @@ from fieldrig_devices.max4.logger import Logger
 from fieldrig_devices.max4.memory import RAM_BYTES, RETENTION_DAYS, BufferedRam
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.points import points
+from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.reports import SUB_UNIT, Reports
 from fieldrig_devices.max4.settings import Max4Settings
@@ -43,8 +36,6 @@ from fieldrig_devices.max4.version import TIME_STAMPS, version_of
 MAX4: Final = Sender("MAX4", "MAX4")
 LZS: Final = Sender("LZS", "LZS")
 """The run-time system."""
-PROGRAM_FILE: Final = "\\DEFAULT.PRG"
-_INSTALLED: Final = "$SETTINGS"
 
 
 class Max4(Device):
@@ -87,7 +78,8 @@ class Max4(Device):
         if self.system.unknown:
             raise ValueError("parameters: " + "; ".join(self.system.unknown))
         self.bus: RealTimeBus | None = None
-        self._install()
+        self.project = Project(settings, self.disk)
+        self.project.install(self.system.stored_values())
         self.disk.on_write = self._on_file
         self._points: dict[str, Point] = {}
 
@@ -117,11 +109,11 @@ class Max4(Device):
     def _begin(self) -> None:
         """From here on everything is as the files say."""
         settings = self.settings
-        is_good, configuration, values = self._files()
+        loaded = self.project.load()
         self.reports.diagnosis.reset()
-        self._boot.begin(has_autostart=settings.autostart and PROGRAM_FILE in self.disk)
+        self._boot.begin(has_autostart=settings.autostart and self.project.has_program)
         self.is_program_running = False
-        self.system = System(self._clock, settings, configuration, values, self._wires, self)
+        self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
         for axis in self.axes.values():
             axis.on_quit(self._quit_axis)
@@ -129,8 +121,8 @@ class Max4(Device):
         if self.tree.get("MAx-4.General.RetainInit"):
             self.ram.nvram[:] = bytes(len(self.ram.nvram))
         self._points = points(self)
-        if not is_good:
-            self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.configuration_file))
+        if not loaded.is_good:
+            self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:
             action()
         self.system.start()
@@ -172,47 +164,13 @@ class Max4(Device):
 
     # ---- files
 
-    @property
-    def configuration_file(self) -> str:
-        return f"\\{self.settings.project}.SCF"
-
-    @property
-    def parameter_file(self) -> str:
-        return f"\\{self.settings.project}.PAR"
-
-    def _install(self) -> None:
-        """What the rig file says comes onto the disk when it has changed."""
-        settings = self.settings
-        program = settings.program.read_bytes() if settings.program is not None else None
-        wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
-        mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()
-        if self.disk.hidden(_INSTALLED) != mark:
-            self.disk.write(self.configuration_file, configuration_to_file(settings.configuration))
-            self.disk.write(self.parameter_file, parameters_to_file(self.system.stored_values()))
-            if program is not None:
-                self.disk.write(PROGRAM_FILE, program)
-            self.disk.put_hidden(_INSTALLED, mark)
-
-    def _files(self) -> tuple[bool, Configuration, dict[str, Value]]:
-        """Configuration and start values, and whether they could be read; else the least there can be."""
-        try:
-            configuration = configuration_of_file(self.disk.read(self.configuration_file))
-            return True, configuration, parameters_of_file(self.disk.read(self.parameter_file))
-        except ValueError:
-            return False, Configuration(), {}
-
     def _on_file(self, name: str) -> None:
         self.report(Code.FILE_WRITTEN, LZS, name)
 
     @property
-    def stored_configuration(self) -> Configuration:
-        """As it lies on the disk."""
-        return self._files()[1]
-
-    @property
     def is_reset_needed(self) -> bool:
         """Whether the configuration on the disk is another than the one that runs (PD-027)."""
-        return self.stored_configuration != self.system.configuration
+        return self.project.load().configuration != self.system.configuration
 
     # ---- what faces see (`core.Controller`)
 
@@ -256,13 +214,10 @@ class Max4(Device):
     def quit_all(self) -> None:
         if self.bus is not None:
             self.bus.quit()
-        self.quit_axes()
-        places = {f"{axis.ring_address}.{SUB_UNIT}" for axis in self.axes.values()}
-        self.diagnosis.quit(lambda one: one.ext.split(" ")[0] not in places and not self._is_ring_wrong(one))
-
-    def quit_axes(self) -> None:
         for axis in self.axes.values():
             axis.quit_errors()
+        places = {f"{axis.ring_address}.{SUB_UNIT}" for axis in self.axes.values()}
+        self.diagnosis.quit(lambda one: one.ext.split(" ")[0] not in places and not self._is_ring_wrong(one))
 
     def _quit_axis(self, axis: Axis, done: Callable[[bool], None] | None) -> None:
         drive = axis.drive
@@ -299,6 +254,11 @@ class Max4(Device):
 
     def on_ring_settled(self) -> None:
         self._boot.settle()
+
+    def quit_axes(self) -> None:
+        for axis in self.axes.values():
+            if axis.is_operating:
+                axis.quit_errors()
 
     def on_ring_cycle(self) -> None:
         process, bus = self.system.process, self.bus

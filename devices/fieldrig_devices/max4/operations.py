@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig_devices.max4.catalogue import Code
-from fieldrig_devices.max4.configuration import Configuration, configuration_to_file, parameters_to_file
+from fieldrig_devices.max4.configuration import Configuration
 from fieldrig_devices.max4.diagnosis import Sender
 from fieldrig_devices.max4.version import goes_with, version_of
 
@@ -82,7 +82,7 @@ class Operations:
 
     def _start(self) -> None:
         one = self._controller
-        if "\\DEFAULT.PRG" not in one.disk:
+        if not one.project.has_program:
             raise ValueError("there is no program: download would be right")
         one.is_program_running = True
         one.report(Code.PROGRAM_STARTED, LZS)
@@ -92,13 +92,7 @@ class Operations:
 
     def _download(self) -> None:
         one = self._controller
-        program = one.disk.read("\\DEFAULT.PRG") if "\\DEFAULT.PRG" in one.disk else b""
-        files = (
-            ("\\DEFAULT.PRG", program),
-            (one.parameter_file, parameters_to_file(one.system.stored_values())),
-            *((name, b"") for name in ("\\CANMA.CON", "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")),
-            (one.configuration_file, one.disk.read(one.configuration_file)),
-        )
+        files = one.project.files(one.system.stored_values())
         self.cancel()
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
 
@@ -135,12 +129,10 @@ class Operations:
         raise ValueError(f"there is no object {name}: there are {there or 'none'}")
 
     def _stored(self) -> dict[str, Any]:
-        return self._controller.stored_configuration.model_dump(mode="json")
+        return self._controller.project.load().configuration.model_dump(mode="json")
 
     def _store(self, changed: dict[str, Any]) -> None:
-        configuration = Configuration.model_validate(changed)
-        self._controller.disk.write(self._controller.configuration_file, configuration_to_file(configuration))
+        self._controller.project.store_configuration(Configuration.model_validate(changed))
 
     def _save_parameters(self) -> None:
-        one = self._controller
-        one.disk.write(one.parameter_file, parameters_to_file(one.system.stored_values()))
+        self._controller.project.store_values(self._controller.system.stored_values())

@@ -23,6 +23,9 @@ from fieldrig_devices.sercos.master import Event, RingEvent, SercosMaster
 
 AGAIN_NS: Final = 3 * MS
 """Between two attempts: the last cycle of the one is over."""
+NO_IDN: Final = 0xFFFF
+"""What the master asks for to end the phase-up, when S-0-0127 has failed."""
+TRANSITION: Final = 127
 
 
 class State(Enum):
@@ -52,7 +55,8 @@ class Host(Protocol):
     def on_ring_lost(self) -> None:
         """No cycles until it is settled again."""
 
-    def quit_axes(self) -> None: ...
+    def quit_axes(self) -> None:
+        """The ring has come up because somebody quitted: so are the drives that are on it."""
 
 
 class RealTimeBus:
@@ -204,7 +208,8 @@ class RealTimeBus:
                 self._absent.add(event.address)
                 self._host.report_axis(Code.DRIVE_MISSING, self._axis(event.address))
             case Event.REFUSED:
-                ext = f"{idn_text(event.idn)} {event.code:04x}"
+                idn = event.idn if event.idn != NO_IDN else TRANSITION
+                ext = f"{idn_text(idn)} {event.code:04x}"
                 self._host.report_axis(Code.DRIVE_REFUSED, self._axis(event.address), ext)
             case Event.NO_ROOM:
                 self._host.report_ring(Code.NO_ROOM, f"{event.code} us")

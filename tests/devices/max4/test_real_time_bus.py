@@ -6,9 +6,9 @@ import pytest
 from max4_bench import Bench, Course
 
 from fieldrig_devices.max4.axis import AxisState, Mode, SetValues
+from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.drive_end import RingDrive
 from fieldrig_devices.sercos.idn import ServiceError
-from fieldrig_devices.sercos.master import Drive
 
 
 @pytest.mark.manual("PD-001")
@@ -204,6 +204,25 @@ def test_drive_whose_telegrams_fail_twice_brings_the_ring_down() -> None:
     assert (bench.get("ring.state"), bench.get("DiagCode"), bench.get("knife.ATErrors")) == ("up", 0, 3)
 
 
+@pytest.mark.manual("PD-140")
+def test_drive_taken_out_and_put_in_again() -> None:
+    """A bypass keeps the ring closed."""
+    bench = Bench("belt", "knife", ring={"bypassed": ["knife"]}).boot().run(1_000).enable("belt")
+    out = bench.fault("ring0", what="off", station="knife")
+    bench.run(200)
+    assert (bench.get("ring.state"), bench.get("knife.DiagCode")) == ("down", 2561)
+    bench.do("quit").run(3_000)
+    assert (bench.get("ring.state"), bench.get("knife.DiagCode")) == ("up", 2562)
+    assert bench.axis("belt").is_operating
+    bench.heal("ring0", out).enable("belt").run(500)
+    bench.do("quit").run(3_000)
+    assert not bench.axis("knife").is_operating, "an axis that moves is not stopped for it"
+    bench.set("belt.ControllerEnable", False).run(500)
+    bench.do("quit").run(5_000)
+    assert bench.axis("knife").is_operating
+    assert (bench.get("ring.state"), bench.get("DiagCode")) == ("up", 0)
+
+
 @pytest.mark.manual("PD-332")
 @pytest.mark.parametrize(
     ("controller", "drive", "fits"),
@@ -286,8 +305,14 @@ def test_faces_hear_of_each_boot() -> None:
     assert boots == [["belt"]]
 
 
-def test_contracts() -> None:
-    """mypy's affair: what a face is given."""
+def test_the_controller_is_what_faces_are_given() -> None:
+    bench = Bench("belt").boot()
+    controller: Controller = bench.max4
+    axis = controller.axes["belt"]
     course: SetValues = Course(iter([]))
-    assert course.mode is Mode.POSITION
-    assert Drive(1, (47,), (51,)).address == 1
+    axis.follow(course)
+    assert controller.is_booted
+    section = controller.section("can0")
+    section.save(b"objects of a node")
+    assert controller.section("can0").load() == b"objects of a node"
+    assert "can0" not in str(bench.get("files")).lower()

@@ -1,0 +1,78 @@
+"""The files of a project on the flash disk: configuration, start values, program.
+
+Source: PacDrive manual 3636-3648, 4099-4105 (digest PD-026, PD-027, PD-043).  What the rig file says is put there
+when it has changed, as a download at the desk; later changes in the files stay.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from fieldrig.device import Value
+from fieldrig_devices.max4.configuration import (
+    Configuration,
+    configuration_of_file,
+    configuration_to_file,
+    parameters_of_file,
+    parameters_to_file,
+)
+from fieldrig_devices.max4.disk import FlashDisk
+from fieldrig_devices.max4.settings import Max4Settings
+
+PROGRAM_FILE: Final = "\\DEFAULT.PRG"
+BUS_FILES: Final = ("\\CANMA.CON", "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")
+_INSTALLED: Final = "$SETTINGS"
+
+
+class Loaded(NamedTuple):
+    configuration: Configuration
+    values: Mapping[str, Value]
+    is_good: bool
+    """The files could be read; else this is the least there can be."""
+
+
+class Project:
+    def __init__(self, settings: Max4Settings, disk: FlashDisk) -> None:
+        self._settings, self._disk = settings, disk
+        self.configuration_file = f"\\{settings.project}.SCF"
+        self.parameter_file = f"\\{settings.project}.PAR"
+
+    def install(self, values: Mapping[str, Value]) -> None:
+        """What the rig file says, if it is not what was installed last; `values` are all start values."""
+        settings = self._settings
+        program = settings.program.read_bytes() if settings.program is not None else None
+        wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
+        mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()
+        if self._disk.hidden(_INSTALLED) == mark:
+            return
+        self.store_configuration(settings.configuration)
+        self.store_values(values)
+        if program is not None:
+            self._disk.write(PROGRAM_FILE, program)
+        self._disk.put_hidden(_INSTALLED, mark)
+
+    def load(self) -> Loaded:
+        try:
+            configuration = configuration_of_file(self._disk.read(self.configuration_file))
+            return Loaded(configuration, parameters_of_file(self._disk.read(self.parameter_file)), True)
+        except ValueError:
+            return Loaded(Configuration(), {}, False)
+
+    def store_configuration(self, configuration: Configuration) -> None:
+        self._disk.write(self.configuration_file, configuration_to_file(configuration))
+
+    def store_values(self, values: Mapping[str, Value]) -> None:
+        self._disk.write(self.parameter_file, parameters_to_file(values))
+
+    @property
+    def has_program(self) -> bool:
+        return PROGRAM_FILE in self._disk
+
+    def files(self, values: Mapping[str, Value]) -> list[tuple[str, bytes]]:
+        """All that a download writes, in its order."""
+        return [
+            (PROGRAM_FILE, self._disk.read(PROGRAM_FILE) if self.has_program else b""),
+            (self.parameter_file, parameters_to_file(values)),
+            *((name, b"") for name in BUS_FILES),
+            (self.configuration_file, configuration_to_file(self.load().configuration)),
+        ]
