@@ -8,6 +8,8 @@ A download writes the files of PD-043 in their order and at the pace of PD-044.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
+from pydantic import ValidationError
+
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig_devices.max4.catalogue import Code
 from fieldrig_devices.max4.configuration import Configuration
@@ -132,7 +134,12 @@ class Operations:
         return self._controller.project.load().configuration.model_dump(mode="json")
 
     def _store(self, changed: dict[str, Any]) -> None:
-        self._controller.project.store_configuration(Configuration.model_validate(changed))
+        try:
+            configuration = Configuration.model_validate(changed)
+        except ValidationError as cause:
+            wrong = cause.errors()[0]
+            raise ValueError(f"{'.'.join(map(str, wrong['loc']))}: {wrong['msg']}".removeprefix(": ")) from cause
+        self._controller.project.store_configuration(configuration)
 
     def _save_parameters(self) -> None:
         self._controller.project.store_values(self._controller.system.stored_values())

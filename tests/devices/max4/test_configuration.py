@@ -87,6 +87,26 @@ def test_another_rig_file_is_put_onto_the_disk() -> None:
     assert list(Bench(simulated=("roll",), store=bench.store).max4.axes) == ["roll"]
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "",
+        "login x",
+        "add mc_4 knife 999",
+        "add mc_4 knife two",
+        "add mc_4 belt2 100",
+        "delete knife",
+        "save log RUN",
+        "start",
+    ],
+)
+def test_wrong_words_are_refused(words: str) -> None:
+    bench = Bench(simulated=("belt",)).run(100)
+    with pytest.raises(ControlError):
+        bench.do(words)
+    assert (bench.codes(), bench.get("reset_needed")) == ([8002, 8003], False)
+
+
 @pytest.mark.manual("PD-030")
 def test_a_simulated_drive_needs_nothing_else() -> None:
     bench = Bench(simulated=("belt",)).run(100).enable("belt")
