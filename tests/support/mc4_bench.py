@@ -139,6 +139,8 @@ class DriveBench:
         self.value: Callable[[int], int] | None = None
         """The command value by cycles since it was given; None: stay where it is."""
         self.idn = 47
+        self.raw: tuple[int, ...] | None = None
+        """Control word and command values as they are, in place of all that."""
         self._base: dict[int, int] = {}
         self._cycle = 0
         addresses = range(1, len(drives) + 1)
@@ -157,6 +159,9 @@ class DriveBench:
 
     def _on_cycle(self) -> None:
         for address, drive in self.master.drives.items():
+            if self.raw is not None:
+                self.master.set_commands(address, *self.raw)
+                continue
             if not drive.status & 8 or address not in self._base:
                 self._base[address] = drive.feedback[0]
             values = {47: self._base[address], 36: 0, 80: 0}

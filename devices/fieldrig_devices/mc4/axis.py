@@ -271,7 +271,8 @@ class Axis:
         heat = work = 0.0
         for _ in range(steps):
             if gains is not None:
-                wish = kv * e + base if v or s or not -HALF < e < HALF else base  # the encoder sees no more
+                is_unseen = dry and not v and not s and -HALF < e < HALF  # by the encoder, so that it may rest
+                wish = base if is_unseen else kv * e + base
                 if wish > fastest:
                     wish = fastest
                 elif wish < -fastest:

@@ -8,11 +8,11 @@ Left out: probing (S-0-0169, S-0-0170), analog and logic encoder inputs, firmwar
 """
 
 from collections.abc import Mapping
-from math import isfinite, tau
+from math import tau
 from typing import Any, Final
 
 from fieldrig.clock import MS, Clock, Timer
-from fieldrig.device import Device, Point, Value
+from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
@@ -23,17 +23,18 @@ from fieldrig_devices.hiperface.line import InternalLine
 from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
+from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import RAD
-from fieldrig_devices.mc4.idns import idn_table
-from fieldrig_devices.mc4.machine import RPM, SLOW_NS, Machine
+from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
+from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings
+from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.idn import idn_of
 
 TICK_NS: Final = 4 * MS
 """How often a drive that moves, or waits for a time, looks at itself while the ring doesn't lead it."""
-LARGEST_LOAD_NM: Final = 1e6
 
 
 class Mc4(Device):
@@ -50,7 +51,7 @@ class Mc4(Device):
     ) -> None:
         """Without the link `encoder` one is built in, with the plate of `motor` in its memory."""
         self._clock, self._settings, self._wires = clock, settings, wires
-        table = idn_table()
+        table = idns.idn_table()
         self._fill(table)
         plate = load_plate(settings.motor.name_plate) if settings.motor is not None else None
         self._timer: Timer | None = None
@@ -88,19 +89,19 @@ class Mc4(Device):
         kind = TYPES["multi_turn" if plate.is_multi_turn else "single_turn"]
         return built_in(self._clock, HiperfaceEncoder(kind, eeprom_with(plate), shaft), wanted)
 
-    def _fill(self, table: Any) -> None:
+    def _fill(self, table: IdnTable) -> None:
         settings = self._settings
         parameters, versions = settings.parameters, settings.versions
         table[30].set(f"{settings.amplifier.type} V{versions.firmware}")
         table[140].set(settings.amplifier.type)
-        table[0x8000 | 30].set(f"V{versions.firmware}")
-        table[0x8000 | 31].set(f"V{versions.hardware}")
+        table[idns.FIRMWARE].set(f"V{versions.firmware}")
+        table[idns.HARDWARE].set(f"V{versions.hardware}")
         table[206].set(parameters.brake_disconnection_ms)
         table[207].set(parameters.brake_coupling_ms)
-        table[0x8000 | 3].set(parameters.stop_time_limit_ms)
+        table[idns.STOP_TIME_LIMIT].set(parameters.stop_time_limit_ms)
         option = parameters.enable_coast | parameters.error_coast << 1 | parameters.brake_coast << 2
-        table[0x8000 | 4].set(option)
-        table[0x8000 | 33].set(int(settings.language == "en"))
+        table[idns.COAST_OPTION].set(option)
+        table[idns.LANGUAGE].set(int(settings.language == "en"))
         for text, value in parameters.idns.items():
             table[idn_of(text)].set(value)
 
@@ -175,7 +176,7 @@ class Mc4(Device):
         self.machine.look()
 
     def _on_load_torque(self, torque_nm: float) -> None:
-        self.machine.set_load(min(max(torque_nm, -LARGEST_LOAD_NM), LARGEST_LOAD_NM))
+        self.machine.set_load(limited_load(torque_nm))
 
     # ---- faults
 
@@ -191,96 +192,10 @@ class Mc4(Device):
     # ---- points
 
     def points(self) -> Mapping[str, Point]:
-        return {**self._state_points(), **self._motion_points(), **self._power_points()}
-
-    def _state_points(self) -> dict[str, Point]:
-        machine = self.machine
-        chain = machine.chain
-        side = self._side
-        assert side is not None
-        return {
-            "axis_state": Point(lambda: chain.axis_state, None, "", "AxisState"),
-            "mc4_state": Point(lambda: chain.mc4_state, None, "", "MC4State"),
-            "stage": Point(lambda: chain.stage.name.lower(), None, "", "of the enable chain"),
-            "diag_code": Point(lambda: int(machine.diagnosis.code), None, "", "DiagCode; 0: nothing is pending"),
-            "diag_msg": Point(lambda: machine.diagnosis.text, None, "", "DiagMsg"),
-            "quit": Point(lambda: not machine.diagnosis.code, self._write_quit, "", "write true to quit errors"),
-            "inverter_enable": Point(
-                lambda: machine.hardware_enable, self._write_inverter_enable, "", "the input of the safe stop"
-            ),
-            "controller_enable": Point(lambda: machine.controller, None, "", "ControllerEnable, by the ring"),
-            "ready": Point(lambda: machine.is_ready, None, "", "the ready contact is closed"),
-            "brake": Point(lambda: chain.is_brake_lifted, None, "", "the brake relay is closed: the brake lifts"),
-            "torque_on": Point(lambda: chain.has_torque, None, "", "the motor is not free"),
-            "phase": Point(lambda: side.slave.phase, None, "", "of the ring, CP0 to CP4"),
-            "status": Point(side.status, None, "", "status word, S-0-0135, without the service channel"),
-            "motor_type": Point(lambda: machine.motor.type if machine.motor else "", None, "", "by the name plate"),
-            "plate": Point(self._plate_in_words, None, "", "that it was read, or why it could not be"),
-            "motor_serial": Point(lambda: machine.motor.serial_number if machine.motor else ""),
-        }
-
-    def _motion_points(self) -> dict[str, Point]:
-        machine = self.machine
-        gear = self._settings.load.gear_ratio
-
-        def current() -> float:
-            return machine.axis.t / machine.true_motor.torque_constant_nm_per_a
-
-        return {
-            "position": Point(lambda: round(machine.axis.position), None, "incr", "1 000 000 a turn of the motor"),
-            "speed": Point(lambda: machine.axis.v * RPM, None, "1/min", "of the motor"),
-            "torque": Point(lambda: machine.axis.t, None, "N m", "of the motor"),
-            "current": Point(current, None, "A"),
-            "following_error": Point(lambda: round(machine.axis.e * 1e6 / tau), None, "incr"),
-            "load_position": Point(lambda: (machine.shaft_increments * RAD - machine.axis.twist) / gear, None, "rad"),
-            "load_torque": Point(
-                lambda: machine.load_nm, self._write_load_torque, "N m", "at the load; positive pulls it back"
-            ),
-            "brake_on": Point(lambda: machine.axis.brake_is_on, None, "", "the holding brake holds"),
-            "slow_cycles": Point(lambda: machine.axis.slow_cycles, None, "", "that were stepped, not folded"),
-        }
-
-    def _power_points(self) -> dict[str, Point]:
-        machine = self.machine
-        return {
-            "mains": Point(lambda: machine.dc.is_mains_on, self._write_mains, "", "of this drive"),
-            "dc_bus": Point(lambda: machine.dc.volt, None, "V", "DC circuit"),
-            "motor_temperature": Point(lambda: machine.thermal.motor_c, None, "degC", "of the winding"),
-            "casing_temperature": Point(lambda: machine.thermal.casing_c, None, "degC", "of the motor"),
-            "amplifier_temperature": Point(lambda: machine.thermal.amplifier_c, None, "degC"),
-            "ambient": Point(lambda: machine.thermal.ambient_c, self._write_ambient, "degC"),
-            "overload": Point(lambda: machine.thermal.overload * 100, None, "%", "100 switches off"),
-        }
+        assert self._side is not None
+        return points_of(
+            self.machine, self._side, self._settings.load.gear_ratio, self._plate_in_words, self._on_inverter_enable
+        )
 
     def _plate_in_words(self) -> str:
         return self._encoder.why or ("read" if self.machine.motor else "not read")
-
-    def _write_quit(self, value: Value) -> None:
-        if value is not True:
-            raise ValueError("true")
-        if not self.machine.quit():
-            raise ValueError("not yet: the drive still stops, or what is wrong is still there")
-
-    def _write_inverter_enable(self, value: Value) -> None:
-        self._on_inverter_enable(_truth(value))
-
-    def _write_load_torque(self, value: Value) -> None:
-        self._on_load_torque(_number(value, "a torque in N m"))
-
-    def _write_mains(self, value: Value) -> None:
-        self.machine.dc.is_mains_on = _truth(value)
-
-    def _write_ambient(self, value: Value) -> None:
-        self.machine.thermal.ambient_c = _number(value, "a temperature in degC")
-
-
-def _truth(value: Value) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError("true or false")
-    return value
-
-
-def _number(value: Value, right: str) -> float:
-    if isinstance(value, str | bool) or not isfinite(value):
-        raise ValueError(right)
-    return float(value)

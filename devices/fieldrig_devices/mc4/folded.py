@@ -17,6 +17,7 @@ of this set speed: `reach` bounds set torque and speeds over all steps of the cy
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, cast
 
 from fieldrig.clock import US
@@ -181,15 +182,15 @@ Cycle = Callable[..., tuple[float, ...] | None]
 """Of all states, set_speed, d, lead and, if elastic, friction: the states a cycle later; None: a limit may be met."""
 
 
+@lru_cache(maxsize=256)
 def folded(plant: Plant, gains: Gains, limits: Limits, steps: int) -> Cycle:
+    """Drives with the same motor and load share it: it takes some milliseconds."""
     states = 6 if plant.elastic else 4
     step = step_matrix(plant, gains)
     power = identity(len(step))
     for _ in range(steps):
         power = product(step, power)
     names = ["e", "v", "i", "t", "w", "l"][:states]
-    every = [*names, "s", "d", "a", *("f" for _ in names[4:5])]
-    rows = [_sum(row, every) for row in power[:states]]
     torque = reach(step, states, steps, set_torque_row(gains, states))
     speed = reach(step, states, steps, [float(place == V) for place in range(states)])
     wish = reach(step, states, steps, [gains.kv if place == E else 0.0 for place in range(states)])
@@ -199,11 +200,17 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int) -> Cycle:
     weights = [
         max(a / limits.torque, b / limits.speed, c / limits.speed) for a, b, c in zip(torque, speed, wish, strict=True)
     ]
-    steady = _steady(plant, gains, names)
-    bound = " + ".join(f"{weight!r} * abs({term})" for weight, term in zip(weights, steady, strict=True) if weight)
+    bound = " + ".join(
+        f"{weight!r} * ({name} if {name} > 0.0 else -{name})"
+        for weight, name in zip(weights, names, strict=True)
+        if weight
+    )
+    steady = _steady(plant, gains)
+    rows = [f"{_sum(row[:states], names)} + {steady[name]}" for name, row in zip(names, power, strict=False)]
     lines = [
-        f"def cycle({', '.join(every)}):",
-        f"    q = {plant.viscous!r} * s + d" + (" + f" if plant.elastic else ""),
+        f"def cycle({', '.join(names)}, s, d, a{', f' if plant.elastic else ''}):",
+        f"    q = {plant.viscous!r} * s + d{' + f' if plant.elastic else ''}",
+        *(f"    {name} -= {value}" for name, value in steady.items() if name in names),
         f"    r = {bound}",
         f"    if abs(q) > {limits.torque!r} * (1.0 - r) or (n := abs(s)) > {limits.speed!r} * (1.0 - r):",
         "        return None",
@@ -214,18 +221,17 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int) -> Cycle:
     return cast(Cycle, _compiled("\n".join(lines), "cycle"))
 
 
-def _steady(plant: Plant, gains: Gains, names: Sequence[str]) -> list[str]:
-    """How far each state is from the one in which this set speed stays as it is."""
+def _steady(plant: Plant, gains: Gains) -> dict[str, str]:
+    """The state in which this set speed stays as it is; the map turns the distance from it."""
     left = (1 - gains.ff) / gains.kv if gains.kv else 0.0
-    terms = {"e": f"e - {left!r} * s", "v": "v - s", "i": "i - q + a", "t": "t - q", "l": "l - s"}
+    states = {"e": f"{left!r} * s", "v": "s", "i": "(q - a)", "t": "q", "l": "s"}
     if plant.elastic:
-        terms["w"] = f"w - d / {plant.elastic.stiffness!r}"
-    return [terms[name] for name in names]
+        states["w"] = f"d / {plant.elastic.stiffness!r}"
+    return states
 
 
 def _sum(row: Row, names: Sequence[str]) -> str:
-    terms = [f"{factor!r} * {name}" for factor, name in zip(row, names, strict=True) if factor]
-    return " + ".join(terms) or "0.0"
+    return " + ".join(f"{factor!r} * {name}" for factor, name in zip(row, names, strict=True))
 
 
 def _compiled(text: str, name: str) -> Callable[..., object]:

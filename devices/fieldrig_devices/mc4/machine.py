@@ -5,13 +5,13 @@ axis, the DC circuit and the temperatures.  The ring is not known here: whoever 
 the axis go on, and calls `look` when something may have changed.  Slow things are looked at every 64 ms.
 """
 
-from collections.abc import Callable, Iterable
-from math import sqrt, tau
+from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import MS, Clock
-from fieldrig_devices.mc4 import idns
+from fieldrig_devices.mc4 import idns, tuning
 from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode
+from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
 from fieldrig_devices.mc4.faults import (
@@ -19,14 +19,10 @@ from fieldrig_devices.mc4.faults import (
     DriveFaults,
     EnableLost,
     EncoderMemory,
-    EncoderSignal,
-    Overload,
-    Overtemperature,
     StuckBrake,
-    Supply24V,
     WrongMotor,
 )
-from fieldrig_devices.mc4.folded import INNER_NS, Elastic, Gains, Limits, Plant
+from fieldrig_devices.mc4.folded import INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
@@ -37,27 +33,8 @@ SLOW_NS: Final = 64 * MS
 """How often temperatures, DC circuit and overload are looked at."""
 MOST_STEPS: Final = 4_000
 """Inner steps in one go: what was slept through beyond a second is not made up for."""
-PEAK: Final = 2.5
-"""Overload of the amplifier (manual 525)."""
-BANDWIDTH: Final = 400.0
-"""rad/s, of the speed regulator as it is tuned at the start."""
-RPM: Final = 60 / tau
 STEP: Final = 31
 """Increments that the encoder's serial position leaves open."""
-
-HOT: Final = {"motor": Code.MOTOR_TEMPERATURE, "amplifier": Code.AMPLIFIER_TEMPERATURE}
-BUS: Final = {
-    "communication": Code.DC_BUS_CONTROLLER,
-    "undervoltage": Code.UNDERVOLTAGE,
-    "overvoltage": Code.OVERVOLTAGE,
-    "phase": Code.MAINS_PHASE,
-}
-CAUSES: Final = (*HOT.values(), *BUS.values(), Code.OVERLOAD, Code.ENCODER_SIGNAL, Code.SUPPLY_24V)
-"""Messages whose cause comes and goes; a bit for each."""
-
-
-def _bits(codes: Iterable[Code]) -> int:
-    return sum({1 << CAUSES.index(code) for code in codes})
 
 
 class Machine:
@@ -166,12 +143,7 @@ class Machine:
         self.diagnosis.end(Code.ENCODER_SIGNAL)
         self.motor = motor
         idns.show_motor(self._table, motor)
-        given = self.settings.parameters.idns
-        if "S-0-0100" not in given:
-            kp = self._inertia(motor) * self._bandwidth()
-            self._table[100].set(max(1, round(kp / motor.torque_constant_nm_per_a * 1e3)))
-        if "S-0-0091" not in given:
-            self._table[91].set(round(motor.max_speed_rpm * 1e4))
+        tuning.tune(self._table, self.settings, motor)
         self.catch_up()
         true = self.shaft_increments
         if self._is_motor_given:
@@ -201,7 +173,7 @@ class Machine:
         self.true_motor = motor
         kind = IdealAxis if settings.simulated else Axis
         self.axis = kind(
-            *self._constants(), dry_nm=load.coulomb_nm, brake_nm=motor.brake_torque_nm, cycle_steps=self.cycle_steps
+            *self._constants, dry_nm=load.coulomb_nm, brake_nm=motor.brake_torque_nm, cycle_steps=self.cycle_steps
         )
         self.axis.load((load.torque_nm + self.load_nm) / load.gear_ratio)
         amplifier_nm = settings.amplifier.continuous_current_a * motor.torque_constant_nm_per_a
@@ -211,52 +183,28 @@ class Machine:
     def rearrange(self) -> None:
         """Parameters have changed."""
         table = self._table
-        self._standstill = table[124].number / 1e4 / RPM
+        self._standstill = table[124].number / 1e4 / tuning.RPM
         self._window = table[57].number
         self._load_limit = table[114].number / 100
-        inertia = self._inertia(self._known) * table[348].number / 1000 if self.is_lagless else 0.0
-        self.axis.arrange(*self._constants(), self.cycle_steps, inertia)
+        lead_inertia = tuning.lead_inertia(table, self.settings, self._known) if self._is_lagless else 0.0
+        self.axis.arrange(*self._constants, self.cycle_steps, lead_inertia)
 
     @property
-    def is_lagless(self) -> bool:
+    def _is_lagless(self) -> bool:
         return bool(self.operation_mode & idns.LAGLESS)
+
+    @property
+    def _constants(self) -> tuple[Plant, Gains, Limits]:
+        """The plant as it is, the loops as the plate has it."""
+        table, settings, known = self._table, self.settings, self._known
+        plant = tuning.plant_of(settings.load, self.true_motor)
+        gains = tuning.gains_of(table, settings, known, is_lagless=self._is_lagless)
+        return plant, gains, tuning.limits_of(table, settings, known)
 
     @property
     def _known(self) -> MotorData:
         """What the drive reckons with."""
         return self.motor or self.true_motor
-
-    def _inertia(self, motor: MotorData) -> float:
-        return motor.inertia_kg_m2 + self.settings.load.inertia_kg_m2 / self.settings.load.gear_ratio**2
-
-    def _bandwidth(self) -> float:
-        load = self.settings.load
-        if load.stiffness_nm_per_rad is None:
-            return BANDWIDTH
-        return min(BANDWIDTH, 0.5 * sqrt(load.stiffness_nm_per_rad / load.inertia_kg_m2))
-
-    def _constants(self) -> tuple[Plant, Gains, Limits]:
-        """The plant as it is, the loops as the plate has it."""
-        load, table, motor = self.settings.load, self._table, self._known
-        constant = motor.torque_constant_nm_per_a
-        kp = table[100].number / 1e3 * constant or self._inertia(motor) * self._bandwidth()
-        seconds = table[101].number / 1e4
-        ff = table[296].number / 1000 if self.is_lagless else 0.0
-        gains = Gains(table[104].number / 100 * 1000 / 60, kp, kp / seconds if seconds else 0.0, ff)
-        peak_a = self.settings.amplifier.continuous_current_a * PEAK
-        most = min(motor.peak_torque_nm, peak_a * constant, table[92].number / 1000 * motor.standstill_torque_nm)
-        fastest = min(motor.max_speed_rpm, table[91].number / 1e4 or motor.max_speed_rpm) / RPM
-        return self._plant(), gains, Limits(max(most, 1e-6), max(fastest, 1e-6), load.coulomb_nm > 0)
-
-    def _plant(self) -> Plant:
-        load, motor = self.settings.load, self.true_motor
-        if load.stiffness_nm_per_rad is None:
-            return Plant(self._inertia(motor), load.viscous_nm_s_per_rad)
-        square = load.gear_ratio**2
-        inertia, stiffness, damping = (
-            value / square for value in (load.inertia_kg_m2, load.stiffness_nm_per_rad, load.damping_nm_s_per_rad)
-        )
-        return Plant(motor.inertia_kg_m2, load.viscous_nm_s_per_rad, elastic=Elastic(inertia, stiffness, damping))
 
     def set_load(self, torque_nm: float) -> None:
         """At the load, beside what is always there."""
@@ -300,27 +248,12 @@ class Machine:
             self._brake_due_ns = self._clock.now_ns()
         self._is_enable_lost = faults.find(EnableLost) is not None
         if not self.settings.simulated:
-            self._given = self._given_causes()
+            self._given = given(self.faults)
             self._is_dc_dead = bool(faults.all(DcBus))
             self._look_at_plate()
         self.catch_up()
         self._check_causes()
         self.look()
-
-    def _given_causes(self) -> int:
-        """Of messages, by faults; bits of `CAUSES`."""
-        codes = [
-            code
-            for kind, code in (
-                (Overload, Code.OVERLOAD),
-                (EncoderSignal, Code.ENCODER_SIGNAL),
-                (Supply24V, Code.SUPPLY_24V),
-            )
-            if self.faults.find(kind) is not None
-        ]
-        codes += [HOT[fault.of] for fault in self.faults.all(Overtemperature)]
-        codes += [BUS[fault.sort] for fault in self.faults.all(DcBus)]
-        return _bits(codes)
 
     def _look_at_plate(self) -> None:
         if self._is_plate_bad:
@@ -331,19 +264,9 @@ class Machine:
 
     def _check_causes(self) -> bool:
         """Messages whose cause can be seen at any time; whether that has changed."""
-        thermal, dc = self.thermal, self.dc
         causes = self._given
         if not self.settings.simulated:
-            if thermal.is_motor_hot:
-                causes |= 1 << CAUSES.index(Code.MOTOR_TEMPERATURE)
-            if thermal.is_amplifier_hot:
-                causes |= 1 << CAUSES.index(Code.AMPLIFIER_TEMPERATURE)
-            if thermal.amplifier_load >= 1 or thermal.motor_load >= self._load_limit:
-                causes |= 1 << CAUSES.index(Code.OVERLOAD)
-            if dc.is_over:
-                causes |= 1 << CAUSES.index(Code.OVERVOLTAGE)
-            if dc.is_under and self.chain.has_torque:
-                causes |= 1 << CAUSES.index(Code.UNDERVOLTAGE)
+            causes |= measured(self.thermal, self.dc, self._load_limit, has_torque=self.chain.has_torque)
         changed, self._causes = causes ^ self._causes, causes
         for place, code in enumerate(CAUSES) if changed else ():
             if changed >> place & 1:

@@ -9,7 +9,6 @@ both together ramp down (manual 10.2).  Halt (bit 13) brings the drive to a stop
 """
 
 from collections.abc import Callable
-from math import tau
 from typing import Final
 
 from fieldrig.clock import US, Clock
@@ -21,6 +20,7 @@ from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.machine import Machine
+from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
@@ -30,10 +30,6 @@ from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
 CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MASK
-SPEED_UNIT: Final = tau / 60 * 1e-4
-"""rad/s of one 0.0001 1/min."""
-_HALF, _ALL = 0x8000_0000, 0xFFFF_FFFF
-Number = Callable[[], int]
 
 
 class RingSide:
@@ -49,7 +45,8 @@ class RingSide:
         self._value: Callable[[tuple[int, ...]], None] = _no_value
         self._most_error = 0.0
         self._warnings_seen = self._states_seen = 0
-        self._numbers = self._live()
+        self._numbers = live_numbers(machine)
+        self._numbers |= {134: lambda: self._control, 135: lambda: self._status}
         for idn, number in self._numbers.items():
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
@@ -198,58 +195,6 @@ class RingSide:
     def _read_states(self) -> bytes:
         self._states_seen = self.states
         return self._table[13].encoded(self._states_seen)
-
-    # ---- values
-
-    def _live(self) -> dict[int, Number]:
-        machine = self._machine
-        settings = machine.settings
-
-        def position() -> int:
-            axis = machine.axis
-            return (round(axis.set_increments - axis.e * INCREMENTS) + _HALF & _ALL) - _HALF
-
-        def load_position() -> int:
-            axis = machine.axis
-            return (round(axis.position - axis.twist * INCREMENTS) + _HALF & _ALL) - _HALF
-
-        def torque() -> int:
-            share = machine.axis.t / machine.true_motor.standstill_torque_nm
-            return max(-32_768, min(round(share * 1000), 32_767))
-
-        def following() -> int:
-            return max(-_HALF, min(round(machine.axis.e * INCREMENTS), _HALF - 1))
-
-        def signals() -> int:
-            chain = machine.chain
-            lifted = chain.is_brake_lifted << 1
-            return machine.is_ready | lifted | machine.hardware_enable << 2 | chain.has_torque << 3
-
-        return {
-            11: lambda: machine.diagnosis.class_1,
-            40: lambda: max(-_HALF, min(round(machine.axis.v / SPEED_UNIT), _HALF - 1)),
-            51: position,
-            53: load_position,
-            84: torque,
-            129: lambda: machine.diagnosis.manufacturer_class_1,
-            134: lambda: self._control,
-            135: lambda: self._status,
-            182: lambda: machine.chain.axis_state << 8 | machine.chain.mc4_state,
-            189: following,
-            380: lambda: min(round(machine.dc.volt), 32_767),
-            383: lambda: round(machine.thermal.motor_c * 10),
-            384: lambda: round(machine.thermal.amplifier_c * 10),
-            390: lambda: int(machine.diagnosis.code),
-            110: lambda: round(settings.amplifier.continuous_current_a * 2500),
-            112: lambda: round(settings.amplifier.continuous_current_a * 1000),
-            idns.MC4_STATE: lambda: machine.chain.mc4_state,
-            idns.AXIS_STATE: lambda: machine.chain.axis_state,
-            idns.MOTOR_OVERLOAD: lambda: min(round(machine.thermal.motor_load * 1000), 65_535),
-            idns.AMPLIFIER_OVERLOAD: lambda: min(round(machine.thermal.amplifier_load * 1000), 65_535),
-            idns.OVERLOAD_POSITION: lambda: (machine.overload_position + _HALF & _ALL) - _HALF,
-            idns.SIGNALS: signals,
-            idns.DIAG_CODE: lambda: int(machine.diagnosis.code),
-        }
 
     def _show(self, idn: int, number: Number) -> None:
         datum = self._table[idn]

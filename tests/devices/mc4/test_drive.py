@@ -1,8 +1,10 @@
 """Whole drives on a ring with a master: enabling, moving, stopping, as the controller and the wires see it."""
 
-from math import tau
+from math import isfinite, tau
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mc4_bench import BRAKE_PLATE, ENABLED, PLAIN_PLATE, SMALL_PLATE, DriveBench
 
 from fieldrig_bus.wires import Motion, Signal
@@ -511,3 +513,30 @@ def test_runs_at_every_cycle_of_the_ring(cycle_ms: int) -> None:
     bench.run(600)
     assert bench.get("speed") == pytest.approx(1_000 / cycle_ms * 0.06, rel=1e-3)
     assert abs(bench.get("following_error")) <= 1
+
+
+DOUBLE = st.integers(-(2**31), 2**31 - 1)
+WORDS = st.tuples(
+    st.integers(0, 0xFFFF).map(lambda word: word | 0xC000), DOUBLE, DOUBLE, st.integers(-(2**15), 2**15 - 1)
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(WORDS, min_size=1, max_size=20))
+def test_no_command_upsets_it(words: list[tuple[int, int, int, int]]) -> None:
+    bench = DriveBench({**LOADED, "parameters": {"idns": {"S-0-0159": 2**31 - 1}}}).up(1_200).enable(150)
+    for control, *commands in words:
+        bench.raw = (control & 0xFFC0, *commands)
+        bench.run(20)
+        assert bench.master.phase == 4
+    assert isfinite(bench.get("speed"))
+    assert abs(bench.get("speed")) < 10_000
+
+
+def test_a_second_without_cycles_is_made_up_for() -> None:
+    bench = DriveBench({"load": {"coulomb_nm": 0.1}}).up().enable()
+    at_speed(bench)
+    bench.master.stop()
+    bench.run(5_000)
+    assert (bench.get("phase"), bench.get("diag_code"), bench.get("torque_on")) == (0, 2112, False)
+    assert abs(bench.get("speed")) < 1

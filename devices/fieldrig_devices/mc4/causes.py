@@ -1,0 +1,54 @@
+"""Messages whose cause comes and goes, as a set of bits: by faults, and by what is measured."""
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from fieldrig.faults import Timed
+from fieldrig_devices.mc4.diagnosis import Code
+from fieldrig_devices.mc4.faults import DcBus, DriveFaults, EncoderSignal, Overload, Overtemperature, Supply24V
+from fieldrig_devices.mc4.power import DcCircuit
+from fieldrig_devices.mc4.thermal import Thermal
+
+HOT: Final = {"motor": Code.MOTOR_TEMPERATURE, "amplifier": Code.AMPLIFIER_TEMPERATURE}
+BUS: Final = {
+    "communication": Code.DC_BUS_CONTROLLER,
+    "undervoltage": Code.UNDERVOLTAGE,
+    "overvoltage": Code.OVERVOLTAGE,
+    "phase": Code.MAINS_PHASE,
+}
+OTHERS: Final[Mapping[type[Timed], Code]] = {
+    Overload: Code.OVERLOAD,
+    EncoderSignal: Code.ENCODER_SIGNAL,
+    Supply24V: Code.SUPPLY_24V,
+}
+CAUSES: Final = (*HOT.values(), *BUS.values(), *OTHERS.values())
+"""A bit for each."""
+_BIT: Final = {code: 1 << place for place, code in enumerate(CAUSES)}
+
+
+def bits(codes: Iterable[Code]) -> int:
+    return sum({_BIT[code] for code in codes})
+
+
+def given(faults: DriveFaults) -> int:
+    """By faults that are on."""
+    codes = [code for kind, code in OTHERS.items() if faults.find(kind) is not None]
+    codes += [HOT[fault.of] for fault in faults.all(Overtemperature)]
+    codes += [BUS[fault.sort] for fault in faults.all(DcBus)]
+    return bits(codes)
+
+
+def measured(thermal: Thermal, dc: DcCircuit, load_limit: float, *, has_torque: bool) -> int:
+    """`load_limit` is S-0-0114, 1 for 100 %."""
+    causes = 0
+    if thermal.is_motor_hot:
+        causes |= _BIT[Code.MOTOR_TEMPERATURE]
+    if thermal.is_amplifier_hot:
+        causes |= _BIT[Code.AMPLIFIER_TEMPERATURE]
+    if thermal.amplifier_load >= 1 or thermal.motor_load >= load_limit:
+        causes |= _BIT[Code.OVERLOAD]
+    if dc.is_over:
+        causes |= _BIT[Code.OVERVOLTAGE]
+    if dc.is_under and has_torque:
+        causes |= _BIT[Code.UNDERVOLTAGE]
+    return causes

@@ -1,0 +1,121 @@
+"""What a person may see of a drive, and push."""
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+
+from fieldrig.device import Point, Value
+from fieldrig_devices.mc4.axis import INCREMENTS, RAD
+from fieldrig_devices.mc4.machine import Machine
+from fieldrig_devices.mc4.ring_side import RingSide
+from fieldrig_devices.mc4.tuning import RPM
+
+LARGEST_LOAD_NM = 1e6
+
+
+def points_of(
+    machine: Machine,
+    side: RingSide,
+    gear: float,
+    plate: Callable[[], str],
+    set_inverter_enable: Callable[[bool], None],
+) -> Mapping[str, Point]:
+    return {
+        **_state_points(machine, side, plate, set_inverter_enable),
+        **_motion_points(machine, gear),
+        **_power_points(machine),
+    }
+
+
+def _state_points(
+    machine: Machine, side: RingSide, plate: Callable[[], str], set_inverter_enable: Callable[[bool], None]
+) -> dict[str, Point]:
+    chain = machine.chain
+
+    def quit_errors(value: Value) -> None:
+        if value is not True:
+            raise ValueError("true")
+        if not machine.quit():
+            raise ValueError("not yet: the drive still stops, or what is wrong is still there")
+
+    return {
+        "axis_state": Point(lambda: chain.axis_state, None, "", "AxisState"),
+        "mc4_state": Point(lambda: chain.mc4_state, None, "", "MC4State"),
+        "stage": Point(lambda: chain.stage.name.lower(), None, "", "of the enable chain"),
+        "diag_code": Point(lambda: int(machine.diagnosis.code), None, "", "DiagCode; 0: nothing is pending"),
+        "diag_msg": Point(lambda: machine.diagnosis.text, None, "", "DiagMsg"),
+        "quit": Point(lambda: not machine.diagnosis.code, quit_errors, "", "write true to quit errors"),
+        "inverter_enable": Point(
+            lambda: machine.hardware_enable,
+            lambda value: set_inverter_enable(_truth(value)),
+            "",
+            "the input of the safe stop",
+        ),
+        "controller_enable": Point(lambda: machine.controller, None, "", "ControllerEnable, by the ring"),
+        "ready": Point(lambda: machine.is_ready, None, "", "the ready contact is closed"),
+        "brake": Point(lambda: chain.is_brake_lifted, None, "", "the brake relay is closed: the brake lifts"),
+        "torque_on": Point(lambda: chain.has_torque, None, "", "the motor is not free"),
+        "phase": Point(lambda: side.slave.phase, None, "", "of the ring, CP0 to CP4"),
+        "status": Point(side.status, None, "", "status word, S-0-0135, without the service channel"),
+        "motor_type": Point(lambda: machine.motor.type if machine.motor else "", None, "", "by the name plate"),
+        "motor_serial": Point(lambda: machine.motor.serial_number if machine.motor else "", None, "", "by the plate"),
+        "plate": Point(plate, None, "", "that it was read, or why it could not be"),
+    }
+
+
+def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
+    def current() -> float:
+        return machine.axis.t / machine.true_motor.torque_constant_nm_per_a
+
+    def load_position() -> float:
+        return (machine.shaft_increments * RAD - machine.axis.twist) / gear
+
+    return {
+        "position": Point(lambda: round(machine.axis.position), None, "incr", "1 000 000 a turn of the motor"),
+        "speed": Point(lambda: machine.axis.v * RPM, None, "1/min", "of the motor"),
+        "torque": Point(lambda: machine.axis.t, None, "N m", "of the motor"),
+        "current": Point(current, None, "A"),
+        "following_error": Point(lambda: round(machine.axis.e * INCREMENTS), None, "incr"),
+        "load_position": Point(load_position, None, "rad"),
+        "load_torque": Point(
+            lambda: machine.load_nm,
+            lambda value: machine.set_load(limited_load(_number(value, "a torque in N m"))),
+            "N m",
+            "at the load, beside what is always there; positive pulls it back",
+        ),
+        "brake_on": Point(lambda: machine.axis.brake_is_on, None, "", "the holding brake holds"),
+        "slow_cycles": Point(lambda: machine.axis.slow_cycles, None, "", "that were stepped, not folded"),
+    }
+
+
+def _power_points(machine: Machine) -> dict[str, Point]:
+    def set_mains(value: Value) -> None:
+        machine.dc.is_mains_on = _truth(value)
+
+    def set_ambient(value: Value) -> None:
+        machine.thermal.ambient_c = _number(value, "a temperature in degC")
+
+    return {
+        "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "of this drive"),
+        "dc_bus": Point(lambda: machine.dc.volt, None, "V", "DC circuit"),
+        "motor_temperature": Point(lambda: machine.thermal.motor_c, None, "degC", "of the winding"),
+        "casing_temperature": Point(lambda: machine.thermal.casing_c, None, "degC", "of the motor"),
+        "amplifier_temperature": Point(lambda: machine.thermal.amplifier_c, None, "degC"),
+        "ambient": Point(lambda: machine.thermal.ambient_c, set_ambient, "degC"),
+        "overload": Point(lambda: machine.thermal.overload * 100, None, "%", "100 switches off"),
+    }
+
+
+def limited_load(torque_nm: float) -> float:
+    return min(max(torque_nm, -LARGEST_LOAD_NM), LARGEST_LOAD_NM)
+
+
+def _truth(value: Value) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
+
+
+def _number(value: Value, right: str) -> float:
+    if isinstance(value, str | bool) or not isfinite(value):
+        raise ValueError(right)
+    return float(value)

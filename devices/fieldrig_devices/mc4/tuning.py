@@ -1,0 +1,75 @@
+"""The constants of an axis: plant from motor and load, loops and limits from parameters and name plate.
+
+Source: manual 520 (the drive configures itself), 525 and 534 (250 %, 4-fold), 6578-7049 (regulators).  Where the master
+writes no gain, the speed regulator is tuned as if it had been optimised for its load.
+"""
+
+from math import sqrt, tau
+from typing import Final
+
+from fieldrig_devices.mc4.folded import Elastic, Gains, Limits, Plant
+from fieldrig_devices.mc4.motor import MotorData
+from fieldrig_devices.mc4.settings import LoadSettings, Mc4Settings
+from fieldrig_devices.sercos.datum import IdnTable
+
+PEAK: Final = 2.5
+"""Overload of the amplifier (manual 525)."""
+BANDWIDTH: Final = 400.0
+"""rad/s, of the speed regulator as it is tuned at the start."""
+RPM: Final = 60 / tau
+KV_UNIT: Final = 1000 / 60
+"""1/s of one (m/min)/mm."""
+
+
+def plant_of(load: LoadSettings, motor: MotorData) -> Plant:
+    if load.stiffness_nm_per_rad is None:
+        return Plant(all_inertia(load, motor), load.viscous_nm_s_per_rad)
+    square = load.gear_ratio**2
+    inertia, stiffness, damping = (
+        value / square for value in (load.inertia_kg_m2, load.stiffness_nm_per_rad, load.damping_nm_s_per_rad)
+    )
+    return Plant(motor.inertia_kg_m2, load.viscous_nm_s_per_rad, elastic=Elastic(inertia, stiffness, damping))
+
+
+def all_inertia(load: LoadSettings, motor: MotorData) -> float:
+    """Of motor and load, at the motor."""
+    return motor.inertia_kg_m2 + load.inertia_kg_m2 / load.gear_ratio**2
+
+
+def bandwidth(load: LoadSettings) -> float:
+    """With a coupling, well below the frequency at which the load swings on it."""
+    if load.stiffness_nm_per_rad is None:
+        return BANDWIDTH
+    return min(BANDWIDTH, 0.5 * sqrt(load.stiffness_nm_per_rad / load.inertia_kg_m2))
+
+
+def tune(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> None:
+    """What follows from the name plate, unless the rig file says it."""
+    given = settings.parameters.idns
+    if "S-0-0100" not in given:
+        kp = all_inertia(settings.load, motor) * bandwidth(settings.load)
+        table[100].set(max(1, round(kp / motor.torque_constant_nm_per_a * 1e3)))
+    if "S-0-0091" not in given:
+        table[91].set(round(motor.max_speed_rpm * 1e4))
+
+
+def gains_of(table: IdnTable, settings: Mc4Settings, motor: MotorData, *, is_lagless: bool) -> Gains:
+    kp = table[100].number / 1e3 * motor.torque_constant_nm_per_a
+    kp = kp or all_inertia(settings.load, motor) * bandwidth(settings.load)
+    seconds = table[101].number / 1e4
+    ff = table[296].number / 1000 if is_lagless else 0.0
+    return Gains(table[104].number / 100 * KV_UNIT, kp, kp / seconds if seconds else 0.0, ff)
+
+
+def limits_of(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> Limits:
+    amplifier_nm = settings.amplifier.continuous_current_a * PEAK * motor.torque_constant_nm_per_a
+    told_nm = table[92].number / 1000 * motor.standstill_torque_nm
+    told_rpm = table[91].number / 1e4 or motor.max_speed_rpm
+    most = min(motor.peak_torque_nm, amplifier_nm, told_nm)
+    fastest = min(motor.max_speed_rpm, told_rpm) / RPM
+    return Limits(max(most, 1e-6), max(fastest, 1e-6), settings.load.coulomb_nm > 0)
+
+
+def lead_inertia(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> float:
+    """What the current feed-forward reckons with."""
+    return all_inertia(settings.load, motor) * table[348].number / 1000
