@@ -25,7 +25,6 @@ def test_the_least_controller_has_seven_groups() -> None:
 
 
 @pytest.mark.manual("PD-022")
-@pytest.mark.manual("PD-023")
 @pytest.mark.manual("PD-024")
 def test_objects_have_default_and_symbolic_names() -> None:
     bench = Bench(simulated=("conveyer_belt",), outputs={"O_bEquipmentOnIndicatorH1": ""}, inputs={"I_bStartS1": ""})
@@ -286,7 +285,6 @@ MATRIX = [
 ]
 
 
-@pytest.mark.manual("PD-333")
 @pytest.mark.parametrize(("upper", "lower", "fits"), MATRIX)
 def test_versions_go_together_by_the_matrix(upper: str, lower: str, fits: bool) -> None:
     assert goes_with(version_of(upper), version_of(lower)) is fits
@@ -303,15 +301,6 @@ def test_a_tool_that_is_too_old_is_refused(upper: str, lower: str, fits: bool) -
             bench.do(f"login {upper}")
 
 
-@pytest.mark.manual("PD-310")
-@pytest.mark.manual("PD-311")
-@pytest.mark.manual("PD-313")
-@pytest.mark.manual("PD-314")
-@pytest.mark.manual("PD-317")
-@pytest.mark.manual("PD-318")
-@pytest.mark.manual("PD-320")
-@pytest.mark.manual("PD-321")
-@pytest.mark.manual("PD-082")
 def test_system_data_of_chapter_9() -> None:
     limits = limits_of(Version(0, 15))
     assert (limits.tasks, limits.code_bytes, limits.variable_area_bytes) == (64, 2_097_152, 1_900_544)
@@ -319,9 +308,6 @@ def test_system_data_of_chapter_9() -> None:
     assert SYSTEM_CLOCK_US == 250
 
 
-@pytest.mark.manual("PD-312")
-@pytest.mark.manual("PD-316")
-@pytest.mark.manual("PD-335")
 @pytest.mark.parametrize(
     ("version", "data", "variable"),
     [((0, 6, 9), 1_048_576, 32_768), ((0, 7, 0), 2_097_152, 32_768), ((0, 12, 0), 2_097_152, 131_072)],

@@ -101,7 +101,6 @@ def test_timers_count_from_the_start() -> None:
 
 
 @pytest.mark.manual("PD-099")
-@pytest.mark.manual("PD-090")
 def test_err_led_flashes_while_a_diagnosis_is_pending() -> None:
     bench = Bench(err_wire="panel.err").run(100)
     assert bench.get("led.err") == "off"
@@ -115,7 +114,6 @@ def test_err_led_flashes_while_a_diagnosis_is_pending() -> None:
 
 @pytest.mark.manual("PD-093")
 @pytest.mark.manual("PD-094")
-@pytest.mark.manual("PD-171")
 @pytest.mark.manual("PD-172")
 def test_unreadable_name_plate_shows_as_on_the_screen() -> None:
     """Acceptance 7."""

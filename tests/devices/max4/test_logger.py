@@ -106,7 +106,6 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
 @pytest.mark.manual("PD-041")
 @pytest.mark.manual("PD-116")
 @pytest.mark.manual("PD-124")
-@pytest.mark.manual("PD-283")
 def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
     program = tmp_path / "conveyor.prg"
     program.write_bytes(b"PROGRAM PLC_PRG")

@@ -42,7 +42,6 @@ def test_cycle_time_is_a_parameter(ms: int) -> None:
     assert bench.get("CycleTime") == ms
 
 
-@pytest.mark.manual("PD-163")
 def test_axis_under_control_follows_a_set_value_a_cycle() -> None:
     bench = Bench("belt").boot().run(2_000).enable("belt")
     axis = bench.axis("belt")
@@ -130,8 +129,6 @@ def test_start_values_are_written_to_the_drive() -> None:
 
 
 @pytest.mark.manual("PD-140")
-@pytest.mark.manual("PD-141")
-@pytest.mark.manual("PD-139")
 def test_ring_broken_and_healed_while_axes_move() -> None:
     bench = Bench("belt", "knife").boot().run(2_000).enable("belt", "knife")
     axes = bench.axis("belt"), bench.axis("knife")

@@ -10,7 +10,6 @@ from fieldrig_bus.wires import Motion
 
 
 @pytest.mark.manual("PD-022")
-@pytest.mark.manual("PD-070")
 def test_inputs_and_outputs_are_wires() -> None:
     bench = Bench(inputs={"I_bStartS1": "panel.s1"}, outputs={"O_bH1": "panel.h1"}).run(100)
     bench.signal("panel.s1", True).run(1)
