@@ -38,10 +38,10 @@ class Mode(Enum):
 
 class Axis:
     __slots__ = (
-        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_at_rest", "_is_plain", "_lead",
-        "_lead_gain", "_limits", "_load_nm", "_mechanics", "_mode", "_most_way", "_moved", "_plant", "_seconds",
-        "_speed_gains", "_speed_of_way", "_way", "_wish", "brake_is_on", "e", "heat", "i", "load_speed",
-        "set_increments", "slow_cycles", "t", "twist", "v", "work",
+        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_heats", "_is_at_rest", "_is_plain",
+        "_lead", "_lead_gain", "_limits", "_load_nm", "_mechanics", "_mode", "_most_way", "_moved", "_plant",
+        "_seconds", "_speed_gains", "_speed_of_way", "_way", "_wish", "_works", "brake_is_on", "e", "heat", "i",
+        "load_speed", "set_increments", "slow_cycles", "t", "twist", "v", "work",
     )  # fmt: skip
 
     def __init__(
@@ -56,6 +56,7 @@ class Axis:
         self._mode = Mode.FREE
         self.set_increments = increments
         self.e = self.v = self.i = self.t = self.twist = self.load_speed = 0.0
+        self._heats = self._works = 0.0  # of folded cycles, by cycles
         self.heat = self.work = 0.0
         """Sums since they were last taken: of torque squared and of power at the shaft, times seconds."""
         self.slow_cycles = 0
@@ -195,8 +196,8 @@ class Axis:
         self.t = t
         self.set_increments += way
         self._moved, self._way = way, 0
-        self.heat += t * t * self._seconds
-        self.work += t * v * self._seconds
+        self._heats += t * t
+        self._works += t * v
 
     def _other_cycle(self) -> None:
         if self._mode is Mode.POSITION and not self.brake_is_on:
@@ -205,10 +206,19 @@ class Axis:
             self.go(self._cycle_steps)
 
     def _elastic_cycle(self) -> None:
-        v, way, seconds = self.v, self._way, self._seconds
+        v, way = self.v, self._way
         dry = self._dry_nm if self.v > 0 else -self._dry_nm
         states = self._cycle(
-            self.e, v, self.i, self.t, self.twist, self.load_speed, way * RAD / seconds, self._load_nm, self._lead, dry
+            self.e,
+            v,
+            self.i,
+            self.t,
+            self.twist,
+            self.load_speed,
+            way * self._speed_of_way,
+            self._load_nm,
+            self._lead,
+            dry,
         )
         if states is None:
             self.go(self._cycle_steps)
@@ -216,8 +226,8 @@ class Axis:
         self.e, self.v, self.i, self.t, self.twist, self.load_speed = states
         self.set_increments += way
         self._moved, self._way = way, 0
-        self.work += self.t * v * seconds
-        self.heat += self.t * self.t * seconds
+        self._works += self.t * v
+        self._heats += self.t * self.t
 
     def go(self, steps: int) -> None:
         """By inner steps; the set position of `follow` is reached within a cycle, and stays."""
@@ -347,8 +357,9 @@ class Axis:
         """Mean torque squared, and energy given at the shaft, since the last call, which was so long ago."""
         if self._is_at_rest:
             return self.t * self.t, 0.0
-        heat, work = self.heat / seconds if seconds else 0.0, self.work
-        self.heat = self.work = 0.0
+        heat = (self.heat + self._heats * self._seconds) / seconds if seconds else 0.0
+        work = self.work + self._works * self._seconds
+        self.heat = self.work = self._heats = self._works = 0.0
         return heat, work
 
 
