@@ -62,7 +62,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of an encoder fault": faults.models_of(EncoderFault),
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),
-    "Keys of drives, boot and process": {"drives": DriveSettings, "boot": BootTimes, "process": ProcessTimes},
+    "Keys of drives, boot and load": {"drives": DriveSettings, "boot": BootTimes, "load": ProcessTimes},
     "Keys of a drive fault": faults.models_of(DriveFault),
     "Keys of motor, load, amplifier, parameters, versions": {
         "motor": MotorSettings,

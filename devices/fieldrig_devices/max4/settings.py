@@ -75,7 +75,7 @@ class Max4Settings(Settings):
         default_factory=dict, description="of codes that are to have another than their first digit"
     )
     boot: BootTimes = Field(default_factory=BootTimes, description="instants of a boot")
-    process: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
+    load: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
     off_days: float = Field(default=0.0, ge=0, description="without power before the rig's start")
     disk_bytes: int = Field(default=4_000_000, ge=65_536, description="size of the flash disk")
     memory_free_bytes: int = Field(default=6_930_636, ge=0, description="parameter Memoryfree")

@@ -67,7 +67,7 @@ class System:
         self.tree = ObjectTree()
         wanted_ms = start_values.get(CYCLE_TIME, settings.cycle_ms)
         self.cycle_ns = (int(wanted_ms) if wanted_ms in CYCLES_MS else settings.cycle_ms) * MS
-        self.process = RealTimeProcess(clock, self.cycle_ns, settings.process, owner.on_overflow)
+        self.process = RealTimeProcess(clock, self.cycle_ns, settings.load, owner.on_overflow)
         self.terminals = Terminals(wires)
         self.axes: dict[str, Axis] = {}
         self.drives: list[RingDrive] = []
