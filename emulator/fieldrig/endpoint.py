@@ -11,6 +11,7 @@ import json
 import os
 import socket
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -42,32 +43,39 @@ def is_local(endpoint: str) -> bool:
         return host == "localhost"
 
 
+def is_guarded(endpoint: str) -> bool:
+    """Whether nobody outside this machine gets in without a token."""
+    return is_local(endpoint) or _token() is not None
+
+
 def listen(endpoint: str) -> zenoh.Session:
     """The rig's own session.  RigError if the endpoint is taken or would be open to anybody."""
-    token = _token()
-    if token is None and not is_local(endpoint):
+    if not is_guarded(endpoint):
         raise RigError(
             f"the control endpoint {endpoint} can be reached from other machines",
             f"set a token in the environment variable {TOKEN_VARIABLE}, for the rig and for its tools,"
             f" or listen on {DEFAULT_ENDPOINT}",
         )
-    settings: dict[str, Any] = {"mode": "router", "listen/endpoints": [endpoint]}
-    if token is None:
-        return _open_listening(endpoint, settings)
-    with tempfile.TemporaryDirectory() as folder:  # Zenoh reads the passwords it accepts from a file, once
-        dictionary = Path(folder) / "users"
-        dictionary.write_text(f"{_USER}:{token}\n")
-        settings["transport/auth/usrpwd/dictionary_file"] = str(dictionary)
-        return _open_listening(endpoint, settings)
-
-
-def _open_listening(endpoint: str, settings: dict[str, Any]) -> zenoh.Session:
     try:
-        return _open(settings)
+        return open_session({"mode": "router", "listen/endpoints": [endpoint]})
     except zenoh.ZError as cause:
         check_free(endpoint)
         reason = str(cause).partition(" at /")[0]
         raise RigError(f"can't listen on the control endpoint {endpoint}: {reason}", OTHER_ENDPOINT) from cause
+
+
+def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
+    """One with settings of its own, such as a bus has: as silent as ours, and with the token if there is one.
+
+    zenoh.ZError if it can't be had.
+    """
+    token = _token()
+    if token is None or not settings.get("listen/endpoints"):
+        return _open(dict(settings))
+    with tempfile.TemporaryDirectory() as folder:  # Zenoh reads the passwords it accepts from a file, once
+        dictionary = Path(folder) / "users"
+        dictionary.write_text(f"{_USER}:{token}\n")
+        return _open({**settings, "transport/auth/usrpwd/dictionary_file": str(dictionary)})
 
 
 def check_free(endpoint: str) -> None:

@@ -25,7 +25,7 @@ from fieldrig.config import RigConfig, load
 from fieldrig.control import Control, NobodyError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
-from fieldrig.placement import ProcessPlan
+from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
@@ -144,7 +144,7 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     """Run one process of the rig until it is told to end."""
     hold = join_run(config.run)
     _name_process(plan.name)
-    if is_realtime:
+    if is_realtime or _is_realtime(config, plan):
         _ask_for_realtime()
     try:
         with asyncio.Runner(loop_factory=loop_factory()) as runner:
@@ -197,6 +197,12 @@ def _name_process(name: str) -> None:
     """What `ps` and `top` show."""
     with contextlib.suppress(OSError):  # only Linux has it
         Path("/proc/self/comm").write_text(f"rig:{name}")
+
+
+def _is_realtime(config: RigConfig, plan: ProcessPlan) -> bool:
+    """Whether a bus of its devices wants it; the threads that are made later have it then too."""
+    buses = (config.buses[bus] for device in plan.devices for bus in linked_buses(config.devices[device]))
+    return any(getattr(entry.bus.settings, "realtime", False) for entry in buses)
 
 
 def _ask_for_realtime() -> None:

@@ -18,12 +18,11 @@ class At:
     """An Attachment that keeps what goes into the trace."""
 
     rig = "lab"
-    process = "lab"
     seed = 7
 
     def __init__(self, member: str, clock: RealClock) -> None:
         self.member, self.clock = member, clock
-        self.members: dict[str, str] = {}
+        self.process, self.members = "lab", dict[str, str]()
         self.traced: list[tuple[str, Any]] = []
         self.served: list[Subject] = []
 

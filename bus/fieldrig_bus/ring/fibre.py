@@ -75,6 +75,8 @@ class Fibre:
         self._layout: _Layout | None = None
         self._open: Mst | None = None
         """The cycle that has begun and not ended."""
+        self.stations = 0
+        """How many there are, with or without power."""
         self._spoilt_mst: list[Distort] = []
         self._was_calm = True
         self._lengths: list[int] = []
@@ -198,6 +200,7 @@ class Fibre:
         ring = self._ring()
         for place, one in enumerate(ring):
             one.place = place
+        self.stations = sum(bool(one.addresses) for one in ring)
         broken = {fault.settings.after for fault in self._on(now_ns, Break)}
         dead = {fault.settings.station for fault in self._on(now_ns, Off)}
         hearing: list[_Station] = []

@@ -1,0 +1,234 @@
+"""The centre of a ring in real time: it stands in the master's process and hosts the fibre.
+
+When the master sends its MST, it hears at once of the ATs that lie in the buffers; when it sends its MDT, one message
+with the whole cycle goes to each process of drives, and one with its ATs comes back, which has time until the next
+MST.  A process that is not done by then is late: its stations' ATs are missing, which is counted for each of them.
+Stations join when their process says so, and are gone the instant it is.
+Left out: the time that telegrams take on the fibre; it is less than the machine's own.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from random import Random
+from typing import Any, Final, Protocol
+
+from fieldrig.bus import Attachment
+from fieldrig.errors import refusals
+from fieldrig_bus.ring.fibre import Fibre
+from fieldrig_bus.ring.message import Answers, Mdt, Mst, RingMessage, encode
+from fieldrig_bus.ring.model import RING
+from fieldrig_bus.ring.star_wire import decode_back, encode_spread
+from fieldrig_bus.ring.virtual import RingSettings
+
+log = logging.getLogger(__name__)
+
+MOST_BEHIND: Final = 16
+"""Cycles that wait for a process that stands still; it hears no more until it has done them."""
+
+_32: Final = 0xFFFF_FFFF
+
+Stations = Sequence[tuple[str, Sequence[int] | None]]
+"""Names and addresses, in the order in which a process counts its stations; None: it observes."""
+
+
+class Spokes(Protocol):
+    """What carries the messages between the centre and other processes."""
+
+    def spread(self, message: bytes, hung: Collection[str]) -> None:
+        """To all processes but those that stand still.  It never blocks."""
+
+    def gather(self) -> Iterable[tuple[str, bytes]]:
+        """What has come back since the last call: who, and what."""
+
+    def close(self) -> None: ...
+
+
+class _Spoke:
+    """One process, as the centre has it."""
+
+    def __init__(self, sequence: int) -> None:
+        self.names: list[str] = []
+        self.done = self.sent = sequence
+
+
+class Star:
+    def __init__(
+        self,
+        bus: str,
+        at: Attachment,
+        settings: RingSettings,
+        handler: Callable[[Any], None],
+        loop: asyncio.AbstractEventLoop,
+    ) -> None:
+        """`at` is the master's."""
+        self.handler, self.loop = handler, loop
+        self._bus, self._at = bus, at
+        self._fibre = Fibre(settings.order, settings.mbaud, settings.bypassed, settings.faults, at.members)
+        self._fibre.begin(at.clock.now_ns(), Random(f"{at.seed}/{bus}"))
+        self._fibre.join(at.member)
+        self._fibre.listen(at.member, ["master"])
+        self._spokes: Spokes | None = None
+        self._local: tuple[str, Callable[[bytes], None]] | None = None
+        self._processes: dict[str, _Spoke] = {}
+        self._owners: dict[str, _Spoke] = {}
+        self._sequence = 0
+        self._answers: Answers | None = None
+        self._hung: set[str] = set()
+        self._late: dict[str, int] = {}
+        self._most_behind = 0
+
+    def open(self, spokes: Spokes) -> None:
+        self._spokes = spokes
+
+    def open_local(self, who: str, on_spread: Callable[[bytes], None]) -> None:
+        """For the stations of this process; what comes back is given to `take`."""
+        self._local = who, on_spread
+
+    def close(self) -> None:
+        if self._spokes is not None:
+            self._spokes.close()
+
+    # ---- stations
+
+    def announce(self, who: str, stations: Stations) -> None:
+        """All stations that a process has."""
+        if not stations:
+            self.lose(who)
+            return
+        process = self._processes.setdefault(who, _Spoke(self._sequence))
+        kept = {name for name, _ in stations}
+        for name in process.names:
+            if name not in kept:
+                self._forget(name, process)
+        process.names = [name for name, _ in stations]
+        for name, addresses in stations:
+            if name == self._at.member:
+                log.warning("%s: %s is the master of the ring, and no drive of %s", self._bus, name, who)
+                continue
+            if name not in self._owners:
+                self._fibre.join(name)
+            self._owners[name] = process
+            self._fibre.listen(name, None if addresses is None else [["drive", address] for address in addresses])
+
+    def lose(self, who: str) -> None:
+        """A process is gone."""
+        process = self._processes.pop(who, None)
+        self._hung.discard(who)
+        if process is not None:
+            for name in process.names:
+                self._forget(name, process)
+
+    def _forget(self, name: str, process: _Spoke) -> None:
+        if self._owners.get(name) is process:  # it may have come back in another one
+            del self._owners[name]
+            self._fibre.leave(name)
+
+    def take(self, who: str, data: bytes) -> None:
+        """What came back from a process."""
+        process = self._processes.get(who)
+        if process is None:
+            return
+        try:
+            sequence, ats = decode_back(data)
+        except ValueError as fault:
+            log.debug("%s: %s: %s", self._bus, who, fault)
+            return
+        process.done = sequence
+        owners, names = self._owners, process.names
+        for place, at in ats:
+            if place < len(names) and owners.get(names[place]) is process:
+                self._fibre.leave_at(names[place], at)
+
+    # ---- cycles
+
+    def send(self, message: RingMessage) -> None:
+        """From the master, as part of the event that it is handling."""
+        if isinstance(message, Mst):
+            self._begin_cycle(message)
+        elif isinstance(message, Mdt):
+            self._end_cycle(message.data)
+
+    def _begin_cycle(self, mst: Mst) -> None:
+        self._gather()
+        late = self._count_late()
+        self._end_cycle(b"")
+        answers = self._answers = self._fibre.begin_cycle(self._at.clock.now_ns(), mst, late)
+        self._at.heard(RING, answers)
+        self._at.deliver(self.handler, answers)
+
+    def _end_cycle(self, mdt: bytes) -> None:
+        heard = self._fibre.end_cycle(self._at.clock.now_ns(), mdt)
+        if not heard:
+            return
+        self._sequence = self._sequence + 1 & _32
+        observed = encode(self._answers) if self._fibre.observers and self._answers is not None else b""
+        message = encode_spread(self._sequence, heard, observed, self._fibre.stations)
+        for who, process in self._processes.items():
+            if who not in self._hung:
+                process.sent = self._sequence
+        if self._spokes is not None:
+            self._spokes.spread(message, self._hung)
+        if self._local is not None and self._local[0] in self._processes:
+            self.loop.call_soon(self._local[1], message)
+        for cycle, _ in heard:
+            self._at.heard(self._at.member, cycle)
+
+    def _gather(self) -> None:
+        if self._spokes is not None:
+            for who, data in self._spokes.gather():
+                self.take(who, data)
+
+    def _count_late(self) -> int:
+        """Stations whose process is not done with the cycle before."""
+        if self._hung:
+            self._look_after_hung()
+        late, sequence = 0, self._sequence
+        for who, process in self._processes.items():
+            if process.done == sequence:
+                continue
+            self._most_behind = max(self._most_behind, sequence - process.done & _32)
+            for name in process.names:
+                self._late[name] = self._late.get(name, 0) + 1
+            late += len(process.names)
+            if who not in self._hung and process.sent - process.done & _32 >= MOST_BEHIND:
+                log.warning("%s: %s is %d cycles behind; it is left alone", self._bus, who, MOST_BEHIND)
+                self._hung.add(who)
+        return late
+
+    def _look_after_hung(self) -> None:
+        """Whether one that stood still has done what it was sent."""
+        for who in tuple(self._hung):
+            process = self._processes[who]
+            if process.done - process.sent & _32 < 2**31:
+                log.warning("%s: %s is back", self._bus, who)
+                self._hung.discard(who)
+                process.done = process.sent = self._sequence
+
+    # ---- for people
+
+    def awaited(self) -> list[str]:
+        """Processes that are not done with the last cycle."""
+        self._gather()
+        return [who for who, process in self._processes.items() if process.done != self._sequence]
+
+    @property
+    def is_observed(self) -> bool:
+        return bool(self._fibre.observers)
+
+    def statistics(self) -> dict[str, float]:
+        """`late.NAME` counts for one station; `most_cycles_late` is how far any process ever was behind."""
+        by_station = {f"late.{name}": float(count) for name, count in self._late.items()}
+        general = self._fibre.statistics(self._at.clock.now_ns())
+        return {**general, "most_cycles_late": float(self._most_behind), **by_station}
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        with refusals(self._bus):
+            return self._fibre.add_fault(self._at.clock.now_ns(), fault)
+
+    def clear_fault(self, number: int) -> None:
+        with refusals(self._bus):
+            self._fibre.clear_fault(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._fibre.faults.about(self._at.clock.now_ns())

@@ -1,0 +1,114 @@
+"""The drives of one process, as the centre of a star has them: they share an end of the ring.
+
+A cycle comes as one message; each drive reacts, in the order in which they began to listen; then their ATs go back in
+one message.  What a drive leaves at other times follows at the end of that turn of the loop.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fieldrig.bus import Attachment
+from fieldrig_bus.ring.message import Cycle, RingMessage, decode
+from fieldrig_bus.ring.star import Stations
+from fieldrig_bus.ring.star_wire import decode_spread, encode_back
+
+log = logging.getLogger(__name__)
+
+
+class _Station:
+    def __init__(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
+        self.at, self.handler = at, handler
+        self.addresses = None if interest is None else [int(word[1]) for word in interest]
+
+
+class Rack:
+    """All methods belong to the loop's thread."""
+
+    def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
+        self.loop = loop
+        self._bus = bus
+        self._stations: dict[str, _Station] = {}
+        self._places: dict[str, int] = {}
+        self._announce: Callable[[Stations], None] | None = None
+        self._reply: Callable[[bytes], None] | None = None
+        self._sequence = 0
+        self._left: list[tuple[int, bytes]] = []
+        self._is_coming_back = False
+
+    def __len__(self) -> int:
+        return len(self._stations)
+
+    def connect(self, announce: Callable[[Stations], None], reply: Callable[[bytes], None]) -> None:
+        """There is a centre: tell it who is here, now and when that changes."""
+        self._announce, self._reply = announce, reply
+        self._left.clear()
+        self._tell()
+
+    def disconnect(self) -> None:
+        self._announce = self._reply = None
+
+    def listen(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
+        self._stations[at.member] = _Station(at, handler, interest)
+        self._tell()
+
+    def forget(self, member: str) -> None:
+        if self._stations.pop(member, None) is not None:
+            self._tell()
+
+    def leave(self, member: str, at: bytes) -> None:
+        """Leave an AT for the next cycle."""
+        place = self._places.get(member)
+        if place is None:
+            log.debug("%s is not listening to %s", member, self._bus)
+            return
+        self._left.append((place, at))
+        if not self._is_coming_back:
+            self._is_coming_back = True
+            self.loop.call_soon(self._come_back)
+
+    def on_spread(self, data: bytes) -> None:
+        """A cycle."""
+        try:
+            spread = decode_spread(data)
+            answers: RingMessage | None = decode(spread.answers) if spread.answers else None
+        except ValueError as fault:
+            log.debug("%s: %s", self._bus, fault)
+            return
+        self._sequence = spread.sequence
+        self._is_coming_back = True  # when all are done, not after each
+        try:
+            if len(spread.heard) == 1 and not spread.heard[0][1]:
+                self._tell_all(spread.heard[0][0], answers)
+            else:
+                self._tell_some({name: cycle for cycle, names in spread.heard for name in names}, answers)
+        finally:
+            self._come_back()
+
+    def _tell_all(self, cycle: Cycle, answers: RingMessage | None) -> None:
+        for station in tuple(self._stations.values()):
+            if station.addresses is not None:
+                station.at.deliver(station.handler, cycle)
+            elif answers is not None:
+                station.at.deliver(station.handler, answers)
+                station.at.deliver(station.handler, cycle)
+
+    def _tell_some(self, heard: dict[str, Cycle], answers: RingMessage | None) -> None:
+        for name, station in tuple(self._stations.items()):
+            if name in heard:
+                station.at.deliver(station.handler, heard[name])
+            elif station.addresses is None and answers is not None:
+                for message in (answers, *dict.fromkeys(heard.values())):
+                    station.at.deliver(station.handler, message)
+
+    def _come_back(self) -> None:
+        self._is_coming_back = False
+        left, self._left = self._left, []
+        if self._reply is not None:
+            self._reply(encode_back(self._sequence, left))
+
+    def _tell(self) -> None:
+        self._places = {name: place for place, name in enumerate(self._stations)}
+        if self._announce is not None:
+            self._announce([(name, station.addresses) for name, station in self._stations.items()])

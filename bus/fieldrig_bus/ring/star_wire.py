@@ -1,0 +1,105 @@
+"""What goes between the star's centre and the processes of its drives: one message each way and cycle.
+
+Out: MST and MDT once; where a fault makes stations hear different things, who hears what.  Back: the ATs that the
+process has left, and by `sequence` which cycle it is done with, so that the centre sees who is late and by how much.
+"""
+
+import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from fieldrig_bus.ring.fibre import Heard
+from fieldrig_bus.ring.message import Cycle
+
+_OUT: Final = struct.Struct(
+    "<IIBHBH"
+)  # sequence, number, lengths of MST and MDT, is somebody listed, length of answers
+_LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
+_BACK: Final = struct.Struct("<I")  # sequence
+_AT: Final = struct.Struct("<BH")  # place of the station in its process, length
+_MST, _MDT = 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """One cycle, as it goes to every process."""
+
+    sequence: int
+    heard: Sequence[Heard]
+    """Without names: all stations."""
+    answers: bytes
+    """The master's, encoded, if anybody observes."""
+
+
+def encode_spread(sequence: int, heard: Sequence[Heard], answers: bytes, stations: int) -> bytes:
+    """`stations` is how many there are: where all hear the same, nobody is named."""
+    number = heard[0][0].number & 0xFFFF_FFFF
+    mst = next((cycle.mst for cycle, _ in heard if cycle.mst), b"")
+    mdt = next((cycle.mdt for cycle, _ in heard if cycle.mdt), b"")
+    listed = b"" if len(heard) == 1 and len(heard[0][1]) == stations else _listed(heard)
+    is_listed = len(heard) != 1 or len(heard[0][1]) != stations
+    return (
+        _OUT.pack(sequence & 0xFFFF_FFFF, number, len(mst), len(mdt), is_listed, len(answers))
+        + mst + mdt + answers + listed
+    )  # fmt: skip
+
+
+def _listed(heard: Sequence[Heard]) -> bytes:
+    rows = bytearray()
+    for cycle, names in heard:
+        hears = _MST * bool(cycle.mst) + _MDT * bool(cycle.mdt)
+        for name in names:
+            text = name.encode()
+            rows += _LISTED.pack(hears, len(text)) + text
+    return bytes(rows)
+
+
+def decode_spread(data: bytes) -> Spread:
+    """ValueError for anything that `encode_spread` doesn't write."""
+    try:
+        sequence, number, mst_length, mdt_length, is_listed, answers_length = _OUT.unpack_from(data)
+        mdt_start = _OUT.size + mst_length
+        answers_start = mdt_start + mdt_length
+        end = answers_start + answers_length
+        if end > len(data) or (not is_listed and end != len(data)):
+            raise ValueError(f"a cycle of {len(data)} bytes is no cycle")
+        mst, mdt = data[_OUT.size : mdt_start], data[mdt_start:answers_start]
+        heard = _heard(number, mst, mdt, data[end:]) if is_listed else [(Cycle(number, mst, mdt), ())]
+        return Spread(sequence, heard, data[answers_start:end])
+    except struct.error as cause:
+        raise ValueError("a cycle is cut short") from cause
+
+
+def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
+    groups: dict[int, list[str]] = {}
+    start = 0
+    while start < len(rows):
+        hears, length = _LISTED.unpack_from(rows, start)
+        start += _LISTED.size + length
+        groups.setdefault(hears, []).append(rows[start - length : start].decode())
+    return [
+        (Cycle(number, mst if hears & _MST else b"", mdt if hears & _MDT else b""), names)
+        for hears, names in groups.items()
+    ]
+
+
+def encode_back(sequence: int, ats: Iterable[tuple[int, bytes]]) -> bytes:
+    return _BACK.pack(sequence) + b"".join(_AT.pack(place, len(at)) + at for place, at in ats)
+
+
+def decode_back(data: bytes) -> tuple[int, list[tuple[int, bytes]]]:
+    """ValueError for anything that `encode_back` doesn't write."""
+    try:
+        (sequence,) = _BACK.unpack_from(data)
+        ats, start = [], _BACK.size
+        while start < len(data):
+            place, length = _AT.unpack_from(data, start)
+            end = start + _AT.size + length
+            if end > len(data):
+                raise ValueError("an AT is cut short")
+            ats.append((place, data[start + _AT.size : end]))
+            start = end
+    except struct.error as cause:
+        raise ValueError("an answer is cut short") from cause
+    return sequence, ats

@@ -1,0 +1,212 @@
+"""`ring.zenoh`: the fibre ring in real time over Zenoh, also between machines.
+
+Sessions of its own, in a star on the master's: no scouting, no gossip, no time stamps, no shared memory, one priority,
+low latency.  One put a cycle reaches all processes, on a key with a star in it; one comes back from each.  A liveliness
+token tells who is there and which stations it has; it is gone the instant the process is.  Zenoh calls back on threads
+of its own: at the centre what comes back waits in a queue for the next MST, in a drive's process a cycle is handed to
+the loop.
+"""
+
+import asyncio
+import logging
+import os
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
+from typing import Any, ClassVar, Final
+
+import zenoh
+from pydantic import Field
+
+from fieldrig import endpoint
+from fieldrig.bus import Attachment
+from fieldrig.errors import BusError
+from fieldrig_bus.ring.star import Star, Stations
+from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
+from fieldrig_bus.ring.star_rack import Rack
+
+log = logging.getLogger(__name__)
+
+OUT, BACK, HERE = "out", "back", "here"
+OBSERVER: Final = "observer"
+LONGEST_PATH: Final = 100
+"""Of a Unix socket; the system's limit is 108, and Zenoh adds to it for its lock."""
+TUNED: Final[dict[str, Any]] = {
+    "transport/unicast/qos/enabled": False,
+    "transport/unicast/lowlatency": True,
+    "transport/link/tx/lease": 1_000,  # ms: one that stands still must not fill the centre's socket
+}
+PATIENT: Final[dict[str, Any]] = {
+    "connect/timeout_ms": -1,
+    "connect/exit_on_failure": False,
+    "connect/retry": {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 1.5},
+}
+
+
+class ZenohSpokes:
+    """The centre's end."""
+
+    def __init__(self, session: zenoh.Session, star: Star) -> None:
+        self._session, self._star, self._loop = session, star, star.loop
+        self._back: deque[tuple[str, bytes]] = deque()
+        self._here: dict[str, str] = {}
+        """Of each process, the token that holds."""
+        self._all = self._publisher(f"{OUT}/*")
+        self._each: dict[str, zenoh.Publisher] = {}
+        self._kept = [
+            session.declare_subscriber(f"{BACK}/*", _directly(self._on_back)),
+            session.liveliness().declare_subscriber(f"{HERE}/**", _directly(self._on_life), history=True),
+        ]
+
+    def spread(self, message: bytes, hung: Collection[str]) -> None:
+        if not hung:
+            self._all.put(message)
+            return
+        for who in self._here.keys() - hung:
+            if who not in self._each:
+                self._each[who] = self._publisher(f"{OUT}/{who}")
+            self._each[who].put(message)
+
+    def gather(self) -> Iterator[tuple[str, bytes]]:
+        back = self._back
+        while back:
+            yield back.popleft()
+
+    def close(self) -> None:
+        self._kept.clear()
+        endpoint.close(self._session)
+
+    def _publisher(self, key: str) -> zenoh.Publisher:
+        return self._session.declare_publisher(key, express=True, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def _on_here(self, who: str, token: str, is_alive: bool) -> None:
+        if is_alive:
+            self._here[who] = token
+            self._star.announce(who, _stations_of(token))
+        elif self._here.get(who) == token:  # else another one has taken its place
+            del self._here[who]
+            self._star.lose(who)
+
+    # From here on Zenoh's own threads call.
+
+    def _on_back(self, sample: zenoh.Sample) -> None:
+        self._back.append((str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes()))
+
+    def _on_life(self, sample: zenoh.Sample) -> None:
+        _, who, *token = str(sample.key_expr).split("/")
+        _hand_over(self._loop, self._on_here, who, "/".join(token), sample.kind == zenoh.SampleKind.PUT)
+
+
+class ZenohLine:
+    """A process's way to the centre.  Zenoh connects, and connects again."""
+
+    def __init__(self, session: zenoh.Session, process: str, rack: Rack) -> None:
+        self._session, self._process, self._loop = session, process, rack.loop
+        self._tokens = 0
+        self._token: Any = None
+        self._rack = rack
+        self._back = session.declare_publisher(
+            f"{BACK}/{process}", express=True, congestion_control=zenoh.CongestionControl.BLOCK
+        )
+        self._kept = [session.declare_subscriber(f"{OUT}/{process}", _directly(self._on_out))]
+        rack.connect(self._announce, self._back.put)
+
+    def close(self) -> None:
+        self._rack.disconnect()
+        self._kept.clear()
+        endpoint.close(self._session)
+
+    def _announce(self, stations: Stations) -> None:
+        """The new token is there before the old one goes."""
+        former, self._token = self._token, None
+        self._tokens += 1
+        if stations:
+            key = f"{HERE}/{self._process}/{os.getpid()}/{self._tokens}/{_token_of(stations)}"
+            self._token = self._session.liveliness().declare_token(key)
+        if former is not None:
+            former.undeclare()
+
+    def _on_out(self, sample: zenoh.Sample) -> None:
+        """On a thread of Zenoh's."""
+        _hand_over(self._loop, self._rack.on_spread, sample.payload.to_bytes())
+
+
+class RingZenohSettings(RingStarSettings):
+    endpoint: str | None = Field(
+        default=None,
+        pattern=r"^tcp/[^/\s]+:[0-9]{1,5}$",
+        examples=["tcp/127.0.0.1:7450"],
+        description="where the master's process listens; left out: a Unix socket in the run folder",
+    )
+
+
+class RingZenoh(RingStar):
+    about: ClassVar[str] = "SERCOS fibre ring, in real time over Zenoh"
+    settings: RingZenohSettings
+
+    def __init__(self, name: str, settings: RingZenohSettings) -> None:
+        super().__init__(name, settings)
+
+    def reach(self, at: Attachment, rack: Rack) -> ZenohLine:
+        # Its own endpoint would be one that others can find.
+        places = {"listen/endpoints": [], "connect/endpoints": [self._place(at)]}
+        return ZenohLine(endpoint.open_session({"mode": "peer", **places, **PATIENT, **TUNED}), at.process, rack)
+
+    def hold(self, at: Attachment, star: Star) -> ZenohSpokes:
+        place = self._place(at)
+        if not endpoint.is_guarded(place):
+            remedy = f"set a token in the environment variable {endpoint.TOKEN_VARIABLE}, or listen on 127.0.0.1"
+            raise BusError(f"{self.name}: {place} can be reached from other machines", remedy)
+        if endpoint.is_answered(place):
+            raise BusError(f"{self.name}: another program listens on {place}", "a ring has one master")
+        if self.settings.endpoint is None:  # the rig's lock says that no living rig owns the folder
+            at.path(f"{self.name}.zenoh").unlink(missing_ok=True)
+        try:
+            session = endpoint.open_session({"mode": "peer", "listen/endpoints": [place], **TUNED})
+        except zenoh.ZError as cause:
+            reason = str(cause).partition(" at /")[0]
+            raise BusError(f"{self.name}: can't listen on {place}: {reason}", "choose another `endpoint`") from cause
+        return ZenohSpokes(session, star)
+
+    def _place(self, at: Attachment) -> str:
+        if self.settings.endpoint is not None:
+            return self.settings.endpoint
+        path = str(at.path(f"{self.name}.zenoh"))
+        if len(path) > LONGEST_PATH:
+            raise BusError(
+                f"{self.name}: the path of its socket is too long: {path}", "set `endpoint` or the rig's `run`"
+            )
+        return f"unixsock-stream/{path}"
+
+
+def _token_of(stations: Stations) -> str:
+    """Names are of small letters, digits, _ and -; so nothing here is special to Zenoh."""
+    return ";".join(
+        f"{name}={OBSERVER if addresses is None else ','.join(map(str, addresses))}" for name, addresses in stations
+    )
+
+
+def _stations_of(token: str) -> Stations:
+    """The inverse; what is not understood is left out."""
+    stations: list[tuple[str, list[int] | None]] = []
+    for station in token.rpartition("/")[2].split(";"):
+        name, _, addresses = station.partition("=")
+        if addresses == OBSERVER:
+            stations.append((name, None))
+        elif all(address.isdecimal() for address in addresses.split(",") if address):
+            stations.append((name, [int(address) for address in addresses.split(",") if address]))
+        else:
+            log.debug("not a station of a ring: %s", station)
+    return stations
+
+
+def _hand_over(loop: asyncio.AbstractEventLoop, action: Callable[..., None], *arguments: Any) -> None:
+    """At the end of the process the loop may be gone already."""
+    try:
+        loop.call_soon_threadsafe(action, *arguments)
+    except RuntimeError as fault:
+        log.debug("%s", fault)
+
+
+def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
+    """Without a Python thread of its own for every declaration."""
+    return zenoh.handlers.Callback(callback, indirect=False)
