@@ -9,6 +9,8 @@ Left out: the time that telegrams take on the fibre; it is less than the machine
 
 import asyncio
 import logging
+import time
+from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from random import Random
 from typing import Any, Final, Protocol
@@ -26,6 +28,8 @@ log = logging.getLogger(__name__)
 MOST_BEHIND: Final = 16
 """Cycles that wait for a process that stands still; it hears no more until it has done them."""
 
+TRIPS: Final = 2_000
+"""Round trips that statistics look back on."""
 _32: Final = 0xFFFF_FFFF
 
 Stations = Sequence[tuple[str, Sequence[int] | None]]
@@ -38,8 +42,8 @@ class Spokes(Protocol):
     def spread(self, message: bytes, hung: Collection[str]) -> None:
         """To all processes but those that stand still.  It never blocks."""
 
-    def gather(self) -> Iterable[tuple[str, bytes]]:
-        """What has come back since the last call: who, and what."""
+    def gather(self) -> Iterable[tuple[str, bytes, int]]:
+        """What has come back since the last call: from whom, what, and when (CLOCK_MONOTONIC)."""
 
     def close(self) -> None: ...
 
@@ -50,6 +54,11 @@ class _Spoke:
     def __init__(self, sequence: int) -> None:
         self.names: list[str] = []
         self.done = self.sent = sequence
+
+    @property
+    def is_done(self) -> bool:
+        """With all that it was sent; it may even have found what it wasn't woken for."""
+        return self.done - self.sent & _32 < 2**31
 
 
 class Star:
@@ -77,6 +86,8 @@ class Star:
         self._hung: set[str] = set()
         self._late: dict[str, int] = {}
         self._most_behind = 0
+        self._spread_ns = self._came_ns = 0
+        self._trips_ns: deque[int] = deque(maxlen=TRIPS)
 
     def open(self, spokes: Spokes) -> None:
         self._spokes = spokes
@@ -124,8 +135,8 @@ class Star:
             del self._owners[name]
             self._fibre.leave(name)
 
-    def take(self, who: str, data: bytes) -> None:
-        """What came back from a process."""
+    def take(self, who: str, data: bytes, came_ns: int | None = None) -> None:
+        """What came back from a process; left out: just now."""
         process = self._processes.get(who)
         if process is None:
             return
@@ -135,6 +146,7 @@ class Star:
             log.debug("%s: %s: %s", self._bus, who, fault)
             return
         process.done = sequence
+        self._came_ns = max(self._came_ns, time.monotonic_ns() if came_ns is None else came_ns)
         owners, names = self._owners, process.names
         for place, at in ats:
             if place < len(names) and owners.get(names[place]) is process:
@@ -152,6 +164,8 @@ class Star:
     def _begin_cycle(self, mst: Mst) -> None:
         self._gather()
         late = self._count_late()
+        if not late and self._spread_ns:
+            self._trips_ns.append(self._came_ns - self._spread_ns)
         self._end_cycle(b"")
         answers = self._answers = self._fibre.begin_cycle(self._at.clock.now_ns(), mst, late)
         self._at.heard(RING, answers)
@@ -162,6 +176,7 @@ class Star:
         if not heard:
             return
         self._sequence = self._sequence + 1 & _32
+        self._spread_ns = time.monotonic_ns()
         observed = encode(self._answers) if self._fibre.observers and self._answers is not None else b""
         message = encode_spread(self._sequence, heard, observed, self._fibre.stations)
         for who, process in self._processes.items():
@@ -176,8 +191,8 @@ class Star:
 
     def _gather(self) -> None:
         if self._spokes is not None:
-            for who, data in self._spokes.gather():
-                self.take(who, data)
+            for who, data, came_ns in self._spokes.gather():
+                self.take(who, data, came_ns)
 
     def _count_late(self) -> int:
         """Stations whose process is not done with the cycle before."""
@@ -200,7 +215,7 @@ class Star:
         """Whether one that stood still has done what it was sent."""
         for who in tuple(self._hung):
             process = self._processes[who]
-            if process.done - process.sent & _32 < 2**31:
+            if process.is_done:
                 log.warning("%s: %s is back", self._bus, who)
                 self._hung.discard(who)
                 process.done = process.sent = self._sequence
@@ -208,19 +223,24 @@ class Star:
     # ---- for people
 
     def awaited(self) -> list[str]:
-        """Processes that are not done with the last cycle."""
+        """Processes that are not done with what they were sent."""
         self._gather()
-        return [who for who, process in self._processes.items() if process.done != self._sequence]
+        return [who for who, process in self._processes.items() if not process.is_done]
 
     @property
     def is_observed(self) -> bool:
         return bool(self._fibre.observers)
 
     def statistics(self) -> dict[str, float]:
-        """`late.NAME` counts for one station; `most_cycles_late` is how far any process ever was behind."""
+        """`late.NAME` counts for one station; `most_cycles_late` is how far any process ever was behind.
+
+        A round trip is from the spreading of a cycle until the last process is done with it.
+        """
+        trips_us = sorted(trip_ns / 1e3 for trip_ns in self._trips_ns) or [0.0]
+        trips = {f"trip_p{percent}_us": trips_us[len(trips_us) * percent // 100] for percent in (50, 99)}
         by_station = {f"late.{name}": float(count) for name, count in self._late.items()}
         general = self._fibre.statistics(self._at.clock.now_ns())
-        return {**general, "most_cycles_late": float(self._most_behind), **by_station}
+        return {**general, **trips, "most_cycles_late": float(self._most_behind), **by_station}
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         with refusals(self._bus):

@@ -10,6 +10,7 @@ the loop.
 import asyncio
 import logging
 import os
+import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from typing import Any, ClassVar, Final
@@ -47,7 +48,7 @@ class ZenohSpokes:
 
     def __init__(self, session: zenoh.Session, star: Star) -> None:
         self._session, self._star, self._loop = session, star, star.loop
-        self._back: deque[tuple[str, bytes]] = deque()
+        self._back: deque[tuple[str, bytes, int]] = deque()
         self._here: dict[str, str] = {}
         """Of each process, the token that holds."""
         self._all = self._publisher(f"{OUT}/*")
@@ -66,7 +67,7 @@ class ZenohSpokes:
                 self._each[who] = self._publisher(f"{OUT}/{who}")
             self._each[who].put(message)
 
-    def gather(self) -> Iterator[tuple[str, bytes]]:
+    def gather(self) -> Iterator[tuple[str, bytes, int]]:
         back = self._back
         while back:
             yield back.popleft()
@@ -89,7 +90,8 @@ class ZenohSpokes:
     # From here on Zenoh's own threads call.
 
     def _on_back(self, sample: zenoh.Sample) -> None:
-        self._back.append((str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes()))
+        who = str(sample.key_expr).rpartition("/")[2]
+        self._back.append((who, sample.payload.to_bytes(), time.monotonic_ns()))
 
     def _on_life(self, sample: zenoh.Sample) -> None:
         _, who, *token = str(sample.key_expr).split("/")
