@@ -98,7 +98,10 @@ class EventNode:
 
     def finish(self) -> Stepped:
         stepped = Stepped(self.listens, self.sent, self.clock.next_ns())
-        self.listens, self.sent = [], []
+        if stepped.listens:
+            self.listens = []
+        if stepped.sent:
+            self.sent = []
         return stepped
 
 

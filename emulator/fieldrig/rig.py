@@ -15,7 +15,7 @@ from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError, refusals
-from fieldrig.node import EventNode, LocalNode, Node, Stepped
+from fieldrig.node import BusName, Deliveries, EventNode, LocalNode, Node
 from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
 
@@ -182,8 +182,9 @@ class Rig:
             "give one of them a turnaround time, or the bus a bit rate",
         )
 
-    def _arrivals(self, now_ns: int) -> dict[str, list[tuple[str, Any]]]:
-        inbox: dict[str, list[tuple[str, Any]]] = {}
+    def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:
+        """What each member gets, in the order of the buses."""
+        inbox: dict[str, Deliveries] = {}
         for bus, model in self._models.items():
             arrival_ns = model.next_ns()
             if arrival_ns is None or arrival_ns > now_ns:
@@ -191,32 +192,36 @@ class Rig:
             for delivery in model.collect(now_ns):
                 if self.on_delivery is not None:
                     self.on_delivery(self.buses[bus], delivery)
+                one = ((bus, delivery.message),)  # the same for all, for they may be many
                 for receiver in delivery.receivers:
-                    inbox.setdefault(receiver, []).append((bus, delivery.message))
+                    inbox[receiver] = (*inbox[receiver], *one) if receiver in inbox else one
         return inbox
 
     def _step(
         self,
         nodes: Mapping[str, Node | EventNode],
         now_ns: int,
-        inbox: Mapping[str, list[tuple[str, Any]]],
+        inbox: Mapping[str, Deliveries],
     ) -> None:
         for name, node in nodes.items():
             node.begin(now_ns, inbox.get(name, ()))
-        self._take({name: node.finish() for name, node in nodes.items()}, now_ns)
+        self._finish(nodes, now_ns)
 
-    def _take(self, steps: Mapping[str, Stepped], now_ns: int) -> None:
+    def _finish(self, nodes: Mapping[str, Node | EventNode], now_ns: int) -> None:
         """Everybody listens before anybody is heard."""
-        models = self._models
-        for name, stepped in steps.items():
-            self._wishes[name] = stepped.next_ns
+        models, wishes = self._models, self._wishes
+        sent: list[tuple[str, BusName, Any]] = []
+        for name, node in nodes.items():
+            stepped = node.finish()
+            wishes[name] = stepped.next_ns
             for bus, interest in stepped.listens:
                 models[bus].listen(now_ns, name, interest)
-        for name, stepped in steps.items():
             for bus, message in stepped.sent:
-                models[bus].submit(now_ns, name, message)
+                sent.append((name, bus, message))
+        for name, bus, message in sent:
+            models[bus].submit(now_ns, name, message)
 
     def _take_from_outside(self) -> None:
         """What a test sent or asked for between steps."""
         if self._outside:
-            self._take({name: node.finish() for name, node in self._outside.items()}, self.now_ns)
+            self._finish(self._outside, self.now_ns)

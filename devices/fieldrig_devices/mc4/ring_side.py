@@ -20,7 +20,7 @@ from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.machine import Machine
-from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers
+from fieldrig_devices.mc4.values import SPEED_UNIT, STANDING, Number, live_numbers
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
@@ -46,6 +46,9 @@ class RingSide:
         self._most_error = 0.0
         self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
+        self._standing_numbers: list[Number] = []
+        self._standing: tuple[int, ...] = ()
+        """The last values of the AT: they only change when the machine is looked at."""
         self._numbers |= {134: lambda: self._control, 135: lambda: self._status}
         for idn, number in self._numbers.items():
             self._show(idn, number)
@@ -104,6 +107,7 @@ class RingSide:
             machine.look()
         else:
             self._status = self._status_word()
+            self._read_standing()
 
     def _on_control(self, control: int) -> None:
         before, self._control = self._control, control
@@ -143,6 +147,7 @@ class RingSide:
         self._steady_control = self._control & CONTROL_BITS if machine.is_settled and machine.is_cyclic else -1
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
+        self._read_standing()
 
     # ---- status
 
@@ -225,15 +230,23 @@ class RingSide:
         telegrams = self._telegrams()
         self._places = {idn: place for place, idn in enumerate(telegrams.mdt)}
         numbers = [self._numbers.get(idn) or self._stored(idn) for idn in telegrams.at]
-        match numbers:
+        first = len(numbers)
+        while first and telegrams.at[first - 1] in STANDING:
+            first -= 1
+        self._standing_numbers = numbers[first:]
+        self._read_standing()
+        match numbers[:first]:
             case [one]:
-                self.feedback = lambda: (one(),)
+                self.feedback = lambda: (one(), *self._standing)
             case [one, two]:
-                self.feedback = lambda: (one(), two())
+                self.feedback = lambda: (one(), two(), *self._standing)
             case [one, two, three]:
-                self.feedback = lambda: (one(), two(), three())
-            case _:
-                self.feedback = lambda: tuple([number() for number in numbers])
+                self.feedback = lambda: (one(), two(), three(), *self._standing)
+            case moving:
+                self.feedback = lambda: (*[number() for number in moving], *self._standing)
+
+    def _read_standing(self) -> None:
+        self._standing = tuple(number() for number in self._standing_numbers)
 
     def _stored(self, idn: int) -> Number:
         datum = self._table[idn]

@@ -15,6 +15,8 @@ SPEED_UNIT: Final = tau / 60 * 1e-4
 """rad/s of one 0.0001 1/min."""
 _HALF, _ALL = 0x8000_0000, 0xFFFF_FFFF
 Number = Callable[[], int]
+STANDING: Final = frozenset({11, 129, 182, 390, idns.MC4_STATE, idns.AXIS_STATE, idns.SIGNALS, idns.DIAG_CODE})
+"""Those that only change when the machine is looked at, not with every cycle."""
 
 
 def live_numbers(machine: Machine) -> dict[int, Number]:
@@ -30,8 +32,12 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
         return (round(axis.position - axis.twist * INCREMENTS) + _HALF & _ALL) - _HALF
 
     def torque() -> int:
-        share = machine.axis.t / machine.true_motor.standstill_torque_nm
-        return max(-32_768, min(round(share * 1000), 32_767))
+        number = round(machine.axis.t * 1000 / machine.true_motor.standstill_torque_nm)
+        return number if -32_768 <= number <= 32_767 else max(-32_768, min(number, 32_767))
+
+    def velocity() -> int:
+        number = round(machine.axis.v / SPEED_UNIT)
+        return number if -_HALF <= number < _HALF else max(-_HALF, min(number, _HALF - 1))
 
     def following() -> int:
         return max(-_HALF, min(round(machine.axis.e * INCREMENTS), _HALF - 1))
@@ -43,7 +49,7 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
 
     return {
         11: lambda: machine.diagnosis.class_1,
-        40: lambda: max(-_HALF, min(round(machine.axis.v / SPEED_UNIT), _HALF - 1)),
+        40: velocity,
         51: position,
         53: load_position,
         84: torque,

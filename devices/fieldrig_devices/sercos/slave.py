@@ -8,7 +8,7 @@ diagnostic.  Left out: phase 5 (firmware download), and multiplexed data.
 """
 
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 from fieldrig.clock import US, Clock, Timer
 from fieldrig.link import Link
@@ -18,7 +18,7 @@ from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
-from fieldrig_devices.sercos.telegram import HEAD_BYTES, record
+from fieldrig_devices.sercos.telegram import HEAD_BYTES, at_telegram, record
 
 MOST_MISSED: Final = 2
 """Telegrams in a row that end CP3 and CP4."""
@@ -26,6 +26,9 @@ MOST_MISSED_EARLY: Final = 10
 """In CP1 and CP2; our choice."""
 WATCH_CYCLES: Final = 8
 """How often a drive looks whether cycles still come at all."""
+
+_EARLY_AT: Final = at_telegram(())
+"""Of CP1 and CP2."""
 
 
 class Application(Protocol):
@@ -73,8 +76,8 @@ class SercosSlave:
         self._running_mst = bytes((BROADCAST, 4))
         self._is_fast = False
         self._offset, self._mdt_length = 0, 0
-        self._mdt = self._at = record(())
-        self._commands_of = self._mdt.unpack_from
+        self._mdt, self._at = record(()), _EARLY_AT
+        self._values_of = self._mdt.unpack_from
         self._heard_ns = 0
         self._watch: Timer | None = None
         link.on_receive(self._on_message, [["drive", address]])
@@ -86,23 +89,23 @@ class SercosSlave:
     # ---- cycles
 
     def _on_message(self, message: RingMessage) -> None:
-        if not isinstance(message, Cycle):
+        if message.__class__ is not Cycle:
             return
         mdt = message.mdt
         if not self._is_fast or message.mst != self._running_mst or len(mdt) != self._mdt_length:
             self._on_cycle(message)
             return
         self._heard_ns = self._clock.now_ns()
-        control, info, *commands = self._commands_of(mdt, self._offset)
+        values = self._values_of(mdt, self._offset)
+        self._control = control = values[0]
+        self._commands = commands = values[2:]
+        service = self._service
         if (control ^ self._control_seen) & CONTROL_MASK:
             self._control_seen = control
-            self._service.step(control, info)
-        self._control, self._commands = control, tuple(commands)
-        status, feedback = self._application.on_cycle(self._commands, control)
-        service = self._service
-        self._link.send(
-            bytes((self.address,)) + self._at.pack(status | self._change_bit | service.status, service.info, *feedback)
-        )
+            service.step(control, values[1])
+        status, feedback = self._application.on_cycle(commands, control)
+        word = status | self._change_bit | service.status
+        self._link.send(self._at.pack(self.address, word, service.info, *feedback))
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
@@ -148,7 +151,7 @@ class SercosSlave:
         service = self._service
         word = status | self._change_bit | service.status
         at = self._at if feedback or self.phase >= 3 else _EARLY_AT
-        self._link.send(bytes((self.address,)) + at.pack(word, service.info, *feedback))
+        self._link.send(at.pack(self.address, word, service.info, *feedback))
 
     # ---- failures
 
@@ -231,8 +234,8 @@ class SercosSlave:
     def _lay_out(self) -> None:
         layout = self._data.layout()
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
-        self._mdt, self._at = record(layout.mdt), record(layout.at)
-        self._commands_of = self._mdt.unpack_from
+        self._mdt, self._at = record(layout.mdt), at_telegram(layout.at)
+        self._values_of = self._mdt.unpack_from
         self._commands = (0,) * len(layout.mdt)
 
     def _check(self, phase: int, command: Command) -> None:
@@ -250,6 +253,3 @@ class SercosSlave:
     def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
         """Make the datum `idn` a procedure command of the application's."""
         return Command(self.table[idn], start, self._on_command_end, cancel)
-
-
-_EARLY_AT: Final[Any] = record(())

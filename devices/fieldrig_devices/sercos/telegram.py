@@ -59,6 +59,11 @@ def record(codes: Iterable[str]) -> struct.Struct:
     return struct.Struct("<HH" + "".join(codes))
 
 
+def at_telegram(codes: Iterable[str]) -> struct.Struct:
+    """Address, and such a record."""
+    return struct.Struct("<BHH" + "".join(codes))
+
+
 def size(codes: Iterable[str]) -> int:
     """Bytes of the values alone."""
     return struct.calcsize("<" + "".join(codes))
