@@ -20,9 +20,10 @@ from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig.store import Store
 from fieldrig_bus.modbus.identification import Identification, ServerId
-from fieldrig_bus.modbus.message import BROADCAST, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.modbus_port import ModbusPort
 from fieldrig_devices.modbus_tools import lines_for
 from fieldrig_devices.modbus_unit import ModbusUnit
 from fieldrig_devices.register_table import load_table
@@ -88,7 +89,7 @@ class ModbusDevice(Device):
         wires: Link[Signal] | None = None,
     ) -> None:
         """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
-        self.clock, self.turnaround_ns = clock, round(settings.turnaround_ms * MS)
+        turnaround_ns = round(settings.turnaround_ms * MS)
         self._store, self._wires = store, wires
         self.is_unsaved = False
         """Something that is retained has changed."""
@@ -115,7 +116,8 @@ class ModbusDevice(Device):
                 )
                 for unit_id, unit in by_unit.items()
             }
-            _Answering(self, link, servers)
+            port = ModbusPort(clock, link, servers, turnaround_ns, self.save)
+            link.on_receive(port.on_message, list(servers))
         self._listen_to_wires()
 
     def start(self) -> None:
@@ -197,39 +199,3 @@ class ModbusDevice(Device):
                 if signal.name not in self._warned:
                     self._warned.add(signal.name)
                     log.warning("%s: not taken over: %s", signal.name, fault)
-
-
-class _Answering:
-    """The device at one of its buses."""
-
-    def __init__(
-        self,
-        device: ModbusDevice,
-        link: Link[ModbusRequest | ModbusResponse],
-        servers: dict[int, ModbusServer],
-    ) -> None:
-        self._device, self._link, self._servers = device, link, servers
-        self._send, self._turnaround_ns = link.send, device.turnaround_ns
-        link.on_receive(self._on_request, list(servers))
-
-    def _on_request(self, request: ModbusRequest | ModbusResponse) -> None:
-        if not isinstance(request, ModbusRequest):
-            return
-        server = self._servers.get(request.unit)
-        if server is None:
-            if request.unit == BROADCAST:
-                for server in self._servers.values():
-                    server.answer(request)
-                self._device.save()
-            return
-        pdu = server.answer(request)
-        if self._device.is_unsaved:
-            self._device.save()
-        if pdu is None:
-            return
-        response = ModbusResponse(request.unit, pdu, request.exchange)
-        if self._turnaround_ns == 0:
-            self._send(response)
-        else:
-            clock = self._device.clock
-            clock.call_at(clock.now_ns() + self._turnaround_ns, lambda: self._send(response))
