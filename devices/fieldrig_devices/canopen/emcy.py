@@ -45,7 +45,7 @@ class Emcy(Service):
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary) -> None:
         self._clock, self._port = clock, port
         self._inhibited = Deadline(clock, self._send_waiting)
-        self._active: dict[int, int] = {}
+        self._active: dict[tuple[int, int], int] = {}
         self._waiting: deque[bytes] = deque()
         self._history: deque[bytes] = deque(maxlen=max(1, len(dictionary.members(HISTORY))))
         self._register = dictionary.get(ERROR_REGISTER)
@@ -55,25 +55,25 @@ class Emcy(Service):
         """As sent last, or as it would have been."""
         self._connect()
 
-    def raise_error(self, code: int, register: int = 0, info: bytes = b"") -> None:
+    def raise_error(self, code: int, register: int = 0, info: bytes = b"", source: int = 0) -> None:
         """Report error `code` with its bits of the error register and up to 5 bytes of the manufacturer's.
 
-        An error that is there already is not reported again.
+        An error that is there already is not reported again; one of another `source`, such as an axis, is another.
         """
-        if code in self._active:
+        if (code, source) in self._active:
             return
-        self._active[code] = register | GENERIC
+        self._active[code, source] = register | GENERIC
         self._history.appendleft(code.to_bytes(2, "little") + info[:2].ljust(2, b"\x00"))
         self._report(code, info)
 
-    def clear_error(self, code: int) -> None:
+    def clear_error(self, code: int, source: int = 0) -> None:
         """The error is gone: report 'error reset or no error' with what is left in the register."""
-        if self._active.pop(code, None) is not None:
+        if self._active.pop((code, source), None) is not None:
             self._report(NO_ERROR, b"")
 
     def clear_all(self) -> None:
-        for code in list(self._active):
-            self.clear_error(code)
+        for code, source in list(self._active):
+            self.clear_error(code, source)
 
     @property
     def register(self) -> int:
@@ -90,8 +90,8 @@ class Emcy(Service):
             self._active.clear()
             self._history.clear()
             self.last_code = NO_ERROR
-        for code in [code for code in self._active if code >> 12 == 8]:
-            del self._active[code]
+        for error in [error for error in self._active if error[0] >> 12 == 8]:
+            del self._active[error]
         self._show()
 
     def enter(self, state: State) -> None:

@@ -72,6 +72,9 @@ class NmtSlave(Service):
         if self._startup is not None and not self._startup.number & IS_STARTED_BY_OTHERS:
             self._go(State.OPERATIONAL)
 
+    def power_off(self) -> None:
+        self._go(State.INITIALISING)
+
     def _on_startup_written(self, data: bytes) -> None:
         if data[0] & IS_MASTER:
             raise Abort(Code.INVALID_VALUE)

@@ -95,6 +95,10 @@ class CanopenNode(Device):
             self._ties.start()
         self.nmt.boot(Reset.NODE)
 
+    def power_off(self) -> None:
+        """Silent and deaf until the next `start`."""
+        self.nmt.power_off()
+
     def points(self) -> Mapping[str, Point]:
         return self._points
 
@@ -151,8 +155,8 @@ class CanopenNode(Device):
             service.enter(state)
 
     def _on_communication_error(self, is_lost: bool) -> None:
-        if self._profile is not None:
-            self._profile.on_communication_error(is_lost)
+        for service in self._services:
+            service.on_communication_error(is_lost)
 
     def _own_points(self) -> dict[str, Point]:
         return {

@@ -58,3 +58,6 @@ class Service:
 
     def enter(self, state: State) -> None:
         """The NMT state has changed, or communication was reset to it."""
+
+    def on_communication_error(self, is_lost: bool) -> None:
+        """A node that is watched is lost, or the node is in bus-off; or that is over."""
