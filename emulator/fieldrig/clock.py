@@ -69,11 +69,6 @@ class TimerQueue:
             heapq.heappop(heap)
         return heap[0][0] if heap else None
 
-    def may_be_due(self, now_ns: int) -> bool:
-        """False only if nothing is due at or before `now_ns`: a cheap question, asked for every event."""
-        heap = self._heap
-        return bool(heap) and heap[0][0] <= now_ns
-
     def pop_due(self, now_ns: int) -> Timer | None:
         """The earliest timer due at or before `now_ns`, taken out; None without one."""
         next_ns = self.next_ns()
@@ -108,15 +103,18 @@ class VirtualClock:
         """Move the hands to an instant before which nothing is due, without calling anything."""
         self._now_ns = now_ns
 
-    def advance_to(self, until_ns: int) -> None:
-        """Call everything due up to and including `until_ns`, and stand there."""
-        if not self._timers.may_be_due(until_ns):
-            if until_ns > self._now_ns:
-                self._now_ns = until_ns
-            return
-        while (timer := self._timers.pop_due(until_ns)) is not None:
+    def advance_to(self, until_ns: int) -> int | None:
+        """Call everything due up to and including `until_ns`, and stand there.  Returns the earliest wish left."""
+        timers = self._timers
+        next_ns = timers.next_ns()
+        while next_ns is not None and next_ns <= until_ns:
+            timer = timers.pop_due(until_ns)
+            assert timer is not None, "it is due"
             self._now_ns = timer.when_ns
             action, timer.action = timer.action, None
             if action is not None:
                 action()
-        self._now_ns = max(self._now_ns, until_ns)
+            next_ns = timers.next_ns()
+        if until_ns > self._now_ns:
+            self._now_ns = until_ns
+        return next_ns

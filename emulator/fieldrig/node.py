@@ -86,7 +86,8 @@ class EventNode:
             self._links[bus] = NodeLink(self, bus)
         return self._links[bus]
 
-    def begin(self, until_ns: int, deliveries: Deliveries) -> None:
+    def react(self, until_ns: int, deliveries: Deliveries) -> int | None:
+        """A step in one call, for who takes `listens` and `sent` himself.  Returns the earliest wish."""
         clock, links = self.clock, self._links
         if deliveries:
             clock.set_to(until_ns)
@@ -94,14 +95,14 @@ class EventNode:
                 handler = links[bus].handler
                 if handler is not None:
                     handler(message)
-        clock.advance_to(until_ns)
+        return clock.advance_to(until_ns)
+
+    def begin(self, until_ns: int, deliveries: Deliveries) -> None:
+        self.react(until_ns, deliveries)
 
     def finish(self) -> Stepped:
         stepped = Stepped(self.listens, self.sent, self.clock.next_ns())
-        if stepped.listens:
-            self.listens = []
-        if stepped.sent:
-            self.sent = []
+        self.listens, self.sent = [], []
         return stepped
 
 

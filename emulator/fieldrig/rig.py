@@ -203,25 +203,39 @@ class Rig:
         now_ns: int,
         inbox: Mapping[str, Deliveries],
     ) -> None:
+        """Those in processes of their own react while those here do."""
         for name, node in nodes.items():
-            node.begin(now_ns, inbox.get(name, ()))
+            if isinstance(node, EventNode):
+                self._wishes[name] = node.react(now_ns, inbox.get(name, ()))
+            else:
+                node.begin(now_ns, inbox.get(name, ()))
         self._finish(nodes, now_ns)
 
     def _finish(self, nodes: Mapping[str, Node | EventNode], now_ns: int) -> None:
         """Everybody listens before anybody is heard."""
-        models, wishes = self._models, self._wishes
-        sent: list[tuple[str, BusName, Any]] = []
+        models = self._models
+        sent: list[tuple[str, list[tuple[BusName, Any]]]] = []
         for name, node in nodes.items():
-            stepped = node.finish()
-            wishes[name] = stepped.next_ns
-            for bus, interest in stepped.listens:
+            if isinstance(node, EventNode):
+                listens, said = node.listens, node.sent
+                if listens:
+                    node.listens = []
+                if said:
+                    node.sent = []
+            else:
+                stepped = node.finish()
+                listens, said, self._wishes[name] = stepped.listens, stepped.sent, stepped.next_ns
+            for bus, interest in listens:
                 models[bus].listen(now_ns, name, interest)
-            for bus, message in stepped.sent:
-                sent.append((name, bus, message))
-        for name, bus, message in sent:
-            models[bus].submit(now_ns, name, message)
+            if said:
+                sent.append((name, said))
+        for name, said in sent:
+            for bus, message in said:
+                models[bus].submit(now_ns, name, message)
 
     def _take_from_outside(self) -> None:
         """What a test sent or asked for between steps."""
         if self._outside:
+            for name, node in self._outside.items():
+                self._wishes[name] = node.clock.next_ns()
             self._finish(self._outside, self.now_ns)
