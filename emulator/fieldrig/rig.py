@@ -168,12 +168,7 @@ class Rig:
         self.now_ns = now_ns
         for _ in range(LONGEST_INSTANT):
             inbox = self._arrivals(now_ns)
-            stirred: dict[str, Node | EventNode] = {}
-            for group in (self._nodes, self._outside):
-                for name, node in group.items():
-                    wish = self._wishes[name]
-                    if name in inbox or (wish is not None and wish <= now_ns):
-                        stirred[name] = node
+            stirred = self._stirred(now_ns, inbox)
             if not stirred:
                 return
             self._step(stirred, now_ns, inbox)
@@ -181,6 +176,15 @@ class Rig:
             f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other for ever without time passing",
             "give one of them a turnaround time, or the bus a bit rate",
         )
+
+    def _stirred(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> dict[str, Node | EventNode]:
+        """Who has something to do at this instant, in the order of the configuration; `_wishes` has that order."""
+        nodes, outside = self._nodes, self._outside
+        return {
+            name: nodes[name] if name in nodes else outside[name]
+            for name, wish in self._wishes.items()
+            if name in inbox or (wish is not None and wish <= now_ns)
+        }
 
     def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:
         """What each member gets, in the order of the buses."""

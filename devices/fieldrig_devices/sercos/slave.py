@@ -67,8 +67,8 @@ class SercosSlave:
         self._data = Communication(table, lambda: self.phase | self.failures, self._check, self._on_command_end)
         self._change_bit = 0
         self._control_seen = 0
-        self._control = 0
-        self._commands: tuple[int, ...] = ()
+        self._values: tuple[int, ...] = (0, 0)
+        """Of the last MDT: control word, service channel, command values."""
         self._missed_msts = self._missed_mdts = 0
         self._is_checked = {3: False, 4: False}
         self._waits_for_0 = True
@@ -78,7 +78,9 @@ class SercosSlave:
         self._offset, self._mdt_length = 0, 0
         self._mdt, self._at = record(()), _EARLY_AT
         self._values_of = self._mdt.unpack_from
-        self._heard_ns = 0
+        self._heard = 0
+        """Cycles."""
+        self._heard_before = -1
         self._watch: Timer | None = None
         link.on_receive(self._on_message, [["drive", address]])
 
@@ -95,21 +97,20 @@ class SercosSlave:
         if not self._is_fast or message.mst != self._running_mst or len(mdt) != self._mdt_length:
             self._on_cycle(message)
             return
-        self._heard_ns = self._clock.now_ns()
-        values = self._values_of(mdt, self._offset)
-        self._control = control = values[0]
-        self._commands = commands = values[2:]
+        self._heard += 1
+        self._values = values = self._values_of(mdt, self._offset)
+        control = values[0]
         service = self._service
         if (control ^ self._control_seen) & CONTROL_MASK:
             self._control_seen = control
             service.step(control, values[1])
-        status, feedback = self._application.on_cycle(commands, control)
+        status, feedback = self._application.on_cycle(values[2:], control)
         word = status | self._change_bit | service.status
         self._link.send(self._at.pack(self.address, word, service.info, *feedback))
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
-        self._heard_ns = self._clock.now_ns()
+        self._heard += 1
         if cycle.mst:
             self._missed_msts = 0
             self._on_phase_told(cycle.mst[1] & 7 if len(cycle.mst) > 1 else 0)
@@ -132,14 +133,13 @@ class SercosSlave:
         is_heard = bool(cycle.mst) and len(cycle.mdt) == self._mdt_length and cycle.mdt[0] == BROADCAST
         if is_heard:
             self._missed_mdts = 0
-            self._control, info, *commands = self._mdt.unpack_from(cycle.mdt, self._offset)
-            self._commands = tuple(commands)
-            self._on_service(self._control, info)
+            self._values = self._values_of(cycle.mdt, self._offset)
+            self._on_service(self._values[0], self._values[1])
         elif cycle.mst and not self._miss_mdt():
             return
         self._is_fast = self.phase == 4 and is_heard
         if self.phase == 4:
-            self._send(*self._application.on_cycle(self._commands, self._control))
+            self._send(*self._application.on_cycle(self._values[2:], self._values[0]))
         elif self.phase == 3:
             self._send(self._application.status(), self._application.feedback())
 
@@ -189,12 +189,13 @@ class SercosSlave:
         if self.phase < 3:
             self._watch = None
             return
-        now_ns, cycle_ns = self._clock.now_ns(), self._data.cycle_us * US
-        if now_ns - self._heard_ns > MOST_MISSED * cycle_ns:
+        if self._heard == self._heard_before:
             self._fail(words.MST_FAILED | words.MDT_FAILED)
             self._watch = None
         else:
-            self._watch = self._clock.call_at(now_ns + WATCH_CYCLES * cycle_ns, self._look)
+            self._heard_before = self._heard
+            watch_ns = WATCH_CYCLES * self._data.cycle_us * US
+            self._watch = self._clock.call_at(self._clock.now_ns() + watch_ns, self._look)
 
     # ---- phases
 
@@ -226,7 +227,7 @@ class SercosSlave:
             self._is_checked = {3: False, 4: False}
         elif phase == 3:
             self._lay_out()
-            self._heard_ns = self._clock.now_ns()
+            self._heard_before = -1
             if self._watch is None:
                 self._look()
         self._application.on_phase(phase)
@@ -236,7 +237,7 @@ class SercosSlave:
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
         self._mdt, self._at = record(layout.mdt), at_telegram(layout.at)
         self._values_of = self._mdt.unpack_from
-        self._commands = (0,) * len(layout.mdt)
+        self._values = (0,) * (2 + len(layout.mdt))
 
     def _check(self, phase: int, command: Command) -> None:
         """S-0-0127 and S-0-0128."""
