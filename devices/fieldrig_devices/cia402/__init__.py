@@ -1,0 +1,1 @@
+"""CiA 402 (IEC 61800-7-201): power drive systems on an object dictionary."""

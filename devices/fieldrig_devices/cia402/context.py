@@ -1,0 +1,120 @@
+"""What the modes of one axis share: its objects, its motor, its set values, and the limits that hold for all."""
+
+from typing import Final
+
+from fieldrig.clock import S
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.motion import Motion
+from fieldrig_devices.cia402.motor import Motor
+from fieldrig_devices.cia402.state_machine import Ramp
+from fieldrig_devices.cia402.units import Units, units_of, unwrapped
+from fieldrig_devices.motion.profile import Limits
+
+SMALLEST: Final = 1e-3
+"""In place of a speed of 0, with which no way comes to an end."""
+
+
+class Context:
+    def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int) -> None:
+        self.objects, self.motor = numbers, motor
+        self.cycle_ns = cycle_ns
+        self.cycle_s = cycle_ns / S
+        self.motion = Motion()
+        self.origin = 0.0
+        """Zero of the user's positions, in increments."""
+        self.is_homed = False
+        self.is_limited = False
+        """A set value is held back: bit 11 of the status word."""
+        self.units = Units()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Objects have changed."""
+        numbers = self.objects.numbers
+
+        def pair(index: int) -> tuple[int, int]:
+            return numbers[index, 1], numbers[index, 2]
+
+        self.units = units_of(
+            pair(objects.ENCODER_RESOLUTION),
+            pair(objects.GEAR_RATIO),
+            pair(objects.FEED_CONSTANT),
+            numbers[objects.POLARITY, 0],
+            self.origin,
+        )
+
+    def set_home(self, home: float) -> None:
+        """607Ch: the user's zero lies by the home offset beyond the home position."""
+        self.origin = home + self.units.distance(self.objects[objects.HOME_OFFSET])
+        self.is_homed = True
+        self.refresh()
+
+    def track(self) -> None:
+        """The set values go where the motor goes, for who moves it by something else than positions."""
+        self.motion.stand(self.motor.position)
+        self.motion.speed = self.motor.velocity
+
+    # ---- limits, in increments
+
+    def way(self, length: float) -> float:
+        """A length, speed or acceleration without sign."""
+        return max(length * self.units.per_unit, SMALLEST)
+
+    def limits(self, speed: float, acceleration: float, deceleration: float) -> Limits:
+        """Of a profile, from user units, within 607Fh, 60C5h and 60C6h."""
+        numbers = self.objects
+        return Limits(
+            self.way(min(speed, numbers[objects.MAX_VELOCITY])),
+            self.way(min(acceleration, numbers[objects.MAX_ACCELERATION])),
+            self.way(min(deceleration, numbers[objects.MAX_DECELERATION])),
+        )
+
+    def profile_limits(self, speed: float | None = None) -> Limits:
+        """By 6083h and 6084h; the speed by 6081h unless it is given."""
+        numbers = self.objects
+        wanted = numbers[objects.PROFILE_VELOCITY] if speed is None else speed
+        return self.limits(wanted, numbers[objects.PROFILE_ACCELERATION], numbers[objects.PROFILE_DECELERATION])
+
+    def ramp_limits(self, ramp: Ramp) -> Limits:
+        index = {
+            Ramp.SLOW_DOWN: objects.PROFILE_DECELERATION,
+            Ramp.QUICK_STOP: objects.QUICK_STOP_DECELERATION,
+            Ramp.LIMIT: objects.MAX_DECELERATION,
+        }[ramp]
+        rate = self.objects[index]
+        return self.limits(self.objects[objects.MAX_VELOCITY], rate, rate)
+
+    def range(self) -> tuple[float, float] | None:
+        """607Dh in increments, corrected by the home offset; None: no limits, at first or if min is not below max."""
+        numbers = self.objects.numbers
+        low, high = numbers[objects.POSITION_LIMIT, 1], numbers[objects.POSITION_LIMIT, 2]
+        if low >= high or (low, high) == (-0x8000_0000, 0x7FFF_FFFF):
+            return None
+        offset = numbers[objects.HOME_OFFSET, 0]
+        ends = self.units.increments(low - offset), self.units.increments(high - offset)
+        return min(ends), max(ends)
+
+    def within(self, position: float) -> float:
+        """`position`, or the software limit that it is beyond."""
+        ends = self.range()
+        if ends is None or ends[0] <= position <= ends[1]:
+            return position
+        self.is_limited = True
+        return min(max(position, ends[0]), ends[1])
+
+    def absolute(self, shown: int) -> float:
+        """A position of 32 bits, in increments."""
+        near = self.units.position(self.motion.position)
+        return self.units.increments(unwrapped(shown, near))
+
+    def is_standing(self, speed: float) -> bool:
+        """Whether the motor stands (606Fh)."""
+        return abs(speed) <= self.way(self.objects[objects.THRESHOLD])
+
+    @property
+    def interpolation_s(self) -> float:
+        """60C2h."""
+        numbers = self.objects.numbers
+        value: float = numbers[objects.INTERPOLATION_TIME, 1]
+        return max(value * 10.0 ** numbers[objects.INTERPOLATION_TIME, 2], self.cycle_s)

@@ -1,0 +1,1 @@
+"""Modes of operation, each in a file of its own."""

@@ -1,0 +1,97 @@
+"""Interpolated position: set-points out of a buffer, one in each period of 60C2h, on straight lines.
+
+Source: CiA 402-2, chapter 'interpolated position mode'; sub mode 0, buffer organisation FIFO.  Bit 4 of the control
+word lets it run.  An empty buffer holds the axis at its last set-point; what doesn't fit into a full one is refused.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.interpolator import Interpolator
+from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+
+ENABLE: Final = 0x0010
+ACTIVE: Final = BIT_12
+_CLEAR, _MOST, _POSITION = (objects.BUFFER, 6), (objects.BUFFER, 2), 4
+
+
+class InterpolatedPosition(Mode):
+    number = 7
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._line = Interpolator()
+        self._buffer: deque[int] = deque()
+        self._is_enabled = self._is_begun = False
+
+    def begin(self) -> None:
+        self._is_begun = True
+        self._line.stand(self.context.motion.position)
+
+    def end(self) -> None:
+        self._is_begun = self._is_enabled = False
+        self._clear()
+
+    def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
+        return {(objects.DATA_RECORD, 1): self._on_record, _CLEAR: self._on_clear}
+
+    def control(self, word: int, rising: int) -> None:
+        self._is_enabled = bool(word & ENABLE)
+
+    def _on_record(self, position: int) -> None:
+        numbers = self.context.objects.numbers
+        if not numbers[_CLEAR]:
+            raise Abort(Code.DEVICE_STATE)
+        if len(self._buffer) >= numbers[_MOST]:
+            raise Abort(Code.OUT_OF_MEMORY)
+        self._buffer.append(position)
+        self._show()
+
+    def _on_clear(self, access: int) -> None:
+        if not access:
+            self._clear()
+
+    def _clear(self) -> None:
+        self._buffer.clear()
+        self._show()
+
+    def _show(self) -> None:
+        self.context.objects.put(objects.BUFFER, len(self._buffer), _POSITION)
+
+    @property
+    def _is_active(self) -> bool:
+        return self._is_enabled and self._is_begun and not self.is_halted
+
+    def go_on(self) -> None:
+        super().go_on()
+        self._line.stand(self.context.motion.position)
+
+    def step(self) -> None:
+        context, motion = self.context, self.context.motion
+        if self.is_halted:
+            super().step()
+            return
+        place = self._line.step(context.cycle_s)
+        if self._line.is_done and self._is_active and self._buffer:
+            place = self._next(place)
+        motion.follow(place, context.cycle_s)
+
+    def _next(self, place: float) -> float:
+        """The next set-point; what of the cycle was left over belongs to its way already."""
+        context, over_s = self.context, min(self._line.overrun_s, self.context.cycle_s)
+        context.is_limited = False
+        target = context.within(context.absolute(self._buffer.popleft()))
+        self._line.go(place, target, context.interpolation_s, over_s)
+        self._show()
+        return self._line.value
+
+    @property
+    def status(self) -> int:
+        if self.is_halted:
+            return self.halted_status
+        is_there = self._line.is_done and not self._buffer
+        return (ACTIVE if self._is_active else 0) | (TARGET_REACHED if is_there else 0)

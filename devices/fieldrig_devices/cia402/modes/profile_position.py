@@ -1,0 +1,155 @@
+"""Profile position: set-points with a handshake, single or one after the other.
+
+Source: CiA 402-2, chapter 'profile position mode'; 60F2h for what a relative set-point counts from (in 6060h mode 1).
+A set-point takes the profile's values with it.  The buffer holds one set-point beside the one that is driven to.
+"""
+
+from typing import Final, NamedTuple
+
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.window import Window
+from fieldrig_devices.motion.profile import Limits, move, pass_through
+
+NEW_SET_POINT: Final = 0x0010
+CHANGE_IMMEDIATELY: Final = 0x0020
+RELATIVE: Final = 0x0040
+CHANGE_ON_SET_POINT: Final = 0x0200
+ACKNOWLEDGE: Final = BIT_12
+FROM_TARGET, FROM_DEMAND, FROM_ACTUAL = 0, 1, 2
+"""60F2h, bits 0 and 1."""
+
+
+class SetPoint(NamedTuple):
+    position: int
+    is_relative: bool
+    is_passed: bool
+    """With 'change on set-point': the one before it is driven through, not stopped at."""
+    limits: Limits
+
+
+class ProfilePosition(Mode):
+    number = 1
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._target = 0.0
+        self._limits = Limits(1.0, 1.0, 1.0)
+        self._next: SetPoint | None = None
+        self._is_acknowledged = False
+        self._is_moving = False
+        self._is_passing = False
+        self._is_asked = False
+        self._reached = Window()
+
+    def begin(self) -> None:
+        self.come_to_rest()
+        self._target = self.context.motion.end
+        self._next = None
+        self._is_moving = self._is_passing = self._is_acknowledged = False
+        self._reached.reset()
+
+    def end(self) -> None:
+        self._next = None
+        self._is_acknowledged = False
+
+    def control(self, word: int, rising: int) -> None:
+        self._is_asked = bool(word & NEW_SET_POINT)
+        if rising & NEW_SET_POINT:
+            self._take(word)
+        self._update_acknowledge()
+
+    def _take(self, word: int) -> None:
+        context = self.context
+        set_point = SetPoint(
+            context.objects[objects.TARGET_POSITION],
+            bool(word & RELATIVE),
+            bool(word & CHANGE_ON_SET_POINT),
+            context.profile_limits(),
+        )
+        if word & CHANGE_IMMEDIATELY or not self._is_moving:
+            self._next = None
+            self._start(set_point)
+        elif self._next is None:
+            self._next = set_point
+            if set_point.is_passed and not self.is_halted:
+                self._run()
+        else:
+            return  # the buffer is full: bit 12 has stayed set and tells so
+        self._is_acknowledged = True
+
+    def _update_acknowledge(self) -> None:
+        if not self._is_asked and self._next is None:
+            self._is_acknowledged = False
+
+    def _start(self, set_point: SetPoint, seconds: float = 0.0) -> None:
+        context = self.context
+        context.is_limited = False
+        target = (
+            self._base() + context.units.distance(set_point.position)
+            if set_point.is_relative
+            else context.absolute(set_point.position)
+        )
+        self._target, self._limits = context.within(target), set_point.limits
+        self._is_moving = True
+        self._reached.reset()
+        if not self.is_halted:
+            self._run(seconds)
+
+    def _base(self) -> float:
+        """What a relative set-point counts from."""
+        option = self.context.objects[objects.POSITIONING_OPTION]
+        if option == FROM_DEMAND:
+            return self.context.motion.position
+        return float(self.context.motor.position) if option == FROM_ACTUAL else self._target
+
+    def _run(self, seconds: float = 0.0) -> None:
+        motion = self.context.motion
+        distance = self._target - motion.position
+        self._is_passing = (
+            self._next is not None and self._next.is_passed and distance != 0 and distance * motion.speed >= 0
+        )
+        profile = pass_through if self._is_passing else move
+        motion.start(profile(distance, motion.speed, self._limits), seconds)
+
+    def go_on(self) -> None:
+        super().go_on()
+        if self._is_moving:
+            self._run()
+
+    def step(self) -> None:
+        context = self.context
+        motion = context.motion
+        motion.step(context.cycle_s)
+        if not self._is_moving or self.is_halted or not motion.is_done:
+            return
+        if self._next is not None:
+            self._go_to_next()
+        elif self._is_in_window():
+            self._is_moving = False
+
+    def _go_to_next(self) -> None:
+        """A set-point follows at the instant at which the one before it was reached."""
+        motion, set_point = self.context.motion, self._next
+        assert set_point is not None
+        seconds, motion.position = motion.overrun_s, motion.end
+        self._next = None
+        self._start(set_point, seconds)
+        self._update_acknowledge()
+
+    def _is_in_window(self) -> bool:
+        """6067h and 6068h."""
+        context = self.context
+        window = context.objects[objects.POSITION_WINDOW]
+        if window == objects.NO_WINDOW:
+            return True
+        is_inside = abs(self._target - context.motor.position) <= window * context.units.per_unit
+        return self._reached.update(is_inside, context.objects[objects.POSITION_TIME], context.cycle_ns)
+
+    @property
+    def status(self) -> int:
+        acknowledge = ACKNOWLEDGE if self._is_acknowledged else 0
+        if self.is_halted:
+            return acknowledge | self.halted_status
+        return acknowledge | (0 if self._is_moving else TARGET_REACHED)

@@ -1,0 +1,96 @@
+"""Profile velocity: to a speed, by 6083h and 6084h.
+
+Source: CiA 402-2, chapter 'profile velocity mode'.  Set values are positions, so that the axis holds where it stops; a
+software limit (607Dh) is stopped at.  Bit 13 (slippage) is for asynchronous motors and stays 0.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.window import Window
+from fieldrig_devices.motion.profile import change_speed, move
+
+SPEED_IS_0: Final = BIT_12
+
+
+class ProfileVelocity(Mode):
+    number = 3
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._is_active = False
+        self._end: float | None = None
+        """The software limit that is driven to."""
+        self._is_reached = self._is_moving = False
+        self._reached, self._faster = Window(), Window()
+
+    def begin(self) -> None:
+        self._is_active = True
+        self._reached.reset()
+        self._faster.reset()
+        self._is_reached = self._is_moving = False
+        self._run()
+
+    def end(self) -> None:
+        self._is_active = False
+
+    def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
+        return {(objects.TARGET_VELOCITY, 0): self._on_target}
+
+    def _on_target(self, velocity: int) -> None:
+        if self._is_active and not self.is_halted:
+            self._run()
+
+    def _run(self) -> None:
+        context = self.context
+        self._end = None
+        wanted = context.units.speed(context.objects[objects.TARGET_VELOCITY])
+        limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
+        context.is_limited = abs(wanted) > limits.speed
+        wanted = min(max(wanted, -limits.speed), limits.speed)
+        context.motion.start(change_speed(context.motion.speed, wanted, limits))
+
+    def go_on(self) -> None:
+        super().go_on()
+        self._run()
+
+    def step(self) -> None:
+        context = self.context
+        if not self.is_halted:
+            self._watch_limits()
+        context.motion.step(context.cycle_s)
+        self._compare()
+
+    def _watch_limits(self) -> None:
+        """So that the stop at a software limit begins in time."""
+        context, motion = self.context, self.context.motion
+        ends = context.range()
+        if ends is None or self._end is not None or motion.speed == 0:
+            return
+        end = ends[1] if motion.speed > 0 else ends[0]
+        limits = context.profile_limits(max(abs(motion.speed) / context.units.per_unit, 1))
+        stopping = motion.speed * abs(motion.speed) / (2 * limits.deceleration) + motion.speed * context.cycle_s
+        if (end - motion.position - stopping) * motion.speed <= 0:
+            self._end = end
+            context.is_limited = True
+            motion.start(move(end - motion.position, motion.speed, limits))
+
+    def _compare(self) -> None:
+        """606Dh to 6070h."""
+        context = self.context
+        velocity, numbers = context.motor.velocity, context.objects
+        wanted = context.units.speed(numbers[objects.TARGET_VELOCITY])
+        is_near = abs(velocity - wanted) <= context.way(numbers[objects.VELOCITY_WINDOW])
+        self._is_reached = self._reached.update(is_near, numbers[objects.VELOCITY_TIME], context.cycle_ns)
+        is_fast = not context.is_standing(velocity)
+        self._is_moving = self._faster.update(is_fast, numbers[objects.THRESHOLD_TIME], context.cycle_ns)
+
+    @property
+    def status(self) -> int:
+        speed = 0 if self._is_moving else SPEED_IS_0
+        if self.is_halted:
+            return speed | self.halted_status
+        return speed | (TARGET_REACHED if self._is_reached else 0)

@@ -1,0 +1,72 @@
+"""Profile torque and cyclic synchronous torque: 6071h along the slope of 6087h, or as it comes.
+
+Source: CiA 402-2, chapters 'profile torque mode' and 'cyclic synchronous torque mode'.  Torques are 0.1 % of the rated
+torque and limited by 6072h.
+"""
+
+from typing import ClassVar, Final
+
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.motor import Kind
+from fieldrig_devices.cia402.state_machine import Ramp
+
+FOLLOWS: Final = BIT_12
+
+
+class ProfileTorque(Mode):
+    number: ClassVar[int] = 4
+    kind = Kind.TORQUE
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.torque = 0.0
+
+    def begin(self) -> None:
+        self.torque = 0.0
+
+    def end(self) -> None:
+        self.torque = 0.0
+
+    def halt(self, ramp: Ramp) -> None:
+        self.is_halted = True
+
+    def step(self) -> None:
+        context = self.context
+        context.track()
+        wanted, slope = self._wanted(), context.objects[objects.TORQUE_SLOPE] * context.cycle_s
+        self.torque += min(max(wanted - self.torque, -slope), slope)
+
+    def _wanted(self) -> float:
+        numbers = self.context.objects
+        target = 0 if self.is_halted else numbers[objects.TARGET_TORQUE] + self._offset()
+        most = numbers[objects.MAX_TORQUE]
+        self.context.is_limited = abs(target) > most
+        return min(max(target, -most), most)
+
+    def _offset(self) -> int:
+        return 0
+
+    @property
+    def value(self) -> float:
+        return round(self.torque)
+
+    @property
+    def status(self) -> int:
+        return TARGET_REACHED if self.torque == self._wanted() else 0
+
+
+class CyclicTorque(ProfileTorque):
+    number = 10
+
+    def step(self) -> None:
+        self.context.track()
+        self.torque = self._wanted()
+
+    def _offset(self) -> int:
+        return self.context.objects[objects.TORQUE_OFFSET]
+
+    @property
+    def status(self) -> int:
+        return 0 if self.is_halted else FOLLOWS

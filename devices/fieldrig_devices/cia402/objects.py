@@ -1,0 +1,238 @@
+"""The objects of one axis, for the first of a node; those of axis n lie n x 800h higher.
+
+Source: CiA 402-2 and CiA 402-3 (indices, types, access, PDO mapping); start values are ours, for a motor with
+1 000 000 increments a revolution and user units that are increments.  What a master writes in every cycle is `rww`, so
+that it is not stored with the parameters.  60C4h sub-index 6 starts at 1, so that a master that doesn't know the buffer
+can use it.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+AXIS_STEP: Final = 0x800
+AXES: Final = 8
+PDO_STEP: Final = 64
+"""PDOs of axis n begin n x 64 higher."""
+
+I8, I16, I32, U8, U16, U32 = range(2, 8)
+"""Data types of CiA 301."""
+
+ABORT_CONNECTION: Final = 0x6007
+ERROR_CODE: Final = 0x603F
+CONTROL_WORD: Final = 0x6040
+STATUS_WORD: Final = 0x6041
+QUICK_STOP_OPTION: Final = 0x605A
+SHUTDOWN_OPTION: Final = 0x605B
+DISABLE_OPTION: Final = 0x605C
+HALT_OPTION: Final = 0x605D
+FAULT_OPTION: Final = 0x605E
+MODE: Final = 0x6060
+MODE_DISPLAY: Final = 0x6061
+POSITION_DEMAND: Final = 0x6062
+POSITION_INTERNAL: Final = 0x6063
+POSITION_ACTUAL: Final = 0x6064
+FOLLOWING_WINDOW: Final = 0x6065
+FOLLOWING_TIME: Final = 0x6066
+POSITION_WINDOW: Final = 0x6067
+POSITION_TIME: Final = 0x6068
+VELOCITY_DEMAND: Final = 0x606B
+VELOCITY_ACTUAL: Final = 0x606C
+VELOCITY_WINDOW: Final = 0x606D
+VELOCITY_TIME: Final = 0x606E
+THRESHOLD: Final = 0x606F
+THRESHOLD_TIME: Final = 0x6070
+TARGET_TORQUE: Final = 0x6071
+MAX_TORQUE: Final = 0x6072
+TORQUE_DEMAND: Final = 0x6074
+RATED_TORQUE: Final = 0x6076
+TORQUE_ACTUAL: Final = 0x6077
+TARGET_POSITION: Final = 0x607A
+HOME_OFFSET: Final = 0x607C
+POSITION_LIMIT: Final = 0x607D
+POLARITY: Final = 0x607E
+MAX_VELOCITY: Final = 0x607F
+PROFILE_VELOCITY: Final = 0x6081
+PROFILE_ACCELERATION: Final = 0x6083
+PROFILE_DECELERATION: Final = 0x6084
+QUICK_STOP_DECELERATION: Final = 0x6085
+PROFILE_TYPE: Final = 0x6086
+TORQUE_SLOPE: Final = 0x6087
+TORQUE_PROFILE: Final = 0x6088
+ENCODER_RESOLUTION: Final = 0x608F
+GEAR_RATIO: Final = 0x6091
+FEED_CONSTANT: Final = 0x6092
+HOMING_METHOD: Final = 0x6098
+HOMING_SPEED: Final = 0x6099
+HOMING_ACCELERATION: Final = 0x609A
+POSITION_OFFSET: Final = 0x60B0
+VELOCITY_OFFSET: Final = 0x60B1
+TORQUE_OFFSET: Final = 0x60B2
+SUB_MODE: Final = 0x60C0
+DATA_RECORD: Final = 0x60C1
+INTERPOLATION_TIME: Final = 0x60C2
+SYNC_DEFINITION: Final = 0x60C3
+BUFFER: Final = 0x60C4
+MAX_ACCELERATION: Final = 0x60C5
+MAX_DECELERATION: Final = 0x60C6
+HOMING_METHODS: Final = 0x60E3
+POSITIONING_OPTION: Final = 0x60F2
+FOLLOWING_ERROR: Final = 0x60F4
+DEMAND_INTERNAL: Final = 0x60FC
+INPUTS: Final = 0x60FD
+OUTPUTS: Final = 0x60FE
+TARGET_VELOCITY: Final = 0x60FF
+SUPPORTED_MODES: Final = 0x6502
+DEVICE_TYPE: Final = 0x67FF
+
+SERVO_DRIVE: Final = 0x0002_0192
+"""67FFh: profile 402, type servo drive."""
+METHODS: Final = (1, 2, 3, 4, 5, 6, 17, 18, 19, 20, 21, 22, 33, 34, 35, 37)
+"""Of homing."""
+NO_WINDOW: Final = 0xFFFF_FFFF
+"""6065h and 6067h: not watched."""
+BUFFER_SIZE: Final = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    index: int
+    subindex: int | None
+    """None: the object is a variable."""
+    name: str
+    type: int
+    access: str
+    start: int | str = 0
+    """A text also for what begins with $NODEID."""
+    is_mappable: bool = False
+    low: int | None = None
+    high: int | None = None
+
+
+def _array(index: int, name: str, type: int, access: str, entries: tuple[tuple[str, int], ...]) -> list[Row]:
+    return [
+        Row(index, subindex, f"{name}, {entry}", type, access, start)
+        for subindex, (entry, start) in enumerate(entries, 1)
+    ]
+
+
+NAMES: Final = {
+    POSITION_LIMIT: "Software position limit",
+    ENCODER_RESOLUTION: "Position encoder resolution",
+    GEAR_RATIO: "Gear ratio",
+    FEED_CONSTANT: "Feed constant",
+    HOMING_SPEED: "Homing speeds",
+    DATA_RECORD: "Interpolation data record",
+    INTERPOLATION_TIME: "Interpolation time period",
+    SYNC_DEFINITION: "Interpolation sync definition",
+    BUFFER: "Interpolation data configuration",
+    HOMING_METHODS: "Supported homing methods",
+    OUTPUTS: "Digital outputs",
+}
+"""Of objects with sub-indices."""
+ARRAYS: Final = frozenset({POSITION_LIMIT, DATA_RECORD, SYNC_DEFINITION, HOMING_METHODS, OUTPUTS, HOMING_SPEED})
+"""Those of them whose members are all alike; the others are records."""
+
+ROWS: Final = [
+    Row(ABORT_CONNECTION, None, "Abort connection option code", I16, "rw", 1, low=0, high=3),
+    Row(ERROR_CODE, None, "Error code", U16, "ro", is_mappable=True),
+    Row(CONTROL_WORD, None, "Controlword", U16, "rww", is_mappable=True),
+    Row(STATUS_WORD, None, "Statusword", U16, "ro", is_mappable=True),
+    Row(QUICK_STOP_OPTION, None, "Quick stop option code", I16, "rw", 2, low=0, high=8),
+    Row(SHUTDOWN_OPTION, None, "Shutdown option code", I16, "rw", 0, low=0, high=1),
+    Row(DISABLE_OPTION, None, "Disable operation option code", I16, "rw", 1, low=0, high=1),
+    Row(HALT_OPTION, None, "Halt option code", I16, "rw", 1, low=1, high=4),
+    Row(FAULT_OPTION, None, "Fault reaction option code", I16, "rw", 2, low=0, high=4),
+    Row(MODE, None, "Modes of operation", I8, "rww", is_mappable=True),
+    Row(MODE_DISPLAY, None, "Modes of operation display", I8, "ro", is_mappable=True),
+    Row(POSITION_DEMAND, None, "Position demand value", I32, "ro", is_mappable=True),
+    Row(POSITION_INTERNAL, None, "Position actual internal value", I32, "ro", is_mappable=True),
+    Row(POSITION_ACTUAL, None, "Position actual value", I32, "ro", is_mappable=True),
+    Row(FOLLOWING_WINDOW, None, "Following error window", U32, "rw", NO_WINDOW),
+    Row(FOLLOWING_TIME, None, "Following error time out", U16, "rw"),
+    Row(POSITION_WINDOW, None, "Position window", U32, "rw", 1_000),
+    Row(POSITION_TIME, None, "Position window time", U16, "rw"),
+    Row(VELOCITY_DEMAND, None, "Velocity demand value", I32, "ro", is_mappable=True),
+    Row(VELOCITY_ACTUAL, None, "Velocity actual value", I32, "ro", is_mappable=True),
+    Row(VELOCITY_WINDOW, None, "Velocity window", U16, "rw", 10_000),
+    Row(VELOCITY_TIME, None, "Velocity window time", U16, "rw"),
+    Row(THRESHOLD, None, "Velocity threshold", U16, "rw", 10_000),
+    Row(THRESHOLD_TIME, None, "Velocity threshold time", U16, "rw"),
+    Row(TARGET_TORQUE, None, "Target torque", I16, "rww", is_mappable=True),
+    Row(MAX_TORQUE, None, "Max torque", U16, "rw", 4_000, is_mappable=True),
+    Row(TORQUE_DEMAND, None, "Torque demand", I16, "ro", is_mappable=True),
+    Row(RATED_TORQUE, None, "Motor rated torque", U32, "ro"),
+    Row(TORQUE_ACTUAL, None, "Torque actual value", I16, "ro", is_mappable=True),
+    Row(TARGET_POSITION, None, "Target position", I32, "rww", is_mappable=True),
+    Row(HOME_OFFSET, None, "Home offset", I32, "rw"),
+    *_array(
+        POSITION_LIMIT, "Software position limit", I32, "rw", (("min", -0x8000_0000), ("max", 0x7FFF_FFFF))
+    ),
+    Row(POLARITY, None, "Polarity", U8, "rw"),
+    Row(MAX_VELOCITY, None, "Max profile velocity", U32, "rw", 100_000_000),
+    Row(PROFILE_VELOCITY, None, "Profile velocity", U32, "rw", 1_000_000, is_mappable=True),
+    Row(PROFILE_ACCELERATION, None, "Profile acceleration", U32, "rw", 10_000_000, is_mappable=True, low=1),
+    Row(PROFILE_DECELERATION, None, "Profile deceleration", U32, "rw", 10_000_000, is_mappable=True, low=1),
+    Row(QUICK_STOP_DECELERATION, None, "Quick stop deceleration", U32, "rw", 100_000_000, low=1),
+    Row(PROFILE_TYPE, None, "Motion profile type", I16, "rw", low=0, high=0),
+    Row(TORQUE_SLOPE, None, "Torque slope", U32, "rw", 1_000, low=1),
+    Row(TORQUE_PROFILE, None, "Torque profile type", I16, "rw", low=0, high=0),
+    *_array(
+        ENCODER_RESOLUTION, "Position encoder resolution", U32, "rw",
+        (("encoder increments", 1_000_000), ("motor revolutions", 1)),
+    ),
+    *_array(GEAR_RATIO, "Gear ratio", U32, "rw", (("motor revolutions", 1), ("shaft revolutions", 1))),
+    *_array(FEED_CONSTANT, "Feed constant", U32, "rw", (("feed", 1_000_000), ("shaft revolutions", 1))),
+    Row(HOMING_METHOD, None, "Homing method", I8, "rw", 35),
+    *_array(
+        HOMING_SPEED, "Homing speeds", U32, "rw",
+        (("speed during search for switch", 500_000), ("speed during search for zero", 50_000)),
+    ),
+    Row(HOMING_ACCELERATION, None, "Homing acceleration", U32, "rw", 5_000_000, low=1),
+    Row(POSITION_OFFSET, None, "Position offset", I32, "rww", is_mappable=True),
+    Row(VELOCITY_OFFSET, None, "Velocity offset", I32, "rww", is_mappable=True),
+    Row(TORQUE_OFFSET, None, "Torque offset", I16, "rww", is_mappable=True),
+    Row(SUB_MODE, None, "Interpolation sub mode select", I16, "rw", low=0, high=0),
+    Row(DATA_RECORD, 1, "Interpolation data record, set-point", I32, "rww", is_mappable=True),
+    Row(INTERPOLATION_TIME, 1, "Interpolation time period value", U8, "rw", 4, low=1),
+    Row(INTERPOLATION_TIME, 2, "Interpolation time index", I8, "rw", -3, low=-6, high=0),
+    Row(SYNC_DEFINITION, 1, "Synchronise on group", U8, "rw"),
+    Row(SYNC_DEFINITION, 2, "Interpolation sync every n events", U8, "rw", 1),
+    Row(BUFFER, 1, "Maximum buffer size", U32, "ro", BUFFER_SIZE),
+    Row(BUFFER, 2, "Actual buffer size", U32, "rw", BUFFER_SIZE, low=1, high=BUFFER_SIZE),
+    Row(BUFFER, 3, "Buffer organisation", U8, "rw", low=0, high=0),
+    Row(BUFFER, 4, "Buffer position", U16, "ro"),
+    Row(BUFFER, 5, "Size of data record", U8, "rw", 4, low=4, high=4),
+    Row(BUFFER, 6, "Buffer clear", U8, "rw", 1, low=0, high=1),
+    Row(MAX_ACCELERATION, None, "Max acceleration", U32, "rw", 1_000_000_000, low=1),
+    Row(MAX_DECELERATION, None, "Max deceleration", U32, "rw", 1_000_000_000, low=1),
+    *_array(
+        HOMING_METHODS, "Supported homing methods", I8, "ro",
+        tuple((f"method {place}", method) for place, method in enumerate(METHODS, 1)),
+    ),
+    Row(POSITIONING_OPTION, None, "Positioning option code", U16, "rw", low=0, high=2),
+    Row(FOLLOWING_ERROR, None, "Following error actual value", I32, "ro", is_mappable=True),
+    Row(DEMAND_INTERNAL, None, "Position demand internal value", I32, "ro", is_mappable=True),
+    Row(INPUTS, None, "Digital inputs", U32, "ro", is_mappable=True),
+    Row(OUTPUTS, 1, "Digital outputs, physical outputs", U32, "rww", is_mappable=True),
+    Row(OUTPUTS, 2, "Digital outputs, bit mask", U32, "rw"),
+    Row(TARGET_VELOCITY, None, "Target velocity", I32, "rww", is_mappable=True),
+    Row(SUPPORTED_MODES, None, "Supported drive modes", U32, "ro"),
+    Row(DEVICE_TYPE, None, "Single device type", U32, "ro"),
+]  # fmt: skip
+
+RECEIVED: Final = (
+    (CONTROL_WORD,),
+    (CONTROL_WORD, MODE),
+    (CONTROL_WORD, TARGET_POSITION),
+    (CONTROL_WORD, TARGET_VELOCITY),
+)
+TRANSMITTED: Final = (
+    (STATUS_WORD,),
+    (STATUS_WORD, MODE_DISPLAY),
+    (STATUS_WORD, POSITION_ACTUAL),
+    (STATUS_WORD, VELOCITY_ACTUAL),
+)
+"""What PDO 1 to 4 of an axis carry by default (CiA 402-3); PDO 5 of each axis is empty and free for a master."""
+SYNCHRONOUS: Final = (2, 3)
+"""Places of those that answer each SYNC; the others are sent when they change."""
+EMPTY_PDOS: Final = 1

@@ -1,0 +1,331 @@
+"""The power drive state machine: which control word leads where, and what the drive does on the way.
+
+Source: CiA 402-2 / IEC 61800-7-201, chapter 'power drive system state machine' (figure and tables of states, commands
+and transitions 0 to 16), and the option codes 605Ah to 605Eh.  Choices of ours where the documents leave room:
+a state is shown when it is reached, so 'operation enabled' waits for the brake, and a ramp of transition 5 or 8 is
+still driven in 'operation enabled'; commands count as long as they stand, so a lost power that comes back is used by a
+control word that is still there; stops at the current or voltage limit (options 3, 4, 7, 8) are ramps with the largest
+deceleration (60C6h).
+"""
+
+from collections.abc import Callable
+from enum import Enum, auto
+from typing import Final, NamedTuple, Protocol
+
+
+class State(Enum):
+    """With its bits 0 to 3, 5 and 6 of the status word."""
+
+    NOT_READY_TO_SWITCH_ON = 0x00
+    SWITCH_ON_DISABLED = 0x40
+    READY_TO_SWITCH_ON = 0x21
+    SWITCHED_ON = 0x23
+    OPERATION_ENABLED = 0x27
+    QUICK_STOP_ACTIVE = 0x07
+    FAULT_REACTION_ACTIVE = 0x0F
+    FAULT = 0x08
+
+
+class Command(Enum):
+    """What the control word orders.  'Disable operation' has the bits of 'switch on'."""
+
+    SHUTDOWN = auto()
+    SWITCH_ON = auto()
+    ENABLE_OPERATION = auto()
+    DISABLE_VOLTAGE = auto()
+    QUICK_STOP = auto()
+
+
+FAULT_RESET: Final = 0x0080
+"""Bit of the control word that acts when it rises."""
+
+# Table 'command coding': a mask, and the bits under it.
+COMMANDS: Final = (
+    (0x0082, 0x0000, Command.DISABLE_VOLTAGE),
+    (0x0086, 0x0002, Command.QUICK_STOP),
+    (0x0087, 0x0006, Command.SHUTDOWN),
+    (0x008F, 0x0007, Command.SWITCH_ON),
+    (0x008F, 0x000F, Command.ENABLE_OPERATION),
+)
+
+# Table 'transitions', those with a command.  'Enable operation' in 'ready to switch on' passes 'switched on'.
+TRANSITIONS: Final = {
+    (State.SWITCH_ON_DISABLED, Command.SHUTDOWN): 2,
+    (State.READY_TO_SWITCH_ON, Command.SWITCH_ON): 3,
+    (State.READY_TO_SWITCH_ON, Command.ENABLE_OPERATION): 3,
+    (State.SWITCHED_ON, Command.ENABLE_OPERATION): 4,
+    (State.OPERATION_ENABLED, Command.SWITCH_ON): 5,
+    (State.SWITCHED_ON, Command.SHUTDOWN): 6,
+    (State.READY_TO_SWITCH_ON, Command.QUICK_STOP): 7,
+    (State.READY_TO_SWITCH_ON, Command.DISABLE_VOLTAGE): 7,
+    (State.OPERATION_ENABLED, Command.SHUTDOWN): 8,
+    (State.OPERATION_ENABLED, Command.DISABLE_VOLTAGE): 9,
+    (State.SWITCHED_ON, Command.DISABLE_VOLTAGE): 10,
+    (State.SWITCHED_ON, Command.QUICK_STOP): 10,
+    (State.OPERATION_ENABLED, Command.QUICK_STOP): 11,
+    (State.QUICK_STOP_ACTIVE, Command.DISABLE_VOLTAGE): 12,
+    (State.QUICK_STOP_ACTIVE, Command.ENABLE_OPERATION): 16,
+}
+
+# The same table: where each transition ends.
+ENDS: Final = {
+    0: State.NOT_READY_TO_SWITCH_ON,
+    1: State.SWITCH_ON_DISABLED,
+    2: State.READY_TO_SWITCH_ON,
+    3: State.SWITCHED_ON,
+    4: State.OPERATION_ENABLED,
+    5: State.SWITCHED_ON,
+    6: State.READY_TO_SWITCH_ON,
+    7: State.SWITCH_ON_DISABLED,
+    8: State.READY_TO_SWITCH_ON,
+    9: State.SWITCH_ON_DISABLED,
+    10: State.SWITCH_ON_DISABLED,
+    11: State.QUICK_STOP_ACTIVE,
+    12: State.SWITCH_ON_DISABLED,
+    13: State.FAULT_REACTION_ACTIVE,
+    14: State.FAULT,
+    15: State.SWITCH_ON_DISABLED,
+    16: State.OPERATION_ENABLED,
+}
+
+
+class Ramp(Enum):
+    """How an axis is brought to rest."""
+
+    SLOW_DOWN = auto()
+    QUICK_STOP = auto()
+    LIMIT = auto()
+
+
+# 605Ah: the ramp, and whether the axis stays in 'quick stop active'.  0 disables the drive function.
+QUICK_STOP_OPTIONS: Final = {
+    1: (Ramp.SLOW_DOWN, False),
+    2: (Ramp.QUICK_STOP, False),
+    3: (Ramp.LIMIT, False),
+    4: (Ramp.LIMIT, False),
+    5: (Ramp.SLOW_DOWN, True),
+    6: (Ramp.QUICK_STOP, True),
+    7: (Ramp.LIMIT, True),
+    8: (Ramp.LIMIT, True),
+}
+SHUTDOWN_OPTIONS: Final = {1: Ramp.SLOW_DOWN}
+"""605Bh; 0 disables the drive function."""
+DISABLE_OPTIONS: Final = {1: Ramp.SLOW_DOWN}
+"""605Ch; likewise."""
+HALT_OPTIONS: Final = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
+"""605Dh."""
+FAULT_OPTIONS: Final = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
+"""605Eh; 0 disables the drive function."""
+
+
+class Options(NamedTuple):
+    """Option codes as they are now; what is in no table counts as 0."""
+
+    quick_stop: int = 2
+    shutdown: int = 0
+    disable: int = 1
+    fault: int = 2
+
+
+class Drive(Protocol):
+    """What the state machine moves."""
+
+    @property
+    def is_there(self) -> bool:
+        """Initialised: it can say what state it is in."""
+
+    @property
+    def is_ready(self) -> bool:
+        """Power is there, and nothing hinders enabling."""
+
+    @property
+    def is_following(self) -> bool:
+        """Enabled, and set values are followed."""
+
+    @property
+    def is_moving_by_itself(self) -> bool:
+        """It stops on its own and follows nothing until it stands."""
+
+    @property
+    def is_at_rest(self) -> bool:
+        """A ramp that was begun is over."""
+
+    @property
+    def error(self) -> int:
+        """What is wrong, as for 603Fh; 0: nothing."""
+
+    @property
+    def options(self) -> Options: ...
+
+    def enable(self) -> None: ...
+
+    def disable(self) -> None: ...
+
+    def brake(self, ramp: Ramp) -> None:
+        """Bring the axis to rest, and keep it there."""
+
+    def go_on(self) -> None:
+        """Set values count again, after a ramp."""
+
+    def reset_fault(self, done: Callable[[], None]) -> None:
+        """Take away what is wrong, if its cause is gone; may take its time."""
+
+
+def command_of(control_word: int) -> Command | None:
+    return next((command for mask, bits, command in COMMANDS if control_word & mask == bits), None)
+
+
+class StateMachine:
+    def __init__(self, drive: Drive) -> None:
+        self._drive = drive
+        self.state = State.NOT_READY_TO_SWITCH_ON
+        self.transition = 0
+        """The last one."""
+        self.control_word = 0
+        self._command: Command | None = None
+        self._after_ramp = 0
+        """The transition that a ramp is driven for; 0: none is."""
+        self._is_enabling = False
+
+    def start(self) -> None:
+        """Power-on: transition 0."""
+        self.control_word, self._command = 0, None
+        self._after_ramp, self._is_enabling = 0, False
+        self._go(0)
+
+    def control(self, word: int) -> None:
+        """A control word has come."""
+        rising, self.control_word = word & ~self.control_word, word
+        self._command = command_of(word)
+        if rising & FAULT_RESET and self.state is State.FAULT:
+            self._drive.reset_fault(self._on_reset)
+        self._obey()
+
+    def quick_stop(self) -> None:
+        """As by command, for a reason of the drive's own: the command that stands counts no more."""
+        self._command = None
+        if self.state is State.OPERATION_ENABLED:
+            self._quick_stop()
+
+    def disable_voltage(self) -> None:
+        """Likewise; transition 7, 9, 10 or 12."""
+        self._command = None
+        number = TRANSITIONS.get((self.state, Command.DISABLE_VOLTAGE))
+        if number is not None:
+            self._disable(number)
+
+    def step(self) -> None:
+        """Time has passed, and the drive may be in another state."""
+        state, drive = self.state, self._drive
+        if state is State.NOT_READY_TO_SWITCH_ON:
+            if drive.is_there:
+                self._go(1)
+            return
+        if drive.error and state not in (State.FAULT, State.FAULT_REACTION_ACTIVE):
+            self._fail()
+        elif state is State.FAULT_REACTION_ACTIVE:
+            self._react()
+        elif state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE) and not drive.is_following:
+            self._disable(9 if state is State.OPERATION_ENABLED else 12)
+        elif state is State.SWITCHED_ON and not drive.is_ready:
+            self._disable(10)
+        elif self._after_ramp and drive.is_at_rest:
+            self._disable(self._after_ramp)
+        self._obey()
+
+    # ---- commands
+
+    def _obey(self) -> None:
+        if self._is_enabling and self._command is not Command.ENABLE_OPERATION:
+            self._is_enabling = False
+            self._drive.disable()
+        if self._command is None:
+            return
+        number = TRANSITIONS.get((self.state, self._command))
+        if number is not None:
+            self._begin(number)
+        elif self._after_ramp in (5, 8) and self._command is Command.ENABLE_OPERATION:
+            self._after_ramp = 0  # the ramp is called off
+            self._drive.go_on()
+
+    def _begin(self, number: int) -> None:
+        drive, options = self._drive, self._drive.options
+        match number:
+            case 2 | 6:
+                self._go(number)
+            case 3 if drive.is_ready:
+                self._go(3)
+                self._obey()
+            case 4:
+                self._enable()
+            case 5:
+                self._brake(5, DISABLE_OPTIONS.get(options.disable))
+            case 7 | 9 | 10 | 12:
+                self._disable(number)
+            case 8:
+                self._brake(8, SHUTDOWN_OPTIONS.get(options.shutdown))
+            case 11:
+                self._quick_stop()
+            case 16 if QUICK_STOP_OPTIONS.get(options.quick_stop, (None, False))[1]:
+                self._go(16)
+                drive.go_on()
+
+    def _enable(self) -> None:
+        if not self._is_enabling:
+            self._is_enabling = True
+            self._drive.enable()
+        if self._drive.is_following:
+            self._is_enabling = False
+            self._go(4)
+            self._drive.go_on()
+
+    def _brake(self, number: int, ramp: Ramp | None) -> None:
+        if ramp is None:
+            self._disable(number)
+        elif self._after_ramp != number:
+            self._after_ramp = number
+            self._drive.brake(ramp)
+
+    def _quick_stop(self) -> None:
+        ramp, stays = QUICK_STOP_OPTIONS.get(self._drive.options.quick_stop, (None, False))
+        self._go(11)
+        if ramp is None:
+            self._disable(12)
+            return
+        self._after_ramp = 0 if stays else 12
+        self._drive.brake(ramp)
+
+    def _disable(self, number: int) -> None:
+        self._after_ramp, self._is_enabling = 0, False
+        self._drive.disable()
+        self._go(number)
+
+    # ---- faults
+
+    def _fail(self) -> None:
+        was_enabled = self.state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
+        self._after_ramp = 0
+        if self._is_enabling:
+            self._is_enabling = False
+            self._drive.disable()
+        self._go(13)
+        ramp = FAULT_OPTIONS.get(self._drive.options.fault)
+        if was_enabled and self._drive.is_following and ramp is not None:
+            self._after_ramp = 14
+            self._drive.brake(ramp)
+        self._react()
+
+    def _react(self) -> None:
+        drive = self._drive
+        if drive.is_following and self._after_ramp and not drive.is_at_rest:
+            return
+        if not drive.is_following and drive.is_moving_by_itself:
+            return  # it has its own reaction to its own faults
+        self._disable(14)
+
+    def _on_reset(self) -> None:
+        if self.state is State.FAULT and not self._drive.error:
+            self._go(15)
+
+    def _go(self, number: int) -> None:
+        self.transition, self.state = number, ENDS[number]

@@ -1,0 +1,137 @@
+"""Homing methods as the figures of CiA 402-2 show them: switches at -300 000, 0 to 100 000, and 400 000."""
+
+import pytest
+from cia402_bench import Cia402Bench
+
+HM = 6
+NEGATIVE, POSITIVE, HOME_BEGINS, HOME_ENDS = -300_000, 400_000, 0, 100_000
+SLOW_STEP = 50_000 * 0.004
+"""What is passed in a cycle at the slow speed of 6099h."""
+
+
+def switches(position: int) -> int:
+    return (position <= NEGATIVE) | (position >= POSITIVE) << 1 | (HOME_BEGINS <= position <= HOME_ENDS) << 2
+
+
+@pytest.fixture
+def bench() -> Cia402Bench:
+    bench = Cia402Bench()
+    bench.motor.switches = switches
+    bench.motor.revolution = 70_000
+    return bench
+
+
+def home(bench: Cia402Bench, method: int, begin: int, offset: int = 0) -> int:
+    """Where in increments the user's zero is then."""
+    bench.motor.position = begin
+    bench.put(0x6098, method).put(0x607C, offset).enabled(HM)
+    assert bench.status(0x3400) == 0x0400
+    assert bench.control(0x1F).status(0x3000) in (0, 0x1000)
+    bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
+    assert bench.cycles(1).motor.velocity == 0
+    zero: int = bench.get(0x6063) - bench.get(0x6064)
+    return zero
+
+
+# From where the axis begins, the edge that counts, and from which side it is found.
+@pytest.mark.parametrize(
+    ("method", "begin", "edge"),
+    [
+        (17, 0, NEGATIVE),
+        (17, -310_000, NEGATIVE),
+        (18, 0, POSITIVE),
+        (18, 410_000, POSITIVE),
+        (19, -100_000, HOME_BEGINS),
+        (19, 50_000, HOME_BEGINS),
+        (20, -100_000, HOME_BEGINS),
+        (20, 50_000, HOME_BEGINS),
+        (21, 200_000, HOME_ENDS),
+        (21, 50_000, HOME_ENDS),
+        (22, 200_000, HOME_ENDS),
+        (22, 50_000, HOME_ENDS),
+    ],
+)
+def test_home_is_the_edge_of_the_switch(bench: Cia402Bench, method: int, begin: int, edge: int) -> None:
+    assert home(bench, method, begin) == pytest.approx(edge, abs=2 * SLOW_STEP)
+
+
+@pytest.mark.parametrize(
+    ("method", "begin", "zero"),
+    [
+        (1, 0, -280_000),  # the first one above the negative limit switch
+        (2, 0, 350_000),
+        (3, -100_000, -70_000),  # the first one below the edge at 0
+        (4, -100_000, 70_000),
+        (5, 200_000, 140_000),
+        (6, 200_000, 70_000),
+        (33, 100, 0),
+        (33, -100, -70_000),
+        (34, 100, 70_000),
+        (34, -100, 0),
+        (33, 0, -70_000),
+    ],
+)
+def test_home_is_the_zero_of_the_encoder(bench: Cia402Bench, method: int, begin: int, zero: int) -> None:
+    assert home(bench, method, begin) == zero
+
+
+@pytest.mark.parametrize("method", [35, 37])
+def test_home_is_where_the_axis_stands(bench: Cia402Bench, method: int) -> None:
+    assert home(bench, method, 12_345) == 12_345
+    assert bench.get(0x6064) == 0
+
+
+def test_zero_lies_by_the_home_offset_beyond_home(bench: Cia402Bench) -> None:
+    assert home(bench, 35, 12_345, offset=1_000) == 13_345
+    assert bench.get(0x6064) == -1_000
+
+
+def test_the_time_that_a_search_takes(bench: Cia402Bench) -> None:
+    """To the switch at 500 000/s and back over what was overrun at 50 000/s, with 5 000 000/s2."""
+    bench.put(0x6098, 17).enabled(HM).control(0x1F)
+    count = bench.cycles_until(lambda: bench.status(0x1000) != 0)
+    to_switch_s = 0.1 + (300_000 - 25_000) / 500_000
+    overrun = 500_000 * 500_000 / 2 / 5_000_000
+    back_s = 0.1 + 0.01 + (overrun - 250) / 50_000
+    assert count == pytest.approx((to_switch_s + back_s) / 0.004, abs=15)
+
+
+def test_a_search_that_comes_to_the_wrong_limit_switch_fails(bench: Cia402Bench) -> None:
+    bench.motor.position = 200_000  # above the home switch, so method 19 never finds it
+    bench.put(0x6098, 19).enabled(HM).control(0x1F)
+    bench.cycles_until(lambda: bench.status(0x2000) != 0)
+    assert bench.status(0x3400) == 0x2000  # not at rest yet
+    bench.cycles(100)
+    assert bench.status(0x3400) == 0x2400
+    assert bench.get(0x6063) == pytest.approx(POSITIVE, abs=30_000)
+
+
+def test_a_fallen_bit_4_interrupts(bench: Cia402Bench) -> None:
+    bench.put(0x6098, 17).enabled(HM).control(0x1F).cycles(50)
+    assert bench.status(0x3400) == 0
+    bench.control(0x0F).cycles(50)
+    assert (bench.status(0x3400), bench.motor.velocity) == (0x0400, 0)
+
+
+def test_a_halt_is_gone_on_from(bench: Cia402Bench) -> None:
+    bench.put(0x6098, 17).enabled(HM).control(0x1F).cycles(50).control(0x011F).cycles(60)
+    assert (bench.status(0x3400), bench.motor.velocity) == (0x0400, 0)
+    bench.control(0x1F)
+    bench.cycles_until(lambda: bench.status(0x1400) == 0x1400)
+    assert bench.motor.position == pytest.approx(NEGATIVE, abs=3_000)
+
+
+def test_an_axis_that_is_homed_says_so_when_the_mode_comes_back(bench: Cia402Bench) -> None:
+    home(bench, 35, 0)
+    bench.control(0x0F).put(0x6060, 1).put(0x6060, HM)
+    assert bench.status(0x3400) == 0x1400
+
+
+@pytest.mark.parametrize("method", [7, 14, 23, 36, 0, -1])
+def test_a_method_that_is_not_there_is_refused(bench: Cia402Bench, method: int) -> None:
+    assert bench.try_put(0x6098, method) == "06090030"
+
+
+def test_the_methods_are_listed(bench: Cia402Bench) -> None:
+    listed = [bench.get(0x60E3, sub) for sub in range(1, 17)]
+    assert listed == [1, 2, 3, 4, 5, 6, 17, 18, 19, 20, 21, 22, 33, 34, 35, 37]

@@ -1,0 +1,267 @@
+"""Set-points, handshakes and status bits of each mode of operation (CiA 402-2), against closed solutions."""
+
+import math
+
+import pytest
+from cia402_bench import Cia402Bench
+
+PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
+CYCLE_S = 0.004
+V, A, D = 1_000_000, 10_000_000, 10_000_000
+"""Start values of 6081h, 6083h, 6084h."""
+
+
+@pytest.fixture
+def bench() -> Cia402Bench:
+    return Cia402Bench()
+
+
+def trapezoid_s(way: float, v: float = V, a: float = A, d: float = D) -> float:
+    """From rest to rest."""
+    peak = min(v, math.sqrt(2 * a * d * way / (a + d)))
+    ramps = peak * peak / (2 * a) + peak * peak / (2 * d)
+    return peak / a + peak / d + (way - ramps) / peak
+
+
+def reached(bench: Cia402Bench) -> int:
+    """Cycles until bit 10."""
+    return bench.cycles_until(lambda: bench.status(0x0400) != 0)
+
+
+# ---- profile position
+
+
+@pytest.mark.parametrize("way", [1, 50_000, 100_000, 1_000_000, 20_000_000])
+def test_pp_takes_the_time_of_the_trapezoid(bench: Cia402Bench, way: int) -> None:
+    bench.put(0x607A, way).put(0x6067, 0).enabled(PP).control(0x1F)
+    assert reached(bench) == pytest.approx(trapezoid_s(way) / CYCLE_S, abs=2)
+    assert bench.motor.position == way
+
+
+def test_pp_handshake_of_a_single_set_point(bench: Cia402Bench) -> None:
+    bench.put(0x607A, 1_000_000).enabled(PP)
+    assert bench.status(0x1400) == 0x0400
+    assert bench.control(0x1F).status(0x1400) == 0x1000
+    assert bench.cycles(1).status(0x1400) == 0x1000
+    assert bench.control(0x0F).status(0x1400) == 0x0000
+    reached(bench)
+    assert bench.status(0x1400) == 0x0400
+
+
+def test_pp_one_set_point_is_buffered_and_a_third_is_not_taken(bench: Cia402Bench) -> None:
+    bench.enabled(PP).put(0x607A, 1_000_000).control(0x1F).control(0x0F)
+    bench.put(0x607A, 2_000_000).control(0x1F).control(0x0F)
+    assert bench.status(0x1000) == 0x1000  # the buffer is full
+    bench.put(0x607A, 9_000_000).control(0x1F).control(0x0F)
+    count = reached(bench)
+    assert bench.motor.position == 2_000_000
+    assert count == pytest.approx(2 * trapezoid_s(1_000_000) / CYCLE_S, abs=3)
+    assert bench.status(0x1000) == 0
+
+
+def test_pp_change_set_immediately(bench: Cia402Bench) -> None:
+    bench.enabled(PP).put(0x607A, 9_000_000).control(0x3F).control(0x2F).cycles(250)
+    assert bench.motor.position == pytest.approx(950_000, abs=5_000)
+    bench.put(0x607A, -500_000).control(0x3F).control(0x2F)
+    reached(bench)
+    assert bench.motor.position == -500_000
+
+
+def test_pp_change_on_set_point_drives_through(bench: Cia402Bench) -> None:
+    bench.enabled(PP).put(0x607A, 1_000_000).control(0x1F).control(0x0F)
+    bench.put(0x607A, 2_000_000).control(0x021F).control(0x020F)
+    speeds: list[float] = []
+    while not bench.status(0x0400):
+        speeds.append(bench.cycles(1).motor.velocity)
+    count = len(speeds)
+    assert count == pytest.approx(trapezoid_s(2_000_000) / CYCLE_S, abs=3)
+    assert min(speeds[40:450]) == pytest.approx(V, rel=1e-3)
+    assert bench.motor.position == 2_000_000
+
+
+@pytest.mark.parametrize(("option", "target"), [(0, 1_500_000), (1, 950_000), (2, 950_000)])
+def test_pp_what_a_relative_set_point_counts_from(bench: Cia402Bench, option: int, target: int) -> None:
+    bench.put(0x60F2, option).enabled(PP).put(0x607A, 1_000_000).control(0x1F).control(0x0F).cycles(125)
+    bench.put(0x607A, 500_000).control(0x7F)
+    reached(bench)
+    assert bench.motor.position == pytest.approx(target, abs=5_000)
+
+
+def test_pp_halt_keeps_the_set_point(bench: Cia402Bench) -> None:
+    bench.enabled(PP).put(0x607A, 2_000_000).control(0x1F).control(0x010F).cycles(1)
+    bench.control(0x0F).cycles(200).control(0x010F).cycles(60)
+    halted = bench.motor.position
+    assert (bench.status(0x0400), 0 < halted < 2_000_000) == (0x0400, True)
+    bench.control(0x0F).cycles(1)
+    assert bench.status(0x0400) == 0
+    reached(bench)
+    assert bench.motor.position == 2_000_000
+
+
+def test_pp_set_point_counts_with_the_edge_only(bench: Cia402Bench) -> None:
+    bench.enabled(PP).put(0x607A, 1_000).control(0x1F)
+    reached(bench)
+    bench.put(0x607A, 2_000).control(0x1F).cycles(100)
+    assert bench.motor.position == 1_000
+
+
+def test_pp_a_set_point_before_operation_is_none(bench: Cia402Bench) -> None:
+    bench.put(0x6060, PP).put(0x607A, 1_000).control(0x06).control(0x17)
+    assert bench.status(0x1000) == 0
+    bench.control(0x1F).cycles(100)
+    assert bench.motor.position in (0, 1_000)
+
+
+def test_pp_software_limits_with_home_offset(bench: Cia402Bench) -> None:
+    """607Dh is corrected by 607Ch: 100 000 - 25 000."""
+    bench.put(0x607D, -100_000, 1).put(0x607D, 100_000, 2).put(0x607C, 25_000)
+    bench.put(0x607A, 500_000).enabled(PP).control(0x1F)
+    assert bench.status(0x0800) == 0x0800
+    reached(bench)
+    assert bench.motor.position == 75_000
+
+
+def test_pp_the_largest_velocity_and_accelerations_hold(bench: Cia402Bench) -> None:
+    bench.put(0x6081, 50_000_000).put(0x607F, 500_000).put(0x60C5, 1_000_000).put(0x60C6, 2_000_000)
+    bench.put(0x607A, 2_000_000).put(0x6067, 0).enabled(PP).control(0x1F)
+    expected = trapezoid_s(2_000_000, 500_000, 1_000_000, 2_000_000)
+    assert reached(bench) == pytest.approx(expected / CYCLE_S, abs=2)
+
+
+def test_pp_position_window_and_time(bench: Cia402Bench) -> None:
+    bench.put(0x6067, 100).put(0x6068, 200).put(0x607A, 100_000).enabled(PP).control(0x1F)
+    bench.motor.lag = 150
+    bench.cycles(200)
+    assert bench.status(0x0400) == 0
+    bench.motor.lag = 50
+    assert reached(bench) == pytest.approx(0.2 / CYCLE_S, abs=3)
+
+
+# ---- profile velocity
+
+
+def test_pv_ramps_and_bits(bench: Cia402Bench) -> None:
+    bench.put(0x60FF, 2_000_000).put(0x606D, 1_000).enabled(PV)
+    assert bench.status(0x1400) == 0x1000
+    count = reached(bench)
+    assert count == pytest.approx(2_000_000 / A / CYCLE_S, abs=2)
+    assert (bench.status(0x1400), bench.get(0x606B), bench.get(0x606C)) == (0x0400, 2_000_000, 2_000_000)
+    bench.put(0x60FF, -1_000_000).cycles(1)
+    assert bench.status(0x0400) == 0
+    assert reached(bench) == pytest.approx(3_000_000 / A / CYCLE_S, abs=2)
+
+
+def test_pv_window_time_and_threshold_time(bench: Cia402Bench) -> None:
+    bench.put(0x606D, 1_000).put(0x606E, 100).put(0x6070, 80).put(0x60FF, 2_000_000).enabled(PV)
+    assert bench.cycles(18).status(0x1000) == 0x1000
+    assert bench.cycles(8).status(0x1000) == 0
+    assert reached(bench) == pytest.approx((0.2 + 0.1) / CYCLE_S - 26, abs=2)
+
+
+def test_pv_stops_at_the_software_limit(bench: Cia402Bench) -> None:
+    bench.put(0x607D, 0, 1).put(0x607D, 3_000_000, 2).put(0x60FF, 2_000_000).enabled(PV).cycles(1_000)
+    assert (bench.motor.position, bench.status(0x1800)) == (3_000_000, 0x1800)
+    bench.put(0x60FF, -2_000_000).cycles(100)
+    assert bench.motor.position < 3_000_000
+
+
+def test_pv_keeps_to_the_largest_velocity(bench: Cia402Bench) -> None:
+    bench.put(0x607F, 300_000).put(0x60FF, 2_000_000).enabled(PV).cycles(100)
+    assert (bench.get(0x606C), bench.status(0x0800)) == (300_000, 0x0800)
+
+
+# ---- torque
+
+
+def test_pt_follows_the_slope(bench: Cia402Bench) -> None:
+    bench.put(0x6087, 1_000).put(0x6071, 500).enabled(PT).cycles(50)
+    assert bench.motor.torque == pytest.approx(200, abs=5)
+    assert bench.status(0x0400) == 0
+    bench.cycles(80)
+    assert (bench.motor.torque, bench.get(0x6074), bench.status(0x0400)) == (500, 500, 0x0400)
+    bench.control(0x010F).cycles(126)
+    assert (bench.motor.torque, bench.status(0x0400)) == (0, 0x0400)
+
+
+def test_pt_and_cst_keep_to_the_largest_torque(bench: Cia402Bench) -> None:
+    bench.put(0x6072, 300).put(0x6071, 500).enabled(CST).cycles(1)
+    assert (bench.motor.torque, bench.status(0x1800)) == (300, 0x1800)
+
+
+def test_cst_is_followed_at_once_with_its_offset(bench: Cia402Bench) -> None:
+    bench.put(0x6071, -250).put(0x60B2, 50).enabled(CST).cycles(1)
+    assert (bench.motor.torque, bench.status(0x1000)) == (-200, 0x1000)
+
+
+# ---- cyclic synchronous
+
+
+def test_csp_with_sync_and_rpdo_is_a_straight_line(bench: Cia402Bench) -> None:
+    """SYNC every 8 ms, the ring every 4 ms."""
+    bench.put(0x1402, 1, 2).put(0x60C2, 8, 1).enabled(CSP)
+    places = []
+    for step in range(1, 51):
+        bench.send(f"405#0F 00 {(step * 1000).to_bytes(4, 'little').hex(' ')}", "080#")
+        places += [bench.cycles(1).motor.position, bench.cycles(1).motor.position]
+    assert places == [500 * step for step in range(1, 101)]
+    assert bench.status(0x1000) == 0x1000
+    bench.cycles(10)
+    assert bench.motor.position == 50_000
+
+
+def test_csp_stands_until_a_set_point_comes(bench: Cia402Bench) -> None:
+    bench.put(0x607A, 5_000_000)
+    bench.motor.position = 77
+    assert bench.enabled(CSP).cycles(20).motor.position == 77
+
+
+def test_csp_offset_limits_and_largest_velocity(bench: Cia402Bench) -> None:
+    bench.put(0x60B0, 10).put(0x607D, -5_000, 1).put(0x607D, 5_000, 2).enabled(CSP)
+    assert bench.put(0x607A, 1_000).cycles(5).motor.position == 1_010
+    assert bench.put(0x607A, 100_000).cycles(5).motor.position == 5_000
+    assert bench.status(0x0800) == 0x0800
+    bench.put(0x607F, 100_000).put(0x607A, 0)
+    assert bench.cycles(2).motor.position == 5_000 - 800
+
+
+def test_csv_gives_speeds(bench: Cia402Bench) -> None:
+    bench.put(0x60C2, 8, 1).enabled(CSV).put(0x60B1, 1_000).put(0x60FF, 400_000).cycles(1)
+    assert bench.motor.velocity == pytest.approx(200_500)
+    assert bench.cycles(1).motor.velocity == pytest.approx(401_000)
+    assert bench.status(0x1000) == 0x1000
+    bench.control(0x010F).cycles(20)
+    assert (bench.motor.velocity, bench.status(0x0400)) == (0, 0x0400)
+
+
+def test_a_mode_may_change_while_the_axis_moves(bench: Cia402Bench) -> None:
+    bench.enabled(CSV).put(0x60FF, 1_000_000).cycles(50).put(0x6060, PP).cycles(50)
+    assert bench.motor.velocity == 0
+    stands = bench.motor.position
+    bench.put(0x607A, 1_000).control(0x5F)
+    reached(bench)
+    assert bench.motor.position == stands + 1_000
+
+
+# ---- interpolated position
+
+
+def test_ip_plays_its_buffer_one_period_each(bench: Cia402Bench) -> None:
+    bench.put(0x60C2, 8, 1).enabled(IP)
+    for place in (1_000, 3_000, 2_000):
+        bench.put(0x60C1, place, 1)
+    assert (bench.get(0x60C4, 4), bench.status(0x1000)) == (3, 0)
+    bench.cycles(5)
+    assert bench.motor.position == 0
+    assert bench.control(0x1F).status(0x1000) == 0x1000
+    places = [bench.cycles(1).motor.position for _ in range(7)]
+    assert places == [500, 1_000, 2_000, 3_000, 2_500, 2_000, 2_000]
+    assert bench.status(0x0400) == 0x0400
+
+
+def test_ip_a_full_buffer_refuses_and_a_cleared_one_is_empty(bench: Cia402Bench) -> None:
+    bench.put(0x60C4, 2, 2).enabled(IP).put(0x60C1, 1, 1).put(0x60C1, 2, 1)
+    assert bench.try_put(0x60C1, 3, 1) == "05040005"
+    assert bench.put(0x60C4, 0, 6).get(0x60C4, 4) == 0
+    assert bench.try_put(0x60C1, 3, 1) == "08000022"
+    bench.put(0x60C4, 1, 6).put(0x60C1, 3, 1)
+    assert bench.get(0x60C4, 4) == 1
