@@ -107,10 +107,15 @@ def _decode(data: bytes) -> Content:
     fields: Any = json.loads(body)
     if fields["version"] != _VERSION:
         raise ValueError(f"it is of version {fields['version']}")
+    tables = fields["parameters"]
+    if len(tables) != len(PARAMETERS):
+        raise ValueError(f"there are {len(tables)} groups of parameters")
+    program = str(fields["program"])
+    program.encode()  # JSON can hold what no text file can
     return Content(
-        parameters=[_table(group, values) for group, values in enumerate(fields["parameters"])],
+        parameters=[_table(group, values) for group, values in enumerate(tables)],
         parameters_mark=str(fields["parameters_mark"]),
-        program=str(fields["program"]),
+        program=program,
         program_mark=str(fields["program_mark"]),
         sections={str(name): bytes.fromhex(text) for name, text in fields["sections"].items()},
     )

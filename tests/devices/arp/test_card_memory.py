@@ -1,8 +1,10 @@
 """What a card keeps over power-off, and what it does when its memory fails (digest 10.1, 10.3; manual 2.1, 2.3)."""
 
+import json
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from arp_bench import CardBench, whole
@@ -213,6 +215,20 @@ def test_no_content_of_the_store_crashes_the_card(data: bytes) -> None:
 )
 def test_a_right_crc_over_something_else_is_e03_too(body: bytes) -> None:
 
+    store = MemoryStore(body + f"\nCRC {zlib.crc32(body):08X}\n".encode())
+    assert CardBench(LOOP, store=store).run_for(30).error == 103
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"parameters": []}, {"parameters": 2}, {"parameters": 4}, {"program": "\ud800"}], ids=str
+)
+def test_fields_that_no_card_writes_are_e03_too(wrong: dict[str, Any]) -> None:
+    data = filled().load()
+    assert data is not None
+    fields = json.loads(data.rpartition(b"\nCRC ")[0])
+    if isinstance(groups := wrong.get("parameters"), int):
+        wrong = {"parameters": [*fields["parameters"], fields["parameters"][-1]][:groups]}
+    body = json.dumps(fields | wrong).encode()
     store = MemoryStore(body + f"\nCRC {zlib.crc32(body):08X}\n".encode())
     assert CardBench(LOOP, store=store).run_for(30).error == 103
 
