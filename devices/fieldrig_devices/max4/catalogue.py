@@ -2,9 +2,9 @@
 
 Source: PacDrive manual 3246-3261, 4093-4110, 4163-4196, 4317-4337 (the catalogue of digest 1.5), in the manual's words;
 English beside it.  117 stands for two things there (digest X4), so the table goes by whole codes, whose first digit is
-the default class.  Without a number in the manual, and so ours: 190 for the division error, and 560 on for the ring;
-507 has the successor product's base number.  505 and 506 are reserved (digest X3).  Drives have their own
-(`mc4.diagnosis`).
+the default class.  Without a number in the manual, and so ours: 190 for the division error, 560 on for the ring, 570 on
+for field buses; 507 has the successor product's base number.  505 and 506 are reserved (digest X3).  Drives have their
+own (`mc4.diagnosis`).
 """
 
 from collections.abc import Mapping
@@ -36,6 +36,7 @@ class Code(IntEnum):
     VERSION = 2565
     CONFIGURATION = 2566
     RAM_LOST = 7567
+    FIELD_BUS_LOST = 6570
     BOOT_STARTED = 8002
     BOOT_FINISHED = 8003
     PROGRAM_STARTED = 8004
@@ -46,6 +47,8 @@ class Code(IntEnum):
     TCP_CONNECTED = 8013
     SYSTEM_RESET = 8016
     RING_UP = 8568
+    FIELD_BUS_BACK = 8571
+    EMERGENCY = 8572
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +85,9 @@ MESSAGES: Final[Mapping[int, Message]] = {
     Code.TCP_CONNECTED: Message("connect zum TCP/IP Server", "connect to TCP/IP server", EXTENDED),
     Code.SYSTEM_RESET: Message("System Reset", "System Reset", EXTENDED),
     Code.RING_UP: Message("SERCOS-Ring in Betrieb", "SERCOS ring is in operation", EXTENDED),
+    Code.FIELD_BUS_LOST: Message("Feldbus-Teilnehmer fehlt", "field bus node is missing", FIELD_BUS),
+    Code.FIELD_BUS_BACK: Message("Feldbus-Teilnehmer wieder da", "field bus node is back", FIELD_BUS),
+    Code.EMERGENCY: Message("Feldbus-Teilnehmer meldet Fehler", "field bus node reports an error", FIELD_BUS),
 }
 
 

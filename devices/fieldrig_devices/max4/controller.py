@@ -12,6 +12,9 @@ from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
 from fieldrig.store import Store
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.shared import SharedLink
+from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axis import Axis
@@ -21,6 +24,7 @@ from fieldrig_devices.max4.diagnosis import Diagnosis, Pending, Sender
 from fieldrig_devices.max4.disk import FlashDisk
 from fieldrig_devices.max4.drive_end import RESET_CLASS_1, RingDrive
 from fieldrig_devices.max4.faults import Max4Faults, MemoryLost, Overrun, PowerOff
+from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.logger import Logger
 from fieldrig_devices.max4.memory import RAM_BYTES, RETENTION_DAYS, BufferedRam
 from fieldrig_devices.max4.operations import Operations
@@ -49,6 +53,8 @@ class Max4(Device):
         store: Store,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
+        modbus: list[Link[ModbusMessage]] | None = None,
+        can: Link[CanFrame] | None = None,
     ) -> None:
         """ValueError, with what would be right, for start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -70,6 +76,7 @@ class Max4(Device):
         self._faults = Max4Faults(clock, self._on_faults)
         self._actions: list[Callable[[], None]] = []
         self._boot_actions: list[Callable[[], None]] = []
+        self._end_actions: list[Callable[[], None]] = []
         self.is_on = self.is_program_running = self._is_ticking = False
         self._was_lost = False
         self._off_days = 0.0
@@ -82,6 +89,9 @@ class Max4(Device):
         self.project.install(self.system.stored_values())
         self.disk.on_write = self._on_file
         self._points: dict[str, Point] = {}
+        self.can = None if can is None else SharedLink(can)
+        """For the master and for nodes of its own."""
+        self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
 
     # ---- power, boot, reset
 
@@ -120,11 +130,11 @@ class Max4(Device):
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))
         if self.tree.get("MAx-4.General.RetainInit"):
             self.ram.nvram[:] = bytes(len(self.ram.nvram))
-        self._points = points(self)
         if not loaded.is_good:
             self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:
             action()
+        self._points = points(self)
         self.system.start()
         self._tick_if_idle()
         self._begin_ring()
@@ -149,6 +159,8 @@ class Max4(Device):
         self.bus.bring_up()
 
     def _end(self) -> None:
+        for action in self._end_actions:
+            action()
         self.operations.cancel()
         if self.bus is not None:
             self.bus.stop()
@@ -199,6 +211,9 @@ class Max4(Device):
 
     def on_boot(self, action: Callable[[], None]) -> None:
         self._boot_actions.append(action)
+
+    def on_end(self, action: Callable[[], None]) -> None:
+        self._end_actions.append(action)
 
     def section(self, name: str) -> Store:
         return self.disk.section(name)

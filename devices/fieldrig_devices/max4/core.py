@@ -39,6 +39,9 @@ class Controller(Protocol):
     def on_boot(self, action: Callable[[], None]) -> None:
         """Call `action` whenever a boot has begun (power-on, system reset): axes and tree may be others now."""
 
+    def on_end(self, action: Callable[[], None]) -> None:
+        """Call `action` at power-off, and at a reset before the next boot: nothing may be sent any more."""
+
     def quit_all(self) -> None:
         """Quit the diagnoses of the controller and of all axes."""
 

@@ -5,8 +5,11 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.settings import ConfigFile, Settings
+from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings
 from fieldrig_devices.max4.configuration import Configuration, DriveSettings, Symbol
 from fieldrig_devices.max4.limits import MOST_AXES
+from fieldrig_devices.max4.modbus_client_settings import ModbusClientSettings
+from fieldrig_devices.max4.modbus_settings import ModbusFaceSettings
 from fieldrig_devices.max4.version import version_of
 
 Wires = dict[Symbol, str]
@@ -74,6 +77,12 @@ class Max4Settings(Settings):
     diagnosis_classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
         default_factory=dict, description="of codes that are to have another than their first digit"
     )
+    modbus: ModbusFaceSettings = Field(
+        default_factory=ModbusFaceSettings, description="as Modbus server, on the buses under links.modbus"
+    )
+    modbus_client: ModbusClientSettings | None = Field(default=None, description="as Modbus client, on one of them")
+    can_master: CanMasterSettings | None = Field(default=None, description="as CANopen master, on links.can")
+    io_map_ms: int = Field(default=10, ge=1, le=1000, description="period of the IO map update: data of field buses")
     boot: BootTimes = Field(default_factory=BootTimes, description="instants of a boot")
     load: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
     off_days: float = Field(default=0.0, ge=0, description="without power before the rig's start")
@@ -95,5 +104,14 @@ class Max4Settings(Settings):
     def _fits_together(self) -> Self:
         if len(self.drives) > self.max_axes:
             raise ValueError(f"{len(self.drives)} drives, but max_axes is {self.max_axes}")
-        _ = self.configuration  # its own checks
+        configuration = self.configuration  # its own checks
+        if unknown := sorted(self.modbus.units.keys() - self.drives.keys()):
+            raise ValueError(f"modbus.units: {', '.join(unknown)}: names of drives would be right")
+        modules = [*(self.modbus_client.units if self.modbus_client is not None else ())]
+        modules += self.can_master.nodes if self.can_master is not None else ()
+        seen = {symbol.casefold() for symbol in configuration.symbols}
+        for symbol in modules:
+            if symbol.casefold() in seen:
+                raise ValueError(f"symbolic name {symbol}: there are two of it")
+            seen.add(symbol.casefold())
         return self

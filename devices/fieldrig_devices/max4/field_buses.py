@@ -1,0 +1,53 @@
+"""The controller at its field buses but the ring: Modbus server and client, CANopen master, and their IO map.
+
+Source: PacDrive manual 458 (digest PD-004): it can be a field bus master or slave.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+
+from fieldrig.clock import Clock
+from fieldrig.link import Link
+from fieldrig_bus.can.shared import SharedLink
+from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
+from fieldrig_devices.max4.canopen_master import CanopenMaster
+from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.max4.field_data import IoMap
+from fieldrig_devices.max4.modbus_client import ModbusClient
+from fieldrig_devices.max4.modbus_face import ModbusFace
+from fieldrig_devices.max4.settings import Max4Settings
+
+
+class FieldBuses:
+    def __init__(
+        self,
+        clock: Clock,
+        controller: Controller,
+        settings: Max4Settings,
+        modbus: Sequence[Link[ModbusMessage]],
+        can: SharedLink | None,
+    ) -> None:
+        """ValueError, with what would be right, if a bus is missing that the settings speak of."""
+        io_map = IoMap(controller, settings.io_map_ms)
+        self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus)
+        self.modbus_client: ModbusClient | None = None
+        self.can_master: CanopenMaster | None = None
+        self._client_place = -1
+        client, master = settings.modbus_client, settings.can_master
+        if client is not None:
+            if client.link > len(modbus):
+                raise ValueError(f"modbus_client: link {client.link}, but links.modbus has {len(modbus)} buses")
+            self._client_place = client.link - 1
+            self.modbus_client = ModbusClient(clock, controller, modbus[client.link - 1], client, io_map)
+        if master is not None:
+            if can is None:
+                raise ValueError("can_master: links.can would be right beside it")
+            self.can_master = CanopenMaster(clock, controller, can.share(), master, io_map)
+        for place, link in enumerate(modbus):
+            link.on_receive(partial(self._on_modbus, place), self.modbus_face.interest)
+
+    def _on_modbus(self, place: int, message: ModbusMessage) -> None:
+        if isinstance(message, ModbusRequest):
+            self.modbus_face.hear(place, message)
+        elif self.modbus_client is not None and place == self._client_place:
+            self.modbus_client.hear(message)
