@@ -93,12 +93,15 @@ class SercosMaster:
         drives: Sequence[Drive],
         *,
         mbaud: int = 4,
+        early_cycle_ns: int = EARLY_CYCLE_NS,
+        settling_ns: int = SETTLING_NS,
         on_event: Callable[[RingEvent], None],
         on_cycle: Callable[[], None],
     ) -> None:
         """`drives` stand in the order of the ring; `on_cycle` is called in CP4, when the feedback of a cycle is there
         and its command values are not yet sent."""
         self._clock, self._link, self._cycle_ns, self._mbaud = clock, link, cycle_ns, mbaud
+        self._early_cycle_ns, self._settling_ns = early_cycle_ns, settling_ns
         self.drives = {drive.address: drive for drive in drives}
         self._order = tuple(drives)
         self._on_event, self._on_cycle = on_event, on_cycle
@@ -195,7 +198,7 @@ class SercosMaster:
 
     def _tick(self) -> None:
         self._number += 1
-        period_ns = self._cycle_ns if self.phase >= 3 else EARLY_CYCLE_NS
+        period_ns = self._cycle_ns if self.phase >= 3 else self._early_cycle_ns
         late = self._clock.late_ns() // period_ns
         self.missed_cycles += late
         self._next_ns += period_ns * (1 + late)
@@ -420,7 +423,7 @@ class SercosMaster:
             2: cycle_us,
             6: max(at_ns // US, own[3]),
             89: mdt_ns // US,
-            8: (end_ns + SETTLING_NS) // US,
+            8: (end_ns + self._settling_ns) // US,
             7: max(cycle_us - own[5] - 1, 1),
             9: position,
             10: length,
@@ -435,7 +438,7 @@ class SercosMaster:
 
     def needed_ns(self) -> int:
         """The least that a cycle takes with these drives."""
-        return self._mdt_slot()[1] + SETTLING_NS
+        return self._mdt_slot()[1] + self._settling_ns
 
     def _lay_out(self) -> None:
         codes, values = "<B", [BROADCAST]
