@@ -144,8 +144,8 @@ class Attachment(Protocol):
     def path(self, name: str) -> Path:
         """A path in the rig's run folder."""
 
-    def deliver(self, handler: Any, message: Any) -> None:
-        """Call `handler(message)` as an event of its own, at the clock's present instant."""
+    def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
+        """Call `handler(message)` as an event of its own, that happened at `instant_ns`; left out: now."""
 
     def heard(self, sender: str, message: Any) -> None:
         """Put a message into the trace.  Call it for what this member sends (each message is traced once)."""

@@ -43,8 +43,11 @@ class End:
     def path(self, name: str) -> Path:
         return self._process.path(name)
 
-    def deliver(self, handler: Any, message: Any) -> None:
-        self.clock.handle(handler, message)
+    def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
+        if instant_ns is None:
+            self.clock.handle(handler, message)
+        else:
+            self.clock.handle_at(instant_ns, handler, message)
 
     def heard(self, sender: str, message: Any) -> None:
         self._process.heard(self._bus.name, sender, message)

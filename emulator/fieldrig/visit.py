@@ -1,6 +1,7 @@
 """Join one bus in real time without being a device of a rig: for tools that send, listen and are gone again."""
 
 import asyncio
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -39,8 +40,8 @@ class _Visitor:
     def path(self, name: str) -> Path:
         return self._run / name
 
-    def deliver(self, handler: Any, message: Any) -> None:
-        self.clock.handle(handler, message)
+    def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
+        self.clock.handle_at(time.monotonic_ns() if instant_ns is None else instant_ns, handler, message)
 
     def heard(self, sender: str, message: Any) -> None:
         """A visitor keeps no trace."""

@@ -1,6 +1,7 @@
 """Members of a direct bus on a loop of its own, for suites that drive links by hand."""
 
 import asyncio
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,8 +33,8 @@ class At:
     def session(self) -> Any:
         raise NotImplementedError
 
-    def deliver(self, handler: Any, message: Any) -> None:
-        self.clock.handle(handler, message)
+    def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
+        self.clock.handle_at(time.monotonic_ns() if instant_ns is None else instant_ns, handler, message)
 
     def heard(self, sender: str, message: Any) -> None:
         self.traced.append((sender, message))

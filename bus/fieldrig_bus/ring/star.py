@@ -178,7 +178,7 @@ class Star:
         self._sequence = self._sequence + 1 & _32
         self._spread_ns = time.monotonic_ns()
         observed = encode(self._answers) if self._fibre.observers and self._answers is not None else b""
-        message = encode_spread(self._sequence, heard, observed, self._fibre.stations)
+        message = encode_spread(self._sequence, self._at.clock.now_ns(), heard, observed, self._fibre.stations)
         for who, process in self._processes.items():
             if who not in self._hung:
                 process.sent = self._sequence
@@ -207,7 +207,7 @@ class Star:
                 self._late[name] = self._late.get(name, 0) + 1
             late += len(process.names)
             if who not in self._hung and process.sent - process.done & _32 >= MOST_BEHIND:
-                log.warning("%s: %s is %d cycles behind; it is left alone", self._bus, who, MOST_BEHIND)
+                log.debug("%s: %s is %d cycles behind; it is left alone", self._bus, who, MOST_BEHIND)
                 self._hung.add(who)
         return late
 
@@ -216,7 +216,7 @@ class Star:
         for who in tuple(self._hung):
             process = self._processes[who]
             if process.is_done:
-                log.warning("%s: %s is back", self._bus, who)
+                log.debug("%s: %s is back", self._bus, who)
                 self._hung.discard(who)
                 process.done = process.sent = self._sequence
 

@@ -80,27 +80,29 @@ class Rack:
         self._is_coming_back = True  # when all are done, not after each
         try:
             if len(spread.heard) == 1 and not spread.heard[0][1]:
-                self._tell_all(spread.heard[0][0], answers)
+                self._tell_all(spread.heard[0][0], answers, spread.instant_ns)
             else:
-                self._tell_some({name: cycle for cycle, names in spread.heard for name in names}, answers)
+                self._tell_some(
+                    {name: cycle for cycle, names in spread.heard for name in names}, answers, spread.instant_ns
+                )
         finally:
             self._come_back()
 
-    def _tell_all(self, cycle: Cycle, answers: RingMessage | None) -> None:
+    def _tell_all(self, cycle: Cycle, answers: RingMessage | None, instant_ns: int) -> None:
         for station in tuple(self._stations.values()):
             if station.addresses is not None:
-                station.at.deliver(station.handler, cycle)
+                station.at.deliver(station.handler, cycle, instant_ns)
             elif answers is not None:
-                station.at.deliver(station.handler, answers)
-                station.at.deliver(station.handler, cycle)
+                station.at.deliver(station.handler, answers, instant_ns)
+                station.at.deliver(station.handler, cycle, instant_ns)
 
-    def _tell_some(self, heard: dict[str, Cycle], answers: RingMessage | None) -> None:
+    def _tell_some(self, heard: dict[str, Cycle], answers: RingMessage | None, instant_ns: int) -> None:
         for name, station in tuple(self._stations.items()):
             if name in heard:
-                station.at.deliver(station.handler, heard[name])
+                station.at.deliver(station.handler, heard[name], instant_ns)
             elif station.addresses is None and answers is not None:
                 for message in (answers, *dict.fromkeys(heard.values())):
-                    station.at.deliver(station.handler, message)
+                    station.at.deliver(station.handler, message, instant_ns)
 
     def _come_back(self) -> None:
         self._is_coming_back = False

@@ -12,9 +12,8 @@ from typing import Final
 from fieldrig_bus.ring.fibre import Heard
 from fieldrig_bus.ring.message import Cycle
 
-_OUT: Final = struct.Struct(
-    "<IIBHBH"
-)  # sequence, number, lengths of MST and MDT, is somebody listed, length of answers
+_OUT: Final = struct.Struct("<IqIBHBH")
+"""Sequence, instant, number, lengths of MST and MDT, whether stations are listed, length of the answers."""
 _LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
 _BACK: Final = struct.Struct("<I")  # sequence
 _AT: Final = struct.Struct("<BH")  # place of the station in its process, length
@@ -26,13 +25,15 @@ class Spread:
     """One cycle, as it goes to every process."""
 
     sequence: int
+    instant_ns: int
+    """When it happened, by the clock of the master's machine."""
     heard: Sequence[Heard]
     """Without names: all stations."""
     answers: bytes
     """The master's, encoded, if anybody observes."""
 
 
-def encode_spread(sequence: int, heard: Sequence[Heard], answers: bytes, stations: int) -> bytes:
+def encode_spread(sequence: int, instant_ns: int, heard: Sequence[Heard], answers: bytes, stations: int) -> bytes:
     """`stations` is how many there are: where all hear the same, nobody is named."""
     number = heard[0][0].number & 0xFFFF_FFFF
     mst = next((cycle.mst for cycle, _ in heard if cycle.mst), b"")
@@ -40,7 +41,7 @@ def encode_spread(sequence: int, heard: Sequence[Heard], answers: bytes, station
     listed = b"" if len(heard) == 1 and len(heard[0][1]) == stations else _listed(heard)
     is_listed = len(heard) != 1 or len(heard[0][1]) != stations
     return (
-        _OUT.pack(sequence & 0xFFFF_FFFF, number, len(mst), len(mdt), is_listed, len(answers))
+        _OUT.pack(sequence & 0xFFFF_FFFF, instant_ns, number, len(mst), len(mdt), is_listed, len(answers))
         + mst + mdt + answers + listed
     )  # fmt: skip
 
@@ -58,7 +59,7 @@ def _listed(heard: Sequence[Heard]) -> bytes:
 def decode_spread(data: bytes) -> Spread:
     """ValueError for anything that `encode_spread` doesn't write."""
     try:
-        sequence, number, mst_length, mdt_length, is_listed, answers_length = _OUT.unpack_from(data)
+        sequence, instant_ns, number, mst_length, mdt_length, is_listed, answers_length = _OUT.unpack_from(data)
         mdt_start = _OUT.size + mst_length
         answers_start = mdt_start + mdt_length
         end = answers_start + answers_length
@@ -66,7 +67,7 @@ def decode_spread(data: bytes) -> Spread:
             raise ValueError(f"a cycle of {len(data)} bytes is no cycle")
         mst, mdt = data[_OUT.size : mdt_start], data[mdt_start:answers_start]
         heard = _heard(number, mst, mdt, data[end:]) if is_listed else [(Cycle(number, mst, mdt), ())]
-        return Spread(sequence, heard, data[answers_start:end])
+        return Spread(sequence, instant_ns, heard, data[answers_start:end])
     except struct.error as cause:
         raise ValueError("a cycle is cut short") from cause
 
