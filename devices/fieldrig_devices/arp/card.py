@@ -13,6 +13,7 @@ from typing import Any
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
+from fieldrig.errors import RigError
 from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -50,6 +51,9 @@ class ArpCard(Device):
         can: Link[CanFrame] | None = None,
         user: Link[SerialMessage] | None = None,
     ) -> None:
+        """RigError for a program that can't be used, and for settings that need a CAN without one."""
+        if can is None and settings.needs_can:
+            raise RigError("terminal, io_nodes and exchange are on a CAN, and the card has none", "add it to its links")
         self._clock, self._settings, self._can = clock, settings, can
         program = read_program(settings.program, settings.number) if settings.program is not None else None
         shared = SharedLink(can) if can is not None else None

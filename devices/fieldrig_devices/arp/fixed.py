@@ -40,7 +40,10 @@ def to_text(raw: int) -> str:
 
 def to_raw(value: int | str | Fraction) -> int:
     """The raw integer of a value with at most three decimals.  ValueError if it has more, or is out of range."""
-    raw = Fraction(value) * SCALE
+    try:
+        raw = Fraction(value) * SCALE
+    except ValueError as cause:
+        raise ValueError(f"{value} is no number") from cause
     if raw.denominator != 1:
         raise ValueError(f"{value} has more than three decimals")
     if abs(raw) > LIMIT:

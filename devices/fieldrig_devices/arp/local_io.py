@@ -25,7 +25,8 @@ ANALOG_INPUTS: Final = {f"adc{channel}": channel for channel in range(1, 7)}
 ANALOG_OUTPUTS: Final = {f"dac{channel}": channel for channel in (1, 2)}
 ENCODERS: Final = {f"encoder{axis}": axis for axis in (1, 2)}
 INPUTS: Final = (*DIGITAL_INPUTS, *ANALOG_INPUTS, *ENCODERS)
-TERMINALS: Final = (*INPUTS, *DIGITAL_OUTPUTS, *ANALOG_OUTPUTS)
+OUTPUTS: Final = (*DIGITAL_OUTPUTS, *ANALOG_OUTPUTS)
+TERMINALS: Final = (*INPUTS, *OUTPUTS)
 UNITS: Final = dict.fromkeys((*ANALOG_INPUTS, *ANALOG_OUTPUTS), "V") | dict.fromkeys(ENCODERS, "count")
 _LARGEST_COUNT: Final = 1e15  # beyond it a float no longer counts one by one
 
@@ -57,7 +58,10 @@ class LocalIo:
         """Of the encoders, by axis, as sampled; None: nobody has said yet."""
         self.latches = [0, 0, 0]
         """Levels of the latch inputs, by axis, as sampled."""
-        self._terminals = {names[terminal]: terminal for terminal in INPUTS}
+        self._terminals: dict[str, list[str]] = {}
+        """Inputs by wire: several may feel the same one, as both counters that of one encoder."""
+        for terminal in INPUTS:
+            self._terminals.setdefault(names[terminal], []).append(terminal)
         if wires is not None:
             wires.on_receive(self._on_signal, tuple(self._terminals))
 
@@ -85,14 +89,14 @@ class LocalIo:
         self._take(terminal, Signal("", value))
 
     def _on_signal(self, signal: Signal) -> None:
-        terminal = self._terminals.get(signal.name)
-        if terminal is None or not _is_finite(signal):
+        if not _is_finite(signal):
             return
-        if terminal not in DIGITAL_INPUTS and signal.unit != UNITS[terminal]:
-            self._refuse(terminal, signal)
-            return
-        self._driven.add(terminal)
-        self._take(terminal, signal)
+        for terminal in self._terminals.get(signal.name, ()):
+            if terminal not in DIGITAL_INPUTS and signal.unit != UNITS[terminal]:
+                self._refuse(terminal, signal)
+            else:
+                self._driven.add(terminal)
+                self._take(terminal, signal)
 
     def _refuse(self, terminal: str, signal: Signal) -> None:
         if terminal not in self._refused:

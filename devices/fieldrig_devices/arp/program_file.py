@@ -12,12 +12,15 @@ from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
 
 _OBJECT = b"ARP OBJECT "
+_BINARY_OBJECT = b"ARPO"
 
 
 def read_program(path: Path, number: int) -> bytes:
     """The object file for card `number`.  ConfigError with every mistake in the program, by line and column."""
     data = path.read_bytes()
     named = system_of(path)
+    if data.startswith(_BINARY_OBJECT):
+        raise ConfigError([Wrong(str(path), None, "", "it is a binary object", "name the object in ASCII, .Dnn")])
     if data.startswith(_OBJECT):
         try:
             named = decode(data).system

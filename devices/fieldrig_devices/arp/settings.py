@@ -5,14 +5,15 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from fieldrig.clock import MS
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.files import HIGHEST_SYSTEM
 from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
-from fieldrig_devices.arp.local_io import DIGITAL_INPUTS, INPUTS, TERMINALS, feels
+from fieldrig_devices.arp.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, feels
 from fieldrig_devices.arp.parameters import GENERAL, GENERAL_PARAMETERS, PARAMETERS, Par, Parameter
 from fieldrig_devices.arp.readings import Readings
-from fieldrig_devices.arp.runtime.slices import Costs
+from fieldrig_devices.arp.runtime.slices import Costs, Slices
 from fieldrig_devices.arp.user_port.server import UserPortSettings
 
 Values = dict[int, int | float]
@@ -78,6 +79,12 @@ class ParameterSettings(Settings):
 
 def _known_terminals(ties: dict[str, str]) -> dict[str, str]:
     _refuse_unknown(ties, TERMINALS)
+    outputs: dict[str, str] = {}
+    for terminal, wire in ties.items():
+        if not wire:
+            raise ValueError(f"{terminal} has no wire: a name, or nothing about {terminal}, would be right")
+        if terminal in OUTPUTS and (other := outputs.setdefault(wire, terminal)) != terminal:
+            raise ValueError(f"{other} and {terminal} would both drive the wire {wire!r}: one output would be right")
     return ties
 
 
@@ -128,6 +135,25 @@ class ArpSettings(Settings):
                     " must differ"
                 )
         return self
+
+    @model_validator(mode="after")
+    def _exchange_fits_the_node(self) -> Self:
+        self.exchange.check(self.can_node_id)
+        return self
+
+    @model_validator(mode="after")
+    def _costs_leave_time(self) -> Self:
+        control_ms, scheduler_ms = self._general(Par.CONTROL_PERIOD_MS), self._general(Par.SCHEDULER_PERIOD_MS)
+        if Slices(self.costs, control_ms * MS, scheduler_ms * MS).earned_ns <= 0:
+            raise ValueError(
+                f"costs: control_us and scheduler_us take all of @Par[1] ({control_ms} ms), and the program would"
+                " never run; less would be right"
+            )
+        return self
+
+    @property
+    def needs_can(self) -> bool:
+        return self.terminal or any(self.io_nodes) or bool(self.exchange.send or self.exchange.receive)
 
     @property
     def can_node_id(self) -> int:

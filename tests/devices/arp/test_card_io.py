@@ -113,6 +113,17 @@ def test_ties_rename_wires() -> None:
     assert {"panel.start", "spindle.encoder", "card1.I102"} <= set(bench.wires.interest or ())
 
 
+def test_one_wire_may_go_to_several_inputs() -> None:
+    """Both counters read one encoder; a button starts, and latches."""
+    ties = {"encoder1": "line.encoder", "encoder2": "line.encoder", "I101": "button", "I103": "button"}
+    bench = CardBench(LOOP, ties=ties)
+    bench.wires.deliver(Signal("line.encoder", 7, "count"))
+    bench.wires.deliver(Signal("button", True))
+    bench.run_for(20)
+    assert (bench.position(1), bench.position(2)) == (7, 7)
+    assert bench.outside.I[101:104] == [1, 0, 1]
+
+
 def test_an_input_without_a_wire_feels_what_the_rig_file_or_a_person_says() -> None:
     bench = CardBench(
         "LOOP:\nV1 == ADC 1\nGOTO LOOP", {"general": {2: 1}}, inputs={"I108": True, "I102": 1, "adc1": 0.001}

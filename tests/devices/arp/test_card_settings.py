@@ -78,6 +78,15 @@ def test_a_card_with_everything(tmp_path: Path) -> None:
         ({"io_nodes": [10]}, r"node-ID 10 .*twice"),
         ({"terminal": True, "parameters": {"general": {8: 10}}}, r"node-ID 10 .*twice"),
         ({"program": "nothing.I01"}, r"no such file"),
+        ({"ties": {"O101": "lamp", "dac1": "lamp"}}, r"O101 and dac1 would both drive the wire 'lamp': one output"),
+        ({"ties": {"I101": ""}}, r"I101 has no wire: a name"),
+        ({"parameters": {"axis1": {7: float("inf")}}}, r"@Par1\[7\] .*: inf is no number; right would be 0.001"),
+        ({"costs": {"control_us": 2_000}}, r"control_us and scheduler_us take all of @Par\[1\] \(2 ms\)"),
+        ({"exchange": {"receive": [{"node": 10, "channel": 1, "words": ["V1"]}]}}, r"node 10 is this card: another"),
+        (
+            {"exchange": {"send": [{"channel": 1, "words": ["V1"]}]}, "parameters": {"general": {5: 64}}},
+            r"node-IDs up to 63 send, and @Par\[5\] is 64",
+        ),
     ],
 )
 @pytest.mark.manual("ARP-005")
@@ -85,6 +94,15 @@ def test_what_is_wrong_is_named_with_what_would_be_right(tmp_path: Path, setting
     found = wrong(tmp_path, **settings)
     assert len(found) == 1
     assert re.search(says, found[0], re.DOTALL), found[0]
+
+
+@pytest.mark.parametrize(
+    "settings", [{"terminal": True}, {"io_nodes": [1]}, {"exchange": {"send": [{"channel": 1, "words": ["V1"]}]}}]
+)
+def test_what_is_on_a_can_needs_one(tmp_path: Path, settings: dict[str, Any]) -> None:
+    config = from_dict({"time": "virtual", "devices": {"card1": {"kind": "arp", **settings}}}, tmp_path)
+    (found,) = try_devices(config)
+    assert (found.key, found.remedy) == ("devices.card1", "add it to its links")
 
 
 @pytest.mark.manual("ARP-117")
@@ -108,6 +126,7 @@ def test_mistakes_of_a_rig_file_come_with_the_place_of_the_card(tmp_path: Path) 
         ("winder.I02", GOOD.encode(), 1, "it is for card 02, and the number of this one is 1"),
         ("winder.D02", OBJECT_OF_2, 1, "it is for card 02"),
         ("winder.D02", OBJECT_OF_2[:-3], 2, "damaged"),
+        ("winder.O02", files.binary(OBJECT_OF_2, 2), 2, "name the object in ASCII, .Dnn"),
     ],
 )
 def test_a_program_for_another_card_is_refused(

@@ -110,6 +110,13 @@ class ExchangeSettings(Settings):
             raise ValueError(f"send: channels {channels}: each channel once would be right")
         return self
 
+    def check(self, node_id: int) -> None:
+        """ValueError for what a card with this node-ID can't do."""
+        if self.send and node_id > LAST_NODE:
+            raise ValueError(f"exchange.send: node-IDs up to {LAST_NODE} send, and @Par[5] is {node_id}")
+        if any(received.node == node_id for received in self.receive):
+            raise ValueError(f"exchange.receive: node {node_id} is this card: another one's would be right")
+
     def objects(self, node_id: int) -> Objects:
         """The power-on values that make a card with `node_id` do this."""
         values: Objects = {}

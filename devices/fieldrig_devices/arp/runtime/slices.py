@@ -25,7 +25,8 @@ class Slices:
     def __init__(self, costs: Costs, control_period_ns: int, scheduler_period_ns: int) -> None:
         self._instruction_ns = costs.instruction_us * US
         scheduler_ns = costs.scheduler_us * US * control_period_ns // scheduler_period_ns
-        self._earned_ns = max(control_period_ns - costs.control_us * US - scheduler_ns, 0)
+        self.earned_ns = max(control_period_ns - costs.control_us * US - scheduler_ns, 0)
+        """What a control period leaves to the program; with 0 it doesn't run."""
         self._balance_ns = 0
 
     def give(self, run: Callable[[int], int]) -> None:
@@ -33,7 +34,7 @@ class Slices:
 
         While the last slice is still paid off there is none; a program that waits doesn't save up time.
         """
-        self._balance_ns += self._earned_ns
+        self._balance_ns += self.earned_ns
         budget = self._balance_ns // self._instruction_ns
         if budget > 0:
             self._balance_ns -= (budget - min(run(budget), 0)) * self._instruction_ns
