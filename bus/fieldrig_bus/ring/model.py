@@ -27,6 +27,8 @@ class RingModel(BusModel[RingMessage]):
         """`order` names the stations; those that it doesn't name follow as they join."""
         self.fibre = Fibre(order, mbaud, bypassed, faults)
         self._due: list[Delivery[RingMessage]] = []
+        self._over_ns = 0
+        """When the last cycle that has ended is heard: a master that begins the next before doesn't overtake it."""
 
     def begin(self, now_ns: int, random: Random) -> None:
         self.fibre.begin(now_ns, random)
@@ -63,8 +65,11 @@ class RingModel(BusModel[RingMessage]):
 
     def _end_cycle(self, now_ns: int, mdt: bytes) -> None:
         fibre = self.fibre
-        for cycle, names in fibre.end_cycle(now_ns, mdt):
-            self._tell(fibre.until_ns, fibre.master or "", cycle, names)
+        heard = fibre.end_cycle(now_ns, mdt)
+        if heard:
+            self._over_ns = max(self._over_ns, fibre.until_ns)
+        for cycle, names in heard:
+            self._tell(self._over_ns, fibre.master or "", cycle, names)
 
     def _tell(self, when_ns: int, sender: str, message: RingMessage, receivers: Sequence[str]) -> None:
         observers = self.fibre.observers

@@ -134,6 +134,11 @@ class Machine:
         encoder.read_plate(on_plate)
 
     @property
+    def lacks_plate(self) -> bool:
+        """It could not be read, and nothing has been done about it since."""
+        return self.motor is None and Code.ENCODER_MEMORY in self.diagnosis.pending
+
+    @property
     def _is_plate_bad(self) -> bool:
         return self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
 
@@ -259,7 +264,7 @@ class Machine:
         if self._is_plate_bad:
             self.motor = None
             self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
-        elif self.motor is None and Code.ENCODER_MEMORY in self.diagnosis.pending:
+        elif self.lacks_plate:
             self.read_plate()
 
     def _check_causes(self) -> bool:

@@ -289,11 +289,18 @@ class RingSide:
         self._machine.diagnosis.language = "en" if self._table[idns.LANGUAGE].number else "de"
 
     def _on_reset(self, command: Command) -> None:
-        """S-0-0099: quitting."""
-        is_good = self._machine.quit()
-        if is_good:
-            self.slave.clear_failures()
-        command.finish(is_good=is_good)
+        """S-0-0099: quitting.  A name plate that could not be read is tried again first."""
+
+        def end(_is_read: bool = True) -> None:
+            is_good = self._machine.quit()
+            if is_good:
+                self.slave.clear_failures()
+            command.finish(is_good=is_good)
+
+        if self._machine.lacks_plate:
+            self._machine.read_plate(end)
+        else:
+            end()
 
     def _on_read_plate(self, command: Command) -> None:
         if self._machine.chain.has_torque:

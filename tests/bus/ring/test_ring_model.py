@@ -241,3 +241,18 @@ def test_statistics_say_whether_the_ring_is_closed() -> None:
     }
     bench.fault(what="break", after="belt")
     assert bench.model.statistics(4 * MS)["ring_closed"] == 0.0
+
+
+def test_master_that_begins_anew_does_not_overtake_its_last_cycle() -> None:
+    """As one that is reset in the middle of a cycle, whose next ones are short."""
+    bench = Bench()
+    model = bench.model
+    for name, address in bench.addresses.items():
+        model.submit(0, name, bytes((address, *bytes(100))))
+    model.submit(0, "max4", Mst(7, MST))
+    model.submit(0, "max4", Mst(1, bytes.fromhex("FF 00")))
+    model.submit(0, "max4", Mdt(b""))
+    heard: list[int] = []
+    while (next_ns := model.next_ns()) is not None:
+        heard += [one.message.number for one in model.collect(next_ns) if isinstance(one.message, Cycle)]
+    assert heard == [7, 1]

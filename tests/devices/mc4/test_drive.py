@@ -361,6 +361,23 @@ def test_encoder_without_a_plate_is_1117() -> None:
     assert bench.get("plate") != "read"
 
 
+def test_quitting_tries_to_read_the_name_plate_again() -> None:
+    links = {"ring": "ring", "encoder": "line"}
+    encoder = {
+        "kind": "fieldrig_devices.hiperface.device:SmEncoder",
+        "name_plate": PLAIN_PLATE,
+        "links": {"line": "line"},
+    }
+    bench = DriveBench({"motor": None, "links": links}, line={"kind": "serial.virtual", "parity": "E"}, sm=encoder)
+    silent = bench.rig.add_fault("sm", {"what": "silent"})
+    bench.up(6_000)
+    assert bench.code() == 1117
+    assert not bench.command(99)
+    bench.rig.clear_fault("sm", silent)
+    assert bench.command(99)
+    assert (bench.code(), bench.get("motor_type")) == (0, "SM-100/30/080/P1/45/M0")
+
+
 @pytest.mark.manual("PD-030")
 def test_simulated_drive_is_where_it_is_told_and_has_no_errors() -> None:
     bench = DriveBench({"simulated": True, "motor": None}).up().enable()
