@@ -74,7 +74,10 @@ class Cia402Axis(Service):
         self.set_value: float = 0
         self.on_error: Callable[[int], None] = lambda code: None
         """Hears of each new error code, and of 0 when a fault was reset."""
+        self.on_home: Callable[[float], None] = lambda origin: None
+        """Hears of each new origin, in increments."""
         self._reported = 0
+        self._context.on_home = lambda origin: self.on_home(origin)
         self._connect()
 
     # ---- the node
@@ -95,6 +98,10 @@ class Cia402Axis(Service):
         if is_lost and not self._was_lost:
             self._lose_connection()
         self._was_lost = is_lost
+
+    def use(self, cycle_ns: int, origin: float | None) -> None:
+        """Before a start: how long cycles are, and where zero is, if the axis was homed before."""
+        self._context.use(cycle_ns, origin)
 
     def restart(self) -> None:
         """Power-on, or another motor: nothing is enabled."""

@@ -1,5 +1,6 @@
 """What the modes of one axis share: its objects, its motor, its set values, and the limits that hold for all."""
 
+from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import S
@@ -18,15 +19,20 @@ SMALLEST: Final = 1e-3
 class Context:
     def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int) -> None:
         self.objects, self.motor = numbers, motor
-        self.cycle_ns = cycle_ns
-        self.cycle_s = cycle_ns / S
         self.motion = Motion()
-        self.origin = 0.0
-        """Zero of the user's positions, in increments."""
-        self.is_homed = False
+        self.on_home: Callable[[float], None] = lambda origin: None
         self.is_limited = False
         """A set value is held back: bit 11 of the status word."""
         self.units = Units()
+        self.use(cycle_ns, None)
+
+    def use(self, cycle_ns: int, origin: float | None) -> None:
+        """Before the start."""
+        self.cycle_ns = cycle_ns
+        self.cycle_s = cycle_ns / S
+        self.origin = 0.0 if origin is None else origin
+        """Zero of the user's positions, in increments."""
+        self.is_homed = origin is not None
         self.refresh()
 
     def refresh(self) -> None:
@@ -49,6 +55,7 @@ class Context:
         self.origin = home + self.units.distance(self.objects[objects.HOME_OFFSET])
         self.is_homed = True
         self.refresh()
+        self.on_home(self.origin)
 
     def track(self) -> None:
         """The set values go where the motor goes, for who moves it by something else than positions."""

@@ -55,21 +55,22 @@ def pdo_objects(axis: int) -> Table:
         ]
         names |= {_RPDO + place: f"RPDO {place + 1} parameter", _RPDO_MAPPING + place: f"RPDO {place + 1} mapping"}
     for place, indices in enumerate([*objects.TRANSMITTED, *empty], first):
-        type = _SYNCHRONOUS if place - first in objects.SYNCHRONOUS else _EVENT_DRIVEN
-        rows += _parameter(_TPDO + place, 0x180, place, type)
+        is_event_driven = bool(indices) and place - first not in objects.SYNCHRONOUS
+        type = _EVENT_DRIVEN if is_event_driven or not indices else _SYNCHRONOUS
+        rows += _parameter(_TPDO + place, 0x180, place, type, objects.EVENT_TIMER_MS if is_event_driven else 0)
         rows.insert(-1, Row(_TPDO + place, 3, "Inhibit time", U16, "rw", _INHIBIT if place - first >= 2 else 0))
         rows += _mapping(_TPDO_MAPPING + place, indices, axis)
         names |= {_TPDO + place: f"TPDO {place + 1} parameter", _TPDO_MAPPING + place: f"TPDO {place + 1} mapping"}
     return Table(rows, names)
 
 
-def _parameter(index: int, cob_id: int, place: int, type: int) -> list[Row]:
+def _parameter(index: int, cob_id: int, place: int, type: int, event_timer: int = 0) -> list[Row]:
     is_predefined = place < len(objects.RECEIVED)
     start = f"$NODEID+{cob_id + 0x100 * place:#x}" if is_predefined else NOT_VALID
     return [
         Row(index, 1, "COB-ID", U32, "rw", start),
         Row(index, 2, "Transmission type", U8, "rw", type),
-        Row(index, 5, "Event timer", U16, "rw"),
+        Row(index, 5, "Event timer", U16, "rw", event_timer),
     ]
 
 

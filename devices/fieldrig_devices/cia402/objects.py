@@ -235,4 +235,6 @@ TRANSMITTED: Final = (
 """What PDO 1 to 4 of an axis carry by default (CiA 402-3); PDO 5 of each axis is empty and free for a master."""
 SYNCHRONOUS: Final = (2, 3)
 """Places of those that answer each SYNC; the others are sent when they change."""
+EVENT_TIMER_MS: Final = 100
+"""Of those that are sent when they change: masters that wait for the next one don't wait in vain."""
 EMPTY_PDOS: Final = 1

@@ -1,4 +1,4 @@
-"""The controller at its field buses but the ring: Modbus server and client, CANopen master, and their IO map.
+"""The controller at its field buses but the ring: Modbus server and client, CANopen master and slave, and their IO map.
 
 Source: PacDrive manual 458 (digest PD-004): it can be a field bus master or slave.
 """
@@ -10,6 +10,7 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
+from fieldrig_devices.max4.can_face import CanFace
 from fieldrig_devices.max4.canopen_master import CanopenMaster
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import IoMap
@@ -43,6 +44,13 @@ class FieldBuses:
             if can is None:
                 raise ValueError("can_master: links.can would be right beside it")
             self.can_master = CanopenMaster(clock, controller, can.share(), master, io_map)
+        axes = settings.can_axes
+        self.can_face: CanFace | None = None
+        if axes is not None:
+            if can is None:
+                raise ValueError("can_axes: links.can would be right beside it")
+            end = can.share(hears_others=master is not None)
+            self.can_face = CanFace(clock, end, controller, axes)
         for place, link in enumerate(modbus):
             link.on_receive(partial(self._on_modbus, place), self.modbus_face.interest)
 

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.settings import ConfigFile, Settings
+from fieldrig_devices.max4.can_face_settings import CanFaceSettings
 from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings
 from fieldrig_devices.max4.configuration import Configuration, DriveSettings, Symbol
 from fieldrig_devices.max4.limits import MOST_AXES
@@ -82,6 +83,9 @@ class Max4Settings(Settings):
     )
     modbus_client: ModbusClientSettings | None = Field(default=None, description="as Modbus client, on one of them")
     can_master: CanMasterSettings | None = Field(default=None, description="as CANopen master, on links.can")
+    can_axes: CanFaceSettings | None = Field(
+        default=None, description="as CANopen slave on links.can: its axes as CiA 402 axes"
+    )
     io_map_ms: int = Field(default=10, ge=1, le=1000, description="period of the IO map update: data of field buses")
     boot: BootTimes = Field(default_factory=BootTimes, description="instants of a boot")
     load: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
