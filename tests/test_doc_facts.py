@@ -33,8 +33,17 @@ from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
+from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.max4.configuration import DriveSettings
 from fieldrig_devices.max4.faults import Max4Fault
+from fieldrig_devices.max4.field_data import Element
+from fieldrig_devices.max4.modbus_client_settings import (
+    ClientUnitSettings,
+    ModbusClientSettings,
+    ReadSettings,
+    WriteSettings,
+)
+from fieldrig_devices.max4.modbus_settings import ModbusFaceSettings
 from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
@@ -63,6 +72,15 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),
     "Keys of drives, boot and load": {"drives": DriveSettings, "boot": BootTimes, "load": ProcessTimes},
+    "Keys of the Modbus server": {"modbus": ModbusFaceSettings},
+    "Keys of a value": {"value": Element},
+    "Keys of the Modbus client": {
+        "modbus_client": ModbusClientSettings,
+        "unit": ClientUnitSettings,
+        "read": ReadSettings,
+        "write": WriteSettings,
+    },
+    "Keys of the CANopen master": {"can_master": CanMasterSettings, "node": CanNodeSettings},
     "Keys of a drive fault": faults.models_of(DriveFault),
     "Keys of motor, load, amplifier, parameters, versions": {
         "motor": MotorSettings,

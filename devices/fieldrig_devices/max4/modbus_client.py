@@ -237,8 +237,7 @@ class ModbusClient:
         self.stop()
         master = self._controller.tree.root.add("Modbus client", "MB_CLIENT", "")
         self._units = [Unit(self, master, symbol, unit) for symbol, unit in self._settings.units.items()]
-        self._io_map.parts.extend(self._units)
-        self.go_on()
+        self._io_map.parts.extend(self._units)  # with its first update the asking begins
 
     def _ask(self, exchange: _Exchange) -> None:
         unit = exchange.unit

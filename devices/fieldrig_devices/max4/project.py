@@ -20,7 +20,8 @@ from fieldrig_devices.max4.disk import FlashDisk
 from fieldrig_devices.max4.settings import Max4Settings
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
-BUS_FILES: Final = ("\\CANMA.CON", "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")
+CAN_MASTER_FILE: Final = "\\CANMA.CON"
+BUS_FILES: Final = (CAN_MASTER_FILE, "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")
 _INSTALLED: Final = "$SETTINGS"
 
 
@@ -73,6 +74,11 @@ class Project:
         return [
             (PROGRAM_FILE, self._disk.read(PROGRAM_FILE) if self.has_program else b""),
             (self.parameter_file, parameters_to_file(values)),
-            *((name, b"") for name in BUS_FILES),
+            *((name, self._bus_file(name)) for name in BUS_FILES),
             (self.configuration_file, configuration_to_file(self.load().configuration)),
         ]
+
+    def _bus_file(self, name: str) -> bytes:
+        """Empty without that bus; what is in \\CANMA.CON is our choice, and the rig file counts."""
+        master = self._settings.can_master
+        return master.model_dump_json(indent=1).encode() if name == CAN_MASTER_FILE and master is not None else b""
