@@ -13,20 +13,26 @@ import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from random import Random
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from fieldrig.bus import Attachment
+from fieldrig.clock import MS
 from fieldrig.errors import refusals
 from fieldrig_bus.ring.fibre import Fibre
 from fieldrig_bus.ring.message import Answers, Mdt, Mst, RingMessage, encode
 from fieldrig_bus.ring.model import RING
 from fieldrig_bus.ring.star_wire import decode_back, encode_spread
-from fieldrig_bus.ring.virtual import RingSettings
+
+if TYPE_CHECKING:
+    from fieldrig_bus.ring.star_bus import RingStarSettings
 
 log = logging.getLogger(__name__)
 
 MOST_BEHIND: Final = 16
 """Cycles that wait for a process that stands still; it hears no more until it has done them."""
+
+OPERATION: Final = 3
+"""The phase from which every station answers in every cycle."""
 
 TRIPS: Final = 2_000
 """Round trips that statistics look back on."""
@@ -54,6 +60,10 @@ class _Spoke:
     def __init__(self, sequence: int) -> None:
         self.names: list[str] = []
         self.done = self.sent = sequence
+        self.ats: dict[str, bytes] = {}
+        """What its stations left last, while the ring is patient."""
+        self.late_ns: int | None = None
+        """Since when it is late."""
 
     @property
     def is_done(self) -> bool:
@@ -66,7 +76,7 @@ class Star:
         self,
         bus: str,
         at: Attachment,
-        settings: RingSettings,
+        settings: "RingStarSettings",
         handler: Callable[[Any], None],
         loop: asyncio.AbstractEventLoop,
     ) -> None:
@@ -77,6 +87,7 @@ class Star:
         self._fibre.begin(at.clock.now_ns(), Random(f"{at.seed}/{bus}"))
         self._fibre.join(at.member)
         self._fibre.listen(at.member, ["master"])
+        self._patience_ns = settings.patience_ms * MS
         self._spokes: Spokes | None = None
         self._local: tuple[str, Callable[[bytes], None]] | None = None
         self._processes: dict[str, _Spoke] = {}
@@ -131,6 +142,7 @@ class Star:
                 self._forget(name, process)
 
     def _forget(self, name: str, process: _Spoke) -> None:
+        process.ats.pop(name, None)
         if self._owners.get(name) is process:  # it may have come back in another one
             del self._owners[name]
             self._fibre.leave(name)
@@ -151,6 +163,8 @@ class Star:
         for place, at in ats:
             if place < len(names) and owners.get(names[place]) is process:
                 self._fibre.leave_at(names[place], at)
+                if self._patience_ns:
+                    process.ats[names[place]] = at
 
     # ---- cycles
 
@@ -164,6 +178,8 @@ class Star:
     def _begin_cycle(self, mst: Mst) -> None:
         self._gather()
         late = self._count_late()
+        if self._patience_ns:
+            self._forgive(mst)
         if not late and self._spread_ns:
             self._trips_ns.append(self._came_ns - self._spread_ns)
         self._end_cycle(b"")
@@ -210,6 +226,21 @@ class Star:
                 log.debug("%s: %s is %d cycles behind; it is left alone", self._bus, who, MOST_BEHIND)
                 self._hung.add(who)
         return late
+
+    def _forgive(self, mst: Mst) -> None:
+        """For an AT that is late the last one stands in: its service channel goes on where it was."""
+        now_ns, is_operating = self._at.clock.now_ns(), mst.data[1] & 7 >= OPERATION
+        for process in self._processes.values():
+            if not is_operating:
+                process.ats.clear()
+            if process.done == self._sequence:
+                process.late_ns = None
+                continue
+            if process.late_ns is None:
+                process.late_ns = now_ns
+            if now_ns - process.late_ns <= self._patience_ns:
+                for name, at in process.ats.items():
+                    self._fibre.leave_at(name, at)
 
     def _look_after_hung(self) -> None:
         """Whether one that stood still has done what it was sent."""

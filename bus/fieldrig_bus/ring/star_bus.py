@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Protocol
 from pydantic import Field
 
 from fieldrig.bus import Attachment, DirectBus, Time
+from fieldrig.clock import MS
 from fieldrig_bus.ring import message
 from fieldrig_bus.ring.faults import MASTER
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
@@ -29,6 +30,12 @@ class RingStarSettings(RingSettings):
         default=False,
         description="ask the system for SCHED_FIFO for every process with an end (root, or CAP_SYS_NICE)",
     )
+    patience_ms: int = Field(
+        default=0,
+        ge=0,
+        le=10_000,
+        description="how long a computer that is busy is forgiven: for a late AT the last one stands in; 0: never",
+    )
 
 
 class Line(Protocol):
@@ -42,6 +49,8 @@ class RingEnd:
 
     def __init__(self, bus: "RingStar", at: Attachment) -> None:
         self._bus, self.at = bus, at
+        self.patience_ns = bus.settings.patience_ms * MS
+        """Devices at both ends forgive as much."""
 
     def send(self, message: RingMessage) -> None:
         if isinstance(message, bytes):

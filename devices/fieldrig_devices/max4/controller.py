@@ -125,6 +125,7 @@ class Max4(Device):
         self.is_program_running = False
         self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
+        self.system.process.patience_ns = getattr(self._ring, "patience_ns", 0)
         for axis in self.axes.values():
             axis.on_quit(self._quit_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))

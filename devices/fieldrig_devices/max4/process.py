@@ -24,6 +24,8 @@ class RealTimeProcess:
     def __init__(self, clock: Clock, cycle_ns: int, times: ProcessTimes, on_overflow: Callable[[int], None]) -> None:
         """`on_overflow` gets the reserve in microseconds, once for each time in a row."""
         self._clock, self.cycle_ns, self._times, self._on_overflow = clock, cycle_ns, times, on_overflow
+        self.patience_ns = 0
+        """So late this computer may be without that being the controller's load."""
         self.drives: tuple[RingDrive, ...] = ()
         self.simulated: list[SimulatedDrive] = []
         self.logic_encoders: list[LogicEncoder] = []
@@ -48,7 +50,7 @@ class RealTimeProcess:
         """One cycle."""
         clock, drives = self._clock, self.drives
         self.cycles += 1
-        self._late_ns = clock.late_ns()
+        self._late_ns = max(clock.late_ns() - self.patience_ns, 0)
         for drive in drives:
             drive.take()
         for simulated in self.simulated:

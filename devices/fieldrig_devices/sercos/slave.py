@@ -82,6 +82,8 @@ class SercosSlave:
         """Cycles."""
         self._heard_before = -1
         self._watch: Timer | None = None
+        self._patience_ns: int = getattr(link, "patience_ns", 0)
+        """That a ring in real time has with a computer that is busy."""
         link.on_receive(self._on_message, [["drive", address]])
 
     def clear_failures(self) -> None:
@@ -194,7 +196,7 @@ class SercosSlave:
             self._watch = None
         else:
             self._heard_before = self._heard
-            watch_ns = WATCH_CYCLES * self._data.cycle_us * US
+            watch_ns = WATCH_CYCLES * self._data.cycle_us * US + self._patience_ns
             self._watch = self._clock.call_at(self._clock.now_ns() + watch_ns, self._look)
 
     # ---- phases

@@ -188,6 +188,23 @@ def test_an_at_that_came_late_is_sent_in_the_next_cycle(star: StarRing) -> None:
     assert star.cycle().ats == (b"\x03\x03", b"\x01\x03", b"\x02\x03", b"\x04\x03")
 
 
+@pytest.mark.parametrize("kind", STARS)
+def test_a_patient_ring_takes_the_last_at_of_who_is_late_and_counts_it(kind: str) -> None:
+    with STARS[kind](patience_ms=10_000) as star:
+        for name, address in ADDRESSES.items():
+            star.join(name, address)
+        star.cycle()
+        star.clock.handle(star.master.begin)
+        star.clock.handle(star.master.begin)
+        assert star.master.heard[-1] == Answers(2, (b"\x03\x01", b"\x01\x01", b"\x02\x01", b"\x04\x01"), True, late=4)
+        star.settle()
+        assert star.cycle().ats == (b"\x03\x03", b"\x01\x03", b"\x02\x03", b"\x04\x03")
+        star.kill("rack")
+        star.until_there(2)
+        star.cycle()
+        assert star.cycle() == Answers(5, (), False), "who is gone is not forgiven"
+
+
 @pytest.mark.manual("PD-140")
 def test_a_process_that_dies_opens_the_ring_and_closes_it_when_it_comes_back(star: StarRing) -> None:
     star.kill("rack")
