@@ -53,6 +53,8 @@ class Tpdo(Service):
         self._inhibited = Deadline(clock, self._send_due)
         self._event_timer = Deadline(clock, self._on_event)
         self._watches: list[tuple[Variable, Callable[[], None]]] = []
+        self.variables: list[Variable] = []
+        """What it carries at present; nothing while it is not sent."""
         self._scanner: mpdo.Scanner | None = None
         self.destination: tuple[int, int, int] | None = None
         """Node-ID, index and sub-index to which the application sends a multiplexed PDO."""
@@ -79,11 +81,6 @@ class Tpdo(Service):
             if variable is not None:
                 variable.watchers.append(self._configure)
 
-    @property
-    def variables(self) -> list[Variable]:
-        """What it carries at present; nothing while it is not sent."""
-        return _carried(self._mapping) if self._is_active else []
-
     def _is_valid(self) -> bool:
         return self._cob_id is not None and is_valid(self._cob_id.number)
 
@@ -108,6 +105,7 @@ class Tpdo(Service):
 
     def _deactivate(self) -> None:
         self._is_active = self._is_due = False
+        self.variables = []
         self._inhibited.cancel()
         self._event_timer.cancel()
         self._sync.subscribe((1, self._number), None)
@@ -117,7 +115,8 @@ class Tpdo(Service):
 
     def _activate(self) -> None:
         self._is_active = True
-        for variable in _carried(self._mapping):
+        self.variables = _carried(self._mapping)
+        for variable in self.variables:
             if variable.reader is not None:  # the application's: nobody has kept it up to date until now
                 variable.set(variable.reader())
         self._pack, self._sample = self._packer(), None

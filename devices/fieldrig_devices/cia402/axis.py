@@ -68,6 +68,7 @@ class Cia402Axis(Service):
         self._own_error = 0
         self._was_lost = False
         self._following = Window()
+        self._is_woken = True
         self._following_error = 0.0
         """What was demanded in the cycle before, minus what is."""
         self.kind = Kind.POSITION
@@ -108,6 +109,7 @@ class Cia402Axis(Service):
         if self.machine.state in _ON:
             self.disable()
         self._own_error = self._reported = 0
+        self._is_woken = True
         self._mode.end()
         self._shown_mode = NO_MODE
         self._is_moving = self._is_ramp = False
@@ -120,6 +122,7 @@ class Cia402Axis(Service):
         """6007h; only an axis under power has something to lose."""
         if self.machine.state not in _ON:
             return
+        self._is_woken = True
         match self._numbers[objects.ABORT_CONNECTION]:
             case 1:
                 self._own_error = COMMUNICATION_LOST
@@ -169,6 +172,7 @@ class Cia402Axis(Service):
     # ---- from the network
 
     def _on_control(self, word: int) -> None:
+        self._is_woken = True
         before = self.machine.control_word
         self.machine.control(word)
         if self._shown_mode != NO_MODE:
@@ -284,9 +288,15 @@ class Cia402Axis(Service):
 
     # ---- once a cycle
 
+    @property
+    def is_awake(self) -> bool:
+        """Whether a cycle makes a difference though the motor is in the same state as before."""
+        return self._is_moving or self._is_ramp or self._is_woken
+
     def step(self) -> None:
         """Actual values are those of this cycle; afterwards `set_value` is this cycle's."""
         context = self._context
+        state, self._is_woken = self.machine.state, False
         is_guided = self._is_moving and self.kind is Kind.POSITION
         self._following_error = context.motion.position - self._motor.position if is_guided else 0.0
         self.machine.step()
@@ -299,6 +309,7 @@ class Cia402Axis(Service):
             self.kind, self.set_value = Kind.POSITION, round(context.motion.position)
         else:
             self.kind, self.set_value = Kind.POSITION, self._motor.position
+        self._is_woken |= self.machine.state is not state
         self._report()
 
     def _watch_following(self) -> None:

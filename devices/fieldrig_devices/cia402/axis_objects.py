@@ -1,6 +1,7 @@
 """The objects of one axis in a dictionary: numbers that are at hand, and who reads and writes them.
 
-Numbers are kept beside the bytes and follow them, so that a cycle costs no decoding.
+Numbers are kept beside the bytes and follow them, so that a cycle costs no decoding.  What the axis itself shows has
+none.
 """
 
 from collections.abc import Callable
@@ -26,9 +27,11 @@ class AxisObjects:
             variable = dictionary.find(row.index + axis * AXIS_STEP, row.subindex or 0)
             key = row.index, row.subindex or 0
             self._variables[key] = variable
-            variable.watchers.append(partial(self._take, key, variable))
+            if row.access != "ro":
+                take = self._take if row.access == "rw" else self._take_target
+                variable.watchers.append(partial(take, key, variable))
         self.changed: Callable[[], None] = lambda: None
-        """Called after each change of a number by the network."""
+        """Called after each change of a parameter, but not of what comes in every cycle."""
         self.reload()
 
     def reload(self) -> None:
@@ -69,6 +72,9 @@ class AxisObjects:
     def _take(self, key: tuple[int, int], variable: Variable) -> None:
         self.numbers[key] = _number(variable)
         self.changed()
+
+    def _take_target(self, key: tuple[int, int], variable: Variable) -> None:
+        self.numbers[key] = _number(variable)
 
 
 def encoded(type: DataType, value: int) -> bytes:

@@ -24,6 +24,10 @@ class Context:
         self.is_limited = False
         """A set value is held back: bit 11 of the status word."""
         self.units = Units()
+        self.threshold = 0.0
+        """606Fh, in increments per second."""
+        self.range: tuple[float, float] | None = None
+        """607Dh in increments, corrected by the home offset; None: no limits, at first or if min is not below max."""
         self.use(cycle_ns, None)
 
     def use(self, cycle_ns: int, origin: float | None) -> None:
@@ -49,6 +53,8 @@ class Context:
             numbers[objects.POLARITY, 0],
             self.origin,
         )
+        self.threshold = self.way(numbers[objects.THRESHOLD, 0])
+        self.range = self._range()
 
     def set_home(self, home: float) -> None:
         """607Ch: the user's zero lies by the home offset beyond the home position."""
@@ -92,8 +98,7 @@ class Context:
         rate = self.objects[index]
         return self.limits(self.objects[objects.MAX_VELOCITY], rate, rate)
 
-    def range(self) -> tuple[float, float] | None:
-        """607Dh in increments, corrected by the home offset; None: no limits, at first or if min is not below max."""
+    def _range(self) -> tuple[float, float] | None:
         numbers = self.objects.numbers
         low, high = numbers[objects.POSITION_LIMIT, 1], numbers[objects.POSITION_LIMIT, 2]
         if low >= high or (low, high) == (-0x8000_0000, 0x7FFF_FFFF):
@@ -104,7 +109,7 @@ class Context:
 
     def within(self, position: float) -> float:
         """`position`, or the software limit that it is beyond."""
-        ends = self.range()
+        ends = self.range
         if ends is None or ends[0] <= position <= ends[1]:
             return position
         self.is_limited = True
@@ -117,7 +122,7 @@ class Context:
 
     def is_standing(self, speed: float) -> bool:
         """Whether the motor stands (606Fh)."""
-        return abs(speed) <= self.way(self.objects[objects.THRESHOLD])
+        return abs(speed) <= self.threshold
 
     @property
     def interpolation_s(self) -> float:

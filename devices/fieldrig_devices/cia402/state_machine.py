@@ -186,6 +186,8 @@ class StateMachine:
         self._after_ramp = 0
         """The transition that a ramp is driven for; 0: none is."""
         self._is_enabling = False
+        self._wanted: int | None = None
+        """The transition that the command orders in this state."""
 
     def start(self) -> None:
         """Power-on: transition 0."""
@@ -196,20 +198,20 @@ class StateMachine:
     def control(self, word: int) -> None:
         """A control word has come."""
         rising, self.control_word = word & ~self.control_word, word
-        self._command = command_of(word)
+        self._order(command_of(word))
         if rising & FAULT_RESET and self.state is State.FAULT:
             self._drive.reset_fault(self._on_reset)
         self._obey()
 
     def quick_stop(self) -> None:
         """As by command, for a reason of the drive's own: the command that stands counts no more."""
-        self._command = None
+        self._order(None)
         if self.state is State.OPERATION_ENABLED:
             self._quick_stop()
 
     def disable_voltage(self) -> None:
         """Likewise; transition 7, 9, 10 or 12."""
-        self._command = None
+        self._order(None)
         number = TRANSITIONS.get((self.state, Command.DISABLE_VOLTAGE))
         if number is not None:
             self._disable(number)
@@ -241,9 +243,8 @@ class StateMachine:
             self._drive.disable()
         if self._command is None:
             return
-        number = TRANSITIONS.get((self.state, self._command))
-        if number is not None:
-            self._begin(number)
+        if self._wanted is not None:
+            self._begin(self._wanted)
         elif self._after_ramp in (5, 8) and self._command is Command.ENABLE_OPERATION:
             self._after_ramp = 0  # the ramp is called off
             self._drive.go_on()
@@ -329,3 +330,8 @@ class StateMachine:
 
     def _go(self, number: int) -> None:
         self.transition, self.state = number, ENDS[number]
+        self._order(self._command)
+
+    def _order(self, command: Command | None) -> None:
+        self._command = command
+        self._wanted = None if command is None else TRANSITIONS.get((self.state, command))

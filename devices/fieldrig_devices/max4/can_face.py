@@ -163,9 +163,10 @@ class FaceNode:
 
     def step(self) -> None:
         for motor, axis in self._stepped:
-            motor.refresh()
-            axis.step()
-            motor.show_mode()
+            if motor.is_changed or axis.is_awake:
+                motor.refresh()
+                axis.step()
+                motor.show_mode()
         for variable in self.node.transmitted:
             if variable.reader is not None:
                 variable.set(variable.reader())

@@ -37,16 +37,35 @@ class AxisMotor:
         self._resetting: Callable[[], None] | None = None
         self.mode = Mode.POSITION
         self.revolution = INCREMENTS
+        self.is_changed = True
+        """The axis' state or diagnosis, since the last cycle of the CiA 402 axis."""
+        self.is_ready = self.is_stopping = self.has_warning = False
+        self.error = 0
 
     def bind(self, axis: Axis | None, inputs: dict[int, Parameter], outputs: dict[int, Parameter]) -> None:
         """After a boot; parameters by bits of 60FDh and 60FEh."""
+        if self._axis is not None:
+            self._axis.watchers.remove(self._on_change)
         self._axis, self._inputs, self._outputs = axis, inputs, outputs
+        if axis is not None:
+            axis.watchers.append(self._on_change)
+        self._on_change()
         self._resetting = None
         self._shown_outputs = 0
 
-    def refresh(self) -> None:
-        """Once a cycle, before the CiA 402 axis.  An axis that is not on the ring again is not reset yet."""
+    def _on_change(self) -> None:
+        """Of the axis' state or diagnosis."""
         axis = self._axis
+        self.is_changed = True
+        self.is_ready = axis is not None and axis.is_operating and axis.axis_state not in _NOT_READY
+        self.is_stopping = axis is not None and axis.axis_state is AxisState.STOPPING
+        self.error = error_of(axis.diag_code) if axis is not None and axis.is_in_error else 0
+        self.has_warning = axis is not None and axis.diag_code != 0 and not self.error
+
+    def refresh(self) -> None:
+        """Before each cycle of the CiA 402 axis.  An axis that is not on the ring again is not reset yet."""
+        axis = self._axis
+        self.is_changed = False
         if self._resetting is None or axis is None or self.error:
             return
         if axis.is_operating and axis.axis_state is not AxisState.ERROR:
@@ -69,28 +88,9 @@ class AxisMotor:
         return self._axis is not None
 
     @property
-    def is_ready(self) -> bool:
-        axis = self._axis
-        return axis is not None and axis.is_operating and axis.axis_state not in _NOT_READY
-
-    @property
     def is_following(self) -> bool:
         axis = self._axis
         return axis is not None and axis.is_controlled and axis.set_values is self
-
-    @property
-    def is_stopping(self) -> bool:
-        return self._axis is not None and self._axis.axis_state is AxisState.STOPPING
-
-    @property
-    def error(self) -> int:
-        axis = self._axis
-        return error_of(axis.diag_code) if axis is not None and axis.is_in_error else 0
-
-    @property
-    def has_warning(self) -> bool:
-        axis = self._axis
-        return axis is not None and axis.diag_code != 0 and not axis.is_in_error
 
     @property
     def position(self) -> int:
@@ -158,5 +158,6 @@ class AxisMotor:
 
     def show_mode(self) -> None:
         """After the CiA 402 axis' cycle: the drive is told the mode before it asks for the value."""
-        if self.guide is not None:
-            self.mode = MODES[self.guide.kind]
+        assert self.guide is not None
+        kind = self.guide.kind
+        self.mode = Mode.POSITION if kind is Kind.POSITION else MODES[kind]

@@ -14,6 +14,10 @@ from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import change_speed, move
 
 SPEED_IS_0: Final = BIT_12
+_TARGET: Final = (objects.TARGET_VELOCITY, 0)
+_WINDOW: Final = (objects.VELOCITY_WINDOW, 0)
+_WINDOW_TIME: Final = (objects.VELOCITY_TIME, 0)
+_THRESHOLD_TIME: Final = (objects.THRESHOLD_TIME, 0)
 
 
 class ProfileVelocity(Mode):
@@ -38,7 +42,7 @@ class ProfileVelocity(Mode):
         self._is_active = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.TARGET_VELOCITY, 0): self._on_target}
+        return {_TARGET: self._on_target}
 
     def _on_target(self, velocity: int) -> None:
         if self._is_active and not self.is_halted:
@@ -67,7 +71,7 @@ class ProfileVelocity(Mode):
     def _watch_limits(self) -> None:
         """So that the stop at a software limit begins in time."""
         context, motion = self.context, self.context.motion
-        ends = context.range()
+        ends = context.range
         if ends is None or self._end is not None or motion.speed == 0:
             return
         end = ends[1] if motion.speed > 0 else ends[0]
@@ -81,12 +85,12 @@ class ProfileVelocity(Mode):
     def _compare(self) -> None:
         """606Dh to 6070h."""
         context = self.context
-        velocity, numbers = context.motor.velocity, context.objects
-        wanted = context.units.speed(numbers[objects.TARGET_VELOCITY])
-        is_near = abs(velocity - wanted) <= context.way(numbers[objects.VELOCITY_WINDOW])
-        self._is_reached = self._reached.update(is_near, numbers[objects.VELOCITY_TIME], context.cycle_ns)
-        is_fast = not context.is_standing(velocity)
-        self._is_moving = self._faster.update(is_fast, numbers[objects.THRESHOLD_TIME], context.cycle_ns)
+        velocity, numbers, cycle_ns = context.motor.velocity, context.objects.numbers, context.cycle_ns
+        wanted = context.units.speed(numbers[_TARGET])
+        is_near = abs(velocity - wanted) <= numbers[_WINDOW] * context.units.per_unit
+        self._is_reached = self._reached.update(is_near, numbers[_WINDOW_TIME], cycle_ns)
+        is_fast = abs(velocity) > context.threshold
+        self._is_moving = self._faster.update(is_fast, numbers[_THRESHOLD_TIME], cycle_ns)
 
     @property
     def status(self) -> int:
