@@ -1,7 +1,13 @@
 """How much web passes the line: from a wire that tells its speed, or from the encoder of the axis that drives it."""
 
+from typing import Final
+
 from fieldrig.clock import S
 from fieldrig_bus.wires import Motion, Signal
+
+FASTEST_M_PER_S: Final = 1e3  # whatever a wire says
+_SHORTEST_S: Final = 0.001  # so that a step of counts, which takes no time, is seen
+_MOST_COUNTS: Final = 1e15  # beyond it a float no longer counts one by one
 
 
 class LineFeed:
@@ -16,7 +22,7 @@ class LineFeed:
         """A wire has changed; what passed before must have been asked for."""
         self._signal = signal
         if self._taken_counts is None:
-            self._taken_counts = float(signal.value)
+            self._taken_counts = _within(float(signal.value), _MOST_COUNTS)
 
     def speed(self, now_ns: int) -> float:
         """m/s; an encoder that is no `Motion` has none."""
@@ -24,8 +30,10 @@ class LineFeed:
         if signal is None:
             return 0.0
         if self._m_per_count is None:
-            return _value(signal, now_ns)
-        return signal.speed_at(now_ns) * self._m_per_count if isinstance(signal, Motion) else 0.0
+            return _within(_value(signal, now_ns), FASTEST_M_PER_S)
+        if not isinstance(signal, Motion):
+            return 0.0
+        return _within(signal.speed_at(now_ns) * self._m_per_count, FASTEST_M_PER_S)
 
     def is_still(self, now_ns: int) -> bool:
         signal = self._signal
@@ -41,11 +49,18 @@ class LineFeed:
         signal = self._signal
         if signal is None or self._taken_counts is None:
             return 0.0
+        seconds = (now_ns - since_ns) / S
         if self._m_per_count is None:
-            return (_value(signal, since_ns) + _value(signal, now_ns)) / 2 * (now_ns - since_ns) / S
-        before, self._taken_counts = self._taken_counts, _value(signal, now_ns)
-        return (self._taken_counts - before) * self._m_per_count
+            passed_m = (_value(signal, since_ns) + _value(signal, now_ns)) / 2 * seconds
+        else:
+            before, self._taken_counts = self._taken_counts, _value(signal, now_ns)
+            passed_m = (self._taken_counts - before) * self._m_per_count
+        return _within(passed_m, FASTEST_M_PER_S * max(seconds, _SHORTEST_S))
 
 
 def _value(signal: Signal, now_ns: int) -> float:
-    return signal.at(now_ns) if isinstance(signal, Motion) else float(signal.value)
+    return _within(signal.at(now_ns) if isinstance(signal, Motion) else float(signal.value), _MOST_COUNTS)
+
+
+def _within(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

@@ -78,7 +78,8 @@ class Servo(Device):
         }
 
     def _on_signal(self, signal: Signal) -> None:
-        self._inputs[signal.name](signal.value)
+        if isfinite(signal.value):
+            self._inputs[signal.name](signal.value)
 
     def _on_reference(self, volt: float) -> None:
         volt = min(max(volt, -FULL_SCALE_V), FULL_SCALE_V)

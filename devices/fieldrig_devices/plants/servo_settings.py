@@ -4,20 +4,20 @@ import math
 from math import inf
 from typing import Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from fieldrig.settings import Settings
 from fieldrig_devices.plants.axis_model import Mechanics
+from fieldrig_devices.plants.settings import PlantSettings
+
+FASTEST_RAD_PER_S2 = 1e9
 
 
-class SwitchSettings(Settings):
+class SwitchSettings(PlantSettings):
     """A proximity switch or cam at the load."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
 
     from_rad: float = Field(description="of the load: where it closes, going up")
     to_rad: float = Field(description="where it opens, going up")
-    every_rad: float | None = Field(default=None, gt=0, description="again and again; 6.283185307179586: each turn")
+    every_rad: float | None = Field(default=None, ge=1e-3, description="again and again; 6.283185307179586: each turn")
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -26,9 +26,7 @@ class SwitchSettings(Settings):
         return self
 
 
-class ServoSettings(Settings):
-    model_config = ConfigDict(allow_inf_nan=False)
-
+class ServoSettings(PlantSettings):
     rated_torque_nm: float = Field(gt=0, description="of the motor, at 10 V")
     current_lag_ms: float = Field(default=0.0, ge=0, le=1000, description="time constant of the current loop")
     motor_inertia_kg_m2: float = Field(gt=0)
@@ -44,7 +42,7 @@ class ServoSettings(Settings):
     brake_torque_nm: float | None = Field(
         default=None, gt=0, description="of a holding brake; none is there without it"
     )
-    encoder_lines: int = Field(default=1000, ge=1, description="a turn; 4 counts each")
+    encoder_lines: int = Field(default=1000, ge=1, le=10_000_000, description="a turn; 4 counts each")
     encoder_at: Literal["motor", "load"] = "motor"
     encoder_reversed: bool = Field(default=False, description="counts down where the axis goes up")
     encoder_tolerance_counts: float = Field(
@@ -65,6 +63,9 @@ class ServoSettings(Settings):
             raise ValueError("high_stop_rad must lie above low_stop_rad")
         if not low <= self.initial_position_rad <= high:
             raise ValueError(f"initial_position_rad must lie between the stops: {low} to {high}")
+        fastest_nm = (self.motor_inertia_kg_m2 + self.load_inertia_kg_m2 / self.gear_ratio**2) * FASTEST_RAD_PER_S2
+        if max(self.rated_torque_nm, abs(self.load_torque_nm) / self.gear_ratio) > fastest_nm:
+            raise ValueError(f"rated_torque_nm and load_torque_nm: up to {fastest_nm:g} N m would fit the inertia")
         if self.breakaway_nm is not None and self.breakaway_nm < self.coulomb_nm:
             raise ValueError(f"breakaway_nm must be at least coulomb_nm: {self.coulomb_nm}")
         return self

@@ -77,6 +77,8 @@ class Winder(Device):
         return points
 
     def _on_signal(self, signal: Signal) -> None:
+        if not isfinite(signal.value):
+            return
         self._look()
         if signal.name == self._reference_wire:
             self._volt = min(max(float(signal.value), -FULL_SCALE_V), FULL_SCALE_V)
@@ -120,9 +122,11 @@ class Winder(Device):
     def _look(self) -> None:
         """Bring the model up to now, under the inputs of the time since the last look."""
         now_ns = self._clock.now_ns()
+        if now_ns <= self._looked_ns:
+            return  # and what has passed at this instant is asked for with the next step
         seconds, passed_m = (now_ns - self._looked_ns) / S, self._line.passed_m(now_ns)
         self._looked_ns = now_ns
-        if seconds <= 0 or self._timer is None:
+        if self._timer is None:
             return
         torque, held = self._drive()
         steps = ceil(seconds * S / self._step_ns)  # more than one only where this process stood still

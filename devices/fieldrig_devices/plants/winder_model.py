@@ -15,9 +15,12 @@ Left out: the inertia of other rollers, air between the layers, slip, a roll tha
 
 import math
 from math import tau
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from fieldrig_devices.plants.winder_settings import WinderSettings
+
+MOST_DRAWN_OUT: Final = 1_000.0
+"""Way over the unstretched web in it: what is drawn out further breaks, whatever it is made of."""
 
 
 class _Affine(NamedTuple):
@@ -183,6 +186,9 @@ class WinderModel:
         self.mount(before_m + self._sense * self._settings.thickness_m * turned / tau)
         rolled_m = turned * (before_m + self.radius_m) / 2
         self.span_m -= self._sense * (rolled_m * roll_share - line_m * line_share)
+        if self.span_m * MOST_DRAWN_OUT < self._way:
+            self.span_m = self._way
+            self.break_web()
         if self.radius_m <= self._settings.core_radius_m and self._sense < 0:
             self.mount(self._settings.core_radius_m)
             self.break_web()  # its end has left the core

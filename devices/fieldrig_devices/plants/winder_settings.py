@@ -3,15 +3,13 @@
 import math
 from typing import Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from fieldrig.settings import Settings
+from fieldrig_devices.plants.settings import PlantSettings
 
 
-class LoadCell(Settings):
+class LoadCell(PlantSettings):
     """A measuring roller in the web: a bridge that gives sensitivity times excitation at its rated force."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
 
     rated_force_n: float = Field(gt=0)
     sensitivity_mv_per_v: float = Field(default=2.0, gt=0, description="at the rated force")
@@ -27,10 +25,8 @@ class LoadCell(Settings):
         return min(max(share, -1.5), 1.5) * self.sensitivity_mv_per_v * self.excitation_v / 1000
 
 
-class Dancer(Settings):
+class Dancer(PlantSettings):
     """A roller in a loop of web that a force draws out, against the tension."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
 
     mass_kg: float = Field(gt=0)
     force_n: float = Field(gt=0, description="of the cylinder or weight, which draws the loop out")
@@ -52,9 +48,7 @@ class Dancer(Settings):
         return 20.0 * position_m / self.travel_m - 10.0
 
 
-class WinderSettings(Settings):
-    model_config = ConfigDict(allow_inf_nan=False)
-
+class WinderSettings(PlantSettings):
     role: Literal["unwinder", "rewinder"]
     core_radius_m: float = Field(gt=0)
     initial_radius_m: float = Field(gt=0, description="of the roll")
@@ -74,7 +68,7 @@ class WinderSettings(Settings):
     load_cell: LoadCell | None = None
     dancer: Dancer | None = None
     line_m_per_count: float | None = Field(default=None, description="line_wire is an encoder; else a speed in m/s")
-    encoder_lines: int = Field(default=1000, ge=1, description="a turn of the roll; 4 counts each")
+    encoder_lines: int = Field(default=1000, ge=1, le=10_000_000, description="a turn of the roll; 4 counts each")
     encoder_tolerance_counts: float = Field(
         default=0.25, gt=0, le=100, description="how far what was told may lead astray before it is told again"
     )

@@ -287,6 +287,18 @@ def test_encoder_told_twice_joins_without_a_jump() -> None:
     assert all(abs(one.at(next_one.time_ns) - next_one.value) <= 0.25 for one, next_one in itertools.pairwise(told))
 
 
+@pytest.mark.parametrize("name", ["reference", "load_torque"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_on_a_wire_is_not_taken(name: str, value: float) -> None:
+    bench = Bench()
+    bench.drive(name, 1.0)
+    before = bench.number(name)
+    bench.drive(name, value)
+    bench.wait(0.1)
+    assert bench.number(name) == before == 1.0
+    assert math.isfinite(bench.count)
+
+
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
@@ -296,6 +308,10 @@ def test_encoder_told_twice_joins_without_a_jump() -> None:
         ({"coulomb_nm": 0.3, "breakaway_nm": 0.1}, "at least coulomb_nm"),
         ({"switches": {"home": {"from_rad": 1.0, "to_rad": 0.5}}}, "above from_rad"),
         ({"motor_inertia_kg_m2": math.inf}, "finite"),
+        ({"load_inertia_kg_m2": 1e300}, "load_inertia_kg_m2 can't be 1e\\+300"),
+        ({"rated_torque_nm": 1e9}, r"up to 1e\+06 N m would fit the inertia"),
+        ({"encoder_lines": 10**18}, "less than or equal"),
+        ({"switches": {"home": {"from_rad": 0.0, "to_rad": 1e-9, "every_rad": 1e-8}}}, "greater than or equal"),
     ],
 )
 def test_axis_that_makes_no_sense_is_refused(wrong: dict[str, Any], says: str) -> None:

@@ -209,6 +209,22 @@ def test_feed_by_an_encoder_is_what_it_counts() -> None:
     assert feed.passed_m(2 * S) == pytest.approx(-0.01)
 
 
+def test_counts_told_twice_at_one_instant_are_web_once() -> None:
+    """As by a counter on a hub that tells in steps."""
+    bench = Bench(line_m_per_count=0.001)
+    bench.drive("line.speed", 0, "count")
+    bench.drive("w.reference", 2.0)
+    bench.wait(0.5)
+    before = bench.number("radius")
+    for counts in range(0, 500, 2):
+        bench.drive("line.speed", counts + 1, "count")
+        bench.drive("line.speed", counts + 2, "count")
+        bench.wait(0.01)
+    bench.wait(1.0)
+    length_m = WinderSettings.model_validate(FILM).length_m
+    assert length_m(before) - length_m(bench.number("radius")) == pytest.approx(0.5, rel=0.02)
+
+
 def test_feed_by_a_speed_is_its_integral() -> None:
     feed = LineFeed(None)
     feed.take(Signal("line", 2.0, "m/s"))
@@ -268,6 +284,21 @@ def test_rig_of_a_servo_that_drives_the_line_of_a_winder(fieldrig_rig: RigMaker)
     assert rig.get("roll", "tension") == pytest.approx(5.0 / radius, rel=2e-2)
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e308, -1e308])
+@pytest.mark.parametrize("line_m_per_count", [None, 0.001])
+@pytest.mark.parametrize("role", ["unwinder", "rewinder"])
+def test_no_number_on_a_wire_harms(value: float, line_m_per_count: float | None, role: str) -> None:
+    bench = Bench(role=role, dancer=DANCER, line_m_per_count=line_m_per_count)
+    for told in (0.0, value, 1.0, value):
+        bench.drive("w.reference", told)
+        bench.drive("line.speed", told, "m/s")
+        bench.wait(0.02)
+        bench.wires.deliver(Motion("line.speed", 0.0, "m/s", bench.clock.now_ns(), told if abs(told) < math.inf else 0))
+        bench.wait(0.02)
+    assert all(math.isfinite(bench.number(key)) for key in ("tension", "radius", "position", "speed", "line_speed"))
+    assert all(math.isfinite(signal.value) for signal in bench.wires.sent)
+
+
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
@@ -275,6 +306,8 @@ def test_rig_of_a_servo_that_drives_the_line_of_a_winder(fieldrig_rig: RigMaker)
         ({"initial_tension_n": 1e6}, "below modulus times section"),
         ({"dancer": {**DANCER, "initial_m": 1.0}}, "travel_m"),
         ({"thickness_m": math.nan}, "finite"),
+        ({"torque_nm_at_10_v": 1e300}, "torque_nm_at_10_v can't be 1e\\+300: 1e-12 to 1e\\+12 would be right"),
+        ({"dancer": {**DANCER, "mass_kg": 1e-300}}, "mass_kg can't be"),
         ({"role": "slitter"}, "unwinder"),
     ],
 )

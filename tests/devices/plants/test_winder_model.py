@@ -163,6 +163,14 @@ def test_unwound_roll_ends_at_its_core() -> None:
     assert (model.is_broken, model.radius_m, model.tension(2.0)) == (True, 0.05, 0.0)
 
 
+def test_web_that_a_line_draws_out_of_a_roll_that_holds_breaks_in_the_end() -> None:
+    _, model = winder("rewinder", modulus_pa=1_000.0)
+    run(model, 3.0, torque=0.0, dry=1_000.0, line=-1.0)  # 2 m of span
+    assert (model.is_broken, model.speed) == (True, 0.0)
+    model.thread_web()
+    assert model.tension(0.0) == 0.0
+
+
 def test_web_is_threaded_without_tension() -> None:
     _, model = winder("rewinder", initial_tension_n=100.0, dancer=DANCER)
     model.break_web()
