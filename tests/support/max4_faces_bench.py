@@ -18,7 +18,6 @@ from fieldrig_devices.max4.tree import Parameter
 
 Type = ModbusClientMixin.DATATYPE
 DECODER = DecodePDU(is_server=False)
-MOST_MS = 5_000
 
 
 class FacesBench:
@@ -33,7 +32,9 @@ class FacesBench:
         **settings: Any,
     ) -> None:
         drives = {name: {"ring_address": place, "simulated": True} for place, name in enumerate(axes or ("belt",), 1)}
-        links = {"wires": "wires", "modbus": list(modbus_buses), "can": "can0"}
+        links: dict[str, Any] = {"wires": "wires", "modbus": list(modbus_buses), "can": "can0"}
+        if "ring" in (buses or {}):
+            links["ring"] = "ring"
         config = from_dict(
             {
                 "time": "virtual",
@@ -82,8 +83,8 @@ class FacesBench:
         self.rig.run_until(self.rig.now_ns + round(ms * MS))
         return self
 
-    def boot(self) -> "FacesBench":
-        self.run(100)
+    def boot(self, ms: float = 100) -> "FacesBench":
+        self.run(ms)
         assert self.max4.is_booted
         return self
 

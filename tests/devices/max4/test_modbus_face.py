@@ -249,6 +249,27 @@ def test_an_axis_goes_to_a_place_as_the_closed_solution_says(enabled: FacesBench
     assert status(bench) == OPERATING | ENABLED | CONTROLLED | REACHED
 
 
+@pytest.mark.manual("PD-004")
+def test_a_motor_behind_a_drive_on_the_ring_is_moved_and_stopped() -> None:
+    plate = str(Path(__file__).parents[3] / "configs" / "plates" / "sm-100-30-080.yaml")
+    motor = {"kind": "mc4", "ring_address": 1, "motor": {"name_plate": plate}, "links": {"ring": "ring"}}
+    bench = FacesBench(
+        buses={"ring": {"kind": "ring.virtual"}}, devices={"mc": motor}, drives={"belt": {"ring_address": 1}}
+    )
+    bench.boot(10_000)
+    bench.write(BELT + ENABLE, 1)
+    bench.run(500)
+    assert status(bench) == OPERATING | ENABLED | CONTROLLED
+    begin = bench.read(BELT + POSITION, Type.INT32)
+    bench.write(BELT + TARGET, 2500, Type.INT32)
+    bench.write(BELT + COMMAND, START_RELATIVE)
+    bench.run(1500)
+    assert bench.read(BELT + ACTUAL_VELOCITY, Type.INT32) == pytest.approx(1000, abs=20)
+    wait(bench, REACHED)
+    bench.run(200)
+    assert bench.read(BELT + POSITION, Type.INT32) - begin == pytest.approx(2500, abs=2)
+
+
 def test_status_and_actual_values_on_the_way(enabled: FacesBench) -> None:
     bench = enabled
     bench.write(BELT + TARGET, -5000, Type.INT32)

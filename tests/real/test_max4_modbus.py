@@ -1,0 +1,83 @@
+"""pymodbus, a Modbus client that is not ours, moves an axis of a running MAx-4 over TCP and over its serial port."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from addresses import free_port
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.client.base import ModbusBaseSyncClient
+from running_rig import RunningRig, until
+
+pytestmark = pytest.mark.real
+
+RIG = """
+time: real
+buses:
+  tcp: {{kind: modbus.tcp, listen: "127.0.0.1:{port}"}}
+  com1: {{kind: modbus.rtu, pty: com1, baud: 19200}}
+devices:
+  max4:
+    kind: max4
+    links: {{modbus: [tcp, com1]}}
+    drives: {{belt: {{ring_address: 1, simulated: true}}}}
+"""
+BELT = 1000
+ENABLE, TARGET, SPEED, COMMAND, STATUS, POSITION, DIAG_CODE = 1000, 1002, 1004, 1013, 1023, 1024, 1022
+START, QUIT = 1, 6
+CONTROLLED, REACHED = 0x04, 0x10
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[tuple[RunningRig, int]]:
+    port = free_port()
+    with RunningRig(RIG.format(port=port), None) as rig:
+        rig.until_ready()
+        until(lambda: rig.value("max4/booted"))
+        yield rig, port
+
+
+@pytest.fixture(params=["tcp", "rtu"])
+def client(request: pytest.FixtureRequest, rig: tuple[RunningRig, int]) -> Iterator[ModbusBaseSyncClient]:
+    running, port = rig
+    client: ModbusBaseSyncClient = (
+        ModbusTcpClient("127.0.0.1", port=port, timeout=10, retries=0)
+        if request.param == "tcp"
+        else ModbusSerialClient(str(running.run / "com1"), baudrate=19200, parity="N", timeout=10, retries=0)
+    )
+    with client:
+        yield client
+
+
+def read(client: ModbusBaseSyncClient, address: int, type: Any = None) -> Any:
+    type = type or client.DATATYPE.UINT16
+    answer = client.read_holding_registers(address, count=type.value[1])
+    assert not answer.isError(), answer
+    return client.convert_from_registers(answer.registers, type)
+
+
+def write(client: ModbusBaseSyncClient, address: int, value: int, type: Any = None) -> None:
+    words = client.convert_to_registers(value, type or client.DATATYPE.UINT16)
+    answer = client.write_registers(address, words)
+    assert not answer.isError(), answer
+
+
+@pytest.mark.manual("PD-306", "PD-289")
+def test_a_foreign_client_moves_an_axis(client: ModbusBaseSyncClient, rig: tuple[RunningRig, int]) -> None:
+    long, unsigned = client.DATATYPE.INT32, client.DATATYPE.UINT32
+    assert read(client, 0) == 0x4D34
+    write(client, ENABLE, 1)
+    until(lambda: read(client, STATUS) & CONTROLLED)
+    target = 700 - read(client, POSITION, long)
+    write(client, TARGET, target, long)
+    write(client, SPEED, 2000, unsigned)
+    write(client, COMMAND, START)
+    until(lambda: read(client, STATUS) & REACHED)
+    assert read(client, POSITION, long) == target
+    assert rig[0].value("max4/belt.Position") == target * 1000
+    write(client, ENABLE, 0)
+    until(lambda: not read(client, STATUS) & CONTROLLED)
+    refused = client.write_register(COMMAND, START)
+    assert (refused.isError(), refused.exception_code) == (True, 4)
+    write(client, COMMAND, QUIT)
+    assert read(client, DIAG_CODE) == 0
