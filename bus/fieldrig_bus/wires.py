@@ -16,6 +16,8 @@ from fieldrig.clock import S
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 
+_LATEST_NS = (1 << 63) - 1
+
 
 @dataclass(frozen=True, slots=True)
 class Signal:
@@ -56,15 +58,26 @@ def encode(signal: Signal) -> bytes:
 
 def decode(data: bytes) -> Signal:
     """ValueError for anything that `encode` doesn't write."""
-    fields = json.loads(data)
+    try:
+        signal = _read(json.loads(data))
+    except (OverflowError, RecursionError):  # an integer beyond all floats, brackets without end
+        signal = None
+    if signal is None:
+        raise ValueError(f"not a signal: {data[:80]!r}")
+    return signal
+
+
+def _read(fields: Any) -> Signal | None:
     match fields:
         case [str(name), bool() | int() | float() as value, str(unit)] if isfinite(value):
             return Signal(name, value, unit)
         case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, course] if (
-            isinstance(course, int | float) and isfinite(value) and isfinite(speed) and isfinite(course)
+            isinstance(course, int | float)
+            and all(map(isfinite, (value, speed, course)))
+            and abs(time_ns) <= _LATEST_NS
         ):
             return Motion(name, value, unit, time_ns, speed, course)
-    raise ValueError(f"not a signal: {data!r}")
+    return None
 
 
 def show(signal: Signal) -> str:

@@ -63,7 +63,13 @@ def test_every_signal_comes_back(signal: Signal) -> None:
     assert type(back.value) is type(signal.value)
 
 
-@pytest.mark.parametrize("data", [b"", b"null", b"[]", b'["a",NaN,""]', b'["a",1e999,""]', b'[1,2,"m"]', b"\xff"])
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"", b"null", b"[]", b'["a",NaN,""]', b'["a",1e999,""]', b'[1,2,"m"]', b"\xff",
+        b'["a",1%s,""]' % (b"0" * 400), b'["a",1,"",1%s,0,0]' % (b"0" * 400), b"[" * 100_000,
+    ],
+)  # fmt: skip
 def test_anything_else_is_refused(data: bytes) -> None:
     with pytest.raises(ValueError, match=r"."):
         decode(data)
