@@ -29,6 +29,8 @@ CLOSED_CYCLES: Final = 10
 CALLS: Final = 10
 """For an answer in CP1."""
 MOST_MISSED: Final = 2
+MOST_SETTLING: Final = 50
+"""Cycles after a phase was entered in which an AT may be missing; our choice."""
 SETTLING_NS: Final = 100 * US
 """Between the end of the MDT and command valid time."""
 
@@ -113,7 +115,8 @@ class SercosMaster:
         self._called = 0
         self._script: Generator[_Ask, bytes, None] | None = None
         self._waiting_for = 0
-        self._had_missed = self._is_settling = False
+        self._had_missed = False
+        self._settling = 0
         self._mdt_record = struct.Struct("<B")
         self._values: list[int] = []
         self._busy: list[Drive] = []
@@ -199,7 +202,8 @@ class SercosMaster:
     def _tick(self) -> None:
         self._number += 1
         period_ns = self._cycle_ns if self.phase >= 3 else self._early_cycle_ns
-        late = self._clock.late_ns() // period_ns
+        # Not late_ns alone: after a stall the clock takes up from the present.
+        late = (self._clock.now_ns() + self._clock.late_ns() - self._next_ns) // period_ns
         self.missed_cycles += late
         self._next_ns += period_ns * (1 + late)
         self._timer = self._clock.call_at(self._next_ns, self._tick)
@@ -237,8 +241,8 @@ class SercosMaster:
             if drive is not None and len(at) == drive.at_length:
                 drive.status, drive.info, *feedback = drive.at_record.unpack_from(at, 1)
                 drive.feedback = tuple(feedback)
-        if self._is_settling:  # what a drive left in CP2 was for one cycle, and only the drive that was addressed
-            self._is_settling = False
+        if self._settling:
+            self._settle(ats)
         elif len(ats) != len(self._order):
             self._miss({at[0] for at in ats})
         elif self._had_missed:
@@ -251,6 +255,21 @@ class SercosMaster:
             self._link.send(Mdt(self._mdt_record.pack(*self._values)))
         else:
             self._link.send(Mdt(b""))
+
+    def _settle(self, ats: Sequence[bytes]) -> None:
+        """Drives have much to do when they enter a phase: what is missing counts when all were heard once.
+
+        What one left in CP2 was for one cycle, and only from the drive that was addressed.
+        """
+        self._settling -= 1
+        lengths = {at[0]: len(at) for at in ats}
+        is_missed = False
+        for drive in self._order:
+            drive.missed = int(lengths.get(drive.address) != drive.at_length)
+            is_missed |= bool(drive.missed)
+        self._had_missed = is_missed
+        if not is_missed:
+            self._settling = 0
 
     def _serve(self) -> None:
         """The service channels that have something to do."""
@@ -476,7 +495,7 @@ class SercosMaster:
             self._target = 0
             return
         self.phase = phase
-        self._is_settling = phase == 3
+        self._settling = MOST_SETTLING if phase >= 3 else 0
         self._tell(Event.PHASE, code=phase)
 
     def _fall(self) -> None:
