@@ -33,6 +33,7 @@ from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
+from fieldrig_devices.max4.can_face_settings import AxisTerminals, CanFaceSettings
 from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.max4.configuration import DriveSettings
 from fieldrig_devices.max4.faults import Max4Fault
@@ -80,6 +81,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "read": ReadSettings,
         "write": WriteSettings,
     },
+    "Keys of the CAN axes": {"can_axes": CanFaceSettings, "terminals": AxisTerminals},
     "Keys of the CANopen master": {"can_master": CanMasterSettings, "node": CanNodeSettings},
     "Keys of a drive fault": faults.models_of(DriveFault),
     "Keys of motor, load, amplifier, parameters, versions": {
