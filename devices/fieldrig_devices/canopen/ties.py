@@ -104,7 +104,7 @@ class _Output:
 
     def show(self) -> None:
         value = self._signal_value()
-        if value != self._last:
+        if value != self._last and math.isfinite(value):  # a wire carries no NaN; it keeps what it had
             self._last = value
             self._wires.send(Signal(self._tie.wire, value, self._tie.unit))
 

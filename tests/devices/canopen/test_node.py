@@ -30,6 +30,14 @@ def test_tied_outputs_are_sent_at_the_start_and_when_they_change() -> None:
     assert bench.wires.take() == []
 
 
+@pytest.mark.parametrize("no_number", ["00 00 c0 7f", "00 00 80 7f", "00 00 80 ff"])
+def test_a_wire_keeps_its_value_when_a_master_writes_what_is_no_number(no_number: str) -> None:
+    bench = CanopenBench(LEVEL_SENSOR, ties={"6148:01": {"wire": "span", "unit": "m"}})
+    bench.wires.take()
+    bench.write("23 48 61 01 00 00 80 3f", f"23 48 61 01 {no_number}")
+    assert bench.wires.take() == [Signal("span", 1.0, "m")]
+
+
 def test_tied_inputs_follow_their_wires() -> None:
     bench = CanopenBench(
         ties={
