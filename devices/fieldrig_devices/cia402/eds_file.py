@@ -20,6 +20,7 @@ MAPPED: Final = 8
 """Entries that a mapping has room for."""
 _MANDATORY: Final = (0x1000, 0x1001, 0x1018)
 _RPDO, _RPDO_MAPPING, _TPDO, _TPDO_MAPPING = 0x1400, 0x1600, 0x1800, 0x1A00
+_FIRST_OF_APPLICATION: Final = 0x2000
 _SYNCHRONOUS, _EVENT_DRIVEN = 1, 255
 _INHIBIT: Final = 50
 """5 ms, so that a position that changes in every cycle doesn't fill the bus."""
@@ -128,6 +129,11 @@ def _variable(section: str, row: Row) -> str:
     lines += [f"DataType=0x{row.type:04X}", f"AccessType={row.access}"]
     lines += [f"LowLimit={row.low}"] if row.low is not None else []
     lines += [f"HighLimit={row.high}"] if row.high is not None else []
-    has_start = row.type not in (DOMAIN, OCTETS) and not (row.type == TEXT and row.start == 0)
-    lines += [f"DefaultValue={row.start}"] if has_start else []
+    lines += [f"DefaultValue={row.start}"] if _has_start(row) else []
     return "\n".join([*lines, f"PDOMapping={int(row.is_mappable)}"])
+
+
+def _has_start(row: Row) -> bool:
+    """What the machine says is not known before."""
+    is_said = row.access == "ro" and row.index >= _FIRST_OF_APPLICATION
+    return bool(row.start) if is_said or row.type == TEXT else row.start != "" and row.type not in (DOMAIN, OCTETS)

@@ -102,7 +102,7 @@ class Row:
     type: int
     access: str
     start: int | str = 0
-    """A text also for what begins with $NODEID."""
+    """A text also for what begins with $NODEID; an empty one where there is none."""
     is_mappable: bool = False
     low: int | None = None
     high: int | None = None

@@ -24,6 +24,8 @@ AXIS: Final = 0x2100
 SERVICE: Final = 0x2180
 """And on: the service channel of each axis."""
 
+FIRST_PARAMETER: Final = 0x1_0001
+"""Which parameter is shown first: MsgFilter, the first one of the controller."""
 SEVERAL_AXES: Final = 0xFFFF_0192
 """1000h of a device with several CiA 402 axes."""
 PRODUCT: Final = 0x0000_4D34
@@ -140,10 +142,10 @@ _CONTROLLER: Final = Table(
         Row(MESSAGE, 1, "Which entry, 1 is the newest", U16, "rw", 1, low=1),
         Row(MESSAGE, 2, "Entry", TEXT, "ro"),
         Row(MESSAGE, 3, "Number of entries", U16, "ro"),
-        Row(PARAMETER, 1, "Logical address", U32, "rw"),
+        Row(PARAMETER, 1, "Logical address", U32, "rw", f"{FIRST_PARAMETER:#010x}"),
         Row(PARAMETER, 2, "Path", TEXT, "rw"),
         Row(PARAMETER, 3, "Type of value", U8, "ro"),
-        Row(PARAMETER, 4, "Value as a number", REAL64, "rw"),
+        Row(PARAMETER, 4, "Value as a number", REAL64, "rw", ""),
         Row(PARAMETER, 5, "Value as a text", TEXT, "rw"),
         Row(PARAMETER, 6, "Kind of access", U8, "ro"),
     ],

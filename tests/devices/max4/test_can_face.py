@@ -9,7 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.errors import RigError
+from fieldrig_devices.canopen.eds import load
 from fieldrig_devices.canopen.eds_check import check_eds
+from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.run import choose, conform_virtual
+from fieldrig_devices.conformance.suite import Verdict
 from fieldrig_devices.max4.can_face_errors import error_of, register_of
 from fieldrig_devices.max4.can_face_objects import EDS, eds_text
 
@@ -27,6 +31,18 @@ def node(bench: CanFaceBench) -> Any:
 def test_the_eds_is_what_the_tables_say_and_has_no_fault() -> None:
     assert EDS.read_text() == eds_text()
     assert check_eds(EDS) == []
+
+
+@pytest.mark.manual("PD-301")
+def test_bit_rates_are_those_of_the_manual() -> None:
+    rates = load(EDS, NODE).features.bit_rates
+    assert (min(rates), max(rates)) == (20_000, 1_000_000)
+
+
+def test_our_conformance_cases_of_objects_and_pdos_pass(bench: CanFaceBench) -> None:
+    report = conform_virtual(bench.rig, "can0", Description(EDS, NODE), choose(["OD", "PDO"]))
+    assert report.of(Verdict.FAILED) == []
+    assert len(report.of(Verdict.PASSED)) > 20
 
 
 @pytest.mark.manual("PD-302")
@@ -114,6 +130,10 @@ def test_values_that_a_parameter_can_not_have_are_refused(node: Any, path: str, 
     with pytest.raises(SdoAbortedError) as refused:
         node.sdo[0x2002][4].raw = value
     assert refused.value.code == code
+
+
+def test_the_first_parameter_is_shown_at_first(node: Any) -> None:
+    assert node.sdo[0x2002][2].raw == "MAx-4.General.MsgFilter"
 
 
 def test_what_there_is_not_has_no_address(node: Any) -> None:
