@@ -106,6 +106,10 @@ class SercosMaster:
         self._early_cycle_ns, self._settling_ns = early_cycle_ns, settling_ns
         self.drives = {drive.address: drive for drive in drives}
         self._order = tuple(drives)
+        patience_cycles = getattr(link, "patience_ns", 0) // early_cycle_ns
+        self._most_calls = CALLS + patience_cycles
+        for drive in drives:
+            drive.client.more_patience = patience_cycles
         self._on_event, self._on_cycle = on_event, on_cycle
         self.phase = 0
         self._target = 0
@@ -328,9 +332,9 @@ class SercosMaster:
         drive = self._order[self._called] if self._called < len(self._order) else None
         if drive is not None and drive.calls:
             drive.is_here = any(at[0] == drive.address for at in answers.ats)
-            if not drive.is_here and drive.calls >= CALLS:
+            if not drive.is_here and drive.calls >= self._most_calls:
                 self._tell(Event.MISSING, drive.address)
-            if drive.is_here or drive.calls >= CALLS:
+            if drive.is_here or drive.calls >= self._most_calls:
                 self._called += 1
                 drive = self._order[self._called] if self._called < len(self._order) else None
         if drive is not None:

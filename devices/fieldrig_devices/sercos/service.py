@@ -135,6 +135,8 @@ class ServiceClient:
         self._present: _Request | None = None
         self._steps: Generator[_Step, int, bytes] | None = None
         self._patience = 0
+        self.more_patience = 0
+        """Cycles beyond `PATIENCE_CYCLES`."""
         self._attributes: dict[int, Attribute] = {}
 
     @property
@@ -194,7 +196,7 @@ class ServiceClient:
         word = step.element << ELEMENT_SHIFT | (WRITE if step.is_write else 0) | (LAST if step.is_last else 0)
         self.control = word | (~self.control & MHS)
         self.info = step.info
-        self._patience = PATIENCE_CYCLES
+        self._patience = PATIENCE_CYCLES + self.more_patience
 
     def _end(self, outcome: bytes | ServiceError) -> None:
         request, self._present, self._steps = self._present, None, None
