@@ -148,7 +148,7 @@ class Cia402Bench(CanopenBench):
     def status(self, mask: int = 0xFFFF, axis: int = 0) -> int:
         return self.get(0x6041, axis=axis) & mask
 
-    def enabled(self, mode: int, **more: int) -> "Cia402Bench":
+    def enabled(self, mode: int) -> "Cia402Bench":
         """In operation enabled, in this mode."""
         self.put(0x6060, mode).control(0x06).control(0x07).control(0x0F).cycles(1)
         assert self.status(0x6F) == ENABLED

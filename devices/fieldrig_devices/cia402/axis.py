@@ -8,6 +8,7 @@ Ours: a following error beyond 6065h and 6066h is a fault, 8611h; bit 8, 14 and 
 """
 
 from collections.abc import Callable
+from enum import IntEnum
 from typing import Final
 
 from fieldrig_devices.canopen.abort import Abort, Code
@@ -45,9 +46,16 @@ MODES: Final[tuple[type[Mode], ...]] = (
     CyclicPosition, CyclicVelocity, CyclicTorque,
 )  # fmt: skip
 SHOWS_FOLLOWING_ERROR: Final = (ProfilePosition.number, CyclicPosition.number)
-_FAULT_SIGNAL, _DISABLE_VOLTAGE, _QUICK_STOP = 1, 2, 3
-"""6007h; 0: nothing happens."""
+
 _ON: Final = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
+
+
+class AbortConnection(IntEnum):
+    """6007h; 0: nothing happens."""
+
+    FAULT_SIGNAL = 1
+    DISABLE_VOLTAGE = 2
+    QUICK_STOP = 3
 
 
 class Cia402Axis(Service):
@@ -124,11 +132,11 @@ class Cia402Axis(Service):
             return
         self._is_woken = True
         match self._numbers[objects.ABORT_CONNECTION]:
-            case 1:
+            case AbortConnection.FAULT_SIGNAL:
                 self._own_error = COMMUNICATION_LOST
-            case 2:
+            case AbortConnection.DISABLE_VOLTAGE:
                 self.machine.disable_voltage()
-            case 3:
+            case AbortConnection.QUICK_STOP:
                 self.machine.quick_stop()
 
     def _connect(self) -> None:

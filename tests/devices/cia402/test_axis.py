@@ -212,15 +212,10 @@ def test_the_polarity_turns_positions_and_velocities(bench: Cia402Bench) -> None
 
 def test_positions_count_on_over_32_bits(bench: Cia402Bench) -> None:
     bench.motor.position = 0x7FFF_FF00
-    bench.put(0x6067, 0).put(0x607A, -0x8000_0000 + 0x100).put(0x6081, 100_000_000).enabled(PP)
-    bench.control(0x5F)  # relative, so over the end
-    bench.put(0x607A, 0x200).control(0x0F).control(0x5F)
-    bench.motor.position = 0x7FFF_FF00
-    again = Cia402Bench()
-    again.motor.position = 0x7FFF_FF00
-    again.put(0x607A, 0x200).enabled(PP).control(0x5F).cycles(100)
-    assert again.motor.position == 0x8000_0100
-    assert again.get(0x6064) == -0x8000_0000 + 0x100
+    bench.put(0x607A, 0x200).enabled(1).control(0x5F).cycles(100)  # relative, over the end
+    assert (bench.motor.position, bench.get(0x6064)) == (0x8000_0100, -0x8000_0000 + 0x100)
+    bench.put(0x607A, -0x8000_0000 + 0x300).control(0x0F).control(0x1F).cycles(100)  # absolute, on this turn
+    assert bench.motor.position == 0x8000_0300
 
 
 def test_inputs_and_outputs(bench: Cia402Bench) -> None:
