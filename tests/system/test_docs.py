@@ -23,8 +23,8 @@ from doc_pages import PAGES, ROOT, Block, blocks
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
-PORTS = ("5020", "5021", "7447", "7449", "29536", "29538")
-"""Those of the lab, and those that pages give to rigs of their own."""
+PORTS = ("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556")
+"""Those of the lab and of the ring, and those that pages give to rigs of their own."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
 """What rig files of a page find beside them, as those of configs do."""
 PATIENCE_S = 60.0
@@ -44,6 +44,8 @@ class Desk:
         for name, target in BESIDE.items():
             (self.folder / name).symlink_to(target)
         self._ports = {port: str(free_port()) for port in PORTS}
+        ring = self.folder / "configs/ring.yaml"
+        ring.write_text(self._with_free_ports(ring.read_text(encoding="utf-8")), encoding="utf-8")
         self._originals = {free: port for port, free in self._ports.items()}
         programs = f"{self.folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self._environment = {**os.environ, "PATH": programs}
