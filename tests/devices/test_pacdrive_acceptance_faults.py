@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import pytest
 from ring_lab import DRIVES, LINE, RING, RingLab
 
+from fieldrig_bus.can.frame import CanFrame
+
 RPM = {"infeed": 300.0, "film": 300.0, "jaw": 150.0, "outfeed": 600.0}
 CLEAR = (0, "", "")
 
@@ -228,11 +230,24 @@ def test_emergency_stop_takes_inverter_enable_from_all_drives(lab: RingLab) -> N
 # ---- the same bytes
 
 
+# SDO downloads to node 1: axis 1 in profile velocity, enabled, a turn a second
+ORDERS = [
+    "2f 60 60 00 03 00 00 00", "2b 40 60 00 06 00 00 00", "2b 40 60 00 07 00 00 00", "2b 40 60 00 0f 00 00 00",
+    "23 ff 60 00 40 42 0f 00",
+]  # fmt: skip
+
+
 def played(lab: RingLab) -> list[str]:
-    """Boot, enable, some faults, and every message on every bus."""
+    """Boot, enable, an axis turned over CAN, some faults, and every message on every bus."""
     lab.trace = []
     with lab:
-        lab.run(3_000).enable()
+        plc = lab.rig.attach("plc").link("can0")
+        lab.run(3_000).enable("film", "jaw", "outfeed")
+        for order in ORDERS:
+            plc.send(CanFrame(0x601, bytes.fromhex(order)))
+            lab.run(150)
+        lab.run(1_000)
+        assert lab.speed("infeed") == pytest.approx(60, rel=0.05)
         lab.fault("film", "dc_bus", start_ms=100.0, duration_ms=300.0)
         lab.fault("ring", "late", station="jaw", count=1, start_ms=50.0)
         lab.rig.set("outfeed", "load_torque", 0.5)

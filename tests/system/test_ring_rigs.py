@@ -1,0 +1,50 @@
+"""The rigs of configs/ring.yaml and packaging-line.yaml: what is in them, and that they come up in real time."""
+
+import signal
+
+import pytest
+from ring_process import CONFIGS, RingProcess
+from running_rig import until
+
+from fieldrig.config import load
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
+
+OTHERS = ("lab.yaml", "arp-cell.yaml")
+
+
+@pytest.mark.parametrize("name", ["ring", "packaging-line"])
+def test_virtual_twin_has_the_same_devices(name: str) -> None:
+    real, virtual = load(CONFIGS / f"{name}.yaml"), load(CONFIGS / f"{name}-virtual.yaml")
+    assert (real.time, virtual.time) == ("real", "virtual")
+    assert real.buses.keys() == virtual.buses.keys()
+    for device, entry in real.devices.items():
+        assert virtual.devices[device].settings == entry.settings
+
+
+def test_rigs_may_run_beside_each_other() -> None:
+    """No port is in two of them."""
+    places: list[str] = []
+    for name in ("ring.yaml", "packaging-line.yaml", *OTHERS):
+        lines = (CONFIGS / name).read_text(encoding="utf-8").splitlines()
+        keys = ("control: tcp/", "socketcand:", "listen:")
+        places += [line.split("127.0.0.1:")[1].split()[0] for line in lines if line.strip().startswith(keys)]
+    assert len(places) == len(set(places)) > 8
+
+
+def test_drives_of_the_ring_have_processes_of_their_own_and_those_of_the_line_racks() -> None:
+    ring, line = load(CONFIGS / "ring.yaml"), load(CONFIGS / "packaging-line.yaml")
+    assert [one.process for one in ring.devices.values() if one.kind == "mc4"] == ["infeed", "film", "jaw", "outfeed"]
+    racks = [one.process for one in line.devices.values() if one.kind == "mc4"]
+    assert racks == [f"rack{number}" for number in (1, 2, 3, 4) for _ in range(10)]
+
+
+def test_the_line_of_forty_comes_up_and_an_axis_of_each_rack_is_enabled() -> None:
+    with RingProcess("packaging-line.yaml") as line:
+        line.until_ready().until_up()
+        assert line.get("max4/DiagCode") == 0
+        axes = ("in1", "jaw2", "press", "stretch")
+        for name in axes:
+            line.set(f"max4/{name}.ControllerEnable", True)
+        until(lambda: all(line.get(f"max4/{name}.AxisState") == 3 for name in axes))
+        assert line.end(signal.SIGINT) == 0, line.output()
