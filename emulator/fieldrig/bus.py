@@ -165,6 +165,8 @@ class Bus(ABC, Generic[M]):
     times: ClassVar[frozenset[Time]]
     family: ClassVar[str]
     """What its messages are, for traces: can, modbus, serial, wires, ring."""
+    environment: ClassVar[Mapping[str, str]] = {}
+    """What a process with an end of it has in its environment, before it does anything else, unless the user set it."""
     messages: ClassVar[tuple[type, ...]]
     """The types its links carry; `fieldrig check` compares them with what a device's parameter asks for."""
 

@@ -144,7 +144,11 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     """Run one process of the rig until it is told to end."""
     hold = join_run(config.run)
     _name_process(plan.name)
-    if is_realtime or _is_realtime(config, plan):
+    buses = [config.buses[bus].bus for device in plan.devices for bus in linked_buses(config.devices[device])]
+    for name, value in (item for bus in buses for item in bus.environment.items()):
+        os.environ.setdefault(name, value)
+    # Threads that are made later have the same scheduling.
+    if is_realtime or any(getattr(bus.settings, "realtime", False) for bus in buses):
         _ask_for_realtime()
     try:
         with asyncio.Runner(loop_factory=loop_factory()) as runner:
@@ -197,12 +201,6 @@ def _name_process(name: str) -> None:
     """What `ps` and `top` show."""
     with contextlib.suppress(OSError):  # only Linux has it
         Path("/proc/self/comm").write_text(f"rig:{name}")
-
-
-def _is_realtime(config: RigConfig, plan: ProcessPlan) -> bool:
-    """Whether a bus of its devices wants it; the threads that are made later have it then too."""
-    buses = (config.buses[bus] for device in plan.devices for bus in linked_buses(config.devices[device]))
-    return any(getattr(entry.bus.settings, "realtime", False) for entry in buses)
 
 
 def _ask_for_realtime() -> None:

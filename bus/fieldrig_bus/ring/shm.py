@@ -97,10 +97,10 @@ class ShmSpokes:
             if who not in hung:
                 os.write(peer.bell, _ONE)
 
-    def gather(self) -> Iterator[tuple[str, bytes, int]]:
+    def gather(self) -> Iterator[tuple[str, bytes]]:
         for who, peer in self._peers.items():
-            for message, written_ns in peer.back.read():
-                yield who, message, written_ns
+            for message in peer.back.read():
+                yield who, message
 
     def close(self) -> None:
         self._loop.remove_reader(self._door)
@@ -222,7 +222,7 @@ class ShmLine:
             return
         images = self._images
         if images is not None:
-            for message, _ in images[0].read():
+            for message in images[0].read():
                 self._rack.on_spread(message)
                 if self._images is not images:  # a drive has closed the line
                     return

@@ -1,22 +1,20 @@
 """Messages in shared memory: one writer, any number of readers, no lock.
 
-A log of the last messages in slots of one size.  A slot holds number, length and CRC of its message, and when it was
-written; the header holds the number of the newest one.  A reader that was overtaken, or reads while the slot is
-written, sees a wrong number or CRC and passes the message over: so it needs no promise of the processor about the order
-of stores.
+A log of the last messages in slots of one size.  A slot holds number, length and CRC of its message; the header holds
+the number of the newest one.  A reader that was overtaken, or reads while the slot is written, sees a wrong number or
+CRC and passes the message over: so it needs no promise of the processor about the order of stores.
 """
 
 import mmap
 import os
 import struct
-import time
 from collections.abc import Iterator
 from typing import Final
 from zlib import crc32
 
 SLOTS: Final = 16
 _NEWEST: Final = struct.Struct("<I")
-_HEAD: Final = struct.Struct("<IIIq")  # number, length, CRC-32, instant
+_HEAD: Final = struct.Struct("<III")  # number, length, CRC-32
 _START: Final = 64  # of the slots: the header has a cache line of its own
 _32: Final = 0xFFFF_FFFF
 
@@ -49,12 +47,12 @@ class Image:
         self.number = number = self.number + 1 & _32
         start = _START + number % SLOTS * self._slot
         self._map[start : start + _HEAD.size + len(message)] = (
-            _HEAD.pack(number, len(message), crc32(message, number), time.monotonic_ns()) + message
+            _HEAD.pack(number, len(message), crc32(message, number)) + message
         )
         _NEWEST.pack_into(self._map, 0, number)
 
-    def read(self) -> Iterator[tuple[bytes, int]]:
-        """What was written since the last call, as far as it is still there, and when (CLOCK_MONOTONIC)."""
+    def read(self) -> Iterator[bytes]:
+        """What was written since the last call, as far as it is still there."""
         (newest,) = _NEWEST.unpack_from(self._map)
         unread = newest - self.number & _32
         if unread > SLOTS:
@@ -62,9 +60,9 @@ class Image:
         while self.number != newest:
             self.number = self.number + 1 & _32
             start = _START + self.number % SLOTS * self._slot
-            number, length, check, written_ns = _HEAD.unpack_from(self._map, start)
+            number, length, check = _HEAD.unpack_from(self._map, start)
             if number == self.number and length <= self._slot - _HEAD.size:
                 start += _HEAD.size
                 message = self._map[start : start + length]
                 if crc32(message, number) == check:
-                    yield message, written_ns
+                    yield message

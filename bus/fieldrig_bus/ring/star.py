@@ -34,7 +34,7 @@ MOST_BEHIND: Final = 16
 OPERATION: Final = 3
 """The phase from which every station answers in every cycle."""
 
-TRIPS: Final = 2_000
+TRIPS: Final = 700
 """Round trips that statistics look back on."""
 _32: Final = 0xFFFF_FFFF
 
@@ -48,8 +48,8 @@ class Spokes(Protocol):
     def spread(self, message: bytes, hung: Collection[str]) -> None:
         """To all processes but those that stand still.  It never blocks."""
 
-    def gather(self) -> Iterable[tuple[str, bytes, int]]:
-        """What has come back since the last call: from whom, what, and when (CLOCK_MONOTONIC)."""
+    def gather(self) -> Iterable[tuple[str, bytes]]:
+        """What has come back since the last call: from whom, and what."""
 
     def close(self) -> None: ...
 
@@ -96,8 +96,8 @@ class Star:
         self._answers: Answers | None = None
         self._hung: set[str] = set()
         self._late: dict[str, int] = {}
-        self._most_behind = 0
-        self._spread_ns = self._came_ns = 0
+        self._most_behind = self._late_cycles = 0
+        self._spread_ns = self._done_ns = 0
         self._trips_ns: deque[int] = deque(maxlen=TRIPS)
 
     def open(self, spokes: Spokes) -> None:
@@ -147,20 +147,20 @@ class Star:
             del self._owners[name]
             self._fibre.leave(name)
 
-    def take(self, who: str, data: bytes, came_ns: int | None = None) -> None:
-        """What came back from a process; left out: just now."""
+    def take(self, who: str, data: bytes) -> None:
+        """What came back from a process."""
         process = self._processes.get(who)
         if process is None:
             return
         try:
-            sequence, ats = decode_back(data)
+            back = decode_back(data)
         except ValueError as fault:
             log.debug("%s: %s: %s", self._bus, who, fault)
             return
-        process.done = sequence
-        self._came_ns = max(self._came_ns, time.monotonic_ns() if came_ns is None else came_ns)
+        process.done = back.sequence
+        self._done_ns = max(self._done_ns, back.instant_ns)
         owners, names = self._owners, process.names
-        for place, at in ats:
+        for place, at in back.ats:
             if place < len(names) and owners.get(names[place]) is process:
                 self._fibre.leave_at(names[place], at)
                 if self._patience_ns:
@@ -178,10 +178,11 @@ class Star:
     def _begin_cycle(self, mst: Mst) -> None:
         self._gather()
         late = self._count_late()
+        self._late_cycles += bool(late)
         if self._patience_ns:
             self._forgive(mst)
         if not late and self._spread_ns:
-            self._trips_ns.append(self._came_ns - self._spread_ns)
+            self._trips_ns.append(max(self._done_ns - self._spread_ns, 0))
         self._end_cycle(b"")
         answers = self._answers = self._fibre.begin_cycle(self._at.clock.now_ns(), mst, late)
         self._at.heard(RING, answers)
@@ -192,7 +193,7 @@ class Star:
         if not heard:
             return
         self._sequence = self._sequence + 1 & _32
-        self._spread_ns = time.monotonic_ns()
+        self._spread_ns, self._done_ns = time.monotonic_ns(), 0
         observed = encode(self._answers) if self._fibre.observers and self._answers is not None else b""
         message = encode_spread(self._sequence, self._at.clock.now_ns(), heard, observed, self._fibre.stations)
         for who, process in self._processes.items():
@@ -207,8 +208,8 @@ class Star:
 
     def _gather(self) -> None:
         if self._spokes is not None:
-            for who, data, came_ns in self._spokes.gather():
-                self.take(who, data, came_ns)
+            for who, data in self._spokes.gather():
+                self.take(who, data)
 
     def _count_late(self) -> int:
         """Stations whose process is not done with the cycle before."""
@@ -263,15 +264,22 @@ class Star:
         return bool(self._fibre.observers)
 
     def statistics(self) -> dict[str, float]:
-        """`late.NAME` counts for one station; `most_cycles_late` is how far any process ever was behind.
+        """`late.NAME` counts for one station, `late_cycles` those in which any was late; `most_cycles_late` is how far
+        any process ever was behind.
 
-        A round trip is from the spreading of a cycle until the last process is done with it.
+        A trip is from the spreading of a cycle until the last process is done with it, by its own clock.
         """
         trips_us = sorted(trip_ns / 1e3 for trip_ns in self._trips_ns) or [0.0]
         trips = {f"trip_p{percent}_us": trips_us[len(trips_us) * percent // 100] for percent in (50, 99)}
         by_station = {f"late.{name}": float(count) for name, count in self._late.items()}
         general = self._fibre.statistics(self._at.clock.now_ns())
-        return {**general, **trips, "most_cycles_late": float(self._most_behind), **by_station}
+        return {
+            **general,
+            **trips,
+            "late_cycles": float(self._late_cycles),
+            "most_cycles_late": float(self._most_behind),
+            **by_station,
+        }
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         with refusals(self._bus):

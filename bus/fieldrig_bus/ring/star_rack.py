@@ -6,6 +6,7 @@ one message.  What a drive leaves at other times follows at the end of that turn
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -108,7 +109,7 @@ class Rack:
         self._is_coming_back = False
         left, self._left = self._left, []
         if self._reply is not None:
-            self._reply(encode_back(self._sequence, left))
+            self._reply(encode_back(self._sequence, time.monotonic_ns(), left))
 
     def _tell(self) -> None:
         self._places = {name: place for place, name in enumerate(self._stations)}

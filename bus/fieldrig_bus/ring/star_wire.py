@@ -15,7 +15,7 @@ from fieldrig_bus.ring.message import Cycle
 _OUT: Final = struct.Struct("<IqIBHBH")
 """Sequence, instant, number, lengths of MST and MDT, whether stations are listed, length of the answers."""
 _LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
-_BACK: Final = struct.Struct("<I")  # sequence
+_BACK: Final = struct.Struct("<Iq")  # sequence, instant
 _AT: Final = struct.Struct("<BH")  # place of the station in its process, length
 _MST, _MDT = 1, 2
 
@@ -85,15 +85,27 @@ def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
     ]
 
 
-def encode_back(sequence: int, ats: Iterable[tuple[int, bytes]]) -> bytes:
-    return _BACK.pack(sequence) + b"".join(_AT.pack(place, len(at)) + at for place, at in ats)
+@dataclass(frozen=True, slots=True)
+class Back:
+    """What a process answers."""
+
+    sequence: int
+    instant_ns: int
+    """When it was done, by the clock of its machine."""
+    ats: list[tuple[int, bytes]]
+    """With the place of the station in its process."""
 
 
-def decode_back(data: bytes) -> tuple[int, list[tuple[int, bytes]]]:
+def encode_back(sequence: int, instant_ns: int, ats: Iterable[tuple[int, bytes]]) -> bytes:
+    return _BACK.pack(sequence, instant_ns) + b"".join(_AT.pack(place, len(at)) + at for place, at in ats)
+
+
+def decode_back(data: bytes) -> Back:
     """ValueError for anything that `encode_back` doesn't write."""
     try:
-        (sequence,) = _BACK.unpack_from(data)
-        ats, start = [], _BACK.size
+        sequence, instant_ns = _BACK.unpack_from(data)
+        ats: list[tuple[int, bytes]] = []
+        start = _BACK.size
         while start < len(data):
             place, length = _AT.unpack_from(data, start)
             end = start + _AT.size + length
@@ -103,4 +115,4 @@ def decode_back(data: bytes) -> tuple[int, list[tuple[int, bytes]]]:
             start = end
     except struct.error as cause:
         raise ValueError("an answer is cut short") from cause
-    return sequence, ats
+    return Back(sequence, instant_ns, ats)
