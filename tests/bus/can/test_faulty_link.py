@@ -34,7 +34,7 @@ class Bench:
     def session(self) -> Any:
         raise NotImplementedError
 
-    def deliver(self, handler: Any, message: Any) -> None:
+    def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
         handler(message)
 
     def heard(self, sender: str, message: Any) -> None:
