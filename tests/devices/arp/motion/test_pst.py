@@ -373,6 +373,16 @@ def test_master_offset_is_reached_by_its_step_in_each_sample() -> None:
     assert [bench.loop().position(1) for _ in range(3)] == [7.5, 6.0, 6.0]
 
 
+@pytest.mark.manual("ARP-032", "ARP-033")
+def test_master_offset_is_in_master_units_whatever_the_gear() -> None:
+    """Digest 13.4: x = xv + offset, and only xv goes by the gear."""
+    bench = locked((1, 21, -2.0), (1, 22, 3000.0))
+    moved(bench, 500)  # 2000 in the table
+    assert bench.position(1) == pytest.approx(2000.0)
+    bench.set(1, 22, 3100.0)
+    assert bench.loop().position(1) == pytest.approx(2100.0)
+
+
 @pytest.mark.manual("ARP-030", "ARP-031")
 def test_slave_offset_moves_the_reference_by_its_step_in_each_sample() -> None:
     bench = locked((1, 20, 2.5))
@@ -381,7 +391,7 @@ def test_slave_offset_moves_the_reference_by_its_step_in_each_sample() -> None:
     moved(bench, 1000)
     assert bench.position(1) == 994.0
     bench.set(1, 19, 0.0)  # absolute, not on top of it
-    assert bench.loop(5).position(1) == 1000.0
+    assert [bench.loop().position(1) for _ in range(4)] == [996.5, 999.0, 1000.0, 1000.0]
 
 
 @pytest.mark.manual("ARP-030", "ARP-031", "ARP-033")
@@ -539,11 +549,12 @@ def test_master_speed_of_0_is_error_113() -> None:
 
 
 @pytest.mark.manual("ARP-103", "ARP-034")
-def test_right_pst_at_the_limit_is_none() -> None:
-    bench = bench_of_a((1, 7, 99_999.0), (1, 24, 15_811.388))
+@pytest.mark.parametrize(("master_speed", "error"), [(15_811.388, 0), (15_811.389, 113)])
+def test_the_slave_s_parameter_24_says_how_fast_the_master_may_be(master_speed: float, error: int) -> None:
+    """Digest 13.6; neither the master's own [24] nor its maximum speed, which are far beyond here."""
+    bench = bench_of_a((1, 7, 99_999.0), (1, 24, master_speed), (2, 7, 99_999.0), (2, 24, 99_999.0))
     bench.axes.follow_table(2, 1, 10)
-    assert bench.faults.error == 0
-    assert bench.F[261] == 1
+    assert (bench.faults.error, bench.F[261]) == (error, int(not error))
 
 
 @pytest.mark.manual("ARP-099")
