@@ -153,6 +153,17 @@ def test_ctrl_f2_ends_a_blocking_error() -> None:
     assert (bench.state, bench.error) == (RESET_COMMAND, 0)
 
 
+@pytest.mark.manual("ARP-016")
+@pytest.mark.parametrize("period_ms", [10, 37, 100])
+def test_enable_is_looked_at_once_a_scheduler_period_and_no_more(period_ms: int) -> None:
+    bench = CardBench(LOOP, {"general": {16: period_ms}}, is_enabled=False).run_for(period_ms)
+    for is_enabled in (True, False, True, False):
+        before, after = (RESET_ENABLE, RUN) if is_enabled else (RUN, RESET_ENABLE)
+        bench.drive("I108", is_enabled)
+        assert bench.run_for(period_ms - 0.001).state is before
+        assert bench.run_for(0.001).state is after
+
+
 @pytest.mark.manual("ARP-016", "ARP-042")
 @pytest.mark.parametrize("period_ms", [10, 40, 100])
 def test_a20_a_drop_of_enable_in_motion_is_seen_within_the_scheduler_period(period_ms: int) -> None:
