@@ -1,5 +1,6 @@
 """Faults at a device's own end of a CAN bus whose medium is not ours."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -20,7 +21,8 @@ ONE, TWO = CanFrame(1, b"\x01"), CanFrame(2)
 class Bench:
     """An attachment, and the link that it got."""
 
-    member, rig, seed = "io", "lab", 7
+    member, process, rig, seed = "io", "io", "lab", 7
+    members: Mapping[str, str] = {"io": "io"}
 
     def __init__(self, *faults: dict[str, Any]) -> None:
         self.clock, self.medium = VirtualClock(), RecordedLink[CanFrame]()
@@ -29,6 +31,9 @@ class Bench:
         self.link = FaultyLink(self, self.medium, given, Random("7/can0/io"))
 
     def path(self, name: str) -> Path:
+        raise NotImplementedError
+
+    def serve(self, subject: Any) -> None:
         raise NotImplementedError
 
     def session(self) -> Any:
