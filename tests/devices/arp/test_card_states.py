@@ -96,6 +96,8 @@ def test_each_state_can_be_reached_and_left_by_enable(state: CardState) -> None:
 def test_a_card_that_is_held_has_its_outputs_at_0(state: CardState) -> None:
     bench = running()
     assert (bench.told("O101"), bench.told("dac1")) == (True, 5.0)
+    for number in (102, 132, 201, 232, 301, 332):
+        assert bench.outside.set_output(number, 1)
     if state is BLOCKED:
         bench.outside.faults.fail(codes.STACK)
     elif state is RESET_ENABLE:

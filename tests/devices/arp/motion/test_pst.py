@@ -196,7 +196,7 @@ def test_master_outside_the_table_aborts_without_motion_or_error() -> None:
     assert bench.faults.error == 0
 
 
-@pytest.mark.manual("ARP-106", "ARP-071", "ARP-104")
+@pytest.mark.manual("ARP-068", "ARP-106", "ARP-071", "ARP-104")
 def test_master_that_leaves_the_table_leaves_the_slave_at_its_speed() -> None:
     bench = locked()
     moved(bench, 8000)
@@ -213,7 +213,7 @@ def test_master_that_leaves_the_table_leaves_the_slave_at_its_speed() -> None:
     assert bench.speed(1) == 0
 
 
-@pytest.mark.manual("ARP-106", "ARP-100")
+@pytest.mark.manual("ARP-068", "ARP-106", "ARP-100")
 def test_stop_brakes_the_slave_and_ends_the_cam() -> None:
     bench = locked()
     bench.axes.move_to(2, 10_000_000)
@@ -229,7 +229,7 @@ def test_stop_brakes_the_slave_and_ends_the_cam() -> None:
     bench.until_flag(1, ARRIVED)
 
 
-@pytest.mark.manual("ARP-106", "ARP-069")
+@pytest.mark.manual("ARP-068", "ARP-106", "ARP-069")
 def test_stop_flag_ends_the_cam_at_the_present_speed() -> None:
     """A25, on a PST."""
     bench = locked()
