@@ -12,8 +12,8 @@ from typing import Final
 from fieldrig_bus.ring.fibre import Heard
 from fieldrig_bus.ring.message import Cycle
 
-_OUT: Final = struct.Struct("<IqIBHBH")
-"""Sequence, instant, number, lengths of MST and MDT, whether stations are listed, length of the answers."""
+_OUT: Final = struct.Struct("<IqIBHHBH")
+"""Sequence, instant, number, lengths of MST, MDT and answers, whether stations are listed, and their length."""
 _LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
 _BACK: Final = struct.Struct("<Iq")  # sequence, instant
 _AT: Final = struct.Struct("<BH")  # place of the station in its process, length
@@ -38,12 +38,10 @@ def encode_spread(sequence: int, instant_ns: int, heard: Sequence[Heard], answer
     number = heard[0][0].number & 0xFFFF_FFFF
     mst = next((cycle.mst for cycle, _ in heard if cycle.mst), b"")
     mdt = next((cycle.mdt for cycle, _ in heard if cycle.mdt), b"")
-    listed = b"" if len(heard) == 1 and len(heard[0][1]) == stations else _listed(heard)
     is_listed = len(heard) != 1 or len(heard[0][1]) != stations
-    return (
-        _OUT.pack(sequence & 0xFFFF_FFFF, instant_ns, number, len(mst), len(mdt), is_listed, len(answers))
-        + mst + mdt + answers + listed
-    )  # fmt: skip
+    listed = _listed(heard) if is_listed else b""
+    lengths = len(mst), len(mdt), len(answers), is_listed, len(listed)
+    return _OUT.pack(sequence & 0xFFFF_FFFF, instant_ns, number, *lengths) + mst + mdt + answers + listed
 
 
 def _listed(heard: Sequence[Heard]) -> bytes:
@@ -59,15 +57,17 @@ def _listed(heard: Sequence[Heard]) -> bytes:
 def decode_spread(data: bytes) -> Spread:
     """ValueError for anything that `encode_spread` doesn't write."""
     try:
-        sequence, instant_ns, number, mst_length, mdt_length, is_listed, answers_length = _OUT.unpack_from(data)
+        sequence, instant_ns, number, mst_length, mdt_length, answers_length, is_listed, listed_length = (
+            _OUT.unpack_from(data)
+        )
         mdt_start = _OUT.size + mst_length
         answers_start = mdt_start + mdt_length
-        end = answers_start + answers_length
-        if end > len(data) or (not is_listed and end != len(data)):
-            raise ValueError(f"a cycle of {len(data)} bytes is no cycle")
+        listed_start = answers_start + answers_length
+        if listed_start + listed_length != len(data):
+            raise ValueError(f"a cycle of {len(data)} bytes says it has {listed_start + listed_length}")
         mst, mdt = data[_OUT.size : mdt_start], data[mdt_start:answers_start]
-        heard = _heard(number, mst, mdt, data[end:]) if is_listed else [(Cycle(number, mst, mdt), ())]
-        return Spread(sequence, instant_ns, heard, data[answers_start:end])
+        heard = _heard(number, mst, mdt, data[listed_start:]) if is_listed else [(Cycle(number, mst, mdt), ())]
+        return Spread(sequence, instant_ns, heard, data[answers_start:listed_start])
     except struct.error as cause:
         raise ValueError("a cycle is cut short") from cause
 
@@ -78,6 +78,8 @@ def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
     while start < len(rows):
         hears, length = _LISTED.unpack_from(rows, start)
         start += _LISTED.size + length
+        if start > len(rows):
+            raise ValueError("in a cycle the name of a station is cut short")
         groups.setdefault(hears, []).append(rows[start - length : start].decode())
     return [
         (Cycle(number, mst if hears & _MST else b"", mdt if hears & _MDT else b""), names)

@@ -11,6 +11,7 @@ import asyncio
 import logging
 import os
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, ClassVar, Final
@@ -52,8 +53,8 @@ class ZenohSpokes:
 
     def __init__(self, session: zenoh.Session, star: Star) -> None:
         self._session, self._star, self._loop = session, star, star.loop
-        self._here: dict[str, str] = {}
-        """Of each process, the token that holds."""
+        self._here: dict[str, dict[tuple[int, int], Stations]] = {}
+        """Of each process, its tokens by age: the newest holds."""
         self._all = self._publisher(f"{OUT}/*")
         self._each: dict[str, zenoh.Publisher] = {}
         self._back = session.declare_subscriber(f"{BACK}/*", zenoh.handlers.FifoChannel(MOST_BACK))
@@ -78,18 +79,28 @@ class ZenohSpokes:
     def _publisher(self, key: str) -> zenoh.Publisher:
         return self._session.declare_publisher(key, express=True, congestion_control=zenoh.CongestionControl.BLOCK)
 
-    def _on_here(self, who: str, token: str, is_alive: bool) -> None:
+    def _on_here(self, key: str, is_alive: bool) -> None:
+        """Tokens that were there before may be told of after newer ones."""
+        try:
+            _, who, born, turn, stations = key.split("/")
+            age = int(born), int(turn)
+        except ValueError:
+            log.debug("no token of a ring: %s", key)
+            return
+        tokens = self._here.setdefault(who, {})
         if is_alive:
-            self._here[who] = token
-            self._star.announce(who, _stations_of(token))
-        elif self._here.get(who) == token:  # else another one has taken its place
+            tokens[age] = _stations_of(stations)
+        else:
+            tokens.pop(age, None)
+        if tokens:
+            self._star.announce(who, tokens[max(tokens)])
+        else:
             del self._here[who]
             self._star.lose(who)
 
     def _on_life(self, sample: zenoh.Sample) -> None:
         """On a thread of Zenoh's."""
-        _, who, *token = str(sample.key_expr).split("/")
-        _hand_over(self._loop, self._on_here, who, "/".join(token), sample.kind == zenoh.SampleKind.PUT)
+        _hand_over(self._loop, self._on_here, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
 
 class ZenohLine:
@@ -97,7 +108,7 @@ class ZenohLine:
 
     def __init__(self, session: zenoh.Session, process: str, rack: Rack) -> None:
         self._session, self._process = session, process
-        self._tokens = 0
+        self._born, self._tokens = time.time_ns(), 0
         self._token: Any = None
         self._rack = rack
         self._back = session.declare_publisher(
@@ -121,7 +132,7 @@ class ZenohLine:
         former, self._token = self._token, None
         self._tokens += 1
         if stations:
-            key = f"{HERE}/{self._process}/{os.getpid()}/{self._tokens}/{_token_of(stations)}"
+            key = f"{HERE}/{self._process}/{self._born}/{self._tokens}/{_token_of(stations)}"
             self._token = self._session.liveliness().declare_token(key)
         if former is not None:
             former.undeclare()
@@ -233,7 +244,7 @@ def _token_of(stations: Stations) -> str:
 def _stations_of(token: str) -> Stations:
     """The inverse; what is not understood is left out."""
     stations: list[tuple[str, list[int] | None]] = []
-    for station in token.rpartition("/")[2].split(";"):
+    for station in token.split(";"):
         name, _, addresses = station.partition("=")
         if addresses == OBSERVER:
             stations.append((name, None))

@@ -1,0 +1,93 @@
+"""What is Zenoh's own about a ring over Zenoh."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from addresses import free_port
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, zenoh
+
+from fieldrig import endpoint
+from fieldrig.errors import BusError
+from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings, _stations_of, _token_of
+
+pytestmark = pytest.mark.system
+
+ALL_WELL = dict.fromkeys(ADDRESSES, (True, True))
+STATIONS = st.lists(
+    st.tuples(
+        st.from_regex(r"[a-z][a-z0-9_-]{0,12}", fullmatch=True), st.none() | st.lists(st.integers(1, 254), max_size=3)
+    ),
+    min_size=1,
+    max_size=5,
+)
+
+
+@pytest.fixture
+def ring() -> Iterator[StarRing]:
+    with zenoh() as ring:
+        for name, address in ADDRESSES.items():
+            ring.join(name, address)
+        ring.cycle()
+        yield ring
+
+
+@given(STATIONS)
+def test_a_token_says_which_stations_a_process_has(stations: list[tuple[str, list[int] | None]]) -> None:
+    assert _stations_of(_token_of(stations)) == stations
+
+
+@given(st.text(max_size=40))
+def test_any_other_token_is_read_as_far_as_it_goes(token: str) -> None:
+    _stations_of(token)
+
+
+def test_strangers_say_what_they_like(ring: StarRing) -> None:
+    place = f"unixsock-stream/{ring.at['max4'].path('ring0.zenoh')}"
+    session = endpoint.open_session({"mode": "peer", "listen/endpoints": [], "connect/endpoints": [place]})
+    try:
+        tokens: list[Any] = [
+            session.liveliness().declare_token(f"here/{token}") for token in ("x", "x/y/z/a=1", "x/1/1/a=b")
+        ]
+        for key, data in (("back/belt", b"\xff"), ("back/nobody", b"\0" * 12), ("out/belt", b"nonsense")):
+            session.put(key, data)
+        assert hearing(ring) == ALL_WELL
+        for token in tokens:
+            token.undeclare()
+        assert hearing(ring) == ALL_WELL
+    finally:
+        endpoint.close(session)
+
+
+def test_who_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) -> None:
+    spokes = ring.star._spokes
+    assert spokes is not None
+    heard = {name: len(drive.heard) for name, drive in ring.drives.items()}
+    ring.star._hung.add("rack")
+    ring.star._processes["rack"].sent += 20
+    ring.clock.handle(ring.master.begin)
+    ring.pump(lambda: len(ring.drives["belt"].heard) > heard["belt"])
+    assert len(ring.drives["lift"].heard) == heard["lift"]
+
+
+def test_an_address_that_others_can_reach_asks_for_a_token(ring: StarRing, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(endpoint.TOKEN_VARIABLE, raising=False)
+    open_to_all = RingZenoh("ring1", RingZenohSettings(endpoint=f"tcp/0.0.0.0:{free_port()}"))
+    with pytest.raises(BusError, match="other machines"):
+        open_to_all.hold(ring.at["max4"], ring.star)
+
+
+def test_a_folder_with_too_long_a_path_is_an_error_with_a_remedy(ring: StarRing, tmp_path: Path) -> None:
+    at = StarAt("max4", ring.clock, "max4", tmp_path / ("x" * 120))
+    with pytest.raises(BusError, match="too long") as refused:
+        ring.buses["max4"].hold(at, ring.star)
+    assert "endpoint" in refused.value.remedy
+
+
+def test_an_endpoint_that_is_none_is_refused() -> None:
+    with pytest.raises(ValidationError, match="endpoint"):
+        RingZenohSettings(endpoint="127.0.0.1:7450")
