@@ -64,6 +64,17 @@ def test_what_no_variable_can_hold_is_refused(value: Value) -> None:
         CardBench(LOOP).set("V1", value)
 
 
+@pytest.mark.manual("ARP-053", "ARP-060")
+def test_inputs_and_outputs_as_words() -> None:
+    bench = CardBench("LOOP:\nV1 == #INP1 & H0082\nV2 == #INP2 & HFFFF0000\n@OUT3 == V2\nV3 == @OUT3\nGOTO LOOP")
+    for number in (217, 232):
+        bench.outside.I[number] = 1
+    bench.set("I102", True)
+    bench.run_for(20)
+    assert [bench.outside.V[number] for number in (1, 2, 3)] == [0x82, 0x10000 - 2**31, 0x10000 - 2**31]
+    assert [number for number in range(301, 333) if bench.outside.O[number]] == [317, 332]
+
+
 @pytest.mark.manual("ARP-053")
 def test_flags_one_by_one_and_as_words() -> None:
     bench = CardBench("LOOP:\nV1 == @FLAG1\nV2 == @FLAG1 & H00FF\nGOTO LOOP")

@@ -15,6 +15,15 @@ PST_AXES: Groups = {
 }
 
 
+@pytest.mark.manual("ARP-095", "ARP-096")
+def test_positions_are_what_the_program_says_to_the_last_decimal() -> None:
+    bench = CardBench("PAC 1, 12.345\nPRC 1, V2\nPAC 2, V1\nPRC 2, -0.001" + LOOP, {"axis1": {4: 1}, "axis2": {4: 1}})
+    bench.put_variable(1, -7.501)
+    bench.put_variable(2, 0.002)
+    bench.run_for(1_000)
+    assert (bench.position(1), bench.position(2)) == (12.347, -7.502)
+
+
 # ---- A14: two cams and two events on an encoder that is only read
 
 

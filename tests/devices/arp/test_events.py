@@ -20,7 +20,7 @@ def served(bench: ArpBench) -> int:
     return count
 
 
-@pytest.mark.manual("ARP-087")
+@pytest.mark.manual("ARP-087", "ARP-120")
 @pytest.mark.parametrize(("bit", "table"), [("F5", "F"), ("I101", "I")])
 def test_edges_are_served_once_each(bit: str, table: str) -> None:
     for edge, expected in (("/", [0, 1, 0, 0, 1]), ("\\", [0, 0, 0, 1, 0])):

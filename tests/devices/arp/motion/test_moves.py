@@ -134,6 +134,20 @@ def test_relative_move_goes_both_ways_and_across_the_wrap() -> None:
         assert bench.axes.position(1) == end * 1000
 
 
+@pytest.mark.manual("ARP-096")
+def test_relative_move_goes_on_from_the_reference_and_not_from_the_reading() -> None:
+    """@POS is what a program sees (manual 4.2.1); errors of the loop don't add up over many moves."""
+    bench = AxesBench((1, 4, 2.0), *LIMITS)
+    bench.counts[1] = 0
+    bench.loop()
+    for _ in range(3):
+        bench.axes.move_by(1, 10_000)
+        bench.until_flag(1, AxisFlag.RUNNING, 0)
+        bench.counts[1] = round(bench.position(1)) - 3
+        bench.loop()
+    assert bench.position(1) == 30.0
+
+
 @pytest.mark.manual("ARP-095")
 def test_absolute_move_takes_the_straight_way_and_not_the_short_one() -> None:
     bench = bench_of_simulated((1, 5, 360.0), (1, 6, 0.0))
