@@ -54,40 +54,48 @@ class Node(Protocol):
     def stop(self) -> None: ...
 
 
+class Post:
+    """What nodes have to say when a step is over, in the order in which they reacted: who, at which bus, what."""
+
+    def __init__(self) -> None:
+        self.listens: list[tuple[str, BusName, Sequence[Any] | None]] = []
+        self.sent: list[tuple[str, BusName, Any]] = []
+
+
 class NodeLink:
     """An end of a bus under virtual time: keeps what is sent until the step is over."""
 
-    __slots__ = ("_bus", "_node", "handler")
+    __slots__ = ("_bus", "_name", "_post", "handler")
 
-    def __init__(self, node: "EventNode", bus: BusName) -> None:
-        self._node, self._bus = node, bus
+    def __init__(self, name: str, bus: BusName, post: Post) -> None:
+        self._name, self._bus, self._post = name, bus, post
         self.handler: Callable[[Any], None] | None = None
 
     def send(self, message: Any) -> None:
-        self._node.sent.append((self._bus, message))
+        self._post.sent.append((self._name, self._bus, message))
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
         self.handler = handler
-        self._node.listens.append((self._bus, interest))
+        self._post.listens.append((self._name, self._bus, interest))
 
 
 class EventNode:
     """A clock and links that only move in steps; what reacts to them may be a device, or a test."""
 
-    def __init__(self, now_ns: int = 0) -> None:
+    def __init__(self, name: str, now_ns: int = 0, post: Post | None = None) -> None:
+        """`post` may be one for many."""
+        self.name, self.post = name, post or Post()
         self.clock = VirtualClock(now_ns)
-        self.sent: list[tuple[BusName, Any]] = []
-        self.listens: list[tuple[BusName, Sequence[Any] | None]] = []
         self._links: dict[BusName, NodeLink] = {}
 
     def link(self, bus: BusName) -> NodeLink:
         """This node's end of `bus`; the same one at every call."""
         if bus not in self._links:
-            self._links[bus] = NodeLink(self, bus)
+            self._links[bus] = NodeLink(self.name, bus, self.post)
         return self._links[bus]
 
     def react(self, until_ns: int, deliveries: Deliveries) -> int | None:
-        """A step in one call, for who takes `listens` and `sent` himself.  Returns the earliest wish."""
+        """A step in one call, for who empties the post himself.  Returns the earliest wish."""
         clock, links = self.clock, self._links
         if deliveries:
             clock.set_to(until_ns)
@@ -101,17 +109,19 @@ class EventNode:
         self.react(until_ns, deliveries)
 
     def finish(self) -> Stepped:
-        stepped = Stepped(self.listens, self.sent, self.clock.next_ns())
-        self.listens, self.sent = [], []
-        return stepped
+        post = self.post
+        listens = [(bus, interest) for _, bus, interest in post.listens]
+        sent = [(bus, message) for _, bus, message in post.sent]
+        post.listens.clear()
+        post.sent.clear()
+        return Stepped(listens, sent, self.clock.next_ns())
 
 
 class LocalNode(EventNode):
     """A device in this process."""
 
-    def __init__(self, entry: DeviceEntry, seed: int, store: Store) -> None:
-        super().__init__()
-        self._name = entry.name
+    def __init__(self, entry: DeviceEntry, seed: int, store: Store, post: Post | None = None) -> None:
+        super().__init__(entry.name, post=post)
         links: dict[str, Link[Any] | list[Link[Any]]] = {
             parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
             for parameter, buses in entry.links.items()
@@ -129,11 +139,11 @@ class LocalNode(EventNode):
         write_point(self.device.points(), key, value)
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        with refusals(self._name):
+        with refusals(self.name):
             return self.device.add_fault(fault)
 
     def clear_fault(self, number: int) -> None:
-        with refusals(self._name):
+        with refusals(self.name):
             self.device.clear_fault(number)
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:

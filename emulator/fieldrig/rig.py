@@ -15,7 +15,7 @@ from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError, refusals
-from fieldrig.node import BusName, Deliveries, EventNode, LocalNode, Node
+from fieldrig.node import Deliveries, EventNode, LocalNode, Node, Post
 from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
 
@@ -44,6 +44,8 @@ class Rig:
             self._models[name] = bus_entry.bus.model()
             self._models[name].begin(0, Random(f"{config.seed}/{name}"))
         self._nodes: dict[str, Node] = {}
+        self._post = Post()
+        """Of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
         self._wishes: dict[str, int | None] = {}
         try:
@@ -84,7 +86,7 @@ class Rig:
         """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
-        node = EventNode(self.now_ns)
+        node = EventNode(member, self.now_ns)
         self._outside[member] = node
         self._wishes[member] = None
         for model in self._models.values():
@@ -145,7 +147,7 @@ class Rig:
             if config.processes == "each":
                 self._nodes[name] = RemoteNode(entry, config.seed, store, self.buses)
             else:
-                self._nodes[name] = LocalNode(entry, config.seed, store)
+                self._nodes[name] = LocalNode(entry, config.seed, store, self._post)
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
@@ -166,12 +168,17 @@ class Rig:
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
+        wishes = self._wishes
+        inbox = self._arrivals(now_ns)
+        stirred = self._stirred(now_ns, inbox)
         for _ in range(LONGEST_INSTANT):
-            inbox = self._arrivals(now_ns)
-            stirred = self._stirred(now_ns, inbox)
             if not stirred:
                 return
             self._step(stirred, now_ns, inbox)
+            inbox = self._arrivals(now_ns)
+            if not inbox and all((wish := wishes[name]) is None or wish > now_ns for name in stirred):
+                return  # the others have no wish at this instant, or they would have been stirred
+            stirred = self._stirred(now_ns, inbox)
         raise RigError(
             f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other for ever without time passing",
             "give one of them a turnaround time, or the bus a bit rate",
@@ -208,38 +215,52 @@ class Rig:
         inbox: Mapping[str, Deliveries],
     ) -> None:
         """Those in processes of their own react while those here do."""
+        wishes, deliveries_to = self._wishes, inbox.get
         for name, node in nodes.items():
             if isinstance(node, EventNode):
-                self._wishes[name] = node.react(now_ns, inbox.get(name, ()))
+                wishes[name] = node.react(now_ns, deliveries_to(name, ()))
             else:
-                node.begin(now_ns, inbox.get(name, ()))
-        self._finish(nodes, now_ns)
+                node.begin(now_ns, deliveries_to(name, ()))
+        if self.config.processes == "each":
+            self._fetch(nodes)
+        if self._outside:
+            for name, node in nodes.items():
+                if name in self._outside and isinstance(node, EventNode):
+                    self._gather(node.post)
+        self._hand_in(now_ns)
 
-    def _finish(self, nodes: Mapping[str, Node | EventNode], now_ns: int) -> None:
-        """Everybody listens before anybody is heard."""
-        models = self._models
-        sent: list[tuple[str, list[tuple[BusName, Any]]]] = []
+    def _fetch(self, nodes: Mapping[str, Node | EventNode]) -> None:
+        """What the nodes in other processes have to say."""
+        post = self._post
         for name, node in nodes.items():
-            if isinstance(node, EventNode):
-                listens, said = node.listens, node.sent
-                if listens:
-                    node.listens = []
-                if said:
-                    node.sent = []
-            else:
+            if not isinstance(node, EventNode):
                 stepped = node.finish()
-                listens, said, self._wishes[name] = stepped.listens, stepped.sent, stepped.next_ns
-            for bus, interest in listens:
+                self._wishes[name] = stepped.next_ns
+                post.listens += [(name, bus, interest) for bus, interest in stepped.listens]
+                post.sent += [(name, bus, message) for bus, message in stepped.sent]
+
+    def _gather(self, post: Post) -> None:
+        """What a member from outside has to say, after all others."""
+        self._post.listens += post.listens
+        self._post.sent += post.sent
+        post.listens.clear()
+        post.sent.clear()
+
+    def _hand_in(self, now_ns: int) -> None:
+        """Everybody listens before anybody is heard."""
+        models, post = self._models, self._post
+        if post.listens:
+            for name, bus, interest in post.listens:
                 models[bus].listen(now_ns, name, interest)
-            if said:
-                sent.append((name, said))
-        for name, said in sent:
-            for bus, message in said:
-                models[bus].submit(now_ns, name, message)
+            post.listens.clear()
+        for name, bus, message in post.sent:
+            models[bus].submit(now_ns, name, message)
+        post.sent.clear()
 
     def _take_from_outside(self) -> None:
         """What a test sent or asked for between steps."""
         if self._outside:
             for name, node in self._outside.items():
                 self._wishes[name] = node.clock.next_ns()
-            self._finish(self._outside, self.now_ns)
+                self._gather(node.post)
+            self._hand_in(self.now_ns)
