@@ -27,15 +27,28 @@ Heard = tuple[Cycle, Sequence[str]]
 """A cycle, and the stations that heard it so."""
 
 
-class _Station:
-    __slots__ = ("addresses", "ats", "name", "place")
+class Station:
+    __slots__ = ("address", "addresses", "at", "more", "name", "place")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.place = 0
         self.addresses: tuple[int, ...] = ()
-        self.ats: dict[int, bytes] = {}
-        """What lies in its buffers, by address."""
+        self.address = -1
+        """The first one; few have more."""
+        self.at: bytes | None = None
+        """What lies in its buffer."""
+        self.more: dict[int, bytes] = {}
+        """What lies in those of its other addresses."""
+
+    def taken(self) -> list[bytes]:
+        """What lies in its buffers, out of them."""
+        first, self.at = self.at, None
+        ats = [] if first is None else [first]
+        if self.more:
+            ats += self.more.values()
+            self.more.clear()
+        return ats
 
 
 class _Layout:
@@ -43,7 +56,7 @@ class _Layout:
 
     __slots__ = ("deaf", "doubles", "hearing", "is_closed", "names")
 
-    def __init__(self, hearing: list[_Station], deaf: list[_Station], is_closed: bool) -> None:
+    def __init__(self, hearing: list[Station], deaf: list[Station], is_closed: bool) -> None:
         self.hearing, self.is_closed = hearing, is_closed
         self.names, self.deaf = tuple(one.name for one in hearing), tuple(one.name for one in deaf)
         addresses = [address for one in hearing for address in one.addresses]
@@ -66,7 +79,7 @@ class Fibre:
         self._order, self._members, self._mbaud = tuple(order), tuple(members), mbaud
         self._bypassed = frozenset(bypassed)
         self._given = tuple(faults)
-        self._stations: dict[str, _Station] = {}
+        self.stations: dict[str, Station] = {}
         self.master: str | None = None
         self.observers: list[str] = []
         """Who hears everything, without being a station."""
@@ -75,8 +88,8 @@ class Fibre:
         self._layout: _Layout | None = None
         self._open: Mst | None = None
         """The cycle that has begun and not ended."""
-        self.stations = 0
-        """How many there are, with or without power."""
+        self.station_count = 0
+        """With or without power; of those that are there."""
         self._spoilt_mst: list[Distort] = []
         self._was_calm = True
         self._lengths: list[int] = []
@@ -93,11 +106,11 @@ class Fibre:
     # ---- stations
 
     def join(self, name: str) -> None:
-        self._stations[name] = _Station(name)
+        self.stations[name] = Station(name)
         self._layout = None
 
     def leave(self, name: str) -> None:
-        del self._stations[name]
+        del self.stations[name]
         if name == self.master:
             self.master = None
         if name in self.observers:
@@ -107,7 +120,9 @@ class Fibre:
     def listen(self, name: str, interest: Sequence[Any] | None) -> None:
         """`["master"]`; `[["drive", ADDRESS], ...]`; None: hear everything, without being a station."""
         words = [] if interest is None else list(interest)
-        self._stations[name].addresses = tuple(word[1] for word in words if word != MASTER)
+        station = self.stations[name]
+        station.addresses = tuple(word[1] for word in words if word != MASTER)
+        station.address = station.addresses[0] if station.addresses else -1
         if MASTER in words:
             self.master = name
         if interest is None and name not in self.observers:
@@ -116,9 +131,11 @@ class Fibre:
 
     def leave_at(self, name: str, at: bytes) -> None:
         """Lay an AT into the buffer of a station."""
-        station = self._stations[name]
-        if at and at[0] in station.addresses:
-            station.ats[at[0]] = at
+        station = self.stations[name]
+        if at and at[0] == station.address:
+            station.at = at
+        elif at and at[0] in station.addresses:
+            station.more[at[0]] = at
         else:
             log.debug("%s has no address %s", name, at[:1].hex())
 
@@ -173,22 +190,26 @@ class Fibre:
         """The ATs that are sent after this MST, out of the buffers."""
         ats: list[bytes] = []
         for one in layout.hearing:
-            ats += one.ats.values()
-            one.ats.clear()
+            at = one.at
+            if at is not None:
+                ats.append(at)
+                one.at = None
+            if one.more:
+                ats += one.taken()
         return ats
 
     def _taken_with_care(self, now_ns: int, number: int, layout: _Layout) -> tuple[list[bytes], int, int]:
         """And how many of them came with a wrong FCS, and how many were held back."""
         taken, errors, held = [], 0, 0
         for one in layout.hearing:
-            left, one.ats = one.ats, {}
+            left = one.taken()
             if any(self._lies_at(place, one, _MST) for place in self._spoilt_mst):
                 continue
-            for address, at in left.items():
+            for at in left:
                 if self._is_late(now_ns, number, one):
                     held += 1
                     continue
-                if address in layout.doubles or self._is_at_distorted(now_ns, number, one):
+                if at[0] in layout.doubles or self._is_at_distorted(now_ns, number, one):
                     errors += 1
                 else:
                     taken.append(at)
@@ -200,11 +221,11 @@ class Fibre:
         ring = self._ring()
         for place, one in enumerate(ring):
             one.place = place
-        self.stations = sum(bool(one.addresses) for one in ring)
+        self.station_count = sum(bool(one.addresses) for one in ring)
         broken = {fault.settings.after for fault in self._on(now_ns, Break)}
         dead = {fault.settings.station for fault in self._on(now_ns, Off)}
-        hearing: list[_Station] = []
-        deaf: list[_Station] = []
+        hearing: list[Station] = []
+        deaf: list[Station] = []
         is_open = bool(broken & {MASTER, self.master})
         for one in ring:
             if one.name in dead or not one.addresses:
@@ -214,12 +235,12 @@ class Fibre:
             is_open |= one.name in broken
         return _Layout(hearing, deaf, not is_open)
 
-    def _ring(self) -> list[_Station]:
+    def _ring(self) -> list[Station]:
         """The stations in their order; one that should be there and has not joined has no address."""
-        stations = self._stations
-        named = [stations.get(name) or _Station(name) for name in self._order if name != self.master]
+        stations = self.stations
+        named = [stations.get(name) or Station(name) for name in self._order if name != self.master]
         others = [
-            stations.get(name) or _Station(name)
+            stations.get(name) or Station(name)
             for name in dict.fromkeys((*self._members, *stations))
             if name not in self._order and name != self.master
         ]
@@ -251,7 +272,7 @@ class Fibre:
                 places.append(fault.settings)
         return places
 
-    def _is_at_distorted(self, now_ns: int, number: int, one: _Station) -> bool:
+    def _is_at_distorted(self, now_ns: int, number: int, one: Station) -> bool:
         is_struck = False
         for fault in self._on(now_ns, Distort):
             if fault.settings.telegram not in (None, _AT) or not self._lies_at(fault.settings, one, _AT):
@@ -261,17 +282,17 @@ class Fibre:
                 is_struck = True
         return is_struck
 
-    def _lies_at(self, settings: Distort, one: _Station, telegram: str) -> bool:
+    def _lies_at(self, settings: Distort, one: Station, telegram: str) -> bool:
         if settings.station is not None:
             return settings.station == one.name
         if settings.after in (MASTER, self.master):
             return telegram != _AT
-        segment = self._stations.get(settings.after or "")
+        segment = self.stations.get(settings.after or "")
         if segment is None:
             return False
         return one.place <= segment.place if telegram == _AT else one.place > segment.place
 
-    def _is_late(self, now_ns: int, number: int, one: _Station) -> bool:
+    def _is_late(self, now_ns: int, number: int, one: Station) -> bool:
         for fault in self._on(now_ns, Late):
             if fault.settings.station == one.name and fault.happens(number << 16 ^ one.place):
                 fault.applied += 1
@@ -284,7 +305,7 @@ class Fibre:
         settings = fault_of(fault)
         place = getattr(settings, "after", None) or getattr(settings, "station", None)
         stations = [one.name for one in self._ring()]
-        if place not in {MASTER, self.master, *stations, *self._stations}:
+        if place not in {MASTER, self.master, *stations, *self.stations}:
             raise ValueError(f"the ring has no station {place!r}\nthere are: {', '.join([MASTER, *stations])}")
         self._layout = None
         return self.faults.add(now_ns, settings).number

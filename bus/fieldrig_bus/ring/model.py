@@ -44,8 +44,12 @@ class RingModel(BusModel[RingMessage]):
 
     def submit(self, now_ns: int, member: str, message: RingMessage) -> None:
         fibre = self.fibre
-        if isinstance(message, bytes):
-            fibre.leave_at(member, message)
+        if message.__class__ is bytes:
+            station = fibre.stations[member]
+            if message and message[0] == station.address:  # as `leave_at` does; there are many
+                station.at = message
+            else:
+                fibre.leave_at(member, message)
         elif member != fibre.master:
             log.debug("%s is not the master of the ring", member)
         elif isinstance(message, Mst):

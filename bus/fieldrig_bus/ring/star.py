@@ -195,7 +195,7 @@ class Star:
         self._sequence = self._sequence + 1 & _32
         self._spread_ns, self._done_ns = time.monotonic_ns(), 0
         observed = encode(self._answers) if self._fibre.observers and self._answers is not None else b""
-        message = encode_spread(self._sequence, self._at.clock.now_ns(), heard, observed, self._fibre.stations)
+        message = encode_spread(self._sequence, self._at.clock.now_ns(), heard, observed, self._fibre.station_count)
         for who, process in self._processes.items():
             if who not in self._hung:
                 process.sent = self._sequence

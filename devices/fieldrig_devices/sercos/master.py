@@ -67,7 +67,7 @@ class Drive:
         self.address = address
         self.mdt, self.at = tuple(mdt), tuple(at)
         self.mdt_codes, at_codes = [CODES[idn] for idn in mdt], [CODES[idn] for idn in at]
-        self.at_record = record(at_codes)
+        self.values_of = record(at_codes).unpack_from
         self.at_length = 1 + HEAD_BYTES + size(at_codes)
         self.client = ServiceClient()
         self.place = 0
@@ -243,8 +243,8 @@ class SercosMaster:
         for at in ats:
             drive = drives.get(at[0])
             if drive is not None and len(at) == drive.at_length:
-                drive.status, drive.info, *feedback = drive.at_record.unpack_from(at, 1)
-                drive.feedback = tuple(feedback)
+                values = drive.values_of(at, 1)
+                drive.status, drive.info, drive.feedback = values[0], values[1], values[2:]
         if self._settling:
             self._settle(ats)
         elif len(ats) != len(self._order):
