@@ -15,11 +15,12 @@ import arp_loop  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import modbus  # noqa: E402
+import ring  # noqa: E402
 import start_up  # noqa: E402
 import timers  # noqa: E402
 import virtual_time  # noqa: E402
 
-BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, virtual_time, arp_language, arp_loop)
+BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, ring, virtual_time, arp_language, arp_loop)
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"
 

@@ -1,0 +1,189 @@
+"""A fibre ring of 40 drives: in real time over Zenoh and shared memory, and in virtual time.
+
+Each ring is measured twice in one run: with full drives (an MC-4 with motor, plate and load, which swings), and with
+empty ones (a whole slave of the ring that echoes).  A cycle is kept when all 40 ATs of the cycle before are there.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from report import Report, progress
+from running_rig import RunningRig, until
+
+from fieldrig.clock import S
+from fieldrig.config import from_dict
+from fieldrig.control import Client
+from fieldrig.rig import Rig
+
+HERE = Path(__file__).parent
+DEVICES = HERE / "ring_devices.py"
+PLATE = HERE.parents[1] / "configs/plates/sm-100-30-080.yaml"
+DRIVES = 40
+SECONDS = 2.5
+VIRTUAL_S = 2.0
+CAN_BE_REALTIME = hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+@dataclass(frozen=True)
+class Case:
+    what: str
+    kind: str
+    cycle_us: int
+    in_process: int = 1
+    """Drives."""
+
+    @property
+    def early_us(self) -> int:
+        """Cycle on the way up: what a process per drive keeps over Zenoh."""
+        return 4_000 if self.kind == "ring.zenoh" and self.in_process == 1 else 1_000
+
+    @property
+    def is_loaded_too(self) -> bool:
+        """Also measured while every core has something else to do."""
+        return self.in_process == 1 and CAN_BE_REALTIME
+
+
+CASES = (
+    Case("over Zenoh, a process per drive, 4 ms", "ring.zenoh", 4_000),
+    Case("over Zenoh, racks of 10, 2 ms", "ring.zenoh", 2_000, in_process=10),
+    Case("over Zenoh, racks of 20, 1 ms", "ring.zenoh", 1_000, in_process=20),
+    Case("over shared memory, a process per drive, 1 ms", "ring.shm", 1_000),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    kept_percent: float
+    late: int
+    """ATs."""
+    p50_us: float
+    p99_us: float
+    cores: float
+    own_mb: float
+    """Of all processes."""
+
+    def cells(self) -> tuple[str, ...]:
+        return (
+            f"{self.kept_percent:.2f} %",
+            f"{self.late}",
+            f"{self.p50_us:,.0f} / {self.p99_us:,.0f} us",
+            f"{self.cores:.2f} cores",
+            f"{self.own_mb:,.0f} MB",
+        )
+
+
+def devices(cycle_us: int, early_us: int, in_process: int, *, is_full: bool) -> dict[str, Any]:
+    ring = {"cycle_us": cycle_us, "early_us": early_us, "drives": DRIVES, "links": {"ring": "ring0"}}
+    drive = {"kind": "ring_devices:Full", "name_plate": str(PLATE)} if is_full else {"kind": "ring_devices:Echo"}
+    drives = {
+        f"drive{address}": {**ring, **drive, "ring_address": address, "process": f"rack{(address - 1) // in_process}"}
+        for address in range(1, DRIVES + 1)
+    }
+    return {"max4": {**ring, "kind": "ring_devices:Master"}, **drives}
+
+
+def rig_of(case: Case, *, is_full: bool) -> dict[str, Any]:
+    return {
+        "time": "real",
+        "start_timeout_s": 60,
+        "buses": {"ring0": {"kind": case.kind, "mbaud": 16, "patience_ms": 1_000, "realtime": CAN_BE_REALTIME}},
+        "devices": devices(case.cycle_us, case.early_us, case.in_process, is_full=is_full),
+    }
+
+
+@contextmanager
+def busy_cores() -> Iterator[None]:
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
+    try:
+        yield
+    finally:
+        for one in busy:
+            one.kill()
+            one.wait()
+
+
+def measure(case: Case, *, is_full: bool) -> list[Outcome]:
+    """Idle, and where it is asked for loaded."""
+    with RunningRig(json.dumps(rig_of(case, is_full=is_full)), DEVICES) as rig:  # a rig file may be JSON
+        rig.until_ready()
+        until(lambda: rig.value("max4/moving") == DRIVES)
+        outcomes = [measured(rig)]
+        if case.is_loaded_too:
+            with busy_cores():
+                outcomes.append(measured(rig))
+    return outcomes
+
+
+def measured(rig: RunningRig) -> Outcome:
+    with Client(rig.endpoint) as client:
+        time.sleep(0.5)
+        before, ring_before = _processes(client), client.ask("bus/ring0/status")
+        start_s = time.monotonic()
+        time.sleep(SECONDS)
+        ring, after = client.ask("bus/ring0/status"), _processes(client)
+        spent_s = time.monotonic() - start_s
+    cycles, late_cycles, late = (ring[name] - ring_before[name] for name in ("cycles", "late_cycles", "late"))
+    return Outcome(
+        kept_percent=100 * (cycles - late_cycles) / max(cycles, 1),
+        late=round(late),
+        p50_us=ring["trip_p50_us"],
+        p99_us=ring["trip_p99_us"],
+        cores=(_sum(after, "cpu_s") - _sum(before, "cpu_s")) / spent_s,
+        own_mb=_sum(after, "own_mb"),
+    )
+
+
+def _processes(client: Client) -> dict[str, Any]:
+    return client.ask_all("process/*/status")
+
+
+def _sum(processes: dict[str, Any], what: str) -> float:
+    return sum(float(process[what] or 0) for process in processes.values())
+
+
+def virtual(*, is_full: bool) -> float:
+    """Simulated seconds in one of the wall, at 4 ms in one process."""
+    rig = {
+        "time": "virtual",
+        "buses": {"ring0": {"kind": "ring.virtual", "mbaud": 16}},
+        "devices": devices(4_000, 1_000, DRIVES, is_full=is_full),
+    }
+    with Rig(from_dict(rig, HERE)) as running:
+        running.run_until(12 * S)  # all swing
+        assert running.get("max4", "moving") == DRIVES
+        start_s, start_ns = time.perf_counter(), running.now_ns
+        while (spent_s := time.perf_counter() - start_s) < VIRTUAL_S:
+            running.run_until(running.now_ns + S)
+        return (running.now_ns - start_ns) / S / spent_s
+
+
+def run() -> Report:
+    scheduling = "with SCHED_FIFO" if CAN_BE_REALTIME else "without SCHED_FIFO, which takes root"
+    report = Report(
+        "Fibre ring of 40 drives",
+        f"{SECONDS:g} s each, {scheduling}; a round trip is from the MDT until the last process is done.",
+        ("ring", "drives", "cycles kept", "late ATs", "round trip p50 / p99", "CPU of all", "memory of all"),
+    )
+    for case in CASES:
+        progress(f"ring: {case.what}")
+        outcomes = {drives: measure(case, is_full=drives == "full") for drives in ("full", "empty")}
+        for number, load in enumerate(("", ", cores loaded")[: 1 + case.is_loaded_too]):
+            for drives, measured_ones in outcomes.items():
+                report.add(case.what + load, drives, *measured_ones[number].cells())
+    progress("ring: virtual time")
+    for drives in ("full", "empty"):
+        speed = virtual(is_full=drives == "full")
+        report.add("virtual time, one process, 4 ms", drives, f"{speed:.1f} s in a second", *"----")
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())
