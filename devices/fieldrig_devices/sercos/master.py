@@ -269,8 +269,9 @@ class SercosMaster:
         lengths = {at[0]: len(at) for at in ats}
         is_missed = False
         for drive in self._order:
-            drive.missed = int(lengths.get(drive.address) != drive.at_length)
-            is_missed |= bool(drive.missed)
+            is_here = lengths.get(drive.address) == drive.at_length
+            is_missed |= not is_here
+            drive.missed = int(not is_here and self._settling > 0)  # its service channel waits
         self._had_missed = is_missed
         if not is_missed:
             self._settling = 0
