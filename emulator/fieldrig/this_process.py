@@ -54,12 +54,15 @@ def on_signals(names: Sequence[str], action: Callable[[], None]) -> None:
     loop = asyncio.get_running_loop()
     for name in names:
         number = getattr(signal, name, None)
-        if number is None or signal.getsignal(number) is signal.SIG_IGN:
+        before = None if number is None else signal.getsignal(number)
+        if number is None or before is signal.SIG_IGN:
             continue
         try:
             loop.add_signal_handler(number, action)
         except NotImplementedError:  # Windows
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(action))
+        if isinstance(before, _Interrupt) and before.has_come:
+            loop.call_soon(action)
 
 
 def interrupt_on_signals(names: Sequence[str]) -> None:
@@ -67,7 +70,18 @@ def interrupt_on_signals(names: Sequence[str]) -> None:
     for name in names:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, signal.default_int_handler)
+            signal.signal(number, _Interrupt())
+
+
+class _Interrupt:
+    """Python drops what is raised inside a hook of a fork or a `__del__`: so it is also kept for `on_signals`."""
+
+    def __init__(self) -> None:
+        self.has_come = False
+
+    def __call__(self, _number: int, _frame: object) -> None:
+        self.has_come = True
+        raise KeyboardInterrupt
 
 
 def _peak_bytes() -> int:

@@ -85,6 +85,20 @@ def test_a_signal_as_soon_as_there_is_a_process_leaves_none(number: signal.Signa
         assert not [pid for pid in born if Path(f"/proc/{pid}").exists()]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only there processes are forked")
+def test_a_signal_that_python_drops_while_the_rig_starts_still_ends_it() -> None:
+    rig_file = """
+time: real
+buses:
+  wires: {kind: wires.hub}
+devices:
+  idle: {kind: "interrupted_kinds:Idle", links: {wires: wires}}
+"""
+    with RunningRig(rig_file, KINDS.with_name("interrupted_kinds.py")) as rig:
+        assert rig.ended() == 0
+        assert "KeyboardInterrupt" in rig.output()
+
+
 def test_a_second_ctrl_c_waits_for_nobody() -> None:
     with RunningRig(with_device('kind: "lamp_kinds:Clinging"'), KINDS) as rig:
         processes = pids(rig.until_ready())
