@@ -19,14 +19,16 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.cyclic import CyclicPosition, CyclicVelocity
-from fieldrig_devices.cia402.modes.homing import WAYS, Homing
+from fieldrig_devices.cia402.modes.homing import Homing
 from fieldrig_devices.cia402.modes.interpolated import InterpolatedPosition
 from fieldrig_devices.cia402.modes.mode import BIT_13, HALT, Mode
 from fieldrig_devices.cia402.modes.profile_position import ProfilePosition
 from fieldrig_devices.cia402.modes.profile_velocity import ProfileVelocity
 from fieldrig_devices.cia402.modes.torque import CyclicTorque, ProfileTorque
 from fieldrig_devices.cia402.motor import Kind, Motor
-from fieldrig_devices.cia402.state_machine import HALT_OPTIONS, Options, Ramp, State, StateMachine
+from fieldrig_devices.cia402.options import HALT_OPTIONS, Options, Ramp
+from fieldrig_devices.cia402.state_machine import StateMachine
+from fieldrig_devices.cia402.states import State
 from fieldrig_devices.cia402.units import wrapped
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import brake
@@ -144,7 +146,6 @@ class Cia402Axis(Service):
         numbers.changed = context.refresh
         numbers.on_write(objects.CONTROL_WORD, self._on_control)
         numbers.on_write(objects.MODE, self._on_mode)
-        numbers.on_write(objects.HOMING_METHOD, _check_method)
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)
         self._connect_writers()
@@ -357,11 +358,6 @@ class Cia402Axis(Service):
         """What a command has changed goes out with the TPDOs of this instant."""
         self._numbers.put(objects.STATUS_WORD, self.status_word)
         self._numbers.put(objects.MODE_DISPLAY, self._shown_mode)
-
-
-def _check_method(method: int) -> None:
-    if method not in WAYS:
-        raise Abort(Code.INVALID_VALUE)
 
 
 def _all(several: list[Callable[[int], None]]) -> Callable[[int], None]:

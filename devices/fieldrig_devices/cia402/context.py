@@ -8,7 +8,7 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
-from fieldrig_devices.cia402.state_machine import Ramp
+from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.units import Units, units_of, unwrapped
 from fieldrig_devices.motion.profile import Limits
 

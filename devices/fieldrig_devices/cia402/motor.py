@@ -1,7 +1,7 @@
 """What a CiA 402 axis moves: a drive with its motor, as whoever has one shows it.  Lengths are encoder increments."""
 
 from collections.abc import Callable
-from enum import Enum, auto
+from enum import Enum, IntEnum, auto
 from typing import Protocol
 
 
@@ -14,6 +14,14 @@ class Kind(Enum):
     """Increments per second."""
     TORQUE = auto()
     """0.1 % of the motor's rated torque."""
+
+
+class Switch(IntEnum):
+    """Bits of 60FDh."""
+
+    NEGATIVE_LIMIT = 0x1
+    POSITIVE_LIMIT = 0x2
+    HOME = 0x4
 
 
 class Motor(Protocol):
@@ -60,7 +68,7 @@ class Motor(Protocol):
 
     @property
     def inputs(self) -> int:
-        """As in 60FDh: bit 0 negative limit switch, 1 positive limit switch, 2 home switch, from 16 on others."""
+        """As in 60FDh: those of `Switch`, from bit 16 on others."""
 
     def enable(self, is_on: bool) -> None: ...
 

@@ -9,6 +9,8 @@ can use it.
 from dataclasses import dataclass
 from typing import Final
 
+from fieldrig_devices.cia402.modes.homing_methods import METHODS
+
 AXIS_STEP: Final = 0x800
 AXES: Final = 8
 PDO_STEP: Final = 64
@@ -86,8 +88,6 @@ DEVICE_TYPE: Final = 0x67FF
 
 SERVO_DRIVE: Final = 0x0002_0192
 """67FFh: profile 402, type servo drive."""
-METHODS: Final = (1, 2, 3, 4, 5, 6, 17, 18, 19, 20, 21, 22, 33, 34, 35, 37)
-"""Of homing."""
 NO_WINDOW: Final = 0xFFFF_FFFF
 """6065h and 6067h: not watched."""
 BUFFER_SIZE: Final = 64
@@ -207,7 +207,7 @@ ROWS: Final = [
     Row(MAX_DECELERATION, None, "Max deceleration", U32, "rw", 1_000_000_000, low=1),
     *_array(
         HOMING_METHODS, "Supported homing methods", I8, "ro",
-        tuple((f"method {place}", method) for place, method in enumerate(METHODS, 1)),
+        tuple((f"method {place}", method) for place, method in enumerate(sorted(METHODS), 1)),
     ),
     Row(POSITIONING_OPTION, None, "Positioning option code", U16, "rw", low=0, high=2),
     Row(FOLLOWING_ERROR, None, "Following error actual value", I32, "ro", is_mappable=True),

@@ -1,130 +1,23 @@
 """The power drive state machine: which control word leads where, and what the drive does on the way.
 
-Source: CiA 402-2 / IEC 61800-7-201, chapter 'power drive system state machine' (figure and tables of states, commands
-and transitions 0 to 16), and the option codes 605Ah to 605Eh.  Choices of ours where the documents leave room:
-a state is shown when it is reached, so 'operation enabled' waits for the brake, and a ramp of transition 5 or 8 is
-still driven in 'operation enabled'; commands count as long as they stand, so a lost power that comes back is used by a
-control word that is still there; stops at the current or voltage limit (options 3, 4, 7, 8) are ramps with the largest
-deceleration (60C6h).
+Source: CiA 402-2 / IEC 61800-7-201, chapter 'power drive system state machine' (tables in `states` and `options`).
+Choices of ours where the documents leave room: a state is shown when it is reached, so 'operation enabled' waits for
+the brake, and a ramp of transition 5 or 8 is still driven in 'operation enabled'; commands count as long as they stand,
+so a lost power that comes back is used by a control word that is still there.
 """
 
 from collections.abc import Callable
-from enum import Enum, auto
-from typing import Final, NamedTuple, Protocol
+from typing import Protocol
 
-
-class State(Enum):
-    """With its bits 0 to 3, 5 and 6 of the status word."""
-
-    NOT_READY_TO_SWITCH_ON = 0x00
-    SWITCH_ON_DISABLED = 0x40
-    READY_TO_SWITCH_ON = 0x21
-    SWITCHED_ON = 0x23
-    OPERATION_ENABLED = 0x27
-    QUICK_STOP_ACTIVE = 0x07
-    FAULT_REACTION_ACTIVE = 0x0F
-    FAULT = 0x08
-
-
-class Command(Enum):
-    """What the control word orders.  'Disable operation' has the bits of 'switch on'."""
-
-    SHUTDOWN = auto()
-    SWITCH_ON = auto()
-    ENABLE_OPERATION = auto()
-    DISABLE_VOLTAGE = auto()
-    QUICK_STOP = auto()
-
-
-FAULT_RESET: Final = 0x0080
-"""Bit of the control word that acts when it rises."""
-
-# Table 'command coding': a mask, and the bits under it.
-COMMANDS: Final = (
-    (0x0082, 0x0000, Command.DISABLE_VOLTAGE),
-    (0x0086, 0x0002, Command.QUICK_STOP),
-    (0x0087, 0x0006, Command.SHUTDOWN),
-    (0x008F, 0x0007, Command.SWITCH_ON),
-    (0x008F, 0x000F, Command.ENABLE_OPERATION),
+from fieldrig_devices.cia402.options import (
+    DISABLE_OPTIONS,
+    FAULT_OPTIONS,
+    QUICK_STOP_OPTIONS,
+    SHUTDOWN_OPTIONS,
+    Options,
+    Ramp,
 )
-
-# Table 'transitions', those with a command.  'Enable operation' in 'ready to switch on' passes 'switched on'.
-TRANSITIONS: Final = {
-    (State.SWITCH_ON_DISABLED, Command.SHUTDOWN): 2,
-    (State.READY_TO_SWITCH_ON, Command.SWITCH_ON): 3,
-    (State.READY_TO_SWITCH_ON, Command.ENABLE_OPERATION): 3,
-    (State.SWITCHED_ON, Command.ENABLE_OPERATION): 4,
-    (State.OPERATION_ENABLED, Command.SWITCH_ON): 5,
-    (State.SWITCHED_ON, Command.SHUTDOWN): 6,
-    (State.READY_TO_SWITCH_ON, Command.QUICK_STOP): 7,
-    (State.READY_TO_SWITCH_ON, Command.DISABLE_VOLTAGE): 7,
-    (State.OPERATION_ENABLED, Command.SHUTDOWN): 8,
-    (State.OPERATION_ENABLED, Command.DISABLE_VOLTAGE): 9,
-    (State.SWITCHED_ON, Command.DISABLE_VOLTAGE): 10,
-    (State.SWITCHED_ON, Command.QUICK_STOP): 10,
-    (State.OPERATION_ENABLED, Command.QUICK_STOP): 11,
-    (State.QUICK_STOP_ACTIVE, Command.DISABLE_VOLTAGE): 12,
-    (State.QUICK_STOP_ACTIVE, Command.ENABLE_OPERATION): 16,
-}
-
-# The same table: where each transition ends.
-ENDS: Final = {
-    0: State.NOT_READY_TO_SWITCH_ON,
-    1: State.SWITCH_ON_DISABLED,
-    2: State.READY_TO_SWITCH_ON,
-    3: State.SWITCHED_ON,
-    4: State.OPERATION_ENABLED,
-    5: State.SWITCHED_ON,
-    6: State.READY_TO_SWITCH_ON,
-    7: State.SWITCH_ON_DISABLED,
-    8: State.READY_TO_SWITCH_ON,
-    9: State.SWITCH_ON_DISABLED,
-    10: State.SWITCH_ON_DISABLED,
-    11: State.QUICK_STOP_ACTIVE,
-    12: State.SWITCH_ON_DISABLED,
-    13: State.FAULT_REACTION_ACTIVE,
-    14: State.FAULT,
-    15: State.SWITCH_ON_DISABLED,
-    16: State.OPERATION_ENABLED,
-}
-
-
-class Ramp(Enum):
-    """How an axis is brought to rest."""
-
-    SLOW_DOWN = auto()
-    QUICK_STOP = auto()
-    LIMIT = auto()
-
-
-# 605Ah: the ramp, and whether the axis stays in 'quick stop active'.  0 disables the drive function.
-QUICK_STOP_OPTIONS: Final = {
-    1: (Ramp.SLOW_DOWN, False),
-    2: (Ramp.QUICK_STOP, False),
-    3: (Ramp.LIMIT, False),
-    4: (Ramp.LIMIT, False),
-    5: (Ramp.SLOW_DOWN, True),
-    6: (Ramp.QUICK_STOP, True),
-    7: (Ramp.LIMIT, True),
-    8: (Ramp.LIMIT, True),
-}
-SHUTDOWN_OPTIONS: Final = {1: Ramp.SLOW_DOWN}
-"""605Bh; 0 disables the drive function."""
-DISABLE_OPTIONS: Final = {1: Ramp.SLOW_DOWN}
-"""605Ch; likewise."""
-HALT_OPTIONS: Final = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
-"""605Dh."""
-FAULT_OPTIONS: Final = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
-"""605Eh; 0 disables the drive function."""
-
-
-class Options(NamedTuple):
-    """Option codes as they are now; what is in no table counts as 0."""
-
-    quick_stop: int = 2
-    shutdown: int = 0
-    disable: int = 1
-    fault: int = 2
+from fieldrig_devices.cia402.states import ENDS, FAULT_RESET, TRANSITIONS, Command, State, command_of
 
 
 class Drive(Protocol):
@@ -169,10 +62,6 @@ class Drive(Protocol):
 
     def reset_fault(self, done: Callable[[], None]) -> None:
         """Take away what is wrong, if its cause is gone; may take its time."""
-
-
-def command_of(control_word: int) -> Command | None:
-    return next((command for mask, bits, command in COMMANDS if control_word & mask == bits), None)
 
 
 class StateMachine:

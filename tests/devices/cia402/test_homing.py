@@ -9,6 +9,10 @@ SLOW_STEP = 50_000 * 0.004
 """What is passed in a cycle at the slow speed of 6099h."""
 
 
+BEGINS = (-350_000, -100_000, 50_000, 200_000, 450_000)
+"""On the negative limit switch, below, on, and above the home switch, on the positive limit switch."""
+
+
 def switches(position: int) -> int:
     return (position <= NEGATIVE) | (position >= POSITIVE) << 1 | (HOME_BEGINS <= position <= HOME_ENDS) << 2
 
@@ -27,7 +31,7 @@ def home(bench: Cia402Bench, method: int, begin: int, offset: int = 0) -> int:
     bench.put(0x6098, method).put(0x607C, offset).enabled(HM)
     assert bench.status(0x3400) == 0x0400
     assert bench.control(0x1F).status(0x3000) in (0, 0x1000)
-    bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
+    bench.cycles_until(lambda: bench.axis.status_word & 0x3400 == 0x1400)
     assert bench.cycles(1).motor.velocity == 0
     zero: int = bench.get(0x6063) - bench.get(0x6064)
     return zero
@@ -49,6 +53,8 @@ def home(bench: Cia402Bench, method: int, begin: int, offset: int = 0) -> int:
         (21, 50_000, HOME_ENDS),
         (22, 200_000, HOME_ENDS),
         (22, 50_000, HOME_ENDS),
+        *((method, begin, HOME_BEGINS) for method in (23, 24, 29, 30) for begin in BEGINS),
+        *((method, begin, HOME_ENDS) for method in (25, 26, 27, 28) for begin in BEGINS),
     ],
 )
 def test_home_is_the_edge_of_the_switch(bench: Cia402Bench, method: int, begin: int, edge: int) -> None:
@@ -64,6 +70,10 @@ def test_home_is_the_edge_of_the_switch(bench: Cia402Bench, method: int, begin: 
         (4, -100_000, 70_000),
         (5, 200_000, 140_000),
         (6, 200_000, 70_000),
+        *((method, begin, -70_000) for method in (7, 14) for begin in BEGINS),
+        *((method, begin, 70_000) for method in (8, 13) for begin in BEGINS),
+        *((method, begin, 70_000) for method in (9, 12) for begin in BEGINS),
+        *((method, begin, 140_000) for method in (10, 11) for begin in BEGINS),
         (33, 100, 0),
         (33, -100, -70_000),
         (34, 100, 70_000),
@@ -73,6 +83,65 @@ def test_home_is_the_edge_of_the_switch(bench: Cia402Bench, method: int, begin: 
 )
 def test_home_is_the_zero_of_the_encoder(bench: Cia402Bench, method: int, begin: int, zero: int) -> None:
     assert home(bench, method, begin) == zero
+
+
+@pytest.mark.parametrize(("method", "edge"), [(23, 0), (24, 0), (25, 4_000), (26, 4_000), (27, 4_000), (30, 0)])
+@pytest.mark.parametrize("begin", [-100_000, 100_000])
+def test_a_switch_that_is_overrun_is_found_on_the_way_back(
+    bench: Cia402Bench, method: int, edge: int, begin: int
+) -> None:
+    """4000 increments wide, and 25 000 are needed to stop in."""
+    bench.motor.switches = lambda position: switches(position) & 3 | (0 <= position <= 4_000) << 2
+    bench.put(0x609A, 5_000_000)
+    assert home(bench, method, begin) == pytest.approx(edge, abs=2_200)
+
+
+# Which way the axis starts: 7 to 10 up and 11 to 14 down, but off the switch if it is on it (figures of the methods).
+@pytest.mark.parametrize(
+    ("method", "begin", "sign"),
+    [
+        *((method, -100_000, 1) for method in (3, 4, 7, 8, 9, 10, 23, 26)),
+        *((method, 200_000, -1) for method in (5, 6, 11, 12, 13, 14, 27, 30)),
+        *((method, 200_000, 1) for method in (7, 8, 9, 10)),
+        *((method, -100_000, -1) for method in (11, 12, 13, 14)),
+        *((method, 50_000, -1) for method in (3, 4, 7, 8, 13, 14)),
+        *((method, 50_000, 1) for method in (5, 6, 9, 10, 11, 12)),
+        (7, 450_000, -1),
+        (11, -350_000, 1),
+    ],
+)
+def test_the_direction_of_the_start(bench: Cia402Bench, method: int, begin: int, sign: int) -> None:
+    bench.motor.position = begin
+    bench.put(0x6098, method).enabled(HM).control(0x1F).cycles(3)
+    assert bench.motor.velocity * sign > 0
+
+
+def test_a_search_without_a_home_switch_fails_at_the_second_limit_switch(bench: Cia402Bench) -> None:
+    bench.motor.switches = lambda position: switches(position) & 3
+    bench.put(0x6098, 7).enabled(HM).control(0x1F)
+    bench.cycles_until(lambda: bench.motor.position > POSITIVE)
+    bench.cycles_until(lambda: bench.status(0x2400) == 0x2400)
+    assert bench.motor.position == pytest.approx(NEGATIVE, abs=30_000)
+
+
+def test_the_switch_is_looked_for_fast_and_its_edge_slowly(bench: Cia402Bench) -> None:
+    bench.motor.position = -250_000
+    bench.put(0x6098, 24).enabled(HM).control(0x1F)
+    speeds: list[float] = []
+    while not bench.status(0x1000):
+        speeds.append(bench.cycles(1).motor.velocity)
+    assert max(speeds) == pytest.approx(500_000)
+    assert speeds[-3] == pytest.approx(50_000)
+
+
+def test_an_error_is_followed_by_a_new_start(bench: Cia402Bench) -> None:
+    bench.motor.position = 200_000
+    bench.put(0x6098, 19).enabled(HM).control(0x1F)
+    bench.cycles_until(lambda: bench.status(0x2400) == 0x2400)
+    bench.put(0x6098, 25).control(0x0F)
+    assert bench.status(0x3400) == 0x2400
+    assert bench.control(0x1F).status(0x3400) == 0
+    bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
 
 
 @pytest.mark.parametrize("method", [35, 37])
@@ -121,17 +190,28 @@ def test_a_halt_is_gone_on_from(bench: Cia402Bench) -> None:
     assert bench.motor.position == pytest.approx(NEGATIVE, abs=3_000)
 
 
+def test_an_edge_that_is_passed_while_halting_is_found_all_the_same(bench: Cia402Bench) -> None:
+    bench.motor.position = -100_000
+    bench.put(0x6084, 1_000_000).put(0x6098, 23).enabled(HM).control(0x1F)
+    bench.cycles_until(lambda: bench.motor.position > -1_000)
+    bench.control(0x011F).cycles(200)
+    assert (bench.motor.velocity, bench.motor.position > HOME_ENDS) == (0, True)
+    bench.control(0x1F)
+    bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
+    assert bench.get(0x6063) - bench.get(0x6064) == pytest.approx(HOME_BEGINS, abs=2 * SLOW_STEP)
+
+
 def test_an_axis_that_is_homed_says_so_when_the_mode_comes_back(bench: Cia402Bench) -> None:
     home(bench, 35, 0)
     bench.control(0x0F).put(0x6060, 1).put(0x6060, HM)
     assert bench.status(0x3400) == 0x1400
 
 
-@pytest.mark.parametrize("method", [7, 14, 23, 36, 0, -1])
+@pytest.mark.parametrize("method", [15, 16, 31, 32, 36, 38, 0, -1])
 def test_a_method_that_is_not_there_is_refused(bench: Cia402Bench, method: int) -> None:
     assert bench.try_put(0x6098, method) == "06090030"
 
 
 def test_the_methods_are_listed(bench: Cia402Bench) -> None:
-    listed = [bench.get(0x60E3, sub) for sub in range(1, 17)]
-    assert listed == [1, 2, 3, 4, 5, 6, 17, 18, 19, 20, 21, 22, 33, 34, 35, 37]
+    listed = [bench.get(0x60E3, sub) for sub in range(1, bench.get(0x60E3) + 1)]
+    assert listed == [*range(1, 15), *range(17, 31), 33, 34, 35, 37]

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.cia402.state_machine import Command, Options, Ramp, State, StateMachine, command_of
+from fieldrig_devices.cia402.options import Options, Ramp
+from fieldrig_devices.cia402.state_machine import StateMachine
+from fieldrig_devices.cia402.states import Command, State, command_of
 
 NOT_READY, DISABLED, READY, ON = (
     State.NOT_READY_TO_SWITCH_ON,

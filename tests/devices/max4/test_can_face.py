@@ -192,8 +192,9 @@ def test_switches_home_an_axis() -> None:
         node.sdo[0x6040].raw = word
     bench.run(200)
     node.sdo[0x6040].raw = 0x1F
-    bench.run(400)
-    bench.rig.set("max4", "I_bHome.Value", True)
+    for is_on, ms in ((True, 400), (False, 300), (True, 200)):  # fast onto it, off, slowly onto it
+        bench.run(ms)
+        bench.rig.set("max4", "I_bHome.Value", is_on)
     bench.run(100)
     assert node.sdo[0x6041].raw & 0x3400 == 0x1400
     assert 0 < bench.axis("belt").position - node.sdo[0x6064].raw < 50_000

@@ -14,7 +14,7 @@ from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.interpolator import Interpolator
 from fieldrig_devices.cia402.modes.mode import BIT_12, Mode
 from fieldrig_devices.cia402.motor import Kind
-from fieldrig_devices.cia402.state_machine import Ramp
+from fieldrig_devices.cia402.options import Ramp
 
 FOLLOWS: Final = BIT_12
 

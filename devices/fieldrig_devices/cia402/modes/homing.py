@@ -1,70 +1,24 @@
 """Homing: finding the origin by switches, by the encoder's zero, or where the axis stands.
 
-Source: CiA 402-2, chapter 'homing mode': methods 1 to 6, 17 to 22, 33 to 35 and 37, as the figures there show them.
-A method is a row of ways, each with a direction, a speed and what ends it; a way whose end is there already is passed.
-Left out: methods 7 to 14 and 23 to 30, which turn round at limit switches.  The encoder's zero is where its position is
-a whole number of revolutions.  A halt stops it, and it goes on after that; a fallen bit 4 ends it.
+Source: CiA 402-2, chapter 'homing mode'; the methods are the table in `homing_methods`.  An edge counts only in the
+direction of its way, so a switch that was overrun is found again on the way back.  The encoder's zero is where its
+position is a whole number of revolutions.  After a halt the method begins anew; a fallen bit 4 ends it.
 """
 
-from enum import Enum, IntEnum
-from typing import Final, NamedTuple
+from collections.abc import Callable
+from enum import Enum
+from typing import Final
 
+from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.homing_methods import LIMITS, METHODS, Way
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from fieldrig_devices.motion.profile import Limits, brake, change_speed
 
 START: Final = 0x0010
 ATTAINED: Final = BIT_12
 ERROR: Final = BIT_13
-
-
-class Switch(IntEnum):
-    """Bits of 60FDh."""
-
-    NEGATIVE = 0x1
-    POSITIVE = 0x2
-    HOME = 0x4
-    INDEX = 0x0
-    """None of the inputs: the encoder's zero."""
-
-
-class Way(NamedTuple):
-    direction: int
-    is_fast: bool
-    """6099h sub-index 1, else 2."""
-    switch: Switch
-    ends_when: bool = True
-
-
-_UP, _DOWN = 1, -1
-NEGATIVE_LIMIT: Final = (Way(_DOWN, True, Switch.NEGATIVE), Way(_UP, False, Switch.NEGATIVE, False))
-POSITIVE_LIMIT: Final = (Way(_UP, True, Switch.POSITIVE), Way(_DOWN, False, Switch.POSITIVE, False))
-HOME_FROM_ABOVE: Final = (Way(_UP, True, Switch.HOME), Way(_DOWN, False, Switch.HOME, False))
-HOME_ONTO_UP: Final = (Way(_DOWN, True, Switch.HOME, False), Way(_UP, False, Switch.HOME))
-HOME_FROM_BELOW: Final = (Way(_DOWN, True, Switch.HOME), Way(_UP, False, Switch.HOME, False))
-HOME_ONTO_DOWN: Final = (Way(_UP, True, Switch.HOME, False), Way(_DOWN, False, Switch.HOME))
-INDEX_UP: Final = (Way(_UP, False, Switch.INDEX),)
-INDEX_DOWN: Final = (Way(_DOWN, False, Switch.INDEX),)
-# Figures of the methods: a switch whose edge counts, then the next zero of the encoder, or nothing.
-WAYS: Final[dict[int, tuple[Way, ...]]] = {
-    1: NEGATIVE_LIMIT + INDEX_UP,
-    2: POSITIVE_LIMIT + INDEX_DOWN,
-    3: HOME_FROM_ABOVE + INDEX_DOWN,
-    4: HOME_ONTO_UP + INDEX_UP,
-    5: HOME_FROM_BELOW + INDEX_UP,
-    6: HOME_ONTO_DOWN + INDEX_DOWN,
-    17: NEGATIVE_LIMIT,
-    18: POSITIVE_LIMIT,
-    19: HOME_FROM_ABOVE,
-    20: HOME_ONTO_UP,
-    21: HOME_FROM_BELOW,
-    22: HOME_ONTO_DOWN,
-    33: INDEX_DOWN,
-    34: INDEX_UP,
-    35: (),
-    37: (),
-}
 
 
 class Stage(Enum):
@@ -85,10 +39,11 @@ class Homing(Mode):
         super().__init__(context)
         self.stage = Stage.IDLE
         self._is_begun = False
+        self._method: tuple[Way, ...] = ()
         self._ways: tuple[Way, ...] = ()
-        self._is_under_way = False
-        self._last = 0
-        """The actual position of the cycle before."""
+        """Those that have not come to their ends."""
+        self._last = self._inputs = 0
+        """Actual position and 60FDh in the cycle before."""
         self._home = 0.0
 
     def begin(self) -> None:
@@ -100,6 +55,9 @@ class Homing(Mode):
         self._is_begun = False
         self.stage = Stage.IDLE
 
+    def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
+        return {(objects.HOMING_METHOD, 0): _check}
+
     def control(self, word: int, rising: int) -> None:
         if rising & START and self._is_begun:
             self._start()
@@ -108,22 +66,28 @@ class Homing(Mode):
 
     def _start(self) -> None:
         context = self.context
-        self._ways = WAYS.get(context.objects[objects.HOMING_METHOD], ())
-        self._last = context.motor.position
-        if context.objects[objects.HOMING_METHOD] not in WAYS:
-            self.stage = Stage.FAILED
-            return
+        self._method = METHODS.get(context.objects[objects.HOMING_METHOD], ())
         context.is_homed = False
         self.stage = Stage.UNDER_WAY
-        self._is_under_way = False
         if not self.is_halted:
-            self._advance()
+            self._begin_method()
 
     def go_on(self) -> None:
         super().go_on()
         if self.stage is Stage.UNDER_WAY:
-            self._is_under_way = False
-            self._advance()
+            self._begin_method()
+
+    def _begin_method(self) -> None:
+        """Switches that are there already need not be looked for."""
+        motor = self.context.motor
+        self._ways, self._last, self._inputs = self._method, motor.position, motor.inputs
+        self._home = self.context.motion.position
+        while self._ways and self._is_there(self._ways[0]):
+            self._ways = self._ways[1:]
+        self._go()
+
+    def _is_there(self, way: Way) -> bool:
+        return way.switch is not None and bool(self._inputs & way.switch) is way.ends_when
 
     def _limits(self, is_fast: bool) -> Limits:
         context = self.context
@@ -131,41 +95,15 @@ class Homing(Mode):
         rate = context.objects[objects.HOMING_ACCELERATION]
         return context.limits(speed, rate, rate)
 
-    def _is_at_end(self, way: Way) -> bool:
-        """Also notes where."""
-        position = self.context.motor.position
-        if way.switch is not Switch.INDEX:
-            self._home = position
-            return bool(self.context.motor.inputs & way.switch) is way.ends_when
-        turn = self.context.motor.revolution
-        if not self._is_under_way:
-            return False
-        if way.direction > 0:
-            self._home = position // turn * turn
-            return self._last < self._home
-        self._home = -(-position // turn) * turn
-        return self._home < self._last
-
-    def _advance(self) -> None:
-        """To the first way that has not come to its end."""
-        while self._ways and self._is_at_end(self._ways[0]):
-            self._ways = self._ways[1:]
-            self._is_under_way = False
+    def _go(self) -> None:
+        """The first way that is left."""
         if not self._ways:
-            self._find()
-        elif not self._is_under_way:
-            way = self._ways[0]
-            limits = self._limits(way.is_fast)
-            motion = self.context.motion
-            self._is_under_way = True
-            motion.start(change_speed(motion.speed, way.direction * limits.speed, limits))
-
-    def _find(self) -> None:
-        context = self.context
-        if not WAYS[context.objects[objects.HOMING_METHOD]]:
-            self._home = context.motion.position
-        context.set_home(self._home)
-        self._stop(Stage.STOPPING)
+            self.context.set_home(self._home)
+            self._stop(Stage.STOPPING)
+            return
+        way, motion = self._ways[0], self.context.motion
+        limits = self._limits(way.is_fast)
+        motion.start(change_speed(motion.speed, way.direction * limits.speed, limits))
 
     def _stop(self, stage: Stage) -> None:
         self.stage = stage
@@ -180,22 +118,50 @@ class Homing(Mode):
     def step(self) -> None:
         context = self.context
         if self.stage is Stage.UNDER_WAY and not self.is_halted:
-            if self._is_at_wrong_end():
-                self._stop(Stage.FAILED_MOVING)
-            else:
-                self._advance()
-        self._last = context.motor.position
+            self._look(context.motor.position, context.motor.inputs)
         context.motion.step(context.cycle_s)
         self._settle()
 
-    def _is_at_wrong_end(self) -> bool:
-        """On a limit switch that the method doesn't look for."""
+    def _look(self, position: int, inputs: int) -> None:
+        """For what ends the way."""
         way = self._ways[0]
-        wrong = Switch.POSITIVE if way.direction > 0 else Switch.NEGATIVE
-        return way.switch is not wrong and bool(self.context.motor.inputs & wrong)
+        limit = LIMITS[way.direction]
+        is_edge = self._is_zero(way, position) if way.switch is None else self._is_edge(way, position, inputs)
+        self._last, self._inputs = position, inputs
+        if is_edge:
+            self._ways = self._ways[1:]
+            self._go()
+        elif inputs & limit and way.switch is not limit:
+            self._turn(way)
+
+    def _turn(self, way: Way) -> None:
+        if way.turns_round:
+            self._ways = (way._replace(direction=-way.direction, turns_round=False), *self._ways[1:])
+            self._go()
+        else:
+            self._stop(Stage.FAILED_MOVING)
+
+    def _is_edge(self, way: Way, position: int, inputs: int) -> bool:
+        assert way.switch is not None
+        self._home = position
+        is_on, was_on = bool(inputs & way.switch), bool(self._inputs & way.switch)
+        return is_on is way.ends_when and was_on is not is_on and (position - self._last) * way.direction > 0
+
+    def _is_zero(self, way: Way, position: int) -> bool:
+        turn = self.context.motor.revolution
+        if way.direction > 0:
+            self._home = position // turn * turn
+            return self._last < self._home
+        self._home = -(-position // turn) * turn
+        return self._home < self._last
 
     @property
     def status(self) -> int:
         if self.is_halted and self.stage is Stage.UNDER_WAY:
             return self.halted_status
         return self.stage.value
+
+
+def _check(method: int) -> None:
+    if method not in METHODS:
+        raise Abort(Code.INVALID_VALUE)

@@ -8,7 +8,7 @@ from typing import ClassVar, Final
 
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.motor import Kind
-from fieldrig_devices.cia402.state_machine import Ramp
+from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.motion.profile import brake
 
 HALT: Final = 0x0100
