@@ -56,7 +56,7 @@ class RingDrive:
         self._held: float | None = None
         """The position at which the axis stands under control, if that is what was sent last."""
         self.is_refused = False
-        """Not to be operated, as of a version that doesn't fit."""
+        """Not to be operated: its version doesn't fit, or has not been read yet."""
 
     def lay_out(self, commands: Sequence[str]) -> None:
         """With these set values, if the configuration doesn't say."""
@@ -70,6 +70,7 @@ class RingDrive:
         self.state, self.code, self._control = -1, 0, 0
         self._sent = self._seen = ()
         self._is_idle = False
+        self.is_refused = True
         self._table = master.command_values
         self._place = self.drive.place + 2 if self._places[0] == "position" else 0
         self.raw = None

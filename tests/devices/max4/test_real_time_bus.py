@@ -240,6 +240,23 @@ def test_drive_of_a_version_that_does_not_fit_is_not_operated(controller: str, d
     assert (bench.get("belt.DiagCode") == 2565) is not fits, "quitting doesn't change the version"
 
 
+@pytest.mark.manual("PD-332")
+@pytest.mark.parametrize("fits", [True, False])
+def test_drive_gets_no_torque_before_its_version_is_known(fits: bool) -> None:
+    """Somebody enables the axis from the first cycle of operation on, as an IEC program with autostart may."""
+    firmware = "00.15.00" if fits else "01.00.00"
+    bench = Bench("belt", "knife", of_drives={"belt": {"versions": {"firmware": firmware}}})
+    bench.set("belt.ControllerEnable", True)
+    had_torque = was_early = False
+    while bench.get("ring.state") != "up" or bench.rig.now_ns < 6_000_000_000:
+        bench.run(4).set("belt.ControllerEnable", True)
+        had_torque |= bench.drive("belt").machine.chain.has_torque
+        was_early |= had_torque and bench.get("ring.state") != "up"
+    assert (had_torque, was_early) == (fits, False)
+    assert bench.axis("belt").is_controlled is fits
+    assert bench.get("belt.DiagCode") == (0 if fits else 2565)
+
+
 def test_telegrams_that_do_not_fit_into_the_cycle_are_reported() -> None:
     names = [f"d{number}" for number in range(12)]
     bench = Bench(*names, cycle_ms=1).boot().run(100)
