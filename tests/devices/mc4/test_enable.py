@@ -3,6 +3,8 @@
 from collections.abc import Callable
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mc4_bench import ChainBench, Line
 
 from fieldrig.clock import MS
@@ -337,3 +339,123 @@ def test_times_count_from_their_own_event() -> None:
     bench.controller = False
     bench.run(1000)
     assert [line.at_ms for line in bench.trace] == [0, 1, 201, 401, 421]
+
+
+def changes(bench: ChainBench) -> list[tuple[int, int, bool, bool]]:
+    """When, MC4State, brake relay, torque."""
+    return [(line.at_ms, line.mc4_state, line.brake_closed, line.torque) for line in bench.trace]
+
+
+@pytest.mark.manual("PD-154")
+def test_an_error_b_does_not_lift_a_brake_that_has_dropped() -> None:
+    """It comes within BrakeCouplingTime, whose end it doesn't put off; only then it is to be quitted."""
+    bench = ChainBench()
+    bench.start()
+    bench.controller = False
+    bench.run(30)
+    error_b(bench)
+    bench.run(100)
+    assert changes(bench)[1:] == [
+        (1, 0x41, False, True),
+        (31, 0x41, False, True),
+        (51, 0x02, False, False),
+    ]
+
+
+@pytest.mark.manual("PD-156")
+def test_an_error_a_at_standstill_changes_nothing_but_the_code() -> None:
+    bench = ChainBench()
+    bench.start()
+    error_b(bench)
+    bench.run(500)
+    assert bench.chain.mc4_state == 0x02
+    error_a(bench)
+    bench.look()
+    assert (bench.chain.mc4_state, bench.diagnosis.code) == (0x02, 1117)
+
+
+@pytest.mark.manual("PD-157")
+def test_coasting_does_not_lift_a_brake_that_has_dropped() -> None:
+    """Reaction A within BrakeCouplingTime, with the option for the brake."""
+    bench = ChainBench(Times(brake_coast=True))
+    bench.start()
+    bench.controller = False
+    bench.run(20)
+    bench.speed = NEVER
+    error_a(bench)
+    bench.run(500)
+    assert changes(bench)[-1] == (21, 0x42, False, False)
+
+
+@pytest.mark.manual("PD-159")
+def test_overload_while_the_brake_lifts_is_stopped_and_to_be_quitted() -> None:
+    bench = ChainBench(is_at_overload_position=True)
+    bench.run(40)
+    overload(bench)
+    bench.run(200)
+    assert [state for _, state, _, _ in changes(bench)] == [0x20, 0x32]
+    assert bench.quit()
+    assert bench.stage() is Stage.CONTROLLED
+
+
+@pytest.mark.manual("PD-162")
+def test_safe_stop_may_coast_while_controller_enable_still_ramps_down() -> None:
+    for act, state in ((enable_off, 0x40), (inverter_enable_off, 0x42)):
+        bench = ChainBench(Times(safe_stop_coasts=True))
+        bench.start()
+        bench.speed = SLOW
+        act(bench)
+        bench.run(1)
+        assert bench.chain.mc4_state == state
+
+
+@pytest.mark.manual("PD-158", "PD-162")
+def test_after_coasting_both_enables_are_needed_to_leave_0x02() -> None:
+    bench = ChainBench(Times(enable_coast=True))
+    bench.start()
+    bench.hardware = False
+    bench.run(1000)
+    assert bench.chain.mc4_state == 0x02
+    bench.hardware = True
+    bench.run(1)
+    assert bench.stage() is Stage.LIFTING
+
+
+EVENTS: dict[str, Callable[[ChainBench], object]] = {
+    "enable": lambda bench: setattr(bench, "controller", True),
+    "disable": enable_off,
+    "inverter enable": lambda bench: setattr(bench, "hardware", True),
+    "no inverter enable": inverter_enable_off,
+    "A": error_a,
+    "B": error_b,
+    "overload": overload,
+    "at overload position": lambda bench: setattr(bench, "is_at_overload_position", True),
+    "quit": ChainBench.quit,
+    "turning": lambda bench: setattr(bench, "speed", lambda ms: FROM_1000),
+    "standing": lambda bench: setattr(bench, "speed", STANDING),
+}
+
+
+@pytest.mark.manual("PD-150", "PD-156", "PD-161")
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(st.tuples(st.sampled_from(sorted(EVENTS)), st.integers(0, 120)), max_size=12),
+    st.builds(Times, enable_coast=st.booleans(), error_coast=st.booleans(), brake_coast=st.booleans()),
+)
+def test_no_order_of_events_is_unsafe_or_a_dead_end(events: list[tuple[str, int]], times: Times) -> None:
+    bench = ChainBench(times)
+    for event, ms in events:
+        EVENTS[event](bench)
+        for _ in range(ms):
+            bench.run(1)
+            chain, pending = bench.chain, bench.diagnosis.pending
+            assert not (chain.has_torque and Code.ENCODER_MEMORY in pending), "reaction A takes the torque"
+            assert not (chain.is_ready and bench.diagnosis.code in range(1000, 3000)), "its contact opens with A and B"
+            assert chain.has_torque or not chain.is_brake_lifted or times.brake_coast, "no torque: the brake drops"
+            assert chain.stage is not Stage.CONTROLLED or (bench.hardware and bench.controller)
+    for event in ("standing", "at overload position", "enable", "inverter enable"):
+        EVENTS[event](bench)
+    bench.run(3_000)
+    bench.quit()
+    bench.run(200)
+    assert (bench.stage(), bench.diagnosis.code) == (Stage.CONTROLLED, 0)
