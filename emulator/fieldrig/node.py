@@ -94,8 +94,8 @@ class EventNode:
             self._links[bus] = NodeLink(self.name, bus, self.post)
         return self._links[bus]
 
-    def react(self, until_ns: int, deliveries: Deliveries) -> int | None:
-        """A step in one call, for who empties the post himself.  Returns the earliest wish."""
+    def react(self, until_ns: int, deliveries: Deliveries) -> int:
+        """A step in one call, for who empties the post himself.  Returns the earliest wish, `NEVER_NS` without one."""
         clock, links = self.clock, self._links
         if deliveries:
             clock.set_to(until_ns)

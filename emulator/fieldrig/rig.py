@@ -5,13 +5,14 @@ of the configuration, lets the nodes react, gives what they sent to the buses, a
 instant.  The same seed gives the same bytes on every bus, with all nodes in this process or each in its own.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from random import Random
 from types import TracebackType
 from typing import Any, Self
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
+from fieldrig.clock import NEVER_NS
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError, refusals
@@ -47,7 +48,10 @@ class Rig:
         self._post = Post()
         """Of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
-        self._wishes: dict[str, int | None] = {}
+        self._here: dict[str, EventNode] = {}
+        """Those of both kinds that react in this process."""
+        self._wishes: dict[str, int] = {}
+        """When each member wants to be called; `NEVER_NS` if it doesn't."""
         try:
             self._build(stores or {})
         except BaseException:
@@ -57,15 +61,12 @@ class Rig:
     def next_ns(self) -> int | None:
         """The instant at which something happens next; None if nothing ever will."""
         self._take_from_outside()
-        earliest = None
-        for wish in self._wishes.values():
-            if wish is not None and (earliest is None or wish < earliest):
-                earliest = wish
+        earliest = min(self._wishes.values(), default=NEVER_NS)
         for model in self._models.values():
             arrival = model.next_ns()
-            if arrival is not None and (earliest is None or arrival < earliest):
+            if arrival is not None and arrival < earliest:
                 earliest = arrival
-        return None if earliest is None else max(earliest, self.now_ns)
+        return None if earliest == NEVER_NS else max(earliest, self.now_ns)
 
     def step(self) -> bool:
         """Go to the next instant at which something happens, and let it happen.  False if nothing ever will."""
@@ -87,8 +88,8 @@ class Rig:
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
         node = EventNode(member, self.now_ns)
-        self._outside[member] = node
-        self._wishes[member] = None
+        self._outside[member] = self._here[member] = node
+        self._wishes[member] = NEVER_NS
         for model in self._models.values():
             model.join(member)
         return node
@@ -147,7 +148,7 @@ class Rig:
             if config.processes == "each":
                 self._nodes[name] = RemoteNode(entry, config.seed, store, self.buses)
             else:
-                self._nodes[name] = LocalNode(entry, config.seed, store, self._post)
+                self._nodes[name] = self._here[name] = LocalNode(entry, config.seed, store, self._post)
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
@@ -162,9 +163,9 @@ class Rig:
     def _present(self, device: str) -> Iterator[Node]:
         """A device whose clock stands at the present instant; what it then does, the rig takes."""
         node = self._node(device)
-        self._step({device: node}, self.now_ns, {})
+        self._step([device], self.now_ns, {})
         yield node
-        self._step({device: node}, self.now_ns, {})
+        self._step([device], self.now_ns, {})
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
@@ -176,22 +177,20 @@ class Rig:
                 return
             self._step(stirred, now_ns, inbox)
             inbox = self._arrivals(now_ns)
-            if not inbox and all((wish := wishes[name]) is None or wish > now_ns for name in stirred):
-                return  # the others have no wish at this instant, or they would have been stirred
+            if not inbox and min(wishes.values(), default=NEVER_NS) > now_ns:
+                return
             stirred = self._stirred(now_ns, inbox)
         raise RigError(
             f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other for ever without time passing",
             "give one of them a turnaround time, or the bus a bit rate",
         )
 
-    def _stirred(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> dict[str, Node | EventNode]:
+    def _stirred(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> Collection[str]:
         """Who has something to do at this instant, in the order of the configuration; `_wishes` has that order."""
-        nodes, outside = self._nodes, self._outside
-        return {
-            name: nodes[name] if name in nodes else outside[name]
-            for name, wish in self._wishes.items()
-            if name in inbox or (wish is not None and wish <= now_ns)
-        }
+        wishes = self._wishes
+        if len(inbox) == 1 and min(wishes.values()) > now_ns:
+            return inbox
+        return [name for name, wish in wishes.items() if name in inbox or wish <= now_ns]
 
     def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:
         """What each member gets, in the order of the buses."""
@@ -208,36 +207,30 @@ class Rig:
                     inbox[receiver] = (*inbox[receiver], *one) if receiver in inbox else one
         return inbox
 
-    def _step(
-        self,
-        nodes: Mapping[str, Node | EventNode],
-        now_ns: int,
-        inbox: Mapping[str, Deliveries],
-    ) -> None:
+    def _step(self, names: Collection[str], now_ns: int, inbox: Mapping[str, Deliveries]) -> None:
         """Those in processes of their own react while those here do."""
-        wishes, deliveries_to = self._wishes, inbox.get
-        for name, node in nodes.items():
-            if isinstance(node, EventNode):
-                wishes[name] = node.react(now_ns, deliveries_to(name, ()))
-            else:
-                node.begin(now_ns, deliveries_to(name, ()))
-        if self.config.processes == "each":
-            self._fetch(nodes)
+        here, wishes, deliveries_to = self._here, self._wishes, inbox.get
+        is_shared_out = self.config.processes == "each"
+        elsewhere = [name for name in names if name not in here] if is_shared_out else ()
+        for name in elsewhere:
+            self._nodes[name].begin(now_ns, deliveries_to(name, ()))
+        for name in [name for name in names if name in here] if is_shared_out else names:
+            wishes[name] = here[name].react(now_ns, deliveries_to(name, ()))
+        self._fetch(elsewhere)
         if self._outside:
-            for name, node in nodes.items():
-                if name in self._outside and isinstance(node, EventNode):
-                    self._gather(node.post)
+            for name in names:
+                if name in self._outside:
+                    self._gather(self._outside[name].post)
         self._hand_in(now_ns)
 
-    def _fetch(self, nodes: Mapping[str, Node | EventNode]) -> None:
-        """What the nodes in other processes have to say."""
+    def _fetch(self, names: Iterable[str]) -> None:
+        """What nodes in other processes have to say."""
         post = self._post
-        for name, node in nodes.items():
-            if not isinstance(node, EventNode):
-                stepped = node.finish()
-                self._wishes[name] = stepped.next_ns
-                post.listens += [(name, bus, interest) for bus, interest in stepped.listens]
-                post.sent += [(name, bus, message) for bus, message in stepped.sent]
+        for name in names:
+            stepped = self._nodes[name].finish()
+            self._wishes[name] = NEVER_NS if stepped.next_ns is None else stepped.next_ns
+            post.listens += [(name, bus, interest) for bus, interest in stepped.listens]
+            post.sent += [(name, bus, message) for bus, message in stepped.sent]
 
     def _gather(self, post: Post) -> None:
         """What a member from outside has to say, after all others."""
@@ -261,6 +254,7 @@ class Rig:
         """What a test sent or asked for between steps."""
         if self._outside:
             for name, node in self._outside.items():
-                self._wishes[name] = node.clock.next_ns()
+                wish_ns = node.clock.next_ns()
+                self._wishes[name] = NEVER_NS if wish_ns is None else wish_ns
                 self._gather(node.post)
             self._hand_in(self.now_ns)

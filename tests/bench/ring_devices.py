@@ -19,7 +19,7 @@ from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import Attribute, Format, Length
 from fieldrig_devices.sercos.master import Drive, Event, RingEvent, SercosMaster
-from fieldrig_devices.sercos.slave import SercosSlave
+from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
 
 SIGNED: Final = Attribute(Length.FOUR, Format.SIGNED)
 ENABLED: Final = words.DRIVE_ON | words.ENABLE | words.RUN
@@ -135,8 +135,8 @@ class Echo(Device):
         SercosSlave(clock, ring, settings.ring_address, table, self)
         prepare(table, settings, settings.ring_address)
 
-    def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
-        return words.IN_OPERATION | FOLLOWS, commands
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        return words.IN_OPERATION | FOLLOWS, values[HEAD_VALUES:]
 
     def status(self) -> int:
         return words.POWERED

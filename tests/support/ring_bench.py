@@ -37,10 +37,10 @@ class PlainDrive:
         self.invalid: list[int] = []
         self.slave = SercosSlave(self.node.clock, self.node.link("ring0"), address, self.table, self)
 
-    def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
-        self.commands.append(commands)
-        self.control = control
-        return words.POWERED, commands
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        self.control, _, *commands = values
+        self.commands.append(tuple(commands))
+        return words.POWERED, tuple(commands)
 
     def status(self) -> int:
         return words.READY_FOR_POWER

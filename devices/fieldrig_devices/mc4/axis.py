@@ -38,10 +38,10 @@ class Mode(Enum):
 
 class Axis:
     __slots__ = (
-        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_heats", "_is_at_rest", "_is_plain",
-        "_lead", "_lead_gain", "_limits", "_load_nm", "_mechanics", "_mode", "_most_way", "_moved", "_plant",
-        "_seconds", "_speed_gains", "_speed_of_way", "_way", "_wish", "_works", "brake_is_on", "e", "heat", "i",
-        "load_speed", "set_increments", "slow_cycles", "t", "twist", "v", "work",
+        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_at_rest", "_is_folded", "_lead_gain",
+        "_limits", "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_speed_gains", "_wish", "brake_is_on",
+        "e", "heat", "heats", "i", "lead", "load_nm", "load_speed", "moved", "set_increments", "slow_cycles", "t",
+        "twist", "v", "way", "work", "works",
     )  # fmt: skip
 
     def __init__(
@@ -51,12 +51,12 @@ class Axis:
         """`dry_nm` is always there, `brake_nm` while `brake_is_on`."""
         self._dry_nm, self._brake_nm = dry_nm, brake_nm
         self.brake_is_on = brake_nm > 0
-        self._load_nm = self._lead = self._wish = 0.0
-        self._way = self._moved = 0
+        self.load_nm = self.lead = self._wish = 0.0
+        self.way = self.moved = 0
         self._mode = Mode.FREE
         self.set_increments = increments
         self.e = self.v = self.i = self.t = self.twist = self.load_speed = 0.0
-        self._heats = self._works = 0.0  # of folded cycles, by cycles
+        self.heats = self.works = 0.0  # of folded cycles, by cycles
         self.heat = self.work = 0.0
         """Sums since they were last taken: of torque squared and of power at the shaft, times seconds."""
         self.slow_cycles = 0
@@ -65,14 +65,9 @@ class Axis:
         self.arrange(plant, gains, limits, cycle_steps)
 
     def arrange(self, plant: Plant, gains: Gains, limits: Limits, cycle_steps: int, lead_inertia: float = 0.0) -> None:
-        """Other constants, from now on.  `limits.is_dry` is the axis's own affair.
-
-        `lead_inertia` is what the current feed-forward reckons with.
-        """
+        """Other constants, from now on.  `lead_inertia` is what the current feed-forward reckons with."""
         self._seconds = seconds = cycle_steps * INNER_S
-        self._speed_of_way = RAD / seconds
         self._lead_gain = lead_inertia * RAD / (seconds * seconds)
-        limits = Limits(limits.torque, limits.speed, self._dry_nm > 0)
         self._plant, self._gains, self._limits, self._cycle_steps = plant, gains, limits, cycle_steps
         self._speed_gains = Gains(0.0, gains.kp, gains.ki, 1.0)
         self._flow = moved(plant)
@@ -82,7 +77,7 @@ class Axis:
         )
         self._mechanics = {False: free, True: braked}
         self._most_way = int(limits.speed * seconds * INCREMENTS)
-        self._cycle = folded(plant, gains, limits, cycle_steps)
+        self._cycle = folded(plant, gains, limits, cycle_steps, self._dry_nm)
         self._stir()
 
     @property
@@ -107,15 +102,11 @@ class Axis:
         """rad/s."""
         if self._mode is Mode.SPEED:
             return self._wish
-        return self._moved * RAD / (self._cycle_steps * INNER_S) if self._mode is Mode.POSITION else self.v
+        return self.moved * RAD / (self._cycle_steps * INNER_S) if self._mode is Mode.POSITION else self.v
 
     @property
     def is_at_rest(self) -> bool:
         return self._is_at_rest
-
-    @property
-    def load_nm(self) -> float:
-        return self._load_nm
 
     # ---- what it is told
 
@@ -126,7 +117,7 @@ class Axis:
         was_free = self._mode is Mode.FREE
         self._mode = mode
         self._stir()
-        self._way, self._moved, self._wish, self._lead = 0, 0, 0.0, 0.0
+        self.way, self.moved, self._wish, self.lead = 0, 0, 0.0, 0.0
         self.hold_here()
         if mode in (Mode.FREE, Mode.TORQUE) or was_free:
             self.i = 0.0
@@ -134,14 +125,14 @@ class Axis:
     def _stir(self) -> None:
         """Something is otherwise now."""
         self._is_at_rest = False
-        self._is_plain = self._mode is Mode.POSITION and not self.brake_is_on and self._plant.elastic is None
+        self._is_folded = self._mode is Mode.POSITION and not self.brake_is_on
 
     def hold_here(self) -> None:
         """The set position is where the motor is."""
         position = self.position
         self.set_increments = round(position)
         self.e = (self.set_increments - position) * RAD
-        self._way, self._lead = 0, 0.0
+        self.way, self.lead = 0, 0.0
         self._is_at_rest = False
 
     def put(self, increments: int) -> None:
@@ -151,8 +142,8 @@ class Axis:
 
     def load(self, torque_nm: float) -> None:
         """From outside, at the shaft of the motor; positive pulls it back."""
-        if torque_nm != self._load_nm:
-            self._load_nm = torque_nm
+        if torque_nm != self.load_nm:
+            self.load_nm = torque_nm
             self._is_at_rest = False
 
     def brake(self, is_on: bool) -> None:
@@ -166,8 +157,8 @@ class Axis:
         if not way and self._is_at_rest:
             return
         most = self._most_way
-        self._way = way = way if -most <= way <= most else most if way > 0 else -most
-        self._lead = self._lead_gain * (way - self._moved)
+        self.way = way = way if -most <= way <= most else most if way > 0 else -most
+        self.lead = self._lead_gain * (way - self.moved)
         self._is_at_rest = False
 
     def wish(self, value: float) -> None:
@@ -182,52 +173,8 @@ class Axis:
         """One cycle further."""
         if self._is_at_rest:
             return
-        if not self._is_plain:
-            self._other_cycle()
-            return
-        v, load, way = self.v, self._load_nm, self._way
-        if self._dry_nm:
-            load += self._dry_nm if v > 0 else -self._dry_nm
-        states = self._cycle(self.e, v, self.i, self.t, way * self._speed_of_way, load, self._lead)
-        if states is None:
+        if not self._is_folded or not self._cycle(self):
             self.go(self._cycle_steps)
-            return
-        self.e, self.v, self.i, t = states
-        self.t = t
-        self.set_increments += way
-        self._moved, self._way = way, 0
-        self._heats += t * t
-        self._works += t * v
-
-    def _other_cycle(self) -> None:
-        if self._mode is Mode.POSITION and not self.brake_is_on:
-            self._elastic_cycle()
-        else:
-            self.go(self._cycle_steps)
-
-    def _elastic_cycle(self) -> None:
-        v, way = self.v, self._way
-        dry = self._dry_nm if self.v > 0 else -self._dry_nm
-        states = self._cycle(
-            self.e,
-            v,
-            self.i,
-            self.t,
-            self.twist,
-            self.load_speed,
-            way * self._speed_of_way,
-            self._load_nm,
-            self._lead,
-            dry,
-        )
-        if states is None:
-            self.go(self._cycle_steps)
-            return
-        self.e, self.v, self.i, self.t, self.twist, self.load_speed = states
-        self.set_increments += way
-        self._moved, self._way = way, 0
-        self._works += self.t * v
-        self._heats += self.t * self.t
 
     def go(self, steps: int) -> None:
         """By inner steps; the set position of `follow` is reached within a cycle, and stays."""
@@ -236,9 +183,9 @@ class Axis:
         self.slow_cycles += 1
         if self._mode is Mode.POSITION:
             count = min(steps, self._cycle_steps)
-            self._steps(count, self._gains, self._way * RAD / (count * INNER_S))
-            self.set_increments += self._way
-            self._moved, self._way = self._way, 0
+            self._steps(count, self._gains, self.way * RAD / (count * INNER_S))
+            self.set_increments += self.way
+            self.moved, self.way = self.way, 0
             if steps > count:
                 self._steps(steps - count, self._gains, 0.0)
         elif self._mode is Mode.SPEED:
@@ -253,11 +200,11 @@ class Axis:
     def _roll(self, seconds: float) -> None:
         """Free of torque."""
         before = State(0.0, self.v, self.t)
-        now = after(self._mechanics[self.brake_is_on], before, 0.0, -self._load_nm, seconds)
+        now = after(self._mechanics[self.brake_is_on], before, 0.0, -self.load_nm, seconds)
         self.e -= now.position
         self.v, self.t = now.speed, now.torque if abs(now.torque) > 1e-9 * self._limits.torque else 0.0
         dry = self._dry_nm + self._brake_nm * self.brake_is_on
-        self._is_at_rest = not self.v and not self.t and abs(self._load_nm) <= dry
+        self._is_at_rest = not self.v and not self.t and abs(self.load_nm) <= dry
 
     def _steps(self, steps: int, gains: Gains | None, s: float) -> None:
         """`s` is the set speed; without gains, the set torque."""
@@ -275,7 +222,7 @@ class Axis:
         kv, kp, ki, ff = (gains.kv, gains.kp, gains.ki, gains.ff) if gains is not None else (0.0, 0.0, 0.0, 0.0)
         growth, base, way_s = ki * INNER_S, ff * s, s * INNER_S if kv else 0.0
         (_, wv, wt, wu, wd, wf), (_, vv, vt, vu, vd, vf), (_, _, tt, tu, _, _) = self._flow
-        load, lead = self._load_nm, self._lead
+        load, lead = self.load_nm, self.lead
         e, v, i, t = self.e, self.v, self.i, self.t
         u = max(-most, min(s, most))
         heat = work = 0.0
@@ -322,7 +269,7 @@ class Axis:
         for _ in range(steps):
             if gains is not None:
                 wish = max(-fastest, min(gains.kv * self.e + gains.ff * s, fastest)) - self.v
-                wanted = gains.kp * wish + self.i + self._lead
+                wanted = gains.kp * wish + self.i + self.lead
                 u = max(-most, min(wanted, most))
                 if u == wanted:
                     self.i += gains.ki * INNER_S * wish
@@ -331,7 +278,7 @@ class Axis:
         return u
 
     def _elastic_step(self, u: float, dry: float) -> None:
-        before = (self.v, self.t, self.twist, self.load_speed, u, self._load_nm)
+        before = (self.v, self.t, self.twist, self.load_speed, u, self.load_nm)
         flow = self._flow
         way, speed, torque, twist, load_speed = (
             sum(a * b for a, b in zip(row[1:-1], before, strict=True)) for row in flow
@@ -351,15 +298,15 @@ class Axis:
         if not is_in_place or self._plant.elastic is not None or abs(self.t - u) > 1e-6 * self._limits.torque:
             return
         self.t = u
-        self._is_at_rest = abs(u - self._load_nm) <= dry * 1.001
+        self._is_at_rest = abs(u - self.load_nm) <= dry * 1.001
 
     def take(self, seconds: float) -> tuple[float, float]:
         """Mean torque squared, and energy given at the shaft, since the last call, which was so long ago."""
         if self._is_at_rest:
             return self.t * self.t, 0.0
-        heat = (self.heat + self._heats * self._seconds) / seconds if seconds else 0.0
-        work = self.work + self._works * self._seconds
-        self.heat = self.work = self._heats = self._works = 0.0
+        heat = (self.heat + self.heats * self._seconds) / seconds if seconds else 0.0
+        work = self.work + self.works * self._seconds
+        self.heat = self.work = self.heats = self.works = 0.0
         return heat, work
 
 
@@ -375,9 +322,9 @@ class IdealAxis(Axis):
         seconds = steps * INNER_S
         self.e = self.i = self.t = 0.0
         if self._mode is Mode.POSITION:
-            self.v = self._way * RAD / (min(steps, self._cycle_steps) * INNER_S)
-            self.set_increments += self._way
-            self._moved, self._way = self._way, 0
+            self.v = self.way * RAD / (min(steps, self._cycle_steps) * INNER_S)
+            self.set_increments += self.way
+            self.moved, self.way = self.way, 0
         else:
             self.v = self._wish if self._mode is Mode.SPEED else 0.0
             self.set_increments += round(self.v * seconds * INCREMENTS)

@@ -115,12 +115,9 @@ class Mc4(Device):
     def _on_tick(self) -> None:
         self._timer = None
         machine = self.machine
-        if machine.is_cyclic:
-            self._wake_at(self._clock.now_ns() + SLOW_NS)
-            return
-        machine.catch_up()
-        machine.look()
-        self._wake_at(self._clock.now_ns() + (TICK_NS if self._is_busy else SLOW_NS))
+        if not machine.is_cyclic:  # else the ring leads it, and `_on_change` tells when that is over
+            machine.catch_up()
+            machine.look()
 
     @property
     def _is_busy(self) -> bool:
@@ -138,8 +135,8 @@ class Mc4(Device):
         if side is None:
             return
         side.refresh()
-        if not self.machine.is_cyclic and self._is_busy:
-            self._wake_at(self._clock.now_ns() + TICK_NS)
+        if not self.machine.is_cyclic:
+            self._wake_at(self._clock.now_ns() + (TICK_NS if self._is_busy else SLOW_NS))
         if self._wires is not None:
             self._tell("ready", self.machine.is_ready)
             self._tell("brake", self.machine.chain.is_brake_lifted)

@@ -18,9 +18,11 @@ of this set speed: `reach` bounds set torque and speeds over all steps of the cy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, cast
+from math import tau
+from typing import Final, Protocol, cast
 
 from fieldrig.clock import US
+from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 
 INNER_NS: Final = 250 * US
 INNER_S: Final = INNER_NS / 1e9
@@ -174,51 +176,97 @@ def reach(step: Matrix, states: int, steps: int, row: Row) -> Row:
 class Limits:
     torque: float
     speed: float
-    is_dry: bool
-    """Whether there is dry friction, so that the direction must not change within a cycle."""
 
 
-Cycle = Callable[..., tuple[float, ...] | None]
-"""Of all states, set_speed, d, lead and, if elastic, friction: the states a cycle later; None: a limit may be met."""
+class Moving(Protocol):
+    """What a folded cycle reads and writes; the states are `e`, `v`, `i` and `t`, and behind a coupling two more."""
+
+    e: float
+    v: float
+    i: float
+    t: float
+    twist: float
+    load_speed: float
+    way: int
+    """Increments that the set position goes in this cycle; then 0."""
+    moved: int
+    """That it went."""
+    set_increments: int
+    lead: float
+    load_nm: float
+    heats: float
+    """Torque squared, summed up over the cycles."""
+    works: float
+    """Torque times speed."""
+
+
+Cycle = Callable[[Moving], bool]
+"""One cycle further; False, and nothing is done, if a limit may be met on the way."""
 
 
 @lru_cache(maxsize=256)
-def folded(plant: Plant, gains: Gains, limits: Limits, steps: int) -> Cycle:
-    """Drives with the same motor and load share it: it takes some milliseconds."""
+def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float = 0.0) -> Cycle:
+    """Drives with the same motor and load share it: it takes some milliseconds.
+
+    With dry friction the direction must not change within a cycle.
+    """
     states = 6 if plant.elastic else 4
     step = step_matrix(plant, gains)
     power = identity(len(step))
     for _ in range(steps):
         power = product(step, power)
     names = ["e", "v", "i", "t", "w", "l"][:states]
+    bound = " + ".join(
+        f"{weight!r} * ({name} if {name} > 0.0 else -{name})"
+        for weight, name in zip(_weights(plant, gains, limits, step, steps), names, strict=True)
+        if weight
+    )
+    steady = _steady(plant, gains)
+    rows = {name: f"{_sum(row[:states], names)} + {steady[name]}" for name, row in zip(names, power, strict=False)}
+    speed_of_way = tau / INCREMENTS_PER_TURN / (steps * INNER_S)
+    lines = [
+        "def cycle(axis):",
+        "    e, v, i, t = axis.e, axis.v, axis.i, axis.t",
+        "    way, a, d = axis.way, axis.lead, axis.load_nm",
+        f"    s = way * {speed_of_way!r}",
+    ]
+    if plant.elastic:
+        lines += ["    w, l = axis.twist, axis.load_speed", f"    f = {dry_nm!r} if v > 0.0 else {-dry_nm!r}"]
+    elif dry_nm:
+        lines.append(f"    d += {dry_nm!r} if v > 0.0 else {-dry_nm!r}")
+    lines += [
+        f"    q = {plant.viscous!r} * s + d{' + f' if plant.elastic else ''}",
+        *(f"    {name} -= {steady[name]}" for name in names),
+        f"    r = {bound}",
+        f"    if abs(q) > {limits.torque!r} * (1.0 - r) or (n := abs(s)) > {limits.speed!r} * (1.0 - r):",
+        "        return False",
+    ]
+    if dry_nm:
+        lines += [f"    if {limits.speed!r} * r >= n:", "        return False"]
+    lines += [
+        f"    axis.t = torque = {rows['t']}",
+        "    axis.works += torque * axis.v",
+        "    axis.heats += torque * torque",
+    ]
+    lines += [f"    axis.{name} = {rows[name]}" for name in "evi"]
+    if plant.elastic:
+        lines += [f"    axis.twist = {rows['w']}", f"    axis.load_speed = {rows['l']}"]
+    lines += ["    axis.set_increments += way", "    axis.moved, axis.way = way, 0", "    return True"]
+    return cast(Cycle, _compiled("\n".join(lines), "cycle"))
+
+
+def _weights(plant: Plant, gains: Gains, limits: Limits, step: Matrix, steps: int) -> Row:
+    """What part of a limit each state's distance from the steady one can take up in any of the steps."""
+    states = 6 if plant.elastic else 4
     torque = reach(step, states, steps, set_torque_row(gains, states))
     speed = reach(step, states, steps, [float(place == V) for place in range(states)])
     wish = reach(step, states, steps, [gains.kv if place == E else 0.0 for place in range(states)])
     if plant.elastic:
         load = reach(step, states, steps, [float(place == LOAD) for place in range(states)])
         speed = [max(pair) for pair in zip(speed, load, strict=True)]
-    weights = [
+    return [
         max(a / limits.torque, b / limits.speed, c / limits.speed) for a, b, c in zip(torque, speed, wish, strict=True)
     ]
-    bound = " + ".join(
-        f"{weight!r} * ({name} if {name} > 0.0 else -{name})"
-        for weight, name in zip(weights, names, strict=True)
-        if weight
-    )
-    steady = _steady(plant, gains)
-    rows = [f"{_sum(row[:states], names)} + {steady[name]}" for name, row in zip(names, power, strict=False)]
-    lines = [
-        f"def cycle({', '.join(names)}, s, d, a{', f' if plant.elastic else ''}):",
-        f"    q = {plant.viscous!r} * s + d{' + f' if plant.elastic else ''}",
-        *(f"    {name} -= {value}" for name, value in steady.items() if name in names),
-        f"    r = {bound}",
-        f"    if abs(q) > {limits.torque!r} * (1.0 - r) or (n := abs(s)) > {limits.speed!r} * (1.0 - r):",
-        "        return None",
-    ]
-    if limits.is_dry:
-        lines += [f"    if {limits.speed!r} * r >= n:", "        return None"]
-    lines.append(f"    return ({', '.join(rows)})")
-    return cast(Cycle, _compiled("\n".join(lines), "cycle"))
 
 
 def _steady(plant: Plant, gains: Gains) -> dict[str, str]:

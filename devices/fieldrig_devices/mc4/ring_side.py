@@ -20,11 +20,11 @@ from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.machine import Machine
-from fieldrig_devices.mc4.values import SPEED_UNIT, STANDING, Number, live_numbers
+from fieldrig_devices.mc4.values import MOVING, SPEED_UNIT, STANDING, Number, live_numbers, moving_numbers
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
-from fieldrig_devices.sercos.slave import SercosSlave
+from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
 from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams
 
 FOLLOWS: Final = 0x0008
@@ -42,7 +42,9 @@ class RingSide:
         self._until_ns = 0
         self._cycle_ns = self._slack_ns = 0
         self._places: dict[int, int] = {}
-        self._value: Callable[[tuple[int, ...]], None] = _no_value
+        self._place = 0
+        """Of the command value that counts, among the values of the MDT; 0: none does."""
+        self._value: Callable[[int], None] = _no_value
         self._most_error = 0.0
         self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
@@ -68,25 +70,26 @@ class RingSide:
 
     # ---- cycles
 
-    def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        control = values[0]
         now_ns, machine = self._clock.now_ns(), self._machine
         lead_ns = now_ns - machine.at_ns - self._cycle_ns
         if control & CONTROL_BITS != self._steady_control or not -self._slack_ns < lead_ns < self._slack_ns:
-            return self._look(commands, control, lead_ns)
+            return self._look(values, lead_ns)
         if now_ns >= self._until_ns:
             self._look_at_slow_things()
         machine.at_ns += self._cycle_ns
         axis = machine.axis
         axis.cycle()
-        self._value(commands)
+        self._value(values[self._place])
         if self.on_moved is not None:
             self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         return self._status, self.feedback()
 
-    def _look(self, commands: tuple[int, ...], control: int, lead_ns: int) -> tuple[int, tuple[int, ...]]:
-        machine = self._machine
+    def _look(self, values: tuple[int, ...], lead_ns: int) -> tuple[int, tuple[int, ...]]:
+        machine, control = self._machine, values[0]
         if -self._slack_ns < lead_ns < self._slack_ns:
             machine.at_ns += self._cycle_ns
             machine.axis.cycle()
@@ -95,7 +98,7 @@ class RingSide:
         if (control ^ self._control) & CONTROL_BITS:
             self._on_control(control)
         machine.look()
-        self._value(commands)
+        self._value(values[self._place])
         self._check_following()
         return self._status, self.feedback()
 
@@ -133,16 +136,16 @@ class RingSide:
         machine = self._machine
         axis, task = machine.axis, machine.chain.task
         mode = machine.operation_mode & 7
-        place = self._places.get(idns.MODE_COMMANDS.get(mode, 0))
+        self._place = self._places.get(idns.MODE_COMMANDS.get(mode, 0), 0)
         self._value = _no_value
-        if task is Task.FOLLOW and machine.runs and place is not None:
+        if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
-                self._value = lambda commands: axis.follow(commands[place])
+                self._value = axis.follow
             elif mode == 2:
-                self._value = lambda commands: axis.wish(commands[place] * SPEED_UNIT)
+                self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
             elif machine.motor is not None:
                 unit = machine.motor.standstill_torque_nm / 1000
-                self._value = lambda commands: axis.wish(commands[place] * unit)
+                self._value = lambda torque: axis.wish(torque * unit)
         self._most_error = self._table[159].number / INCREMENTS if machine.follows and mode == 3 else 1e99
         self._steady_control = self._control & CONTROL_BITS if machine.is_settled and machine.is_cyclic else -1
         self._until_ns = machine.next_slow_ns
@@ -228,22 +231,19 @@ class RingSide:
         machine.cycle_steps = self._cycle_ns // INNER_NS
         machine.rearrange()
         telegrams = self._telegrams()
-        self._places = {idn: place for place, idn in enumerate(telegrams.mdt)}
+        self._places = {idn: place for place, idn in enumerate(telegrams.mdt, HEAD_VALUES)}
         numbers = [self._numbers.get(idn) or self._stored(idn) for idn in telegrams.at]
         first = len(numbers)
         while first and telegrams.at[first - 1] in STANDING:
             first -= 1
         self._standing_numbers = numbers[first:]
         self._read_standing()
-        match numbers[:first]:
-            case [one]:
-                self.feedback = lambda: (one(), *self._standing)
-            case [one, two]:
-                self.feedback = lambda: (one(), two(), *self._standing)
-            case [one, two, three]:
-                self.feedback = lambda: (one(), two(), three(), *self._standing)
-            case moving:
-                self.feedback = lambda: (*[number() for number in moving], *self._standing)
+        moving = telegrams.at[:first]
+        if all(idn in MOVING for idn in moving):
+            shaft = moving_numbers(machine, moving)
+            self.feedback = lambda: shaft() + self._standing
+        else:
+            self.feedback = lambda: (*[number() for number in numbers[:first]], *self._standing)
 
     def _read_standing(self) -> None:
         self._standing = tuple(number() for number in self._standing_numbers)
@@ -309,5 +309,5 @@ class RingSide:
             self._machine.read_plate(lambda is_good: command.finish(is_good=is_good))
 
 
-def _no_value(commands: tuple[int, ...]) -> None:
+def _no_value(value: int) -> None:
     """Command values don't count now."""

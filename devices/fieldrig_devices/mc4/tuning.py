@@ -67,7 +67,7 @@ def limits_of(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> Limit
     told_rpm = table[91].number / 1e4 or motor.max_speed_rpm
     most = min(motor.peak_torque_nm, amplifier_nm, told_nm)
     fastest = min(motor.max_speed_rpm, told_rpm) / RPM
-    return Limits(max(most, 1e-6), max(fastest, 1e-6), settings.load.coulomb_nm > 0)
+    return Limits(max(most, 1e-6), max(fastest, 1e-6))
 
 
 def lead_inertia(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> float:

@@ -1,11 +1,12 @@
 """What a drive measures and shows, as the whole numbers of its operation data.
 
-Units are those of `idns`.  Positions are counted on inside the drive, and go over the ring modulo 2^32.
+Units are those of `idns`.  Positions are counted on inside the drive, and go over the ring modulo 2^32.  What the axis
+moves with every cycle is written as Python text, so that the values of one telegram are one call.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import tau
-from typing import Final
+from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import INCREMENTS
@@ -19,43 +20,46 @@ STANDING: Final = frozenset({11, 129, 182, 390, idns.MC4_STATE, idns.AXIS_STATE,
 """Those that only change when the machine is looked at, not with every cycle."""
 
 
+MOVING: Final = {
+    40: "n if -HALF <= (n := round(axis.v / SPEED_UNIT)) < HALF else max(-HALF, min(n, HALF - 1))",
+    51: "(round(axis.set_increments - axis.e * INCREMENTS) + HALF & ALL) - HALF",
+    53: "(round(axis.set_increments - (axis.e + axis.twist) * INCREMENTS) + HALF & ALL) - HALF",
+    84: "n if -32768 <= (n := round(axis.t * 1000 / machine.true_motor.standstill_torque_nm)) <= 32767"
+    " else max(-32768, min(n, 32767))",
+    189: "max(-HALF, min(round(axis.e * INCREMENTS), HALF - 1))",
+}
+"""Of the axis, by IDN."""
+
+
+def moving_numbers(machine: Machine, idns: Sequence[int]) -> Callable[[], tuple[int, ...]]:
+    """All values of these IDNs of `MOVING`."""
+    values = "".join(f"({MOVING[idn]}), " for idn in idns)
+    text = f"def numbers():\n    axis = machine.axis\n    return ({values})\n"
+    space: dict[str, object] = {
+        "machine": machine, "INCREMENTS": INCREMENTS, "SPEED_UNIT": SPEED_UNIT, "HALF": _HALF, "ALL": _ALL,
+        "round": round, "max": max, "min": min, "__builtins__": {},
+    }  # fmt: skip
+    exec(text, space)
+    return cast(Callable[[], tuple[int, ...]], space["numbers"])
+
+
 def live_numbers(machine: Machine) -> dict[int, Number]:
     """By IDN."""
     settings = machine.settings
 
-    def position() -> int:
-        axis = machine.axis
-        return (round(axis.set_increments - axis.e * INCREMENTS) + _HALF & _ALL) - _HALF
-
-    def load_position() -> int:
-        axis = machine.axis
-        return (round(axis.position - axis.twist * INCREMENTS) + _HALF & _ALL) - _HALF
-
-    def torque() -> int:
-        number = round(machine.axis.t * 1000 / machine.true_motor.standstill_torque_nm)
-        return number if -32_768 <= number <= 32_767 else max(-32_768, min(number, 32_767))
-
-    def velocity() -> int:
-        number = round(machine.axis.v / SPEED_UNIT)
-        return number if -_HALF <= number < _HALF else max(-_HALF, min(number, _HALF - 1))
-
-    def following() -> int:
-        return max(-_HALF, min(round(machine.axis.e * INCREMENTS), _HALF - 1))
+    def moving(idn: int) -> Number:
+        numbers = moving_numbers(machine, [idn])
+        return lambda: numbers()[0]
 
     def signals() -> int:
         chain = machine.chain
         lifted = chain.is_brake_lifted << 1
         return machine.is_ready | lifted | machine.hardware_enable << 2 | chain.has_torque << 3
 
-    return {
+    return {idn: moving(idn) for idn in MOVING} | {
         11: lambda: machine.diagnosis.class_1,
-        40: velocity,
-        51: position,
-        53: load_position,
-        84: torque,
         129: lambda: machine.diagnosis.manufacturer_class_1,
         182: lambda: machine.chain.axis_state << 8 | machine.chain.mc4_state,
-        189: following,
         380: lambda: min(round(machine.dc.volt), 32_767),
         383: lambda: round(machine.thermal.motor_c * 10),
         384: lambda: round(machine.thermal.amplifier_c * 10),

@@ -27,6 +27,9 @@ MOST_MISSED_EARLY: Final = 10
 WATCH_CYCLES: Final = 8
 """How often a drive looks whether cycles still come at all."""
 
+HEAD_VALUES: Final = 2
+"""Control word and service channel, before the command values."""
+
 _EARLY_AT: Final = at_telegram(())
 """Of CP1 and CP2."""
 
@@ -34,8 +37,11 @@ _EARLY_AT: Final = at_telegram(())
 class Application(Protocol):
     """What the drive does with what comes over the ring."""
 
-    def on_cycle(self, commands: tuple[int, ...], control: int) -> tuple[int, tuple[int, ...]]:
-        """In CP4, once a cycle: the status word, without the service channel's bits, and the feedback values."""
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        """In CP4, once a cycle: the status word, without the service channel's bits, and the feedback values.
+
+        `values` are the MDT's: control word, service channel, and from `HEAD_VALUES` on the command values.
+        """
 
     def status(self) -> int:
         """The status word in CP1 to CP3."""
@@ -106,7 +112,7 @@ class SercosSlave:
         if (control ^ self._control_seen) & CONTROL_MASK:
             self._control_seen = control
             service.step(control, values[1])
-        status, feedback = self._application.on_cycle(values[2:], control)
+        status, feedback = self._application.on_cycle(values)
         word = status | self._change_bit | service.status
         self._link.send(self._at.pack(self.address, word, service.info, *feedback))
 
@@ -141,7 +147,7 @@ class SercosSlave:
             return
         self._is_fast = self.phase == 4 and is_heard
         if self.phase == 4:
-            self._send(*self._application.on_cycle(self._values[2:], self._values[0]))
+            self._send(*self._application.on_cycle(self._values))
         elif self.phase == 3:
             self._send(self._application.status(), self._application.feedback())
 
@@ -239,7 +245,7 @@ class SercosSlave:
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
         self._mdt, self._at = record(layout.mdt), at_telegram(layout.at)
         self._values_of = self._mdt.unpack_from
-        self._values = (0,) * (2 + len(layout.mdt))
+        self._values = (0,) * (HEAD_VALUES + len(layout.mdt))
 
     def _check(self, phase: int, command: Command) -> None:
         """S-0-0127 and S-0-0128."""

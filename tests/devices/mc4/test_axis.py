@@ -16,7 +16,7 @@ PLANT = Plant(J, viscous=2e-4)
 KP = J * 400
 GAINS = Gains(kv=60.0, kp=KP, ki=KP / 0.02, ff=0.0)
 LAGLESS = Gains(60.0, KP, KP / 0.02, 1.0)
-LIMITS = Limits(torque=32.0, speed=500.0, is_dry=False)
+LIMITS = Limits(torque=32.0, speed=500.0)
 
 
 def axis(
@@ -56,26 +56,31 @@ def test_folded_cycle_is_the_sixteen_steps(e: float, v: float, i: float, way: in
 
 @quick
 @given(
-    st.floats(-0.1, 0.1), st.floats(-300, 300), st.floats(-20, 20), st.floats(-20, 20), st.floats(-200, 200),
+    st.floats(-0.1, 0.1), st.floats(-300, 300), st.floats(-20, 20), st.floats(-20, 20), st.integers(-8000, 8000),
     st.sampled_from([0.0, 1.0]),
 )  # fmt: skip
-def test_no_step_of_a_folded_cycle_meets_a_limit(
-    e: float, v: float, i: float, t: float, speed: float, ff: float
-) -> None:
+def test_no_step_of_a_folded_cycle_meets_a_limit(e: float, v: float, i: float, t: float, way: int, ff: float) -> None:
+    """`way` is that of a step."""
     gains = Gains(60.0, KP, KP / 0.02, ff)
-    limits = Limits(20.0, 250.0, is_dry=True)
-    cycle = folded(PLANT, gains, limits, 16)
-    if cycle(e, v, i, t, speed, 0.5, 0.0) is None:
+    limits = Limits(20.0, 250.0)
+    one, other = axis(gains=gains), axis(gains=gains)
+    for each in (one, other):
+        each.e, each.v, each.i, each.t = e, v, i, t
+        each.load(0.5)
+    one.way = 16 * way
+    if not folded(PLANT, gains, limits, 16, 1e-12)(one):
+        assert states(one) == states(other)
         return
-    step = folded(PLANT, gains, Limits(1e9, 1e9, is_dry=False), 1)
+    speed = way * RAD / INNER_S
+    step = folded(PLANT, gains, Limits(1e9, 1e9), 1)
     for _ in range(16):
-        wish = gains.kv * e + gains.ff * speed
+        wish = gains.kv * other.e + gains.ff * speed
         assert abs(wish) <= limits.speed * 1.000001
-        assert abs(gains.kp * (wish - v) + i) <= limits.torque * 1.000001
-        assert v * speed > 0
-        following = step(e, v, i, t, speed, 0.5, 0.0)
-        assert following is not None
-        e, v, i, t = following
+        assert abs(gains.kp * (wish - other.v) + other.i) <= limits.torque * 1.000001
+        assert other.v * speed > 0
+        other.way = way
+        assert step(other)
+    assert states(one) == pytest.approx(states(other), rel=1e-9, abs=1e-9)
 
 
 def test_exponential_of_a_matrix() -> None:
@@ -166,7 +171,7 @@ def test_position_step_does_not_overshoot() -> None:
 @pytest.mark.parametrize("torque", [4.0, 16.0])
 def test_stops_with_maximum_current(torque: float) -> None:
     """J dw / T, but for the lag of the current and the last of it, where the regulator lets go."""
-    one = axis(limits=Limits(torque, 500.0, is_dry=False))
+    one = axis(limits=Limits(torque, 500.0))
     one.v = 300.0
     one.control(Mode.SPEED)
     one.wish(0.0)
@@ -234,7 +239,7 @@ def test_friction_brings_it_to_rest_within_half_an_increment() -> None:
 
 
 def test_far_command_is_approached_with_the_highest_speed() -> None:
-    one = axis(limits=Limits(32.0, 50.0, is_dry=False), gains=LAGLESS)
+    one = axis(limits=Limits(32.0, 50.0), gains=LAGLESS)
     one.control(Mode.POSITION)
     for _ in range(100):
         one.follow(2_000_000_000)
