@@ -65,14 +65,28 @@ def _finding(one: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_k
     if one["type"] == "extra_forbidden":
         known = _keys_at(schema, path[:-1]) + (list(other_keys) if len(path) == 1 else [])
         return Finding(path, "there is no such key", closest(path[-1], known))
+    if one["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        return _wrong_tag(one, path, data, schema)
     wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path)))
     remedy = f"right would be {wanted}" if wanted else ""
     if one["type"] == "missing":
         return Finding(path, "this key is missing", remedy)
     if one["type"] in ("value_error", "assertion_error"):
-        return Finding(path, str(one["ctx"]["error"]), remedy if path else "")
+        is_vague = not path or wanted == TYPES["object"]
+        return Finding(path, str(one["ctx"]["error"]), "" if is_vague else remedy)
     there = _value_at(data, path)
     return Finding(path, f"{show(there)} doesn't fit", remedy or f"it says: {one['msg']}")
+
+
+def _wrong_tag(one: dict[str, Any], path: KeyPath, data: Any, schema: Any) -> Finding:
+    """The key that says which of several models is meant names none of them, or is not there."""
+    key = one["ctx"]["discriminator"].strip("'")
+    choices = _schemas_at(schema, schema, (*path, key))
+    known = sorted({str(tag) for part in choices for tag in part.get("enum", [part.get("const")])})
+    there = _value_at(data, path)
+    if key not in there:
+        return Finding((*path, key), "this key is missing", f"right would be {' or '.join(known)}")
+    return Finding((*path, key), f"{show(there[key])} doesn't fit", closest(there[key], known))
 
 
 def _path_in(data: Any, location: tuple[int | str, ...], error_type: str) -> KeyPath:

@@ -156,10 +156,24 @@ COMMANDS: Final = frozenset({99, READ_PLATE})
 BACKUP: Final = (32, 33, 34, 35, 57, 91, 92, 97, 98, 100, 101, 104, 114, 124, 142, 159, 206, 207, 296, 348,
                  STOP_TIME_LIMIT, COAST_OPTION, LANGUAGE)  # fmt: skip
 """What the master should keep, for the drive doesn't."""
+WITH_KEYS: Final = (206, 207, STOP_TIME_LIMIT, COAST_OPTION, LANGUAGE)
+"""Those that a rig file gives by keys of their own."""
 MODE_COMMANDS: Final = {1: 80, 2: 36, 3: 47}
 """The command value of each operation mode, by its low three bits; bit 3: without following error."""
 LAGLESS: Final = 0x0008
 MODES: Final = frozenset({0x0001, 0x0002, 0x0003, 0x000B})
+
+
+def settable() -> dict[int, tuple[int, int]]:
+    """Numbers that `parameters.idns` of a rig file may give, and from where to where they go."""
+    others = {*COMMANDS, *MODE_COMMANDS.values(), *WITH_KEYS}
+    numbers = (row for row in sorted(ROWS) if not row.length.is_list and row.protected != READ_ONLY)
+    full = {TWO: 0xFFFF, FOUR: FULL}
+    return {
+        row.idn: (row.minimum or 0, full[row.length] if row.maximum is None else row.maximum)
+        for row in numbers
+        if row.idn not in others
+    }
 
 
 def idn_table() -> IdnTable:

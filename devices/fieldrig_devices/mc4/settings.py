@@ -7,7 +7,8 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_devices.mc4.diagnosis import Code, Language
 from fieldrig_devices.mc4.faults import DriveFault
-from fieldrig_devices.sercos.idn import idn_of
+from fieldrig_devices.mc4.idns import settable
+from fieldrig_devices.sercos.idn import idn_of, idn_text
 
 
 class MotorSettings(Settings):
@@ -35,9 +36,16 @@ class LoadSettings(Settings):
         return self
 
 
-def _known_idns(values: dict[str, int]) -> dict[str, int]:
-    for text in values:
-        idn_of(text)
+def _settable_idns(values: dict[str, int]) -> dict[str, int]:
+    ranges = settable()
+    for text, value in values.items():
+        idn = idn_of(text)
+        if idn not in ranges:
+            there = ", ".join(map(idn_text, ranges))
+            raise ValueError(f"{text} is no parameter that can be set: there are {there}")
+        low, high = ranges[idn]
+        if not low <= value <= high:
+            raise ValueError(f"{text} can't be {value}: {low} to {high} would be right")
     return values
 
 
@@ -53,7 +61,7 @@ class ParameterSettings(Settings):
     safe_stop_coasts: bool = Field(
         default=False, description="the loss of Inverter Enable takes the torque at once; else the drive ramps down"
     )
-    idns: Annotated[dict[str, int], AfterValidator(_known_idns)] = Field(
+    idns: Annotated[dict[str, int], AfterValidator(_settable_idns)] = Field(
         default_factory=dict, description="others by their IDN, raw: S-0-0104: 400"
     )
 

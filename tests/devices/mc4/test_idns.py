@@ -5,6 +5,7 @@ import re
 import pytest
 from mc4_bench import ENABLED, DriveBench
 
+from fieldrig.errors import ConfigError
 from fieldrig_devices.mc4.idns import (
     BACKUP,
     COAST_OPTION,
@@ -165,3 +166,36 @@ def test_mode_without_its_command_value_is_refused_before_operation() -> None:
     bench.master.request_phase(4)
     bench.run(3_000)
     assert bench.master.phase < 4
+
+
+@pytest.mark.parametrize(
+    ("idns", "mistake"),
+    [
+        ({"S-0-9999": 1}, "write it like S-0-0047 or P-0-0010"),
+        ({"S-0-0999": 1}, "S-0-0999 is no parameter that can be set: there are S-0-0032, .*S-0-0348$"),
+        ({"S-0-0017": 1}, "S-0-0017 is no parameter"),
+        ({"S-0-0051": 1}, "S-0-0051 is no parameter"),
+        ({"S-0-0099": 3}, "S-0-0099 is no parameter"),
+        ({"S-0-0206": 20}, "S-0-0206 is no parameter"),
+        ({"S-0-0104": 0}, "S-0-0104 can't be 0: 1 to 6000 would be right"),
+        ({"S-0-0104": 6_001}, "1 to 6000 would be right"),
+        ({"S-0-0091": -1}, "0 to 2147483647 would be right"),
+    ],
+)
+def test_parameters_of_a_rig_file_that_can_not_be_are_refused(idns: dict[str, int], mistake: str) -> None:
+    with pytest.raises(ConfigError, match=mistake):
+        DriveBench({"parameters": {"idns": idns}})
+
+
+@pytest.mark.parametrize(
+    ("fault", "mistake"),
+    [
+        ({"what": "overlod"}, r'faults\[0\].what: "overlod" doesn\'t fit\n +did you mean overload\?'),
+        ({"what": "fire"}, r'what: "fire" doesn\'t fit\n +there are: dc_bus, enable_lost, .*wrong_motor'),
+        ({"of": "motor"}, r"what: this key is missing\n +right would be dc_bus or enable_lost or .*wrong_motor"),
+        ({"what": "dc_bus", "sort": "x"}, r"sort: \"x\" doesn't fit\n +right would be communication or undervoltage"),
+    ],
+)
+def test_faults_of_a_rig_file_that_can_not_be_are_refused(fault: dict[str, str], mistake: str) -> None:
+    with pytest.raises(ConfigError, match=mistake):
+        DriveBench({"faults": [fault]})
