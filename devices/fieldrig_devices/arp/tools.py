@@ -9,6 +9,7 @@ from fieldrig_bus.serial.rfc2217 import SerialRfc2217
 from fieldrig_bus.serial.tcp import SerialTcp
 from fieldrig_devices.arp.can.face import EDS
 from fieldrig_devices.arp.settings import ArpSettings
+from fieldrig_devices.arp.user_port.server import UserPortSettings
 from fieldrig_devices.canopen import node_tools
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 
@@ -18,7 +19,8 @@ def lines(name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> li
     tools = [Tool("state", f"fieldrig get {' '.join(f'{name}/{key}' for key in keys)}")]
     port = _user_port(links.get("user"))
     if port is not None:
-        tools.append(Tool("USER port", f"fieldrig arp watch --port {port}"))
+        baud = "" if settings.user_port == UserPortSettings() else f" --baud {settings.user_port.baud}"
+        tools.append(Tool("USER port", f"fieldrig arp state --port {port}{baud}"))
     if "can" in links:
         node = CanopenSettings(node_id=settings.can_node_id, eds=EDS, ties={}, objects={})
         tools += node_tools.lines(node, links)[:1]  # it starts by itself

@@ -159,7 +159,7 @@ def test_lines_to_copy_name_what_reaches_the_card(tmp_path: Path) -> None:
     buses = {name: config.buses[several[0]].bus for name, several in card.links.items()}
     lines = {tool.label: tool.line for tool in ArpCard.tools("card1", cast(ArpSettings, card.settings), buses)}
     assert lines["state"].startswith("fieldrig get card1/state card1/error ")
-    assert lines["USER port"] == "fieldrig arp watch --port socket://127.0.0.1:7099"
+    assert lines["USER port"] == "fieldrig arp state --port socket://127.0.0.1:7099"
     assert "n.add_node(12, " in lines["what it is"]
 
 
