@@ -2,6 +2,7 @@
 
 RigError              anything a user can mend; printed without a traceback
 ├── ConfigError       wrong configuration, with every mistake found
+├── UsageError        a command was asked for what can't be, or given a file that isn't what it should be
 ├── BusError          a port, a path, a network device that can't be had
 └── ControlError      no rig answers, or it refuses
 """
@@ -42,6 +43,10 @@ class ConfigError(RigError):
     def __init__(self, mistakes: Sequence[Mistake]) -> None:
         super().__init__("\n".join(str(mistake) for mistake in mistakes))
         self.mistakes = list(mistakes)
+
+
+class UsageError(RigError):
+    """A command was asked for what can't be, or given a file that isn't what it should be."""
 
 
 class BusError(RigError):

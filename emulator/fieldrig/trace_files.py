@@ -13,7 +13,7 @@ from threading import Thread
 from typing import Any, BinaryIO, Final, Protocol, cast
 
 from fieldrig import trace_jsonl
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 
 FLUSH_S: Final = 0.5
@@ -28,22 +28,22 @@ class Format(Protocol):
 
 
 def format_of(path: Path) -> Format:
-    """RigError, with the endings that are known, for another one."""
+    """UsageError, with the endings that are known, for another one."""
     try:
         return _formats()[path.suffix.lower()]
     except KeyError:
         known = ", ".join(f"{suffix} ({name})" for suffix, name in _names().items())
-        raise RigError(f"{path}: no format of traces ends in {path.suffix!r}", f"there are: {known}") from None
+        raise UsageError(f"{path}: no format of traces ends in {path.suffix!r}", f"there are: {known}") from None
 
 
 def read(path: Path) -> Iterator[TraceEntry]:
-    """RigError for a file that can't be read, or is something else."""
+    """UsageError for a file that can't be read, or is something else."""
     form = format_of(path)
     try:
         with path.open("rb") as file:
             yield from form.read(file)
     except OSError as cause:
-        raise RigError(f"{path} can't be read: {cause.strerror}") from cause
+        raise UsageError(f"{path} can't be read: {cause.strerror}") from cause
 
 
 def write(entries: Iterable[TraceEntry], path: Path) -> int:
@@ -53,20 +53,22 @@ def write(entries: Iterable[TraceEntry], path: Path) -> int:
         with path.open("wb") as file:
             return form.write(entries, file, 0)
     except OSError as cause:
-        raise RigError(f"{path} can't be written: {cause.strerror}", "name a file in a folder that is there") from cause
+        raise UsageError(
+            f"{path} can't be written: {cause.strerror}", "name a file in a folder that is there"
+        ) from cause
 
 
 class Recorder:
     """Writes batches of `BusStream` into a file as they come, in a thread of its own: formats know no loop."""
 
-    def __init__(self, path: Path) -> None:
-        """RigError if the file can't be written."""
-        self._path, self._form = path, format_of(path)
+    def __init__(self, path: Path, most: int | None = None) -> None:
+        """At most so many messages.  UsageError if the file can't be written."""
+        self._path, self._form, self._most = path, format_of(path), most
         try:
             self._file = path.open("wb")
         except OSError as cause:
             remedy = "name a file in a folder that is there"
-            raise RigError(f"{path} can't be written: {cause.strerror}", remedy) from cause
+            raise UsageError(f"{path} can't be written: {cause.strerror}", remedy) from cause
         self._batches: SimpleQueue[tuple[str, dict[str, Any]] | None] = SimpleQueue()
         self._expected: dict[tuple[str, str], int] = {}
         self.taken = 0
@@ -78,8 +80,13 @@ class Recorder:
         source, size = (bus, batch["process"]), len(batch["entries"])
         self._lost += batch["first"] - self._expected.get(source, batch["first"])
         self._expected[source] = batch["first"] + size
-        self.taken += size
-        self._batches.put((bus, batch))
+        entries = batch["entries"] if self._most is None else batch["entries"][: self._most - self.taken]
+        self.taken += len(entries)
+        self._batches.put((bus, {**batch, "entries": entries}))
+
+    @property
+    def is_full(self) -> bool:
+        return self._most is not None and self.taken >= self._most
 
     def close(self) -> str:
         """What became of it, in words."""

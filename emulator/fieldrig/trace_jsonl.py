@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 
 SUFFIX = ".jsonl"
@@ -32,7 +32,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """RigError, with the line, for what `write` doesn't write."""
+    """UsageError, with the line, for what `write` doesn't write."""
     for number, line in enumerate(file, 1):
         try:
             match json.loads(line):
@@ -48,5 +48,5 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
                     raise ValueError("a key is missing, or has another type")
         except (ValueError, RecursionError) as cause:
             what = f"line {number} is no message of a trace: {cause}"
-            raise RigError(what, "a .jsonl trace is written by `fieldrig trace record`") from cause
+            raise UsageError(what, "a .jsonl trace is written by `fieldrig trace record`") from cause
         yield entry

@@ -85,6 +85,15 @@ def test_a_recorder_writes_the_time_of_day_and_counts_what_it_missed(tmp_path: P
     ]
 
 
+def test_a_recorder_takes_no_more_than_it_was_asked_for(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "x.jsonl", most=3)
+    recorder.take("wires", batch(0, "01", "02"))
+    assert recorder.taken == 2
+    recorder.take("wires", batch(2, "03", "04", "05"))
+    assert recorder.is_full
+    assert recorder.close() == f"{tmp_path}/x.jsonl: 3 messages"
+
+
 def test_a_format_says_what_it_does_not_know(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "x.log")  # candump: CAN only
     recorder.take("wires", batch(0, "01"))

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from can.io import CanutilsLogReader
 
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import CanFrame, check
@@ -36,7 +36,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """Entries with the time of day as their instant.  RigError, with the line, for what is no log of candump."""
+    """Entries with the time of day as their instant.  UsageError, with the line, for what is no log of candump."""
     lines = _CountedLines(file, encoding="ascii", errors="replace")
     try:
         for message in CanutilsLogReader(lines):
@@ -56,7 +56,7 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
             yield TraceEntry(round(message.timestamp * 1e6) * 1000, str(message.channel), "can", "", encode(frame))
     except (ValueError, OverflowError) as cause:
         what = f"line {lines.count} is not one of candump's: {cause}"
-        raise RigError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
+        raise UsageError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
 
 
 def _body(message: CanFrame | Notice) -> str | None:

@@ -18,7 +18,7 @@ from typing import Any, BinaryIO
 from pcapng import blocks, scanner, writer
 from pcapng.exceptions import PcapngException
 
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.frame import CanFrame, check
@@ -81,7 +81,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """RigError for what is no pcapng file, or a damaged one, after what could be read of it."""
+    """UsageError for what is no pcapng file, or a damaged one, after what could be read of it."""
     start_unix_ns = 0
     try:
         for block in _blocks(file):
@@ -91,7 +91,7 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
                 yield from _entries(block, start_unix_ns)
     except (PcapngException, ValueError, LookupError, TypeError, struct.error) as cause:  # the scanner's, for bad bytes
         what = f"this is no pcapng file, or a damaged one: {cause}"
-        raise RigError(what, "write traces with `fieldrig trace`, captures with Wireshark or dumpcap") from cause
+        raise UsageError(what, "write traces with `fieldrig trace`, captures with Wireshark or dumpcap") from cause
 
 
 def _blocks(file: BinaryIO) -> Iterator[Any]:

@@ -9,8 +9,8 @@ import typer
 from fieldrig.exits import Exit
 
 app = typer.Typer(
-    help="Look at EDS and DCF files.",
     no_args_is_help=True,
+    add_completion=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
@@ -18,7 +18,11 @@ app = typer.Typer(
 
 @app.callback()
 def eds() -> None:
-    """Look at EDS and DCF files."""
+    """Look at EDS and DCF files.
+
+    \b
+        fieldrig eds check configs/eds/io32.eds
+    """
 
 
 @app.command()

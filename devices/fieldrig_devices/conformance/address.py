@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from fieldrig.bus import Bus
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.kinds import find_bus, settings_model
 
 FORMS = (
@@ -30,17 +30,17 @@ class Address(NamedTuple):
 
 
 def parse(text: str) -> Address:
-    """RigError, with what would be right, for anything else."""
+    """UsageError, with what would be right, for anything else."""
     kind, _, rest = text.partition(":")
     maker = _MAKERS.get(kind)
     if maker is None or (not rest and kind != "can.udp"):
-        raise RigError(f"{text!r} is no bus", f"right would be {FORMS}")
+        raise UsageError(f"{text!r} is no bus", f"right would be {FORMS}")
     try:
         return maker(rest)
     except ValidationError as wrong:
         first = wrong.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise RigError(f"{text!r} is no bus: {where}: {first['msg']}", f"right would be {FORMS}") from wrong
+        raise UsageError(f"{text!r} is no bus: {where}: {first['msg']}", f"right would be {FORMS}") from wrong
 
 
 def _made(kind: str, name: str, settings: dict[str, Any], run: Path = Path()) -> Address:

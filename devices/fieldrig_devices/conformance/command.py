@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fieldrig.cli.options import AsJson, echo_json
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _report(
         return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
     config = load(rig)
     if bus not in config.buses:
-        raise RigError(f"{rig} has no bus {bus}", f"it has: {', '.join(config.buses)}")
+        raise UsageError(f"{rig} has no bus {bus}", f"it has: {', '.join(config.buses)}")
     description = _described(config, bus, node_id, eds)
     if config.time == "virtual":
         with Rig(config) as running:
@@ -150,7 +150,9 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
     found: Any = next((one for one in config.devices.values() if _is_node(one, bus, node_id)), None)
     path = eds or getattr(getattr(found, "settings", None), "eds", None)
     if path is None:
-        raise RigError(f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name it by --eds FILE")
+        raise UsageError(
+            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name it by --eds FILE"
+        )
     description = Description(path, node_id)
     if found is not None and eds is None:
         for key, value in getattr(found.settings, "objects", {}).items():
@@ -171,7 +173,7 @@ def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Pa
             try:
                 path.write_text(make(report), encoding="utf-8")
             except OSError as cause:
-                raise RigError(f"{path} can't be written: {cause.strerror}") from cause
+                raise UsageError(f"{path} can't be written: {cause.strerror}") from cause
 
 
 def _list(cases: "list[Case]", as_json: bool) -> None:

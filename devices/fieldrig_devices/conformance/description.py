@@ -14,7 +14,7 @@ from typing import TextIO
 from canopen.objectdictionary import ObjectDictionary, ODVariable
 from canopen.objectdictionary.eds import import_eds
 
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 
 BOOLEAN, DOMAIN = 0x01, 0x0F
 SIGNED = {0x02: 8, 0x03: 16, 0x04: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
@@ -87,14 +87,14 @@ class Entry:
 
 class Description:
     def __init__(self, path: Path, node_id: int) -> None:
-        """RigError if canopen's reader can't make anything of the file."""
+        """UsageError if canopen's reader can't make anything of the file."""
         self.path, self.node_id = path, node_id
         try:
             with path.open(encoding="latin-1") as file:
                 parsed = PARSE(file, node_id)
             compact = _compact(path)
         except (OSError, ValueError, LookupError, configparser.Error) as cause:
-            raise RigError(f"{path} is no EDS that can be read: {cause}", "`fieldrig eds check` says more") from cause
+            raise UsageError(f"{path} is no EDS that can be read: {cause}", "`fieldrig eds check` says more") from cause
         self.entries = {(entry.index, entry.sub): entry for entry in _entries(parsed)}
         for index, count in compact.items():
             self._expand(index, count)

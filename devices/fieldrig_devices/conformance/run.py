@@ -8,7 +8,7 @@ from typing import Any
 
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.link import Link
 from fieldrig.rig import Rig
 from fieldrig.visit import OnEnd, visit
@@ -27,12 +27,12 @@ OnResult = Callable[[Result], None]
 
 
 def choose(patterns: Iterable[str]) -> list[Case]:
-    """The cases whose number, name or family fits any pattern; all of them without.  RigError if none does."""
+    """The cases whose number, name or family fits any pattern; all of them without.  UsageError if none does."""
     wanted = [pattern.casefold() for pattern in patterns]
     every = sorted(CASES.values(), key=lambda case: case.order)
     chosen = [case for case in every if not wanted or any(_fits(case, pattern) for pattern in wanted)]
     if not chosen:
-        raise RigError(f"no case fits {' '.join(wanted)}", "such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'")
+        raise UsageError(f"no case fits {' '.join(wanted)}", "such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'")
     return chosen
 
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from fieldrig_devices.hiperface.port import EncoderPort
 
 app = typer.Typer(
-    help="Electronic name plates of motors, in their encoders and in files.",
     no_args_is_help=True,
+    add_completion=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )

@@ -4,7 +4,7 @@ import sys
 from typing import NoReturn
 
 from fieldrig.cli.app import app
-from fieldrig.errors import ConfigError, ControlError, RigError
+from fieldrig.errors import ConfigError, ControlError, RigError, UsageError
 from fieldrig.exits import Exit
 
 
@@ -24,6 +24,8 @@ def main() -> NoReturn:
 
 
 def _code(cause: RigError) -> Exit:
+    if isinstance(cause, UsageError):
+        return Exit.WRONG
     if not isinstance(cause, ControlError):
         return Exit.CANNOT_START
     # Only what talks to Zenoh can raise it, so this import costs nothing more.

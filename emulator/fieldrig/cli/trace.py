@@ -17,10 +17,22 @@ NANO = 1_000_000_000
 DAY_NS = 24 * 3600 * NANO
 
 app = typer.Typer(
-    help="Record the messages of a rig into a file, show such a file, or convert it. The ending of its name says the"
-    " format: .jsonl (every message), .log (candump), .pcapng (Wireshark).",
     no_args_is_help=True,
 )
+
+
+@app.callback()
+def trace() -> None:
+    """Record the messages of a rig into a file, show such a file, or convert it.
+
+    The ending of its name says the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
+
+    \b
+        fieldrig trace record lab.pcapng can0 --for 10s
+        fieldrig trace show lab.pcapng can0
+        fieldrig trace convert lab.pcapng lab.log
+    """
+
 
 TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace.", show_default=False)]
 Buses = Annotated[
@@ -53,12 +65,12 @@ def record(
     with Client(endpoint) as client:
         client.ask("rig/status")
         give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / NANO
-        recorder = Recorder(file)
+        recorder = Recorder(file, count)
         try:
             for told in client.inbox(["trace/*"]):
                 if told is not None and any(fnmatchcase(told[0], pattern) for pattern in patterns):
                     recorder.take(*told)
-                if count is not None and recorder.taken >= count:
+                if recorder.is_full:
                     break
                 if give_up_s is not None and time.monotonic() > give_up_s:
                     break

@@ -9,7 +9,7 @@ from canopen_bench import EDS
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
-from fieldrig.errors import RigError
+from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 
 LAB = EDS.parent / "lab-virtual.yaml"
@@ -58,7 +58,7 @@ def test_what_is_missing_is_named(tmp_path: Path) -> None:
         (("--only", "SDO 99"), "no case fits"),
     ):
         fault = conform(*arguments).exception
-        assert isinstance(fault, RigError)
+        assert isinstance(fault, UsageError)
         assert what in fault.what
 
 
@@ -72,5 +72,5 @@ def test_file_that_is_no_eds_is_named(tmp_path: Path, text: str) -> None:
     eds = tmp_path / "wrong.eds"
     eds.write_text(text)
     fault = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--eds", eds).exception
-    assert isinstance(fault, RigError)
+    assert isinstance(fault, UsageError)
     assert "is no EDS that can be read" in fault.what

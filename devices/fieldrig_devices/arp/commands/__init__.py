@@ -8,8 +8,8 @@ from fieldrig_devices.arp.commands.debugging import debug
 from fieldrig_devices.arp.commands.program import download, reset, run, state, stop, upload
 
 app = typer.Typer(
-    help="Programs of the ARP two-axis card, and cards by their USER port.",
     no_args_is_help=True,
+    add_completion=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )

@@ -23,6 +23,11 @@ def params() -> None:
 
     A card works with the copies in RAM. It takes them from flash at every start and reset, and its program changes
     those in RAM only.
+
+    \b
+        fieldrig arp params read PAR1
+        fieldrig arp params write PAR1.7=2000
+        fieldrig arp params save
     """
 
 
