@@ -138,6 +138,8 @@ class Echo(Device):
     def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         return words.IN_OPERATION | FOLLOWS, values[HEAD_VALUES:]
 
+    on_missed_cycle = on_cycle
+
     def status(self) -> int:
         return words.POWERED
 

@@ -9,7 +9,7 @@ from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import Attribute, Format, Length
 from fieldrig_devices.sercos.master import Drive, Event, RingEvent, SercosMaster
-from fieldrig_devices.sercos.slave import SercosSlave
+from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
 
 SIGNED = Attribute(Length.FOUR, Format.SIGNED)
 
@@ -31,7 +31,7 @@ class PlainDrive:
             ]
         )  # fmt: skip
         self.phases: list[int] = []
-        self.failures = 0
+        self.failures = self.missed = 0
         self.commands: list[tuple[int, ...]] = []
         self.control = 0
         self.invalid: list[int] = []
@@ -41,6 +41,10 @@ class PlainDrive:
         self.control, _, *commands = values
         self.commands.append(tuple(commands))
         return words.POWERED, tuple(commands)
+
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        self.missed += 1
+        return words.POWERED, values[HEAD_VALUES:]
 
     def status(self) -> int:
         return words.READY_FOR_POWER

@@ -102,6 +102,14 @@ class RingSide:
         self._check_following()
         return self._status, self.feedback()
 
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        """The set position goes on as it did before: the next one that comes finds it there."""
+        machine = self._machine
+        self._look(values, self._clock.now_ns() - machine.at_ns - self._cycle_ns)
+        if machine.follows and machine.operation_mode & 7 == 3:
+            machine.axis.follow(machine.axis.set_increments + machine.axis.moved)
+        return self._status, self.feedback()
+
     def _look_at_slow_things(self) -> None:
         machine = self._machine
         is_otherwise = machine.look_at_slow_things()

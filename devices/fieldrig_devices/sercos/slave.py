@@ -43,6 +43,9 @@ class Application(Protocol):
         `values` are the MDT's: control word, service channel, and from `HEAD_VALUES` on the command values.
         """
 
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        """In CP4, in place of `on_cycle`: MST or MDT did not come; `values` are those of the last one that did."""
+
     def status(self) -> int:
         """The status word in CP1 to CP3."""
 
@@ -147,7 +150,8 @@ class SercosSlave:
             return
         self._is_fast = self.phase == 4 and is_heard
         if self.phase == 4:
-            self._send(*self._application.on_cycle(self._values))
+            go_on = self._application.on_cycle if is_heard else self._application.on_missed_cycle
+            self._send(*go_on(self._values))
         elif self.phase == 3:
             self._send(self._application.status(), self._application.feedback())
 

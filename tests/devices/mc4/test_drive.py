@@ -62,6 +62,28 @@ def test_positions_are_followed_after_that_only() -> None:
     assert bench.get("speed") == pytest.approx(200 * 250 * 60 / 1e6, rel=1e-3)
 
 
+@pytest.mark.manual("PD-139")
+@pytest.mark.parametrize("telegram", ["mdt", "mst"])
+def test_set_position_goes_on_over_a_telegram_that_did_not_come(telegram: str) -> None:
+    """The motor feels nothing of it at steady speed, and follows the present command value afterwards."""
+    bench = DriveBench({}).up().enable()
+    bench.follow(lambda cycle: 200 * cycle)
+    bench.run(500)
+    speed, torque = bench.get("speed"), bench.get("torque")
+    fault = {"what": "distort", "station": "d1", "telegram": telegram, "count": 1}
+    bench.rig.add_fault("ring", fault)
+    for _ in range(10):
+        bench.run(4)
+        assert bench.get("speed") == pytest.approx(speed, rel=1e-3)
+        assert bench.get("torque") == pytest.approx(torque, abs=0.01)
+    assert bench.number(28 if telegram == "mst" else 29) == 1
+    stays = bench.feedback()[0]
+    bench.follow(lambda _: 0)  # the base of `follow` is where it came under control
+    bench.run(1_000)
+    assert bench.feedback()[0] < stays
+    assert bench.get("position") == pytest.approx(0, abs=2)
+
+
 @pytest.mark.manual("PD-150", "PD-391", "PD-390")
 def test_no_torque_before_the_dc_circuit_is_charged() -> None:
     bench = DriveBench({}, {})

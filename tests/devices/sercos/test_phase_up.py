@@ -187,6 +187,7 @@ def test_one_telegram_may_be_missing(telegram: str) -> None:
     bench = failing(RingBench(3, 1).up(), what="distort", station="drive1", telegram=telegram, count=1)
     assert bench.master.phase == 4
     assert bench.drives[1].slave.phase == 4
+    assert bench.drives[1].missed == (telegram != "at")
     counters = bench.drives[1].table[28].number, bench.drives[1].table[29].number
     assert counters == {"mst": (1, 0), "mdt": (0, 1), "at": (0, 0)}[telegram]
     lost = [(event.address, event.code) for event in bench.seen(Event.AT_FAILED)]
