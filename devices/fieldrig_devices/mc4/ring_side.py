@@ -67,6 +67,8 @@ class RingSide:
         table[idns.LANGUAGE].watchers.append(self._on_language)
         table[12].reader, table[13].reader = self._read_warnings, self._read_states
         table[95].reader = lambda: table[95].encoded(self.message)
+        table[19].set((32,))  # what `check` looks at
+        table[188].reader = lambda: table[188].encoded(sorted(idns.MODE_COMMANDS.values()))
 
     # ---- cycles
 

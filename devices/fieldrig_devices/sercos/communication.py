@@ -108,8 +108,13 @@ class Communication:
             self._table.add(Datum(number, name, attribute, (), largest=MOST_IDNS_BYTES))
         self._compute(17, lambda: sorted(one.idn for one in self._table))
         self._compute(18, lambda: list(_CP2))
-        self._compute(19, list)
+        self._compute(187, lambda: sorted(one.idn for one in self._table if code_of(self._table, one.idn)))
+        self._compute(188, lambda: sorted(one.idn for one in self._table if self._may_be_sent(one.idn)))
         self._compute(25, lambda: sorted(one.idn for one in self._table if one.attribute.is_command))
+
+    def _may_be_sent(self, idn: int) -> bool:
+        """Whether the drive takes it in the MDT, by what its attribute says; an application may know better."""
+        return bool(code_of(self._table, idn)) and 4 not in self._table[idn].attribute.protected
 
     def _compute(self, number: int, numbers: Callable[[], Sequence[int]]) -> None:
         datum = self._table[number]
@@ -149,8 +154,12 @@ class Communication:
         invalid += [number for number in (6, 7, 8, 89) if value[number] >= cycle_us]
         if value[6] < table[3].number:
             invalid.append(6)
-        if value[89] <= value[6]:
+        if value[89] < value[6] + table[4].number:
             invalid.append(89)
+        if value[8] <= value[89]:
+            invalid.append(8)
+        if value[7] > cycle_us - table[5].number:
+            invalid.append(7)
         return sorted({*invalid, *self._invalid_records(value[9], value[10])})
 
     def _invalid_records(self, position: int, mdt_length: int) -> list[int]:
@@ -160,7 +169,7 @@ class Communication:
         mdt, at = ([code_of(self._table, idn) for idn in idns] for idns in telegrams)
         is_configured = self._table[15].number & 7 == CONFIGURED
         invalid = []
-        if "" in mdt or size(mdt) > MOST_DATA_BYTES:
+        if "" in mdt or size(mdt) > MOST_DATA_BYTES or not {*telegrams.mdt} <= {*self._table[188].numbers}:
             invalid.append(24 if is_configured else 15)
         if "" in at or size(at) > MOST_DATA_BYTES:
             invalid.append(16 if is_configured else 15)

@@ -199,3 +199,15 @@ def test_parameters_of_a_rig_file_that_can_not_be_are_refused(idns: dict[str, in
 def test_faults_of_a_rig_file_that_can_not_be_are_refused(fault: dict[str, str], mistake: str) -> None:
     with pytest.raises(ConfigError, match=mistake):
         DriveBench({"faults": [fault]})
+
+
+def test_drive_says_what_may_be_in_its_telegrams(bench: DriveBench) -> None:
+    def idns(number: int) -> list[int]:
+        data = bench.read(number)
+        assert isinstance(data, bytes)
+        return [int.from_bytes(data[at : at + 2], "little") for at in range(0, len(data), 2)]
+
+    assert {51, 53, 40, 84, 189, 11, 182, 390, 380, 383, 384} <= set(idns(187))
+    assert idns(188) == [36, 47, 80]
+    assert idns(19) == [32]
+    assert {99, 127, 128, READ_PLATE} <= set(idns(25))
