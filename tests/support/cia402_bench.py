@@ -101,7 +101,7 @@ class Cia402Bench(CanopenBench):
             self.clock.advance_to(self.clock.now_ns() + CYCLE_NS)
             for axis, motor in zip(self.axes, self.motors, strict=True):
                 axis.step()
-                motor.cycle(axis.kind, axis.set_value)
+                motor.cycle(axis.drive.kind, axis.drive.set_value)
             for variable in self.node.transmitted:
                 if variable.reader is not None:
                     variable.set(variable.reader())

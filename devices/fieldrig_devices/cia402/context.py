@@ -6,6 +6,7 @@ from typing import Final
 from fieldrig.clock import S
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.limit_switches import NEGATIVE, POSITIVE, LimitSwitches
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
@@ -20,12 +21,15 @@ class Context:
     def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int) -> None:
         self.objects, self.motor = numbers, motor
         self.motion = Motion()
+        self.switches = LimitSwitches(motor)
         self.on_home: Callable[[float], None] = lambda origin: None
         self.is_limited = False
         """A set value is held back: bit 11 of the status word."""
         self.units = Units()
         self.threshold = 0.0
         """606Fh, in increments per second."""
+        self.largest_speed = 0.0
+        """607Fh, likewise."""
         self.range: tuple[float, float] | None = None
         """607Dh in increments, corrected by the home offset; None: no limits, at first or if min is not below max."""
         self.use(cycle_ns, None)
@@ -54,6 +58,7 @@ class Context:
             self.origin,
         )
         self.threshold = self.way(numbers[objects.THRESHOLD, 0])
+        self.largest_speed = self.way(numbers[objects.MAX_VELOCITY, 0])
         self.range = self._range()
 
     def set_home(self, home: float) -> None:
@@ -114,6 +119,20 @@ class Context:
             return position
         self.is_limited = True
         return min(max(position, ends[0]), ends[1])
+
+    def is_barred(self, direction: float) -> bool:
+        """By a limit switch, or, for who goes by no positions, by a software limit."""
+        others, ends = 0, self.range
+        if ends is not None:
+            position = self.motor.position
+            others = (POSITIVE if position > ends[1] else 0) | (NEGATIVE if position < ends[0] else 0)
+        return self.switches.bars(direction, others)
+
+    def held_back(self, before: float, wanted: float) -> float:
+        """The speed of this cycle, where `wanted` is barred: what a quick stop leaves of the speed `before`."""
+        sign = 1 if wanted > 0 else -1
+        left = before * sign - self.ramp_limits(Ramp.QUICK_STOP).deceleration * self.cycle_s
+        return sign * min(max(left, 0.0), abs(wanted))
 
     def absolute(self, shown: int) -> float:
         """A position of 32 bits, in increments."""

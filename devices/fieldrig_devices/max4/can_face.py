@@ -133,7 +133,7 @@ class FaceNode:
     def _add(self, number: int) -> None:
         motor = AxisMotor(self._controller.quit_all)
         axis = Cia402Axis(self.node.dictionary, number, motor, self._controller.cycle_ns)
-        motor.guide = axis
+        motor.guide = axis.drive
         axis.on_error = partial(self._on_error, number + 1, motor)
         axis.on_home = partial(self._on_home, motor)
         can_face_cells.connect_axis(self.node.dictionary, number, motor)

@@ -114,6 +114,8 @@ class AxisMotor:
 
     @property
     def inputs(self) -> int:
+        if not self._inputs:
+            return 0
         return sum(1 << bit for bit, parameter in self._inputs.items() if parameter.value)
 
     def enable(self, is_on: bool) -> None:

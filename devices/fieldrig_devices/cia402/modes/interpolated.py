@@ -11,29 +11,25 @@ from typing import Final
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
-from fieldrig_devices.cia402.modes.interpolator import Interpolator
-from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.modes.line import LinePosition
+from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED
 
 ENABLE: Final = 0x0010
 ACTIVE: Final = BIT_12
 _CLEAR, _MOST, _POSITION = (objects.BUFFER, 6), (objects.BUFFER, 2), 4
 
 
-class InterpolatedPosition(Mode):
+class InterpolatedPosition(LinePosition):
     number = 7
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._line = Interpolator()
         self._buffer: deque[int] = deque()
-        self._is_enabled = self._is_begun = False
-
-    def begin(self) -> None:
-        self._is_begun = True
-        self._line.stand(self.context.motion.position)
+        self._is_enabled = False
 
     def end(self) -> None:
-        self._is_begun = self._is_enabled = False
+        super().end()
+        self._is_enabled = False
         self._clear()
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
@@ -66,32 +62,24 @@ class InterpolatedPosition(Mode):
     def _is_active(self) -> bool:
         return self._is_enabled and self._is_begun and not self.is_halted
 
-    def go_on(self) -> None:
-        super().go_on()
-        self._line.stand(self.context.motion.position)
-
     def step(self) -> None:
-        context, motion = self.context, self.context.motion
-        if self.is_halted:
+        cycle_s, has_next = self.context.cycle_s, bool(self._buffer) and self._is_active
+        if self.is_halted or not (self._is_led or has_next):
             super().step()
             return
-        place = self._line.step(context.cycle_s)
-        if self._line.is_done and self._is_active and self._buffer:
-            place = self._next(place)
-        motion.follow(place, context.cycle_s)
-
-    def _next(self, place: float) -> float:
-        """The next set-point; what of the cycle was left over belongs to its way already."""
-        context, over_s = self.context, min(self._line.overrun_s, self.context.cycle_s)
-        context.is_limited = False
-        target = context.within(context.absolute(self._buffer.popleft()))
-        self._line.go(place, target, context.interpolation_s, over_s)
-        self._show()
-        return self._line.value
+        if not self._is_led:
+            self._line.stand(self.context.motion.position)
+        place = self._line.step(cycle_s)
+        if self._line.is_done and has_next:
+            # what of the cycle was left over belongs to the next way already
+            self.lead(place, self._buffer.popleft(), min(self._line.overrun_s, cycle_s))
+            self._show()
+            place = self._line.value
+        self._follow(place)
 
     @property
     def status(self) -> int:
         if self.is_halted:
             return self.halted_status
-        is_there = self._line.is_done and not self._buffer
+        is_there = self._line.is_done and not self._buffer and not self.context.switches.held
         return (ACTIVE if self._is_active else 0) | (TARGET_REACHED if is_there else 0)

@@ -26,10 +26,13 @@ class Mode:
     number: ClassVar[int]
     """In 6060h; bit `number` - 1 of 6502h."""
     kind: ClassVar[Kind] = Kind.POSITION
+    """Which set values it needs."""
 
     def __init__(self, context: Context) -> None:
         self.context = context
         self.is_halted = False
+        self.gives = self.kind
+        """What `value` is in this cycle."""
 
     def begin(self) -> None:
         """From where the motion is."""
@@ -46,6 +49,9 @@ class Mode:
 
     def halt(self, ramp: Ramp) -> None:
         self.is_halted = True
+        self.brake(ramp)
+
+    def brake(self, ramp: Ramp) -> None:
         self.context.motion.start(brake(self.context.motion.speed, self.context.ramp_limits(ramp)))
 
     def come_to_rest(self) -> None:

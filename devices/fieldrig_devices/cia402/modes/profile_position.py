@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import Limits, move, pass_through
 
@@ -41,13 +42,15 @@ class ProfilePosition(Mode):
         self._is_moving = False
         self._is_passing = False
         self._is_asked = False
+        self._is_stopped = False
+        """By a limit switch; the set-point is given up."""
         self._reached = Window()
 
     def begin(self) -> None:
         self.come_to_rest()
         self._target = self.context.motion.end
         self._next = None
-        self._is_moving = self._is_passing = self._is_acknowledged = False
+        self._is_moving = self._is_passing = self._is_acknowledged = self._is_stopped = False
         self._reached.reset()
 
     def end(self) -> None:
@@ -68,7 +71,7 @@ class ProfilePosition(Mode):
             bool(word & CHANGE_ON_SET_POINT),
             context.profile_limits(),
         )
-        if word & CHANGE_IMMEDIATELY or not self._is_moving:
+        if word & CHANGE_IMMEDIATELY or not self._is_moving or self._is_stopped:
             self._next = None
             self._start(set_point)
         elif self._next is None:
@@ -92,7 +95,7 @@ class ProfilePosition(Mode):
             else context.absolute(set_point.position)
         )
         self._target, self._limits = context.within(target), set_point.limits
-        self._is_moving = True
+        self._is_moving, self._is_stopped = True, False
         self._reached.reset()
         if not self.is_halted:
             self._run(seconds)
@@ -115,19 +118,27 @@ class ProfilePosition(Mode):
 
     def go_on(self) -> None:
         super().go_on()
-        if self._is_moving:
+        if self._is_moving and not self._is_stopped:
             self._run()
 
     def step(self) -> None:
         context = self.context
         motion = context.motion
+        is_driving = self._is_moving and not self.is_halted
+        if is_driving and context.switches.bars(self._target - motion.position) and not self._is_stopped:
+            self._give_up()
         motion.step(context.cycle_s)
-        if not self._is_moving or self.is_halted or not motion.is_done:
+        if not is_driving or self._is_stopped or not motion.is_done:
             return
         if self._next is not None:
             self._go_to_next()
         elif self._is_in_window():
             self._is_moving = False
+
+    def _give_up(self) -> None:
+        self._is_stopped, self._next = True, None
+        self._update_acknowledge()
+        self.brake(Ramp.QUICK_STOP)
 
     def _go_to_next(self) -> None:
         """A set-point follows at the instant at which the one before it was reached."""

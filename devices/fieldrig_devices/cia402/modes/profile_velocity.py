@@ -10,6 +10,7 @@ from typing import Final
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import change_speed, move
 
@@ -28,6 +29,9 @@ class ProfileVelocity(Mode):
         self._is_active = False
         self._end: float | None = None
         """The software limit that is driven to."""
+        self._wanted = 0.0
+        self._is_stopped = False
+        """By a limit switch."""
         self._is_reached = self._is_moving = False
         self._reached, self._faster = Window(), Window()
 
@@ -50,12 +54,12 @@ class ProfileVelocity(Mode):
 
     def _run(self) -> None:
         context = self.context
-        self._end = None
+        self._end, self._is_stopped = None, False
         wanted = context.units.speed(context.objects[objects.TARGET_VELOCITY])
         limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
         context.is_limited = abs(wanted) > limits.speed
-        wanted = min(max(wanted, -limits.speed), limits.speed)
-        context.motion.start(change_speed(context.motion.speed, wanted, limits))
+        self._wanted = min(max(wanted, -limits.speed), limits.speed)
+        context.motion.start(change_speed(context.motion.speed, self._wanted, limits))
 
     def go_on(self) -> None:
         super().go_on()
@@ -64,9 +68,19 @@ class ProfileVelocity(Mode):
     def step(self) -> None:
         context = self.context
         if not self.is_halted:
-            self._watch_limits()
+            self._watch_switches()
         context.motion.step(context.cycle_s)
         self._compare()
+
+    def _watch_switches(self) -> None:
+        context = self.context
+        if not context.switches.bars(context.motion.speed or self._wanted):
+            if self._is_stopped:
+                self._run()
+            self._watch_limits()
+        elif not self._is_stopped:
+            self._is_stopped = True
+            self.brake(Ramp.QUICK_STOP)
 
     def _watch_limits(self) -> None:
         """So that the stop at a software limit begins in time."""

@@ -24,7 +24,7 @@ class ProfileTorque(Mode):
         self.torque = 0.0
 
     def begin(self) -> None:
-        self.torque = 0.0
+        self.torque, self.gives = 0.0, Kind.TORQUE
 
     def end(self) -> None:
         self.torque = 0.0
@@ -33,10 +33,26 @@ class ProfileTorque(Mode):
         self.is_halted = True
 
     def step(self) -> None:
-        context = self.context
-        context.track()
-        wanted, slope = self._wanted(), context.objects[objects.TORQUE_SLOPE] * context.cycle_s
-        self.torque += min(max(wanted - self.torque, -slope), slope)
+        context, wanted = self.context, self._wanted()
+        moving = 0.0 if context.is_standing(context.motor.velocity) else context.motor.velocity
+        if context.is_barred(moving or wanted):
+            self._hold()
+        else:
+            context.track()
+            self.gives, self.torque = Kind.TORQUE, self._next(wanted)
+
+    def _hold(self) -> None:
+        """At a limit the axis is stopped and kept where it is; no torque does that."""
+        motion = self.context.motion
+        if self.gives is Kind.TORQUE:
+            self.gives, self.torque = Kind.POSITION, 0.0
+            self.context.track()
+            self.brake(Ramp.QUICK_STOP)
+        motion.step(self.context.cycle_s)
+
+    def _next(self, wanted: float) -> float:
+        slope = self.context.objects[objects.TORQUE_SLOPE] * self.context.cycle_s
+        return self.torque + min(max(wanted - self.torque, -slope), slope)
 
     def _wanted(self) -> float:
         numbers = self.context.objects
@@ -50,23 +66,23 @@ class ProfileTorque(Mode):
 
     @property
     def value(self) -> float:
-        return round(self.torque)
+        return round(self.torque if self.gives is Kind.TORQUE else self.context.motion.position)
 
     @property
     def status(self) -> int:
-        return TARGET_REACHED if self.torque == self._wanted() else 0
+        is_there = self.torque == self._wanted() and self.gives is Kind.TORQUE
+        return TARGET_REACHED if is_there else 0
 
 
 class CyclicTorque(ProfileTorque):
     number = 10
 
-    def step(self) -> None:
-        self.context.track()
-        self.torque = self._wanted()
+    def _next(self, wanted: float) -> float:
+        return wanted
 
     def _offset(self) -> int:
         return self.context.objects[objects.TORQUE_OFFSET]
 
     @property
     def status(self) -> int:
-        return 0 if self.is_halted else FOLLOWS
+        return 0 if self.is_halted or self.gives is not Kind.TORQUE else FOLLOWS

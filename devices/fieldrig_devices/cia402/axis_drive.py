@@ -1,0 +1,200 @@
+"""What the state machine of an axis moves: its motor, by a ramp or by the mode of operation.
+
+Source: CiA 402-2.  Whoever has the motor calls `step` in each of its cycles, through `Cia402Axis`.
+Ours: a following error beyond 6065h and 6066h is a fault, 8611h.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.cyclic import CyclicPosition, CyclicVelocity
+from fieldrig_devices.cia402.modes.homing import Homing
+from fieldrig_devices.cia402.modes.interpolated import InterpolatedPosition
+from fieldrig_devices.cia402.modes.mode import BIT_13, Mode
+from fieldrig_devices.cia402.modes.profile_position import ProfilePosition
+from fieldrig_devices.cia402.modes.profile_velocity import ProfileVelocity
+from fieldrig_devices.cia402.modes.torque import CyclicTorque, ProfileTorque
+from fieldrig_devices.cia402.motor import Kind, Motor
+from fieldrig_devices.cia402.options import HALT_OPTIONS, Options, Ramp
+from fieldrig_devices.cia402.window import Window
+from fieldrig_devices.motion.profile import brake
+
+INTERNAL_LIMIT: Final = 0x0800
+"""Of the status word."""
+FOLLOWING_ERROR: Final = 0x8611
+"""Of 603Fh."""
+NO_MODE: Final = 0
+MODES: Final[tuple[type[Mode], ...]] = (
+    ProfilePosition, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
+    CyclicPosition, CyclicVelocity, CyclicTorque,
+)  # fmt: skip
+SHOWS_FOLLOWING_ERROR: Final = (ProfilePosition.number, CyclicPosition.number)
+
+
+class AxisDrive:
+    def __init__(self, numbers: AxisObjects, motor: Motor, context: Context) -> None:
+        self._numbers, self._motor, self._context = numbers, motor, context
+        self.modes = {mode.number: mode for mode in (kind(context) for kind in MODES)}
+        self.mode: Mode = self.modes[ProfilePosition.number]
+        self.shown_mode = NO_MODE
+        self.is_moving = False
+        """The mode gives the set values, and no ramp does."""
+        self.is_ramp = False
+        """It is brought to rest, and stays there."""
+        self._is_halt_wanted = self._is_halted = False
+        self.own_error = 0
+        self._following = Window()
+        self.following_error = 0.0
+        """What was demanded in the cycle before, minus what is."""
+        self.kind = Kind.POSITION
+        self.set_value: float = 0
+
+    @property
+    def supported(self) -> set[int]:
+        """Numbers of modes whose set values the motor can follow."""
+        kinds = self._motor.kinds
+        return {mode.number for mode in self.modes.values() if mode.kind in kinds}
+
+    def restart(self) -> None:
+        """Power-on: no mode, no error."""
+        self.mode.end()
+        self.shown_mode = NO_MODE
+        self.is_moving = self.is_ramp = self._is_halt_wanted = False
+        self.own_error = 0
+
+    def change_mode(self, number: int) -> None:
+        self.mode.end()
+        self.mode = self.modes[number]
+        self.shown_mode = number
+        self._context.is_limited = False
+        if self.is_moving:
+            self._begin_mode()
+
+    def halt(self, is_wanted: bool) -> None:
+        """Bit 8 of the control word."""
+        self._is_halt_wanted = is_wanted
+        if is_wanted is self._is_halted or not self.is_moving:
+            return
+        self._is_halted = is_wanted
+        if is_wanted:
+            self.mode.halt(HALT_OPTIONS.get(self._numbers[objects.HALT_OPTION], Ramp.SLOW_DOWN))
+        else:
+            self.mode.go_on()
+
+    # ---- `state_machine.Drive`
+
+    @property
+    def is_there(self) -> bool:
+        return self._motor.is_there
+
+    @property
+    def is_ready(self) -> bool:
+        return self._motor.is_ready
+
+    @property
+    def is_following(self) -> bool:
+        return self._motor.is_following
+
+    @property
+    def is_moving_by_itself(self) -> bool:
+        return self._motor.is_stopping
+
+    @property
+    def is_at_rest(self) -> bool:
+        return self._context.motion.is_done and self.is_ramp
+
+    @property
+    def error(self) -> int:
+        return self.own_error or self._motor.error
+
+    @property
+    def options(self) -> Options:
+        numbers = self._numbers
+        return Options(
+            numbers[objects.QUICK_STOP_OPTION],
+            numbers[objects.SHUTDOWN_OPTION],
+            numbers[objects.DISABLE_OPTION],
+            numbers[objects.FAULT_OPTION],
+        )
+
+    def enable(self) -> None:
+        self._motor.enable(True)
+
+    def disable(self) -> None:
+        self._motor.enable(False)
+        if self.is_moving or self.is_ramp:
+            self.mode.end()
+        self._context.switches.release()
+        self.is_moving = self.is_ramp = self._is_halted = False
+
+    def brake(self, ramp: Ramp) -> None:
+        motion = self._context.motion
+        if self.is_moving:
+            self.mode.end()
+            self.mode.is_halted = False
+        self._context.switches.release()
+        self.is_moving = self._is_halted = False
+        self.is_ramp = True
+        motion.start(brake(motion.speed, self._context.ramp_limits(ramp)))
+
+    def go_on(self) -> None:
+        was_ramp, self.is_ramp = self.is_ramp, False
+        self.is_moving = True
+        self._following.reset()
+        if not was_ramp:
+            self._context.motion.stand(self._motor.position)
+        if self.shown_mode != NO_MODE:
+            self._begin_mode()
+
+    def reset_fault(self, done: Callable[[], None]) -> None:
+        self.own_error = 0
+        self._motor.reset(done)
+
+    def _begin_mode(self) -> None:
+        self.mode.is_halted = self._is_halted = False
+        self._context.switches.release()
+        self.mode.begin()
+        self.halt(self._is_halt_wanted)
+
+    # ---- once a cycle
+
+    def step(self) -> None:
+        """Actual values are those of this cycle; afterwards `set_value` is too."""
+        context, mode = self._context, self.mode
+        is_guided = self.is_moving and self.kind is Kind.POSITION
+        self.following_error = context.motion.position - self._motor.position if is_guided else 0.0
+        if self.is_moving and self.shown_mode != NO_MODE:
+            mode.step()
+            self.kind, self.set_value = mode.gives, mode.value
+            self._watch_following()
+        elif self.is_moving or self.is_ramp:
+            context.motion.step(context.cycle_s)
+            self.kind, self.set_value = Kind.POSITION, round(context.motion.position)
+        else:
+            self.kind, self.set_value = Kind.POSITION, self._motor.position
+
+    def _watch_following(self) -> None:
+        window = self._numbers[objects.FOLLOWING_WINDOW]
+        if window == objects.NO_WINDOW:
+            return
+        is_outside = abs(self.following_error) > window * self._context.units.per_unit
+        time = self._numbers[objects.FOLLOWING_TIME]
+        if self._following.update(is_outside, time, self._context.cycle_ns):
+            self.own_error = FOLLOWING_ERROR
+
+    @property
+    def mode_status(self) -> int:
+        """Bits 10 to 13 of the status word, under power."""
+        if self.shown_mode == NO_MODE:
+            return 0
+        context = self._context
+        limit = INTERNAL_LIMIT if context.is_limited or context.switches.held else 0
+        return limit | (self.mode.status if self.is_moving else self.mode.halted_status)
+
+    @property
+    def following_status(self) -> int:
+        """Bit 13, also in a fault."""
+        return BIT_13 if self._following.is_held and self.shown_mode in SHOWS_FOLLOWING_ERROR else 0

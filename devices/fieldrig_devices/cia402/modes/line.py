@@ -1,0 +1,50 @@
+"""What modes share whose set positions come one by one: a straight line from one to the next, after the time of 60C2h.
+
+Until the first one comes the axis is brought to rest.
+"""
+
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.modes.interpolator import Interpolator
+from fieldrig_devices.cia402.modes.mode import Mode
+
+
+class LinePosition(Mode):
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._line = Interpolator()
+        self._is_begun = self._is_led = False
+
+    def begin(self) -> None:
+        self._is_begun, self._is_led = True, False
+        self.come_to_rest()
+
+    def end(self) -> None:
+        self._is_begun = False
+
+    def go_on(self) -> None:
+        super().go_on()
+        self._is_led = False
+
+    def lead(self, begin: float, position: int, ahead_s: float = 0.0) -> None:
+        """On a new line, from `begin` to `position` in the user's units; `ahead_s` of the way are over already."""
+        context = self.context
+        context.is_limited = False
+        offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
+        self._line.go(begin, context.within(context.absolute(position) + offset), context.interpolation_s, ahead_s)
+        self._is_led = True
+
+    has_offset = False
+    """Whether 60B0h is added."""
+
+    def _follow(self, place: float) -> None:
+        """In this cycle, as fast as 607Fh and limit switches allow."""
+        context, motion = self.context, self.context.motion
+        most = context.largest_speed * context.cycle_s
+        way = place - motion.position
+        if abs(way) > most:
+            context.is_limited = True
+            way = min(max(way, -most), most)
+        if context.switches.bars(way):
+            way = context.held_back(motion.speed, way / context.cycle_s) * context.cycle_s
+        motion.follow(motion.position + way, context.cycle_s)

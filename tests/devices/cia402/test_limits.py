@@ -1,0 +1,135 @@
+"""Limit switches at -300 000 and 400 000 increments, in every mode: stopped in time, held, and let out again."""
+
+from itertools import pairwise
+
+import pytest
+from cia402_bench import Cia402Bench
+
+PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
+NEGATIVE, POSITIVE = -300_000, 400_000
+SPEED = 2_000_000
+STOPPING = SPEED**2 // (2 * 100_000_000) + SPEED * 3 // 250
+"""What a stop with 6085h takes, and the cycles in which the switch is seen."""
+
+
+def switches(position: int) -> int:
+    return (position <= NEGATIVE) | (position >= POSITIVE) << 1
+
+
+@pytest.fixture
+def bench() -> Cia402Bench:
+    bench = Cia402Bench()
+    bench.motor.switches = switches
+    return bench
+
+
+class Master:
+    """It wants to go in a direction with 2 000 000 increments a second, in any mode."""
+
+    def __init__(self, bench: Cia402Bench, mode: int) -> None:
+        self.bench, self.mode = bench, mode
+        self._place = 0
+        bench.put(0x6081, SPEED).put(0x60C2, 4, 1).enabled(mode)
+
+    def go(self, direction: int, cycles: int) -> None:
+        bench = self.bench
+        for cycle in range(cycles):
+            if self.mode == PP and cycle == 0:
+                bench.put(0x607A, direction * 900_000).control(0x2F).control(0x3F)
+            elif self.mode == CSV or (self.mode == PV and cycle == 0):
+                bench.put(0x60FF, direction * SPEED)
+            elif self.mode in (CSP, IP):
+                self._place += direction * SPEED // 250
+                bench.put(*((0x607A, self._place) if self.mode == CSP else (0x60C1, self._place, 1)))
+                if self.mode == IP and cycle == 0:
+                    bench.control(0x1F)
+            bench.cycles(1)
+
+
+@pytest.mark.parametrize("mode", [PP, PV, IP, CSP, CSV])
+@pytest.mark.parametrize(("direction", "switch"), [(-1, NEGATIVE), (1, POSITIVE)])
+def test_an_axis_stops_at_the_limit_switch_and_comes_out_again(
+    bench: Cia402Bench, mode: int, direction: int, switch: int
+) -> None:
+    master = Master(bench, mode)
+    master.go(direction, 20)
+    assert bench.status(0x0800) == 0
+    master.go(direction, 130)
+    assert (bench.motor.velocity, bench.status(0x086F)) == (0, 0x0827)
+    stands = bench.motor.position
+    assert 0 <= (stands - switch) * direction <= STOPPING
+    master.go(direction, 3)
+    assert bench.motor.position == stands
+    places = [stands]
+    while (places[-1] - switch) * direction >= 0:
+        master.go(-direction, 1)
+        places.append(bench.motor.position)
+        assert len(places) < 200
+    assert all((after - before) * direction <= 0 for before, after in pairwise(places))
+    assert bench.status(0x086F) == 0x0027
+
+
+@pytest.mark.parametrize("mode", [PP, PV, IP, CSP, CSV])
+def test_an_axis_stays_barred_when_it_overruns_a_short_switch(bench: Cia402Bench, mode: int) -> None:
+    bench.motor.switches = lambda position: (POSITIVE <= position <= POSITIVE + 9_000) << 1
+    Master(bench, mode).go(1, 150)
+    assert bench.motor.position > POSITIVE + 9_000
+    assert (bench.motor.velocity, bench.status(0x0800)) == (0, 0x0800)
+
+
+@pytest.mark.parametrize("mode", [PP, PV, CSP, CSV])
+def test_an_axis_that_stands_on_a_limit_switch_goes_out_only(bench: Cia402Bench, mode: int) -> None:
+    bench.motor.position = POSITIVE + 10
+    master = Master(bench, mode)
+    master._place = POSITIVE + 10
+    master.go(1, 5)
+    assert (bench.motor.position, bench.status(0x0800)) == (POSITIVE + 10, 0x0800)
+    master.go(-1, 20)
+    assert bench.motor.position < POSITIVE + 10
+    assert bench.status(0x0800) == 0
+
+
+def test_pp_a_set_point_behind_a_limit_switch_is_given_up(bench: Cia402Bench) -> None:
+    bench.put(0x6081, SPEED).enabled(PP).put(0x607A, 900_000).control(0x1F).control(0x0F)
+    bench.put(0x607A, 950_000).control(0x1F).control(0x0F)
+    assert bench.status(0x1000) == 0x1000  # one is in the buffer
+    bench.cycles(200)
+    assert bench.status(0x1C00) == 0x0800  # the buffer is free, the target not reached
+    bench.put(0x607A, 0).control(0x1F)
+    assert bench.status(0x1000) == 0x1000
+    bench.cycles_until(lambda: bench.status(0x0C00) == 0x0400)
+    assert bench.motor.position == 0
+
+
+@pytest.mark.parametrize("mode", [PT, CST])
+def test_torque_into_a_limit_switch_is_a_stop(bench: Cia402Bench, mode: int) -> None:
+    bench.put(0x6087, 100_000).enabled(mode).put(0x6071, 300).cycles(5)
+    assert bench.motor.torque == 300
+    bench.motor.position, bench.motor.velocity = POSITIVE + 5, 500_000.0
+    bench.cycles(10)
+    assert (bench.motor.velocity, bench.status(0x0827)) == (0, 0x0827)
+    assert bench.get(0x6074) == 0
+    assert POSITIVE + 5 < bench.motor.position < POSITIVE + 5_000
+    bench.put(0x6071, -300).cycles(2)
+    assert (bench.motor.torque, bench.status(0x0800)) == (-300, 0)
+
+
+@pytest.mark.parametrize("mode", [CSV, PT, CST])
+def test_software_limits_hold_where_no_positions_are_given(bench: Cia402Bench, mode: int) -> None:
+    bench.motor.switches = lambda position: 0
+    bench.put(0x607D, -200_000, 1).put(0x607D, 200_000, 2).put(0x6087, 100_000).enabled(mode)
+    bench.motor.position, bench.motor.velocity = 199_000, 500_000.0
+    bench.put(0x60FF, 500_000).put(0x6071, 100).cycles(3)
+    bench.motor.position += 2_000
+    bench.cycles(10)
+    assert (bench.motor.velocity, bench.status(0x0800)) == (0, 0x0800)
+    stands = bench.motor.position
+    bench.put(0x60FF, -500_000).put(0x6071, -100).cycles(10)
+    assert bench.motor.position < stands or bench.motor.torque < 0
+
+
+def test_a_cyclic_mode_that_begins_in_motion_comes_to_rest_until_it_is_led(bench: Cia402Bench) -> None:
+    bench.put(0x60FF, 300_000).enabled(PV).cycles(20).put(0x6060, CSP)
+    bench.cycles(1)
+    assert bench.motor.velocity == pytest.approx(300_000 - 20_000)  # the mean of the cycle
+    assert bench.cycles(10).motor.velocity == 0
