@@ -1,11 +1,11 @@
 """Devices made from their entries in a configuration: each gets what its constructor names, and nothing else."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from random import Random
 from typing import Any
 
 from fieldrig.clock import Clock, VirtualClock
-from fieldrig.config import DeviceEntry, RigConfig, described
+from fieldrig.config import DeviceEntry, described
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
 from fieldrig.kinds import constructor_parameters, link_parameters
@@ -30,20 +30,22 @@ def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store
     asked = constructor_parameters(entry.cls)
     try:
         return entry.cls(**{name: offered[name] for name in asked if name in offered})
+    except ConfigError:
+        raise  # of a file that the settings name; each mistake says where
     except (RigError, ValueError, OSError) as cause:
         raise ConfigError([Mistake(*entry.place, f"devices.{entry.name}", *described(cause))]) from cause
 
 
-def try_devices(config: RigConfig) -> list[Mistake]:
+def try_devices(devices: Iterable[DeviceEntry], seed: int = 0) -> list[Mistake]:
     """What the devices themselves find wrong, each built once on links that lead nowhere."""
     mistakes: list[Mistake] = []
-    for entry in config.devices.values():
+    for entry in devices:
         links: dict[str, Link[Any] | list[Link[Any]]] = {
             name: [RecordedLink[Any]() for _ in buses] if name in entry.many else RecordedLink[Any]()
             for name, buses in entry.links.items()
         }
         try:
-            build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=config.seed)
+            build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=seed)
         except ConfigError as wrong:
             mistakes += wrong.mistakes
-    return mistakes
+    return list(dict.fromkeys(mistakes))  # one file may be wrong for several devices

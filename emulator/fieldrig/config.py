@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from fieldrig import kinds
 from fieldrig.bus import Bus, Time
-from fieldrig.config_keys import NAME, SECTIONS, BusKeys, DeviceKeys, OnExit, RigKeys, as_tuple
+from fieldrig.config_keys import NAME, SECTIONS, BusKeys, DeviceKeys, OnExit, RigKeys, as_tuple, right_part
 from fieldrig.config_links import wrong_links
 from fieldrig.config_source import gather
 from fieldrig.conflicts import conflicts
@@ -86,6 +86,18 @@ def load(path: Path, overrides: Sequence[str] = (), only: Collection[str] | None
     return _Loader(gather(path, overrides), path, only).rig()
 
 
+def look_through(
+    path: Path, overrides: Sequence[str] = ()
+) -> tuple[RigConfig | None, list[DeviceEntry], list[Mistake]]:
+    """The rig file, None if anything is wrong in it; its devices that are right; and its mistakes."""
+    loader = _Loader(gather(path, overrides), path, None)
+    try:
+        config = loader.rig()
+    except ConfigError as wrong:
+        return None, loader.right, wrong.mistakes
+    return config, loader.right, []
+
+
 def from_dict(data: Mapping[str, Any], folder: Path | None = None) -> RigConfig:
     """The same from data in memory; files in it are relative to `folder`, or to the current one."""
     folder = folder if folder is not None else Path.cwd()
@@ -116,6 +128,8 @@ class _Loader:
         self._mistakes = source.mistakes
         self._time: Time | None = None
         self._buses: dict[str, BusEntry | None] = {}  # None: there, but wrong
+        self.right: list[DeviceEntry] = []
+        """Devices in whose entries nothing is wrong."""
 
     def rig(self) -> RigConfig:
         if self._source.data is None and not self._mistakes:
@@ -206,6 +220,7 @@ class _Loader:
 
     def _device(self, name: Any, data: Any, names: list[str]) -> DeviceEntry | None:
         path = ("devices", name)
+        known = len(self._mistakes)
         entry = self._entry(path, data, DeviceKeys)
         if entry is None:
             return None
@@ -224,7 +239,7 @@ class _Loader:
         settings = self._validate(kinds.settings_model(cls), rest, path, tuple(DeviceKeys.model_fields))
         if settings is None:
             return None
-        return DeviceEntry(
+        device = DeviceEntry(
             name=name,
             kind=keys.kind,
             cls=cls,
@@ -236,6 +251,8 @@ class _Loader:
             after=as_tuple(keys.after),
             place=self._source.mark(path),
         )
+        self.right += [device] if len(self._mistakes) == known else []
+        return device
 
     def _entry(self, path: KeyPath, data: Any, model: type[S]) -> tuple[S, dict[Any, Any]] | None:
         """The keys that every entry of this sort has, and the rest, which is the affair of its kind."""
@@ -250,6 +267,8 @@ class _Loader:
         own = {key: value for key, value in data.items() if key in model.model_fields}
         rest = {key: value for key, value in data.items() if key not in model.model_fields}
         keys = self._validate(model, own, path)
+        if keys is None:
+            keys = right_part(model, own)
         return (keys, rest) if keys is not None else None
 
     def _found(self, path: KeyPath, kind: str, find: Callable[[], T]) -> T | None:

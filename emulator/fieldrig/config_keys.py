@@ -1,11 +1,14 @@
 """The keys of a rig file that do not belong to a kind, as the models that check them."""
 
-from typing import Annotated, Literal
+import json
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from fieldrig.bus import Time
 from fieldrig.settings import Settings
+
+S = TypeVar("S", bound=Settings)
 
 NAME = r"^[a-z][a-z0-9_-]*$"
 CONTROL = r"^((tcp|udp|tls|quic|ws)/[^/\s]+:[0-9]{1,5}|unixsock-stream/\S+)$"
@@ -54,6 +57,18 @@ class DeviceKeys(Settings):
     process: Name | None = Field(None, description="process that it runs in; without it one of its own")
     on_exit: OnExit = Field("restart", description="what happens when its process dies")
     after: Names = Field(default_factory=list, description="device, or list of devices, that start before it")
+
+
+def right_part(model: type[S], own: dict[Any, Any]) -> S | None:
+    """The keys of an entry without those that are wrong, so that what its kind asks for can be looked at all the same.
+
+    None if kind or links are among them.
+    """
+    try:
+        return model.model_validate_json(json.dumps(own))
+    except ValidationError as wrong:
+        bad = {one["loc"][0] for one in wrong.errors(include_url=False)}
+        return None if bad & {"kind", "links"} else right_part(model, {key: own[key] for key in own.keys() - bad})
 
 
 def as_tuple(names: Names) -> tuple[str, ...]:

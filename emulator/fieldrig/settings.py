@@ -3,8 +3,9 @@
 A bus or device names its model by the annotation of its `settings` parameter.
 """
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
 
@@ -13,6 +14,28 @@ class Settings(BaseModel):
     """Keys of one `kind` in a rig file.  Unknown keys and wrong types are refused."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class WrongKey(NamedTuple):
+    """One mistake that a validator found, and the keys that lead to it from where the validator stands."""
+
+    path: tuple[str | int, ...]
+    what: str
+
+
+class WrongSettingsError(ValueError):
+    """What a validator raises when it found several mistakes: `fieldrig check` tells each, at its key."""
+
+    def __init__(self, wrong: Iterable[WrongKey]) -> None:
+        self.wrong = tuple(wrong)
+        super().__init__("; ".join(f"{'.'.join(map(str, one.path))}: {one.what}" for one in self.wrong))
+
+
+def refuse_all(wrong: Iterator[WrongKey]) -> None:
+    """WrongSettingsError with all of them, if there are any."""
+    found = tuple(wrong)
+    if found:
+        raise WrongSettingsError(found)
 
 
 def _existing_file(value: Any, info: ValidationInfo) -> Path:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from fieldrig.settings import Settings
+from fieldrig.settings import Settings, WrongSettingsError
 from fieldrig.yaml_source import KeyPath
 
 TYPES = {
@@ -43,7 +43,10 @@ def explain(
     for one in error.errors(include_url=False):
         path = _path_in(data, one["loc"], one["type"])
         deeper.update(path[:length] for length in range(len(path)))
-        if path not in found:
+        several = one.get("ctx", {}).get("error")
+        if isinstance(several, WrongSettingsError):
+            found |= {(*path, *wrong.path): Finding((*path, *wrong.path), wrong.what, "") for wrong in several.wrong}
+        elif path not in found:
             found[path] = _finding(dict(one), path, data, schema, other_keys)
     # A union complains of each of its choices; what lies deepest belongs to the choice that was meant.
     return [finding for path, finding in found.items() if path not in deeper]

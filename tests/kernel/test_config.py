@@ -129,6 +129,14 @@ def test_five_mistakes_give_five_messages(tmp_path: Path, monkeypatch: pytest.Mo
     assert str(caught.value) == FIVE_MESSAGES
 
 
+def test_a_mistake_hides_no_other(refused: Refused) -> None:
+    """What is wrong with a key of every device, and what is wrong with those of its kind."""
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nobody, process: RACK}}\n'
+    keys = ("process", "on_exit", "node_id")
+    assert [[f"devices.io.{key}: " in one for one in refused(text)].count(True) for key in keys] == [1, 1, 1]
+    assert len(refused(text)) == 5  # there is no device nobody, and no link
+
+
 def test_a_mistake_has_parts_for_programs(tmp_path: Path) -> None:
     file = tmp_path / "rig.yaml"
     file.write_text("time: real\nsed: 1\n")

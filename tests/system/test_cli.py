@@ -139,6 +139,13 @@ devices:
   third: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wire: wires, wires: wires}}
 """
     )
+    found = json.loads(rig.tool("check", "wrong.yaml", "--json").stdout)
+    assert {"file", "line", "key", "what", "remedy"} == set(found[0])
+    assert {one["line"] for one in found} <= set(range(1, 20))
+    assert (rig.tool("check", "lab.yaml", "--json").stdout, rig.tool("check", "lab.yaml", "--json").returncode) == (
+        "[]\n",
+        0,
+    )
     for command in ("check", "up"):
         done = rig.tool(command, "wrong.yaml")
         assert done.returncode == 2

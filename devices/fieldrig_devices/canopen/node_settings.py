@@ -1,10 +1,12 @@
 """Settings of a CANopen node in a rig file."""
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen import eds
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import UNCONFIGURED
@@ -42,11 +44,22 @@ class CanopenSettings(Settings):
 
     @model_validator(mode="after")
     def _fits_the_eds(self) -> Self:
-        dictionary = self.dictionary()
-        if self.node_id is None and not dictionary.features.has_lss:
-            raise ValueError("node_id: null needs LSS, and the EDS says LSS_Supported=0; a number would be right")
-        bind(dictionary, self.ties)
+        refuse_all(self._wrong())
         return self
+
+    def _wrong(self) -> Iterator[WrongKey]:
+        dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
+        if self.node_id is None and not dictionary.features.has_lss:
+            yield WrongKey(("node_id",), "null needs LSS, and the EDS says LSS_Supported=0; a number would be right")
+        for key, value in self._start_values().items():
+            place = ("objects", key) if key in self.objects else ("serial_number",)
+            yield from _tried(place, partial(_start, dictionary, key, value))
+        for key, tie in self.ties.items():
+            yield from _tried(("ties", key), partial(bind, dictionary, {key: tie}))
+
+    def _start_values(self) -> dict[str, bool | int | float | str]:
+        own = {} if self.serial_number is None else {SERIAL_NUMBER: self.serial_number}
+        return {**self.objects, **own}
 
     def dictionary(self, node_id: int | None = None) -> Dictionary:
         """As these settings describe it, for their own node-ID or another.
@@ -54,14 +67,19 @@ class CanopenSettings(Settings):
         ValueError, with what would be right, if they don't fit the EDS.
         """
         dictionary = eds.load(self.eds, node_id or self.node_id or UNCONFIGURED)
-        start_values = dict(self.objects)
-        if self.serial_number is not None:
-            start_values[SERIAL_NUMBER] = self.serial_number
-        for key, value in start_values.items():
-            variable = dictionary.by_key(key)
-            try:
-                variable.put(value)
-            except ValueError as wrong:
-                raise ValueError(f"objects: {key}: {wrong}") from wrong
-            variable.start = variable.data
+        for key, value in self._start_values().items():
+            _start(dictionary, key, value)
         return dictionary
+
+
+def _tried(place: tuple[str, ...], try_it: Callable[[], object]) -> Iterator[WrongKey]:
+    try:
+        try_it()
+    except ValueError as wrong:
+        yield WrongKey(place, str(wrong))
+
+
+def _start(dictionary: Dictionary, key: str, value: bool | int | float | str) -> None:
+    variable = dictionary.by_key(key)
+    variable.put(value)
+    variable.start = variable.data

@@ -52,15 +52,19 @@ def bind(dictionary: Dictionary, ties: Mapping[str, str | Tie]) -> list[Bound]:
 def _bind(dictionary: Dictionary, key: str, tie: Tie) -> Bound:
     match = TIE_KEY.fullmatch(key)
     if match is None:
-        raise ValueError(f"ties: {key!r}: right would be '6200:01', or '6200:01.3' for its bit 3, in quotes")
+        raise ValueError(
+            f"{key!r} is no object or bit: right would be '6200:01', or '6200:01.3' for its bit 3, in quotes"
+        )
     variable = dictionary.by_key(match["key"])
     bit = None if match["bit"] is None else int(match["bit"])
     if not isinstance(variable.type, Boolean | Integer | Real):
-        raise ValueError(f"ties: {key} is {variable.type.name}; right would be an object that holds a number")
-    if bit is not None and (not isinstance(variable.type, Integer) or bit >= variable.type.bits):
-        raise ValueError(f"ties: {key}: {variable.type.name} has no bit {bit}")
+        raise ValueError(f"{key} is {variable.type.name}; right would be an object that holds a number")
+    if bit is not None and not isinstance(variable.type, Integer):
+        raise ValueError(f"{variable.type.name} has no bits; right would be {match['key']}")
+    if bit is not None and isinstance(variable.type, Integer) and bit >= variable.type.bits:
+        raise ValueError(f"{variable.type.name} has no bit {bit}; right would be 0 to {variable.type.bits - 1}")
     if tie.scale == 0 or not math.isfinite(tie.scale) or not math.isfinite(tie.offset):
-        raise ValueError(f"ties: {key}: scale {tie.scale}, offset {tie.offset}: right would be a scale other than 0")
+        raise ValueError(f"scale {tie.scale}, offset {tie.offset}: right would be a scale other than 0")
     return Bound(variable, bit, tie, _is_output(variable, tie))
 
 

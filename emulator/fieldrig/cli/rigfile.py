@@ -7,22 +7,29 @@ import typer
 from fieldrig.cli.options import AsJson, Overrides, RigFile, echo_json, echo_table
 
 
-def check(file: RigFile, overrides: Overrides = None) -> None:
+def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
     """Read a rig file, and say everything that is wrong in it.
 
     \b
     Every mistake comes with its file, line and key, and with what would be right. Nothing is started.
         fieldrig check configs/lab.yaml
         fieldrig check configs/lab.yaml --set buses.can0.bitrate=250000
+        fieldrig check configs/lab.yaml --json     a list of the mistakes, for an editor or a script
     """
+    from dataclasses import asdict
+
     from fieldrig.build import try_devices
-    from fieldrig.config import load
+    from fieldrig.config import look_through
     from fieldrig.errors import ConfigError
+    from fieldrig.exits import Exit
     from fieldrig.placement import placement
 
-    config = load(file, overrides or ())
-    mistakes = try_devices(config)
-    if mistakes:
+    config, right, mistakes = look_through(file, overrides or ())
+    mistakes += try_devices(right)
+    if as_json:
+        echo_json([asdict(mistake) for mistake in mistakes])
+        raise typer.Exit(Exit.WRONG if mistakes else Exit.OK)
+    if config is None or mistakes:
         raise ConfigError(mistakes)
     processes = f", {len(placement(config))} processes" if config.time == "real" else ""
     content = f"{len(config.buses)} buses, {len(config.devices)} devices{processes}"

@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 from fieldrig.build import try_devices
-from fieldrig.config import from_dict, load
+from fieldrig.config import from_dict, look_through
 from fieldrig.errors import ConfigError
 from fieldrig_devices.arp import files
 from fieldrig_devices.arp.card import ArpCard
@@ -30,12 +30,12 @@ def wrong(folder: Path, **settings: Any) -> list[str]:
         config = from_dict(rig(**settings), folder)
     except ConfigError as cause:
         return [str(mistake) for mistake in cause.mistakes]
-    return [str(mistake) for mistake in try_devices(config)]
+    return [str(mistake) for mistake in try_devices(config.devices.values())]
 
 
 def test_a_card_needs_nothing_at_all(tmp_path: Path) -> None:
     config = from_dict({"time": "virtual", "devices": {"card1": {"kind": "arp"}}}, tmp_path)
-    assert try_devices(config) == []
+    assert try_devices(config.devices.values()) == []
 
 
 def test_a_card_with_everything(tmp_path: Path) -> None:
@@ -101,22 +101,31 @@ def test_what_is_wrong_is_named_with_what_would_be_right(tmp_path: Path, setting
 )
 def test_what_is_on_a_can_needs_one(tmp_path: Path, settings: dict[str, Any]) -> None:
     config = from_dict({"time": "virtual", "devices": {"card1": {"kind": "arp", **settings}}}, tmp_path)
-    (found,) = try_devices(config)
+    (found,) = try_devices(config.devices.values())
     assert (found.key, found.remedy) == ("devices.card1", "add it to its links")
 
 
 @pytest.mark.manual("ARP-117")
 def test_every_mistake_in_a_program_has_its_line_and_column(tmp_path: Path) -> None:
     (tmp_path / "bad.I01").write_text("BEG MAIN\n  V1001 == 5\n  GOTO NOWHERE\nV1 = 3\nEND\n")
-    (found,) = wrong(tmp_path, program="bad.I01")
-    assert [f"bad.I01:{place}" in found for place in ("2:3", "3:3", "4:4")] == [True] * 3
+    found = wrong(tmp_path, program="bad.I01")
+    assert [f"bad.I01:{place}" in one for place, one in zip(("2:3", "3:3", "4:4"), found, strict=True)] == [True] * 3
 
 
-def test_mistakes_of_a_rig_file_come_with_the_place_of_the_card(tmp_path: Path) -> None:
+def test_mistakes_of_a_program_are_told_once_beside_those_of_the_rig_file(tmp_path: Path) -> None:
     (tmp_path / "bad.I01").write_text("BEG MAIN\nV1001 == 5\nEND\n")
-    (tmp_path / "rig.yaml").write_text("time: virtual\ndevices:\n  card1: {kind: arp, program: bad.I01}\n")
-    (found,) = try_devices(load(tmp_path / "rig.yaml"))
-    assert (found.line, found.key) == (3, "devices.card1")
+    (tmp_path / "rig.yaml").write_text(
+        "time: virtual\ndevices:\n"
+        "  card1: {kind: arp, program: bad.I01}\n"
+        "  card2: {kind: arp, program: bad.I01}\n"
+        "  card3: {kind: arp, number: 100}\n"
+    )
+    config, right, mistakes = look_through(tmp_path / "rig.yaml")
+    assert config is None
+    assert [entry.name for entry in right] == ["card1", "card2"]
+    assert [mistake.key for mistake in mistakes] == ["devices.card3.number"]
+    (found,) = try_devices(right)
+    assert found.file.startswith(str(tmp_path / "bad.I01"))
 
 
 @pytest.mark.manual("ARP-118")

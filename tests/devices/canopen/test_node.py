@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from fieldrig.wording import explain
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 
@@ -120,10 +121,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"ties": {"6200": "wire"}}, r"right would be '6200:01', or '6200:01\.3'"),
     ({"ties": {"6200:05": "wire"}}, "object 6200h has 6200:00, 6200:01, 6200:02, 6200:03, 6200:04"),
     ({"ties": {"6201:01": "wire"}}, "near it are 6200h, 6202h, 6206h|near it are 6008h, 6200h, 6202h"),
-    ({"ties": {"6200:01.8": "wire"}}, "UNSIGNED8 has no bit 8"),
+    ({"ties": {"6200:01.8": "wire"}}, "UNSIGNED8 has no bit 8; right would be 0 to 7"),
     ({"ties": {"1008:00": "wire"}}, "VISIBLE_STRING; right would be an object that holds a number"),
     ({"ties": {"6411:01": {"wire": "w", "scale": 0}}}, "scale other than 0"),
-    ({"objects": {"1017:00": 70000}}, "objects: 1017:00: 70000 is not UNSIGNED16: a whole number from 0 to 65535"),
+    ({"objects": {"1017:00": 70000}}, r"objects\.1017:00: 70000 is not UNSIGNED16: a whole number from 0 to 65535"),
     ({"objects": {"1017": 1}}, "such as '6200:01'"),
     ({"speed": 1}, "Extra inputs are not permitted"),
 ]
@@ -133,6 +134,24 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 def test_wrong_settings_are_refused_with_what_would_be_right(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         CanopenSettings.model_validate({"node_id": 5, "eds": str(IO32)} | wrong, context={"folder": EDS})
+
+
+def test_every_wrong_object_and_tie_is_told_at_its_key() -> None:
+    wrong = {
+        "node_id": 5,
+        "eds": str(IO32),
+        "objects": {"1017": 1, "1017:00": 500, "5555:00": 3},
+        "ties": {"6200:01.8": "a", "6200:01.7": "b", "6401:01": {"wire": "c", "scale": 0}},
+    }
+    with pytest.raises(ValidationError) as caught:
+        CanopenSettings.model_validate(wrong, context={"folder": EDS})
+    found = explain(caught.value, wrong, CanopenSettings)
+    assert [one.path for one in found] == [
+        ("objects", "1017"),
+        ("objects", "5555:00"),
+        ("ties", "6200:01.8"),
+        ("ties", "6401:01"),
+    ]
 
 
 def test_settings_put_values_in_place_of_the_eds() -> None:
