@@ -4,10 +4,11 @@ Source: ELAU PacDrive system manual, article 17130061 (511-540, 4163-4196, chapt
 what the manual doesn't say of the ring.  The drive has one axis, no user program, and talks to the controller over the
 ring only; it configures itself from the name plate of the motor.  On wires it has the input Inverter Enable, the ready
 contact and the brake relay as outputs, and beside them what the plant is made of: the load's torque, and its position.
-Left out: probing (S-0-0169, S-0-0170), analog and logic encoder inputs, firmware download.
+Left out: analog and logic encoder inputs, firmware download.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from math import tau
 from typing import Any, Final
 
@@ -28,11 +29,13 @@ from fieldrig_devices.mc4.axis import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.points import limited_load, points_of
+from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.idn import idn_of
 
+INPUTS: Final = ("inverter_enable", "load_torque", "probe_1", "probe_2")
 TICK_NS: Final = 4 * MS
 """How often a drive that moves, or waits for a time, looks at itself while the ring doesn't lead it."""
 
@@ -60,19 +63,16 @@ class Mc4(Device):
         self._encoder = self._encoder_at(encoder, plate)
         self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
-        self._names = {
-            what: settings.wire(name, what)
-            for what in ("inverter_enable", "load_torque", "ready", "brake", "position", "shaft")
-        }
+        self._names = {what: settings.wire(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
         self._told: dict[str, bool] = {}
         self._courses: dict[str, Motion] = {}
         self._tells_shaft = encoder is not None or settings.shaft_wire is not None
         if wires is not None:
             self._side.on_moved = self._tell_positions
-            inputs = {
-                self._names["inverter_enable"]: self._on_inverter_enable,
-                self._names["load_torque"]: self._on_load_torque,
-            }
+            probes = self._side.probes
+            handlers: list[Callable[[float], None]] = [self._on_inverter_enable, self._on_load_torque]
+            handlers += [partial(probes.put, one) for one in PROBES]
+            inputs = {self._names[what]: handler for what, handler in zip(INPUTS, handlers, strict=True)}
             wires.on_receive(lambda signal: inputs[signal.name](signal.value), tuple(inputs))
 
     def _encoder_at(self, link: Link[SerialMessage] | None, plate: NamePlate | None) -> EncoderEnd:

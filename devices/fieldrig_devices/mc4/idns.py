@@ -113,6 +113,22 @@ ROWS: Final = (
     Row(79, "rotational position resolution", FOUR, UNS, INC, value=INCREMENTS_PER_TURN, protected=READ_ONLY),
     Row(86, "torque/force data scaling type", TWO, BIN, value=0x0000, protected=READ_ONLY),
     Row(116, "resolution of feedback 1", FOUR, UNS, INC, value=INCREMENTS_PER_TURN, protected=READ_ONLY),
+    # probing
+    Row(169, "probe control parameter", TWO, BIN, minimum=0, maximum=15),
+    Row(170, "probing cycle procedure command", TWO, BIN),
+    Row(130, "probe value 1 positive edge", FOUR, SIG, INC, protected=READ_ONLY),
+    Row(131, "probe value 1 negative edge", FOUR, SIG, INC, protected=READ_ONLY),
+    Row(132, "probe value 2 positive edge", FOUR, SIG, INC, protected=READ_ONLY),
+    Row(133, "probe value 2 negative edge", FOUR, SIG, INC, protected=READ_ONLY),
+    Row(179, "measured value status", TWO, BIN, protected=READ_ONLY),
+    Row(401, "probe 1", TWO, BIN, protected=READ_ONLY),
+    Row(402, "probe 2", TWO, BIN, protected=READ_ONLY),
+    Row(405, "probe 1 enable", TWO, BIN, minimum=0, maximum=1),
+    Row(406, "probe 2 enable", TWO, BIN, minimum=0, maximum=1),
+    Row(409, "probe 1 positive latched", TWO, BIN, protected=READ_ONLY),
+    Row(410, "probe 1 negative latched", TWO, BIN, protected=READ_ONLY),
+    Row(411, "probe 2 positive latched", TWO, BIN, protected=READ_ONLY),
+    Row(412, "probe 2 negative latched", TWO, BIN, protected=READ_ONLY),
     # limits
     Row(91, "bipolar velocity limit value", FOUR, UNS, RPM, 4, 0, 0, FULL),
     Row(92, "bipolar torque limit value", TWO, UNS, "%", 1, 4000, 0, 10_000),
@@ -152,8 +168,8 @@ ROWS: Final = (
     Row(TURNS, "turns that the encoder tells apart", TWO, UNS, protected=READ_ONLY),
     Row(WINDING_LIMIT, "limit temperature of the winding", TWO, SIG, "degC", 1, protected=READ_ONLY),
 )
-COMMANDS: Final = frozenset({99, READ_PLATE})
-BACKUP: Final = (32, 33, 34, 35, 57, 91, 92, 97, 98, 100, 101, 104, 114, 124, 142, 159, 206, 207, 296, 348,
+COMMANDS: Final = frozenset({99, 170, READ_PLATE})
+BACKUP: Final = (32, 33, 34, 35, 57, 91, 92, 97, 98, 100, 101, 104, 114, 124, 142, 159, 169, 206, 207, 296, 348,
                  STOP_TIME_LIMIT, COAST_OPTION, LANGUAGE)  # fmt: skip
 """What the master should keep, for the drive doesn't."""
 WITH_KEYS: Final = (206, 207, STOP_TIME_LIMIT, COAST_OPTION, LANGUAGE)

@@ -20,7 +20,16 @@ from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.machine import Machine
-from fieldrig_devices.mc4.values import MOVING, SPEED_UNIT, STANDING, Number, live_numbers, moving_numbers
+from fieldrig_devices.mc4.probes import Probes
+from fieldrig_devices.mc4.values import (
+    MOVING,
+    SPEED_UNIT,
+    STANDING,
+    Number,
+    live_numbers,
+    moving_numbers,
+    position_at,
+)
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
@@ -60,6 +69,8 @@ class RingSide:
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
         self.slave.command(idns.READ_PLATE, self._on_read_plate)
+        self.probes = Probes(table, lambda: position_at(machine, clock.now_ns()))
+        self.slave.command(170, self.probes.begin)
         for idn in (57, 91, 92, 100, 101, 104, 114, 124, 159, 296, 348):
             table[idn].watchers.append(self._on_parameter)
         for idn in (206, 207, idns.STOP_TIME_LIMIT, idns.COAST_OPTION):

@@ -115,6 +115,8 @@ class Mc4Settings(Settings):
     )
     inverter_enable_wire: str | None = Field(default=None, description="NAME.inverter_enable, and so on for the others")
     load_torque_wire: str | None = None
+    probe_1_wire: str | None = None
+    probe_2_wire: str | None = None
     ready_wire: str | None = None
     brake_wire: str | None = None
     position_wire: str | None = None

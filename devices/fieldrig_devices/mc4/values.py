@@ -43,6 +43,13 @@ def moving_numbers(machine: Machine, idns: Sequence[int]) -> Callable[[], tuple[
     return cast(Callable[[], tuple[int, ...]], space["numbers"])
 
 
+def position_at(machine: Machine, now_ns: int) -> int:
+    """S-0-0051 between two cycles."""
+    axis = machine.axis
+    increments = axis.position + axis.v * (now_ns - machine.at_ns) / 1e9 * INCREMENTS
+    return (round(increments) + _HALF & _ALL) - _HALF
+
+
 def live_numbers(machine: Machine) -> dict[int, Number]:
     """By IDN."""
     settings = machine.settings

@@ -38,6 +38,12 @@ class Command:
             self._datum.status = self.DONE if is_good else self.FAILED
             self._on_change(True)
 
+    def reset(self) -> None:
+        """The ring went down: nothing is asked for any more."""
+        if self.is_active and self._cancel is not None:
+            self._cancel()
+        self._datum.data, self._datum.status = b"\0\0", self.CLEARED
+
     def _write(self, data: bytes) -> None:
         match data[0] & 3:
             case 3:

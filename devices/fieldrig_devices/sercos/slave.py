@@ -74,6 +74,7 @@ class SercosSlave:
         """Bits of S-0-0014 beside the phase, until `clear_failures`."""
         self._service = ServiceServer(table, lambda: self.phase)
         self._data = Communication(table, lambda: self.phase | self.failures, self._check, self._on_command_end)
+        self._commands: list[Command] = []
         self._change_bit = 0
         self._control_seen = 0
         self._values: tuple[int, ...] = (0, 0)
@@ -235,6 +236,8 @@ class SercosSlave:
         self._missed_mdts = 0
         if phase <= 1:
             self._service.reset()
+            for command in self._commands:
+                command.reset()
             self._control_seen = self._change_bit = 0
             self._is_checked = {3: False, 4: False}
         elif phase == 3:
@@ -265,4 +268,6 @@ class SercosSlave:
 
     def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
         """Make the datum `idn` a procedure command of the application's."""
-        return Command(self.table[idn], start, self._on_command_end, cancel)
+        command = Command(self.table[idn], start, self._on_command_end, cancel)
+        self._commands.append(command)
+        return command

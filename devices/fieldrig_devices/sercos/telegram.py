@@ -34,9 +34,9 @@ STANDARD: Final[Mapping[int, Telegrams]] = {
 """By the number in S-0-0015."""
 
 CODES: Final[Mapping[int, str]] = {
-    36: "i", 37: "i", 40: "i", 47: "i", 48: "i", 51: "i", 53: "i", 80: "h", 81: "h", 84: "h", 130: "i", 131: "i",
-    134: "H", 135: "H", 189: "i", 11: "H", 12: "H", 13: "H", 182: "H", 347: "i", 380: "h", 383: "h", 384: "h",
-    390: "I",
+    36: "i", 37: "i", 40: "i", 47: "i", 48: "i", 51: "i", 53: "i", 80: "h", 81: "h", 84: "h",
+    130: "i", 131: "i", 132: "i", 133: "i", 134: "H", 135: "H", 179: "H", 182: "H", 189: "i", 347: "i",
+    11: "H", 12: "H", 13: "H", 380: "h", 383: "h", 384: "h", 390: "I",
 }  # fmt: skip
 """How a master that knows the standard reads cyclic data, by IDN."""
 

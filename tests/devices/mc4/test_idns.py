@@ -18,11 +18,11 @@ from fieldrig_devices.mc4.idns import (
 )
 from fieldrig_devices.sercos.idn import Attribute, Code, Element, Format, Length, ServiceError
 
-# digest 3.1, line by line, but for 0169 and 0170, which are left out
+# digest 3.1, line by line
 DIGEST = """
 0001 0002 0003 0004 0005 0087 0088 0090 0006 0007 0008 0089 0009 0010 0015 0016 0024 0185 0186 0187 0188
 0011 0012 0013 0014 0028 0029 0095 0099 0129 0390 0017 0018 0019 0021 0022 0025 0192 0030 0140 0141 0142 0143
-0032 0134 0135 0036 0040 0047 0051 0053 0080 0084 0189 0044 0076 0079 0086 0116
+0169 0170 0032 0134 0135 0036 0040 0047 0051 0053 0080 0084 0189 0044 0076 0079 0086 0116
 0091 0092 0109 0110 0111 0112 0113 0114 0100 0101 0104 0124 0127 0128 0206 0207 0380 0383 0384
 """
 
@@ -172,7 +172,7 @@ def test_mode_without_its_command_value_is_refused_before_operation() -> None:
     ("idns", "mistake"),
     [
         ({"S-0-9999": 1}, "write it like S-0-0047 or P-0-0010"),
-        ({"S-0-0999": 1}, "S-0-0999 is no parameter that can be set: there are S-0-0032, .*S-0-0348$"),
+        ({"S-0-0999": 1}, "S-0-0999 is no parameter that can be set: there are S-0-0032, .*S-0-0406$"),
         ({"S-0-0017": 1}, "S-0-0017 is no parameter"),
         ({"S-0-0051": 1}, "S-0-0051 is no parameter"),
         ({"S-0-0099": 3}, "S-0-0099 is no parameter"),
