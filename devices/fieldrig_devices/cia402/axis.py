@@ -22,6 +22,7 @@ from fieldrig_devices.cia402.modes.mode import HALT
 from fieldrig_devices.cia402.motor import Kind, Motor
 from fieldrig_devices.cia402.state_machine import StateMachine
 from fieldrig_devices.cia402.states import State
+from fieldrig_devices.cia402.touch_probe import TouchProbes
 from fieldrig_devices.cia402.units import wrapped
 
 # Status word, besides the state's bits and the mode's
@@ -52,6 +53,7 @@ class Cia402Axis(Service):
         self._context = Context(self._numbers, motor, cycle_ns)
         self.drive = AxisDrive(self._numbers, motor, self._context)
         self.machine = StateMachine(self.drive)
+        self._probes = TouchProbes(self._numbers, motor, self._context)
         self._was_lost = False
         self._is_woken = True
         self.on_error: Callable[[int], None] = lambda code: None
@@ -92,6 +94,7 @@ class Cia402Axis(Service):
         self._reported = 0
         self._is_woken = True
         self.drive.restart()
+        self._probes.restart()
         self.machine.start()
         if self._numbers[objects.MODE] in self.drive.supported:
             self._on_mode(self._numbers[objects.MODE])
@@ -183,11 +186,13 @@ class Cia402Axis(Service):
     def is_awake(self) -> bool:
         """Whether a cycle makes a difference though the motor is in the same state as before."""
         drive = self.drive
-        return drive.is_moving or drive.is_ramp or self._is_woken
+        return drive.is_moving or drive.is_ramp or self._is_woken or self._probes.is_armed
 
     def step(self) -> None:
         """Actual values are those of this cycle; afterwards `drive.set_value` is this cycle's."""
         state, self._is_woken = self.machine.state, False
+        if self._probes.is_armed:
+            self._probes.step()
         self.machine.step()
         self.drive.step()
         self._is_woken = self.machine.state is not state

@@ -77,3 +77,12 @@ class Motor(Protocol):
 
     def reset(self, done: Callable[[], None]) -> None:
         """Quit what is wrong."""
+
+
+def passed_zero(before: int, now: int, revolution: int) -> int | None:
+    """The last zero of the encoder on the way, if there was one."""
+    if now > before:
+        zero = now // revolution * revolution
+        return zero if zero > before else None
+    zero = -(-now // revolution) * revolution
+    return zero if zero < before else None

@@ -200,6 +200,33 @@ def test_switches_home_an_axis() -> None:
     assert 0 < bench.axis("belt").position - node.sdo[0x6064].raw < 200_000
 
 
+def test_inputs_are_limit_switches_and_touch_probes() -> None:
+    """Axis 2, so that nothing hangs on the first one."""
+    terminals = {"knife": {"positive_limit": "I_bEnd", "inputs": ["I_bProbe"]}}
+    bench = CanFaceBench(
+        simulated=("belt", "knife"),
+        can_axes={"node_ids": [NODE], "terminals": terminals},
+        inputs={"I_bEnd": "", "I_bProbe": ""},
+    ).run(200)
+    node = bench.master()
+    node.sdo[0x6860].raw = 3
+    node.sdo[0x68FF].raw = 1_000_000
+    node.sdo[0x68B8].raw = 0x0011
+    for word in (0x06, 0x07, 0x0F):
+        node.sdo[0x6840].raw = word
+    bench.run(400)
+    bench.rig.set("max4", "I_bProbe.Value", True)
+    before = bench.axis("knife").position
+    bench.run(100)
+    assert before <= node.sdo[0x68BA].raw <= before + 8_000
+    bench.rig.set("max4", "I_bEnd.Value", True)
+    bench.run(100)
+    assert (bench.axis("knife").velocity, node.sdo[0x6841].raw & 0x086F) == (0, 0x0827)
+    node.sdo[0x68FF].raw = -1_000_000
+    bench.run(200)
+    assert bench.axis("knife").velocity == -1_000_000
+
+
 def test_the_origin_is_kept_over_power_off() -> None:
     bench = CanFaceBench(simulated=("belt",)).run(200)
     node = bench.master()

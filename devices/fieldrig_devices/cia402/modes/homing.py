@@ -14,6 +14,7 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.homing_methods import LIMITS, METHODS, Way
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.motor import passed_zero
 from fieldrig_devices.motion.profile import Limits, brake, change_speed
 
 START: Final = 0x0010
@@ -148,12 +149,11 @@ class Homing(Mode):
         return is_on is way.ends_when and was_on is not is_on and (position - self._last) * way.direction > 0
 
     def _is_zero(self, way: Way, position: int) -> bool:
-        turn = self.context.motor.revolution
-        if way.direction > 0:
-            self._home = position // turn * turn
-            return self._last < self._home
-        self._home = -(-position // turn) * turn
-        return self._home < self._last
+        zero = passed_zero(self._last, position, self.context.motor.revolution)
+        if zero is None or (position - self._last) * way.direction < 0:
+            return False
+        self._home = zero
+        return True
 
     @property
     def status(self) -> int:

@@ -1,0 +1,108 @@
+"""Touch probes: where the axis was when a switch or the encoder's zero came by.
+
+Source: CiA 402-2, chapter 'touch probe' (60B8h to 60BDh).  Ours: the probes are the first two further inputs, bits 16
+and 17 of 60FDh; an edge is seen in the cycle after it, and has the position of that cycle; what is written to 60B8h
+while a probe is enabled counts at once.  Left out: sources by 60D0h, time stamps and counters (60D1h to 60D8h).
+"""
+
+from functools import partial
+from typing import Final
+
+from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.motor import Motor, passed_zero
+from fieldrig_devices.cia402.units import wrapped
+
+# 60B8h, in the lower byte for the first probe and in the upper one for the second
+ENABLE: Final = 0x01
+CONTINUOUS: Final = 0x02
+SOURCE: Final = 0x0C
+INPUT, ZERO = 0x00, 0x04
+EDGES: Final = {True: 0x10, False: 0x20}
+"""Rising and falling."""
+
+# 60B9h, likewise
+ENABLED: Final = 0x01
+STORED: Final = {True: 0x02, False: 0x04}
+
+FIRST_INPUT: Final = 16
+"""Bit of 60FDh."""
+
+
+class Probe:
+    """One of the two, from 0."""
+
+    def __init__(self, place: int) -> None:
+        self._bit = 1 << (FIRST_INPUT + place)
+        self.function = self.status = 0
+        self.values = {True: 0, False: 0}
+        """By the edge."""
+
+    def order(self, function: int) -> None:
+        if not function & ENABLE:
+            self.status = 0
+        elif not self.function & ENABLE:
+            self.status = ENABLED
+        self.function = function
+
+    def look(self, inputs: int, before: int, zero: int | None, position: int) -> None:
+        """Increments; `zero` is the encoder's zero that was passed."""
+        if self.function & SOURCE == ZERO:
+            if zero is not None:
+                for edge in (True, False):
+                    self._store(edge, zero)
+        elif (inputs ^ before) & self._bit:
+            self._store(bool(inputs & self._bit), position)
+
+    def _store(self, edge: bool, position: int) -> None:
+        is_wanted = self.function & EDGES[edge] and self.status & ENABLED
+        if is_wanted and (self.function & CONTINUOUS or not self.status & STORED[edge]):
+            self.values[edge] = position
+            self.status |= STORED[edge]
+
+
+class TouchProbes:
+    def __init__(self, numbers: AxisObjects, motor: Motor, context: Context) -> None:
+        self._motor, self._context = motor, context
+        self._probes = Probe(0), Probe(1)
+        self._inputs = self._position = 0
+        """Of the cycle before."""
+        self.is_armed = False
+        first, second = self._probes
+        numbers.on_write(objects.PROBE_FUNCTION, self._on_function)
+        numbers.read_by(objects.PROBE_STATUS, lambda: first.status | second.status << 8)
+        for index, probe, edge in (
+            (objects.PROBE_1_RISING, first, True),
+            (objects.PROBE_1_FALLING, first, False),
+            (objects.PROBE_2_RISING, second, True),
+            (objects.PROBE_2_FALLING, second, False),
+        ):
+            numbers.read_by(index, partial(self._value, probe, edge))
+
+    def _value(self, probe: Probe, edge: bool) -> int:
+        return wrapped(self._context.units.position(probe.values[edge]))
+
+    def restart(self) -> None:
+        self.is_armed = False
+        for probe in self._probes:
+            probe.order(0)
+
+    def _on_function(self, word: int) -> None:
+        halves = word & 0xFF, word >> 8
+        if any(half & SOURCE not in (INPUT, ZERO) for half in halves):
+            raise Abort(Code.INVALID_VALUE)
+        for probe, half in zip(self._probes, halves, strict=True):
+            probe.order(half)
+        if not self.is_armed:
+            self._inputs, self._position = self._motor.inputs, self._motor.position
+        self.is_armed = any(half & ENABLE for half in halves)
+
+    def step(self) -> None:
+        """Once a cycle, while armed."""
+        inputs, position = self._motor.inputs, self._motor.position
+        zero = passed_zero(self._position, position, self._motor.revolution)
+        for probe in self._probes:
+            probe.look(inputs, self._inputs, zero, position)
+        self._inputs, self._position = inputs, position
