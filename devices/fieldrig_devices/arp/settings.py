@@ -1,12 +1,12 @@
 """What a rig file says about an ARP card."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.clock import MS
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.files import HIGHEST_SYSTEM
 from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
@@ -47,15 +47,15 @@ def allowed(parameter: Parameter) -> str:
 
 def _group(group: int) -> AfterValidator:
     def check(values: Values) -> Values:
-        wrong = []
+        refuse_all(wrong(values))
+        return values
+
+    def wrong(values: Values) -> Iterator[WrongKey]:
         for number, value in values.items():
             try:
                 raw_value(group, number, value)
             except ValueError as cause:
-                wrong.append(str(cause))
-        if wrong:
-            raise ValueError("; ".join(wrong))
-        return values
+                yield WrongKey((number,), str(cause))
 
     return AfterValidator(check)
 
@@ -78,29 +78,38 @@ class ParameterSettings(Settings):
 
 
 def _known_terminals(ties: dict[str, str]) -> dict[str, str]:
-    _refuse_unknown(ties, TERMINALS)
-    outputs: dict[str, str] = {}
-    for terminal, wire in ties.items():
-        if not wire:
-            raise ValueError(f"{terminal} has no wire: a name, or nothing about {terminal}, would be right")
-        if terminal in OUTPUTS and (other := outputs.setdefault(wire, terminal)) != terminal:
-            raise ValueError(f"{other} and {terminal} would both drive the wire {wire!r}: one output would be right")
+    refuse_all(_wrong_ties(ties))
     return ties
 
 
+def _wrong_ties(ties: dict[str, str]) -> Iterator[WrongKey]:
+    yield from _unknown(ties, TERMINALS)
+    outputs: dict[str, str] = {}
+    for terminal, wire in ties.items():
+        if not wire:
+            yield WrongKey((terminal,), f"{terminal} has no wire: a name, or nothing about {terminal}, would be right")
+        elif terminal in OUTPUTS and (other := outputs.setdefault(wire, terminal)) != terminal:
+            what = f"{other} and {terminal} would both drive the wire {wire!r}: one output would be right"
+            yield WrongKey((terminal,), what)
+
+
 def _known_inputs(inputs: dict[str, bool | int | float]) -> dict[str, bool | int | float]:
-    _refuse_unknown(inputs, INPUTS)
-    for name, value in inputs.items():
-        if not feels(name, value):
-            right = "true or false" if name in DIGITAL_INPUTS else "a number"
-            raise ValueError(f"{name} can't be {value!r}: right would be {right}")
+    refuse_all(_wrong_inputs(inputs))
     return inputs
 
 
-def _refuse_unknown(given: Mapping[str, object], known: tuple[str, ...]) -> None:
+def _wrong_inputs(inputs: dict[str, bool | int | float]) -> Iterator[WrongKey]:
+    yield from _unknown(inputs, INPUTS)
+    for name, value in inputs.items():
+        if name in INPUTS and not feels(name, value):
+            right = "true or false" if name in DIGITAL_INPUTS else "a number"
+            yield WrongKey((name,), f"{name} can't be {value!r}: right would be {right}")
+
+
+def _unknown(given: Mapping[str, object], known: tuple[str, ...]) -> Iterator[WrongKey]:
     for name in given:
         if name not in known:
-            raise ValueError(f"the card has no terminal {name!r} here: there are {', '.join(known)}")
+            yield WrongKey((name,), f"the card has no terminal {name!r} here: there are {', '.join(known)}")
 
 
 class ArpSettings(Settings):

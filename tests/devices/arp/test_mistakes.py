@@ -171,6 +171,8 @@ WHOLE = [
     ("A EQU V1\nA EQU V2\nBEG MAIN\nEND", 2, "already defined in line 1"),
     ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "no meaning"),
     ("A EQU F1112\nBEG MAIN\nSET A\nEND", 3, "no F1112"),
+    ("A EQU F1112\nBEG MAIN\nEND", 1, "no F1112"),
+    ("BEG MAIN\nA EQU @PAR1[26]\nEND", 2, "no parameter 26"),
     ("BEG STOP\nEND", 1, "STOP is a word of the language"),
     ("BEG MAIN ; " + "x" * 120 + "\nEND", 1, "131 characters"),
     ("BEG MAIN\nIF V1 = 1, END\nEND", 2, "END can't begin an instruction"),

@@ -48,6 +48,15 @@ def check(program: Program, symbols: Symbols) -> list[Mistake]:
     return checker.mistakes
 
 
+def check_equs(program: Program) -> list[Mistake]:
+    """Of the program as it was read: what a name stands for has to be there, also if nothing uses the name."""
+    checker = _Checker(Symbols())
+    for line in (*program.outside, *(line for routine in program.routines for line in routine.lines)):
+        if isinstance(line.content, Equ):
+            checker.equ(line.number, line.content)
+    return checker.mistakes
+
+
 def _walk(node: Node) -> Iterator[Node]:
     yield node
     for part in dataclasses.fields(node):
@@ -74,6 +83,11 @@ class _Checker:
             if line.content is not None and not isinstance(line.content, Equ):
                 for node in _walk(line.content):
                     self._node(node)
+
+    def equ(self, line: int, equ: Equ) -> None:
+        self._line = line
+        for node in _walk(equ.meaning):
+            self._node(node)
 
     def _node(self, node: Node) -> None:
         match node:

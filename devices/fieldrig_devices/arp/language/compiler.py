@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fieldrig_devices.arp.language import parser
-from fieldrig_devices.arp.language.check import check
+from fieldrig_devices.arp.language.check import check, check_equs
 from fieldrig_devices.arp.language.lower import Lowered, lower
 from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
 from fieldrig_devices.arp.language.names import Symbols, resolve
@@ -36,7 +36,7 @@ def compile_lines(numbered: Iterable[tuple[int, str]], longest: int) -> Compiled
 
 def _compile(read: Program, mistakes: list[Mistake]) -> Compiled:
     program, symbols, unresolved = resolve(read)
-    found = sorted({*mistakes, *unresolved, *check(program, symbols)})
+    found = sorted({*mistakes, *unresolved, *check(program, symbols), *check_equs(read)})
     if any(not one.is_note for one in found):
         raise CompileError(found)
     return Compiled(program, symbols, lower(program), tuple(found))

@@ -63,7 +63,8 @@ class Signature:
         if not self.values:
             return f"{self.word} alone"
         counts = self.counts or (len(self.values),)
-        return f"{self.word} with {' or '.join(map(str, counts))} values: {'; '.join(one.value for one in self.values)}"
+        values = f"{' or '.join(map(str, counts))} {'value' if counts == (1,) else 'values'}"
+        return f"{self.word} with {values}: {'; '.join(one.value for one in self.values)}"
 
 
 _POSITION = (Value.LINE, Value.COLUMN)
