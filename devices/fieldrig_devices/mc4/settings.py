@@ -46,7 +46,7 @@ def _settable_idns(values: dict[str, int]) -> dict[str, int]:
         low, high = ranges[idn]
         if not low <= value <= high:
             raise ValueError(f"{text} can't be {value}: {low} to {high} would be right")
-    return values
+    return {idn_text(idn_of(text)): value for text, value in values.items()}
 
 
 class ParameterSettings(Settings):

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from mc4_bench import BRAKE_PLATE, ENABLED, PLAIN_PLATE, SMALL_PLATE, DriveBench
 
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.mc4.idns import STANDSTILL_TORQUE
 
 BRAKED = {"motor": {"name_plate": BRAKE_PLATE}}
 LOADED = {**BRAKED, "load": {"inertia_kg_m2": 0.02}}
@@ -305,6 +306,8 @@ def test_a_turn_is_a_million_increments() -> None:
         (PLAIN_PLATE, -3.25, -3_250_000),
         (PLAIN_PLATE, 2047.75, 2_047_750_000),
         (SMALL_PLATE, 12.25, 250_000),
+        (SMALL_PLATE, 7.123457, 123_457),  # between two steps of the encoder: the analog signals have the rest
+        (SMALL_PLATE, -5.123457, -123_457),
     ],
 )
 def test_absolute_position_is_known_at_power_on(plate: str, turns: float, position: int) -> None:
@@ -374,6 +377,30 @@ def test_motor_at_an_encoder_of_its_own() -> None:
     bench.follow(lambda cycle: min(2_000 * cycle, 500_000))
     bench.run(2_000)
     assert bench.get("turns", "sm") == pytest.approx(8.0, abs=1e-4)
+
+
+def test_the_motor_at_the_cable_is_what_it_is_whatever_its_plate_says() -> None:
+    """A plate of half the motor: the drive gives half the torque, which accelerates the whole inertia."""
+    links = {"ring": "ring", "wires": "wires", "encoder": "line"}
+    encoder = {
+        "kind": "fieldrig_devices.hiperface.device:SmEncoder",
+        "name_plate": PLAIN_PLATE,
+        "shaft_wire": "d1.shaft",
+        "links": {"line": "line", "wires": "wires"},
+    }
+    line = {"kind": "serial.virtual", "baud": 9600, "parity": "E"}
+    bench = DriveBench({"links": links}, line=line, sm=encoder)
+    bench.rig.add_fault("sm", {"what": "wrong_plate", "factor": 0.5})
+    bench.up(4_000)
+    assert bench.number(STANDSTILL_TORQUE) == 4_000
+    bench.control = ENABLED | 0x0200
+    bench.follow(lambda _: 250, idn=80)  # 25 % of 4 Nm
+    bench.run(140)
+    before = bench.get("speed")
+    bench.run(40)
+    assert bench.get("torque") == pytest.approx(1.0, rel=1e-3)
+    grown = (bench.get("speed") - before) * tau / 60 / 0.040
+    assert grown == pytest.approx(1.0 / 4.2e-4, rel=0.02), "rad/s2 with the inertia of the file's plate"
 
 
 def test_encoder_without_a_plate_is_1117() -> None:
@@ -579,3 +606,33 @@ def test_a_second_without_cycles_is_made_up_for() -> None:
     bench.run(5_000)
     assert (bench.get("phase"), bench.get("diag_code"), bench.get("torque_on")) == (0, 2112, False)
     assert abs(bench.get("speed")) < 1
+
+
+@pytest.mark.manual("PD-156", "PD-100")
+def test_reaction_a_is_not_quitted_while_the_motor_still_turns() -> None:
+    bench = DriveBench({}).up().enable()
+    bench.follow(lambda cycle: 8_000 * cycle)  # 120 1/min
+    bench.run(600)
+    bench.rig.add_fault("d1", {"what": "encoder_signal", "duration_ms": 20})
+    bench.run(60)
+    assert not bench.command(99), "its cause is over, but the motor coasts"
+    assert (bench.code(), bench.states()) == (1105, (4, 0x42))
+    bench.rig.set("d1", "load_torque", 0.02)  # brakes it
+    while bench.get("speed") > 9:
+        bench.run(4)
+    bench.rig.set("d1", "load_torque", 0.0)
+    bench.run(100)
+    assert bench.states() == (5, 0x02)
+    assert bench.command(99)
+    assert bench.code() == 0
+
+
+@pytest.mark.manual("PD-164")
+def test_another_operation_mode_has_its_following_error_and_the_first_has_none_again() -> None:
+    """Primary mode without, secondary mode 3 with a following error, which is speed over Kv."""
+    bench = DriveBench({}).up().enable()
+    bench.follow(lambda cycle: 200 * cycle)
+    for mode, error in ((0, 0), (0x0300, 50_000 / 60), (0, 0)):
+        bench.control = ENABLED | mode
+        bench.run(500)
+        assert bench.get("following_error") == pytest.approx(error, rel=0.01, abs=2)

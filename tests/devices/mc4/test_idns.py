@@ -177,7 +177,7 @@ def test_mode_without_its_command_value_is_refused_before_operation() -> None:
         ({"S-0-0051": 1}, "S-0-0051 is no parameter"),
         ({"S-0-0099": 3}, "S-0-0099 is no parameter"),
         ({"S-0-0206": 20}, "S-0-0206 is no parameter"),
-        ({"S-0-0104": 0}, "S-0-0104 can't be 0: 1 to 6000 would be right"),
+        ({"s-0-104": 0}, "s-0-104 can't be 0: 1 to 6000 would be right"),
         ({"S-0-0104": 6_001}, "1 to 6000 would be right"),
         ({"S-0-0091": -1}, "0 to 2147483647 would be right"),
     ],
