@@ -85,6 +85,13 @@ class Pty:
             asyncio.get_running_loop().add_writer(self._master, self._on_writable)
             self._pending += data[written:]
 
+    def forget(self) -> None:
+        """What was written and nobody has read is lost, as on a line without an ear."""
+        if self._pending:
+            self._pending.clear()
+            asyncio.get_running_loop().remove_writer(self._master)
+        termios.tcflush(self._slave, termios.TCIFLUSH)
+
     def baud(self) -> int | None:
         """The rate that the last client set; None for one without a name of its own."""
         return BAUD.get(termios.tcgetattr(self._slave)[5])

@@ -1,6 +1,7 @@
 """Units of a device at one of its Modbus buses: a request takes effect when it arrives, its response leaves later."""
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
@@ -14,7 +15,7 @@ class ModbusPort:
     def __init__(
         self,
         clock: Clock,
-        link: Link[ModbusMessage],
+        link: Link[Any],
         servers: Mapping[int, ModbusServer],
         turnaround_ns: int,
         on_done: Callable[[], None],

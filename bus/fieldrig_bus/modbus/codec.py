@@ -2,15 +2,17 @@
 
 Bytes, little endian: what it is (1), the unit (1), the exchange (4), on a serial line its state (8), the PDU.  The PDU
 stays bytes all the way: pymodbus' PDU classes would cost 40 us a request and answer wrong quantities with function
-code 0x80, so pymodbus is here the foreign client of the tests, not the codec.
+code 0x80, so pymodbus is here the foreign client of the tests, not the codec.  Of a connection: unit and exchange 0,
+and the address as text.
 """
 
+import ipaddress
 import struct
 from typing import Final
 
-from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusEvent, ModbusRequest, ModbusResponse
 
-RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII = range(4)
+RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED = range(5)
 
 _HEAD: Final = struct.Struct("<BBI")
 _LINE: Final = struct.Struct("<BBIII")
@@ -46,9 +48,11 @@ EXCEPTIONS: Final = {
 _LONGEST_SHOWN: Final = 24
 
 
-def encode(message: ModbusMessage) -> bytes:
+def encode(message: ModbusEvent) -> bytes:
     if isinstance(message, ModbusResponse):
         return _HEAD.pack(RESPONSE, message.unit, message.exchange) + message.pdu
+    if isinstance(message, ClientConnected):
+        return _HEAD.pack(CONNECTED, 0, 0) + message.peer.encode()
     line = message.line
     if line is None:
         return _HEAD.pack(REQUEST, message.unit, message.exchange) + message.pdu
@@ -57,7 +61,7 @@ def encode(message: ModbusMessage) -> bytes:
     return _LINE.pack(kind, message.unit, message.exchange, messages, errors) + message.pdu
 
 
-def decode(data: bytes) -> ModbusMessage:
+def decode(data: bytes) -> ModbusEvent:
     """ValueError for anything that `encode` doesn't write."""
     try:
         kind, unit, exchange = _HEAD.unpack_from(data)
@@ -65,6 +69,8 @@ def decode(data: bytes) -> ModbusMessage:
             return ModbusResponse(unit, _pdu(data, _HEAD.size), exchange)
         if kind == REQUEST:
             return ModbusRequest(unit, _pdu(data, _HEAD.size), exchange)
+        if kind == CONNECTED and unit == exchange == 0:
+            return ClientConnected(_address(data[_HEAD.size :]))
         kind, unit, exchange, messages, errors = _LINE.unpack_from(data)
     except struct.error as cause:
         raise ValueError(f"not a Modbus message: {data.hex(' ')}") from cause
@@ -73,8 +79,10 @@ def decode(data: bytes) -> ModbusMessage:
     return ModbusRequest(unit, _pdu(data, _LINE.size), exchange, LineState(messages, errors, kind == REQUEST_ON_ASCII))
 
 
-def show(message: ModbusMessage) -> str:
+def show(message: ModbusEvent) -> str:
     """`unit 1 ask  read holding registers 03 00 6b 00 03`"""
+    if isinstance(message, ClientConnected):
+        return f"connection from {message.peer}"
     pdu = message.pdu
     word = "ask" if isinstance(message, ModbusRequest) else "answer"
     function = FUNCTIONS.get(pdu[0] & 0x7F, f"function {pdu[0] & 0x7F}")
@@ -83,6 +91,12 @@ def show(message: ModbusMessage) -> str:
         function += f": {EXCEPTIONS.get(code, f'exception {code}')}"
     rest = f" … {len(pdu)} bytes" if len(pdu) > _LONGEST_SHOWN else ""
     return f"unit {message.unit} {word} {function}  {pdu[:_LONGEST_SHOWN].hex(' ')}{rest}"
+
+
+def _address(data: bytes) -> str:
+    address = data.decode("ascii")
+    ipaddress.ip_address(address)
+    return address
 
 
 def _pdu(data: bytes, start: int) -> bytes:

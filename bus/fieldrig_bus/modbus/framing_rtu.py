@@ -9,6 +9,7 @@ tolerant   for media where the time of reading says little (USB adapters, FIFOs,
 In both, frames that were read at one go, so that no gap can have been measured, are told apart by their lengths.
 """
 
+from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import MS
@@ -55,11 +56,38 @@ def request_size(data: bytes) -> int | None:
     return head + data[head - 1] + 2 if len(data) >= head else None
 
 
-class RtuFramer:
-    """`is_burst`: bytes are read ahead of the line's time (pty, TCP) and counted as if they came at its pace."""
+# The same of a response.
+_RESPONSE_FIXED: Final = {5: 8, 6: 8, 7: 5, 8: 8, 11: 8, 15: 8, 16: 8, 22: 10}
+_RESPONSE_COUNTED: Final = frozenset({1, 2, 3, 4, 12, 17, 20, 21, 23})
+_EXCEPTION_SIZE: Final = 5
 
-    def __init__(self, timing: LineTiming, is_strict: bool = True, is_burst: bool = True) -> None:
+
+def response_size(data: bytes) -> int | None:
+    """How long the response frame is that `data` begins with; None if that can't be told."""
+    function = data[1] if len(data) > 1 else 0
+    if function & 0x80:
+        return _EXCEPTION_SIZE
+    if function in _RESPONSE_COUNTED:
+        return 3 + data[2] + 2 if len(data) > 2 else None
+    if function == 24:  # the FIFO queue has a count of two bytes
+        return 4 + int.from_bytes(data[2:4], "big") + 2 if len(data) > 3 else None
+    return _RESPONSE_FIXED.get(function)
+
+
+Size = Callable[[bytes], int | None]
+
+
+class RtuFramer:
+    """`is_burst`: bytes are read ahead of the line's time (pty, TCP) and counted as if they came at its pace.
+
+    `size_of` tells frames apart that were read at one go: requests, or responses.
+    """
+
+    def __init__(
+        self, timing: LineTiming, is_strict: bool = True, is_burst: bool = True, size_of: Size = request_size
+    ) -> None:
         self._timing, self._is_strict, self._is_burst = timing, is_strict, is_burst
+        self._size_of = size_of
         self._gap_ns, self._silence_ns = timing.gap_ns, timing.silence_ns
         self._buffer = bytearray()
         self._end_ns = 0  # of the last character
@@ -104,7 +132,7 @@ class RtuFramer:
         """The line has been silent for 3.5 characters at least."""
         if not self._is_spoilt:
             for start in self._starts:
-                frames = split(bytes(self._buffer[start:]))
+                frames = split(bytes(self._buffer[start:]), self._size_of)
                 if frames:
                     self.errors += start > 0
                     self.messages += len(frames)
@@ -126,13 +154,13 @@ class RtuFramer:
         self._wish_ns = None
 
 
-def split(data: bytes) -> list[bytes]:
+def split(data: bytes, size_of: Size = request_size) -> list[bytes]:
     """The frames that `data` is made of, with their CRCs; empty if it is not made of whole, right ones."""
     if SHORTEST <= len(data) <= LONGEST and crc16(data) == 0:  # a CRC over its own bytes is 0
         return [data]
     frames = []
     while data:
-        size = request_size(data)
+        size = size_of(data)
         if size is None or size > len(data) or crc16(data[:size]) != 0:
             return []
         frames.append(data[:size])

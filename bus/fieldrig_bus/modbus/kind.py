@@ -6,21 +6,21 @@ from fieldrig.bus import ModelBus
 from fieldrig.settings import Settings
 from fieldrig_bus.modbus import codec
 from fieldrig_bus.modbus.framing import LineTiming, Mode
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest, ModbusResponse
 
 
-class ModbusBus(ModelBus[ModbusMessage]):
+class ModbusBus(ModelBus[ModbusEvent]):
     family: ClassVar[str] = "modbus"
-    messages: ClassVar[tuple[type, ...]] = (ModbusRequest, ModbusResponse)
+    messages: ClassVar[tuple[type, ...]] = (ModbusRequest, ModbusResponse, ClientConnected)
     settings: Any
 
-    def encode(self, message: ModbusMessage) -> bytes:
+    def encode(self, message: ModbusEvent) -> bytes:
         return codec.encode(message)
 
-    def decode(self, data: bytes) -> ModbusMessage:
+    def decode(self, data: bytes) -> ModbusEvent:
         return codec.decode(data)
 
-    def show(self, message: ModbusMessage) -> str:
+    def show(self, message: ModbusEvent) -> str:
         return codec.show(message)
 
 

@@ -1,11 +1,12 @@
-"""`modbus.rtu` and `modbus.ascii`: devices on a serial line that an outside master talks to.
+"""`modbus.rtu` and `modbus.ascii`: devices on a serial line whose outside end is a master, or, with `servers`, servers.
 
-The line is a pty under a stable name, a real port, or a TCP port that carries its bytes.  Frames take the time that the
-line's baud gives them, both ways (a real port keeps it itself).  A response is written in one piece at the instant at
-which its last character would have gone: no program can promise that 1.5 characters never pass between two writes, and
-a master that keeps the gaps would drop what is written in pieces.
+The line is a pty under a stable name, a real port, or a TCP connection that carries its bytes.  Frames take the time
+that the line's baud gives them, both ways (a real port keeps it itself).  What goes out is written in one piece at the
+instant at which its last character would have gone: no program can promise that 1.5 characters never pass between two
+writes, and an outsider that keeps the gaps would drop what is written in pieces.
 
-Left out: a master in the rig that talks to outside slaves, and taking back the echo of two-wire adapters.
+With `servers` the master is in the rig, and exchanges with its own units take the line's time too, though the outside
+doesn't see them.  Left out: taking back the echo of two-wire adapters.
 """
 
 import shlex
@@ -15,15 +16,25 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from fieldrig.bus import Hub, Port, Time
+from fieldrig.bus import BusModel, Hub, Port, Time
+from fieldrig.clock import MS
 from fieldrig.device import Tool
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
-from fieldrig_bus.modbus.framing_rtu import RtuFramer
+from fieldrig_bus.modbus.framing_rtu import RtuFramer, request_size, response_size
 from fieldrig_bus.modbus.kind import ModbusBus
-from fieldrig_bus.modbus.line_ports import ModbusLineSettings, PtyPort, TcpLinePort, UartPort
+from fieldrig_bus.modbus.line_client import LineClient
+from fieldrig_bus.modbus.line_model import LineModel
+from fieldrig_bus.modbus.line_ports import (
+    DiallingPort,
+    ModbusLineSettings,
+    PtyPort,
+    Session,
+    TcpLinePort,
+    UartPort,
+)
 from fieldrig_bus.modbus.line_session import LineSession
 from fieldrig_bus.modbus.model import ModbusModel
 
@@ -49,20 +60,28 @@ class _ModbusLine(ModbusBus):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     mode: ClassVar[Mode]
 
-    def model(self) -> ModbusModel:
-        return ModbusModel(is_line=True)
+    def model(self) -> BusModel[Any]:
+        settings: ModbusLineSettings = self.settings
+        if not settings.servers:
+            return ModbusModel(is_line=True)
+        timing, is_paced = settings.timing(self.mode, settings.baud), settings.port is None
+        return LineModel(timing, settings.response_timeout_ms * MS, settings.turnaround_ms * MS, is_paced)
 
     def ports(self) -> Sequence[Port]:
         settings: ModbusLineSettings = self.settings
         if settings.pty is not None:
-            return (PtyPort(settings.pty, self.session),)
+            return (PtyPort(settings, self.session),)
         if settings.port is not None:
             return (UartPort(self.name, settings, self.session),)
+        if settings.dial is not None:
+            return (DiallingPort(self.name, settings, self.session),)
         return (TcpLinePort(settings, self.session),)
 
-    def session(self, hub: Hub, link: Link[Any], write: Callable[[bytes], None]) -> LineSession:
+    def session(self, hub: Hub, link: Link[Any], write: Callable[[bytes], None]) -> Session:
         settings: ModbusLineSettings = self.settings
         timing = settings.timing(self.mode, settings.baud)
+        if settings.servers:
+            return LineClient(hub.clock, link, write, self.framer(timing), settings.servers)
         return LineSession(hub.clock, link, write, self.framer(timing), timing, is_paced=settings.port is None)
 
     def framer(self, timing: LineTiming) -> LineFramer:
@@ -77,13 +96,15 @@ class ModbusRtu(_ModbusLine):
         super().__init__(name, settings)
 
     def framer(self, timing: LineTiming) -> LineFramer:
-        return RtuFramer(timing, self.settings.is_strict, is_burst=self.settings.port is None)
+        settings: ModbusRtuSettings = self.settings
+        size_of = response_size if settings.servers else request_size
+        return RtuFramer(timing, settings.is_strict, is_burst=settings.port is None, size_of=size_of)
 
     def tools(self, run: Path) -> list[Tool]:
         settings: ModbusRtuSettings = self.settings
         if settings.listen is not None:
             return _over_tcp(settings.listen, "RTU")
-        if settings.pty is None:  # the other end of a real port is on another machine
+        if settings.pty is None or settings.servers:  # the other end of a real port is on another machine
             return []
         form = ["-b", str(settings.baud), "-P", "none", "-s", "1"]
         place = ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]
@@ -107,7 +128,9 @@ class ModbusAscii(_ModbusLine):
         settings: ModbusAsciiSettings = self.settings
         if settings.listen is not None:
             return _over_tcp(settings.listen, "ASCII")
-        return [] if settings.pty is None else [_over_pty(run / settings.pty, settings.baud, "ASCII")]
+        return (
+            [] if settings.pty is None or settings.servers else [_over_pty(run / settings.pty, settings.baud, "ASCII")]
+        )
 
 
 def _over_pty(path: Path, baud: int, framer: str) -> Tool:

@@ -3,7 +3,9 @@
 Source: Modbus over serial line V1.02, 2.1 (the master issues one transaction at a time), 2.4.1 (what a broadcast and a
 missing answer mean) and 2.5.1.1 (3.5 characters of silence between frames).  A request that is asked for while another
 exchange is open waits for its answer, or for the response timeout; an answer that comes after the next request has
-begun is lost.  How long a client waits after a broadcast is its own affair.
+begun is lost.  A client that asks anew has given up what it asked for before.
+
+Where servers stand outside (see `routing`), their answers have had their time on the line when they come in.
 """
 
 from collections.abc import Sequence
@@ -11,8 +13,8 @@ from typing import Any, NamedTuple
 
 from fieldrig.bus import BusModel, Delivery
 from fieldrig_bus.modbus.framing import LineTiming
-from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusMessage, ModbusRequest
-from fieldrig_bus.modbus.routing import Routing
+from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.routing import Routing, is_server_outside
 
 
 class _Wanted(NamedTuple):
@@ -21,12 +23,17 @@ class _Wanted(NamedTuple):
     asked_ns: int
     order: int
     member: str
-    message: ModbusMessage
+    message: ModbusRequest | ModbusResponse
 
 
-class LineModel(BusModel[ModbusMessage]):
-    def __init__(self, timing: LineTiming, response_timeout_ns: int) -> None:
+class LineModel(BusModel[ModbusEvent]):
+    def __init__(
+        self, timing: LineTiming, response_timeout_ns: int, turnaround_ns: int = 0, is_paced: bool = True
+    ) -> None:
+        """`turnaround_ns`: silence after a broadcast.  `is_paced`: false where a port takes the time of its characters
+        itself, so that a request is heard when it begins."""
         self._timing, self._timeout_ns = timing, response_timeout_ns
+        self._turnaround_ns, self._is_paced = turnaround_ns, is_paced
         self._routing = Routing(is_line=True)
         self._wanted: list[_Wanted] = []
         self._ordered = 0
@@ -48,7 +55,11 @@ class LineModel(BusModel[ModbusMessage]):
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         self._routing.listen(member, interest)
 
-    def submit(self, now_ns: int, member: str, message: ModbusMessage) -> None:
+    def submit(self, now_ns: int, member: str, message: ModbusEvent) -> None:
+        if not isinstance(message, ModbusRequest | ModbusResponse):
+            return
+        if isinstance(message, ModbusRequest) and member == self._client:
+            self._exchange = None
         self._ordered += 1
         self._wanted.append(_Wanted(now_ns, self._ordered, member, message))
 
@@ -56,7 +67,7 @@ class LineModel(BusModel[ModbusMessage]):
         following = self._next()
         return None if following is None else self._arrival_ns(*following)
 
-    def collect(self, now_ns: int) -> list[Delivery[ModbusMessage]]:
+    def collect(self, now_ns: int) -> list[Delivery[ModbusEvent]]:
         arrived = []
         while (following := self._next()) is not None and self._arrival_ns(*following) <= now_ns:
             delivery = self._carry(*following)
@@ -86,18 +97,29 @@ class LineModel(BusModel[ModbusMessage]):
         return start_ns
 
     def _arrival_ns(self, start_ns: int, wanted: _Wanted) -> int:
+        is_early = not self._is_paced and isinstance(wanted.message, ModbusRequest)
+        return start_ns if is_early else self._over_ns(start_ns, wanted)
+
+    def _over_ns(self, start_ns: int, wanted: _Wanted) -> int:
+        if is_server_outside(wanted.member):
+            return start_ns
         return start_ns + self._timing.frame_ns(len(wanted.message.pdu)) + self._timing.silence_ns
 
-    def _carry(self, start_ns: int, wanted: _Wanted) -> Delivery[ModbusMessage] | None:
+    def _carry(self, start_ns: int, wanted: _Wanted) -> Delivery[ModbusEvent] | None:
         self._wanted.remove(wanted)
         message, arrival_ns = wanted.message, self._arrival_ns(start_ns, wanted)
+        over_ns = self._over_ns(start_ns, wanted)
         if isinstance(message, ModbusRequest):
             self._messages += 1
             line = LineState(self._messages, 0, self._timing.mode == "ascii")
             request, servers = self._routing.ask(wanted.member, message, line)
-            self._exchange = None if message.unit == BROADCAST else request.exchange
-            self._client, self._deadline_ns = wanted.member, arrival_ns + self._timeout_ns
-            self._occupy(start_ns, arrival_ns)
+            self._client, self._deadline_ns = wanted.member, over_ns + self._timeout_ns
+            self._occupy(start_ns, over_ns)
+            if message.unit == BROADCAST:
+                self._exchange = None
+                self._free_ns += self._turnaround_ns
+            else:
+                self._exchange = request.exchange
             return Delivery(arrival_ns, wanted.member, request, servers)
         answer = self._routing.answer(message) if message.exchange == self._exchange else None
         if answer is None:
@@ -105,9 +127,9 @@ class LineModel(BusModel[ModbusMessage]):
             return None
         self._messages += 1
         self._exchange = None
-        self._occupy(start_ns, arrival_ns)
+        self._occupy(start_ns, over_ns)
         return Delivery(arrival_ns, wanted.member, *answer)
 
-    def _occupy(self, start_ns: int, arrival_ns: int) -> None:
-        self._free_ns = arrival_ns
-        self._busy_ns += arrival_ns - start_ns
+    def _occupy(self, start_ns: int, over_ns: int) -> None:
+        self._free_ns = over_ns
+        self._busy_ns += over_ns - start_ns

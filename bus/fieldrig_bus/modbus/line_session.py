@@ -8,7 +8,7 @@ from fieldrig.clock import Clock, Timer
 from fieldrig.link import Link
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
-from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest
+from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
 
 SET_DELIMITER = b"\x08\x00\x03"
 
@@ -52,7 +52,7 @@ class LineSession:
         next_ns = framer.next_ns()
         self._wake = None if next_ns is None else self._clock.call_at(next_ns, self._take)
 
-    def _on_response(self, response: ModbusMessage) -> None:
+    def _on_response(self, response: ModbusResponse) -> None:
         pdu = response.pdu
         frame = self._framer.frame(response.unit, pdu)
         if isinstance(self._framer, AsciiFramer) and len(pdu) == 5 and pdu.startswith(SET_DELIMITER):

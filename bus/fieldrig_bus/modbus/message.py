@@ -47,4 +47,19 @@ class ModbusResponse:
     exchange: int = 0
 
 
+@dataclass(slots=True, unsafe_hash=True)
+class ClientConnected:
+    """A client outside has opened a TCP connection to this bus.
+
+    Only members hear it that have `CONNECTIONS` in their interest.  A serial line knows no connections.
+    """
+
+    peer: str
+    """Its IP address."""
+
+
+CONNECTIONS = "connections"
+
 ModbusMessage = ModbusRequest | ModbusResponse
+ModbusEvent = ModbusMessage | ClientConnected
+"""All that a Modbus bus carries."""

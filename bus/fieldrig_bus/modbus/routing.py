@@ -2,15 +2,22 @@
 
 A member that listens with unit ids is a server for them (None: for every unit); a client listens with an empty
 interest.  A request goes to the servers of its unit, a response to the client that asked and to nobody else.
+
+A server outside is a member whose name begins with `SERVER`.  Units of the rig go before it, and clients outside don't
+get to it: the bus is no way from one outsider to another.
 """
 
 from collections.abc import Sequence
 from typing import Any
 
-from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import BROADCAST, CONNECTIONS, LineState, ModbusRequest, ModbusResponse
 
 NOT_SIGNIFICANT = frozenset({0, 255})
 """Unit ids of a server that its IP address alone says (Modbus messaging on TCP/IP guide V1.0b, chapter 4)."""
+
+SERVER = "server:"
+OUTSIDE = ":"
+"""In the name of a member that is no device."""
 
 MOST_OPEN = 4096
 """Exchanges that may wait for an answer; beyond that the oldest is forgotten (a silent server must not fill memory)."""
@@ -25,6 +32,9 @@ class Routing:
         self._routes: dict[int, tuple[int, tuple[str, ...]]] = {}  # by unit asked for; made when first needed
         self._open: dict[int, tuple[str, int, int]] = {}  # client, and the exchange and unit of its response
         self._numbered = 0
+        self._has_servers_outside = False
+        self.listeners: tuple[str, ...] = ()
+        """Who wants to hear of connections."""
 
     def join(self, member: str) -> None:
         self._interests[member] = frozenset()
@@ -32,12 +42,19 @@ class Routing:
     def leave(self, member: str) -> None:
         self._interests.pop(member, None)
         self._routes.clear()
+        self.listeners = tuple(name for name in self.listeners if name != member)
         for exchange in [exchange for exchange, (client, _, _) in self._open.items() if client == member]:
             del self._open[exchange]
 
     def listen(self, member: str, interest: Sequence[Any] | None) -> None:
-        self._interests[member] = None if interest is None else frozenset(map(int, interest))
+        wanted = () if interest is None else interest
+        units = frozenset(int(unit) for unit in wanted if unit != CONNECTIONS)
+        self._interests[member] = None if interest is None else units
         self._routes.clear()
+        self._has_servers_outside = any(map(is_server_outside, self._interests))
+        self.listeners = tuple(name for name in self.listeners if name != member)
+        if CONNECTIONS in wanted:
+            self.listeners += (member,)
 
     def ask(self, client: str, request: ModbusRequest, line: LineState | None) -> tuple[ModbusRequest, tuple[str, ...]]:
         """The request as its servers see it, and their names.  Its exchange is open from now on."""
@@ -45,6 +62,8 @@ class Routing:
         target, servers = self._routes.get(unit) or self._find(unit)
         if client in servers:
             servers = tuple(name for name in servers if name != client)
+        if self._has_servers_outside and not (self._is_line and unit == BROADCAST):
+            servers = _nearest(client, servers)
         self._numbered = exchange = self._numbered + 1 & 0xFFFF_FFFF
         if servers and not (self._is_line and unit == BROADCAST):
             self._open[exchange] = (client, request.exchange, unit)
@@ -75,5 +94,15 @@ class Routing:
             return unit
         if self._direct_unit is not None:
             return self._direct_unit
-        units: set[int] = set().union(*(units for units in self._interests.values() if units))
+        inside = (units for name, units in self._interests.items() if units and not is_server_outside(name))
+        units: set[int] = set().union(*inside)
         return units.pop() if len(units) == 1 else unit
+
+
+def is_server_outside(member: str) -> bool:
+    return member.startswith(SERVER)
+
+
+def _nearest(client: str, servers: tuple[str, ...]) -> tuple[str, ...]:
+    inside = tuple(name for name in servers if not is_server_outside(name))
+    return inside if inside or OUTSIDE in client else servers

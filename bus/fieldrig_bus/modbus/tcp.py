@@ -4,7 +4,10 @@ Source: Modbus messaging on TCP/IP implementation guide V1.0b.  Each connection 
 be pipelined and are answered as their answers come.  Unit 0 and 255 mean the device itself as long as it is the only
 unit (or `direct_unit` says which); for a unit that is not there the bus is a gateway to serial devices, and answers
 exception 0x0B (gateway target device failed to respond: "usually means that the device is not present on the network",
-application protocol V1.1b3, chapter 7), or nothing.  Left out: TLS (Modbus security), access control by address.
+application protocol V1.1b3, chapter 7), or nothing.
+
+`servers` are units outside, which devices of the rig ask (see `outside`); masters at `listen` don't get to them.  Left
+out: TLS (Modbus security), access control by address.
 
 A request costs one pass from `data_received` to `transport.write` without a task, a queue or a turn of the loop.
 """
@@ -13,9 +16,9 @@ import logging
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub, Port, Time
 from fieldrig.device import Tool
@@ -23,8 +26,9 @@ from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
 from fieldrig_bus.modbus.kind import ModbusBus
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
+from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.model import ModbusModel
+from fieldrig_bus.modbus.outside import Servers, by_address, listens_at, ports_of
 from fieldrig_bus.modbus.sockets import Master, Masters
 from fieldrig_bus.net import Address, HubSettings
 
@@ -45,6 +49,17 @@ class ModbusTcpSettings(HubSettings):
     max_connections: int = Field(
         default=64, ge=1, le=10_000, description="one more closes the one that was silent longest (guide, 4.2)"
     )
+    servers: Servers = Field(
+        default_factory=dict, description="units outside that devices of the rig ask: 7: host:port"
+    )
+    response_timeout_ms: int = Field(default=1000, ge=1, le=600_000, description="how long they are waited for")
+
+    @model_validator(mode="after")
+    def _servers_are_elsewhere(self) -> Self:
+        for address in by_address(self.servers):
+            if listens_at(self.listen, address):
+                raise ValueError(f"servers: {address} is this bus itself: the address of another server would be right")
+        return self
 
 
 class ModbusTcp(ModbusBus):
@@ -61,7 +76,8 @@ class ModbusTcp(ModbusBus):
         )
 
     def ports(self) -> Sequence[Port]:
-        return (TcpPort(self.settings),)
+        settings: ModbusTcpSettings = self.settings
+        return (TcpPort(settings), *ports_of(self.name, settings.servers, settings.response_timeout_ms))
 
     def tools(self, run: Path) -> list[Tool]:
         host, port = split_address(self.settings.listen)
@@ -108,6 +124,9 @@ class TcpMaster(Master):
         self._framer = MbapFramer()
         self._send, self._write = link.send, self.transport.write
         link.on_receive(self._on_response, ())
+        peer = self.transport.get_extra_info("peername")
+        if peer is not None:  # None: it is gone already
+            link.send(ClientConnected(peer[0]))
 
     def on_bytes(self, data: bytes) -> None:
         for transaction, unit, pdu in self._framer.feed(data):
@@ -116,6 +135,6 @@ class TcpMaster(Master):
             log.debug("%s: not MBAP, closed", self.member)
             self.transport.close()
 
-    def _on_response(self, response: ModbusMessage) -> None:
+    def _on_response(self, response: ModbusResponse) -> None:
         pdu, exchange = response.pdu, response.exchange
         self._write(_pack(exchange & 0xFFFF, 0, len(pdu) + 1, exchange >> 16) + pdu)

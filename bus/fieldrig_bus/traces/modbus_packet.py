@@ -1,8 +1,8 @@
 """Modbus messages as the TCP/IP packets that they would be (Modbus messaging on TCP/IP V1.0b), made up for Wireshark.
 
 The addresses are invented: 10.BUS.0.UNIT is a unit's server, 10.BUS.CLIENT.1 a client.  Each client has one connection
-to each unit, without a beginning: no SYN.  A response goes to the client whose request it answers: by its unit and
-function code, as a trace says no more.
+to each unit, without a beginning; that a client has connected is a SYN to 10.BUS.0.0.  A response goes to the client
+whose request it answers: by its unit and function code, as a trace says no more.
 """
 
 import struct
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest, ModbusResponse
 
 PORT = 502
 _IP = struct.Struct("!BBHHHBBH4s4s")  # RFC 791, 3.1
@@ -18,6 +18,7 @@ _TCP = struct.Struct("!HHIIHHHH")  # RFC 793, 3.1
 _MBAP = struct.Struct("!HHHB")  # transaction, protocol 0, length of what follows, unit
 _TCP_PROTOCOL = 6
 _PUSH_ACK = 5 << 12 | 0x18  # a header of 5 words
+_SYN = 5 << 12 | 0x02
 _WINDOW = 0xFFFF
 
 
@@ -49,8 +50,11 @@ class PacketMaker:
         self._open: dict[tuple[str, int], _Open] = {}
         self._packets = 0
 
-    def make(self, sender: str, message: ModbusMessage) -> bytes:
+    def make(self, sender: str, message: ModbusEvent) -> bytes:
         """An IPv4 packet."""
+        if isinstance(message, ClientConnected):
+            connection = self._connection(sender, 0)
+            return self._packet(connection.client, connection.server, connection.port, PORT, 0, 0, b"", _SYN)
         if isinstance(message, ModbusRequest):
             unit, transaction, client = message.unit, message.exchange & 0xFFFF, sender
             self._open[client, unit] = _Open(client, unit, message.pdu[0], transaction)
@@ -92,11 +96,19 @@ class PacketMaker:
         return connection
 
     def _packet(
-        self, source: bytes, target: bytes, from_port: int, to_port: int, sequence: int, acknowledged: int, adu: bytes
+        self,
+        source: bytes,
+        target: bytes,
+        from_port: int,
+        to_port: int,
+        sequence: int,
+        acknowledged: int,
+        adu: bytes,
+        flags: int = _PUSH_ACK,
     ) -> bytes:
         self._packets += 1
         length = _TCP.size + len(adu)
-        head = from_port, to_port, sequence, acknowledged, _PUSH_ACK, _WINDOW
+        head = from_port, to_port, sequence, acknowledged, flags, _WINDOW
         pseudo = source + target + struct.pack("!HH", _TCP_PROTOCOL, length)
         checksum = _checksum(pseudo + _TCP.pack(*head, 0, 0) + adu)
         ip = 0x45, 0, _IP.size + length, self._packets & 0xFFFF, 0, 64, _TCP_PROTOCOL
@@ -104,7 +116,7 @@ class PacketMaker:
         return _IP.pack(*ip, ip_checksum, source, target) + _TCP.pack(*head, checksum, 0) + adu
 
 
-def messages_in(packet: bytes) -> Iterator[tuple[str, ModbusMessage]]:
+def messages_in(packet: bytes) -> Iterator[tuple[str, ModbusRequest | ModbusResponse]]:
     """Sender, as address and port, and message of each whole ADU in an IPv4 packet; nothing if it has none."""
     if len(packet) < 20 or packet[0] >> 4 != 4 or packet[9] != _TCP_PROTOCOL:
         return

@@ -5,17 +5,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig_bus.modbus.codec import decode, encode, show
-from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusEvent, ModbusRequest, ModbusResponse
 
 units, pdus, numbers = st.integers(0, 255), st.binary(min_size=1, max_size=253), st.integers(0, 0xFFFF_FFFF)
 line_states = st.one_of(st.none(), st.builds(LineState, numbers, numbers, st.booleans()))
 messages = st.one_of(
-    st.builds(ModbusRequest, units, pdus, numbers, line_states), st.builds(ModbusResponse, units, pdus, numbers)
+    st.builds(ModbusRequest, units, pdus, numbers, line_states),
+    st.builds(ModbusResponse, units, pdus, numbers),
+    st.builds(ClientConnected, st.ip_addresses().map(str)),
 )
 
 
 @given(messages)
-def test_what_is_encoded_is_decoded(message: ModbusMessage) -> None:
+def test_what_is_encoded_is_decoded(message: ModbusEvent) -> None:
     assert decode(encode(message)) == message
 
 
@@ -26,13 +28,14 @@ def test_what_is_encoded_is_decoded(message: ModbusMessage) -> None:
         (ModbusResponse(0x11, b"\x83\x02", 1), "00 11 01000000 8302"),
         (ModbusRequest(1, b"\x07", 1, LineState(2, 3)), "02 01 01000000 02000000 03000000 07"),
         (ModbusRequest(1, b"\x07", 1, LineState(2, 3, True)), "03 01 01000000 02000000 03000000 07"),
+        (ClientConnected("10.0.0.9"), "04 00 00000000 31302e302e302e39"),
     ],
 )
-def test_bytes_are_as_written_down(message: ModbusMessage, data: str) -> None:
+def test_bytes_are_as_written_down(message: ModbusEvent, data: str) -> None:
     assert encode(message) == bytes.fromhex(data)
 
 
-@given(st.binary(max_size=300))
+@given(st.binary(max_size=300) | st.binary(max_size=12).map(lambda data: b"\x04\0\0\0\0\0" + data))
 def test_other_bytes_are_no_message(data: bytes) -> None:
     try:
         message = decode(data)
@@ -44,4 +47,5 @@ def test_other_bytes_are_no_message(data: bytes) -> None:
 def test_a_person_reads_function_and_exception() -> None:
     assert show(ModbusRequest(1, bytes.fromhex("03006b0003"))) == "unit 1 ask read holding registers  03 00 6b 00 03"
     assert show(ModbusResponse(1, b"\x83\x02")) == "unit 1 answer read holding registers: illegal data address  83 02"
+    assert show(ClientConnected("10.0.0.9")) == "connection from 10.0.0.9"
     assert show(ModbusResponse(1, b"\xe5")) == "unit 1 answer function 101: exception 0  e5"

@@ -7,7 +7,15 @@ from pymodbus.framer import FramerRTU
 
 from fieldrig.clock import MS, US
 from fieldrig_bus.modbus.framing import LineTiming
-from fieldrig_bus.modbus.framing_rtu import PATIENCE_NS, RtuFramer, crc16, request_size, rtu_frame, split
+from fieldrig_bus.modbus.framing_rtu import (
+    PATIENCE_NS,
+    RtuFramer,
+    crc16,
+    request_size,
+    response_size,
+    rtu_frame,
+    split,
+)
 
 SLOW = LineTiming(baud=9600)  # a character takes 11 bits: 1.145 ms
 CHARACTER_NS = SLOW.characters_ns(1)
@@ -195,4 +203,43 @@ def test_garbage_never_raises_and_ends(chunks: list[tuple[int, bytes]], is_stric
         if wish_ns is None:
             break
         framer.take(wish_ns)
+    assert framer.next_ns() is None
+
+
+# V1.1b3, chapter 6: PDUs of responses, a CRC and a unit make them three bytes longer.
+RESPONSES = [
+    "01 03 CD6B05", "02 03 ACDB35", "03 06 022B 0000 0064", "04 02 000A", "05 00AC FF00", "06 0001 0003", "07 6D",
+    "08 0000 A537", "0B FFFF 0108", "0C 08 0000 0108 0121 20 00", "0F 0013 000A", "10 0001 0002", "11 03 2A FF 31",
+    "16 0004 00F2 0025", "17 0C 00FE 0ACD 0001 0003 000D 00FF", "18 0006 0002 01B8 1284", "83 02",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("response", RESPONSES)
+def test_a_response_says_how_long_it_is(response: str) -> None:
+    frame = rtu_frame(7, bytes.fromhex(response))
+    assert response_size(frame) == len(frame)
+    assert all(response_size(frame[:end]) in (None, len(frame)) for end in range(len(frame)))
+
+
+def test_a_response_that_cannot_be_told_is_none() -> None:
+    assert response_size(bytes.fromhex("07 2B 0E 01")) is None
+    assert response_size(b"") is None
+
+
+@pytest.mark.parametrize("late", RESPONSES)
+def test_responses_that_were_read_at_one_go_are_told_apart(late: str) -> None:
+    framer = RtuFramer(SLOW, size_of=response_size)
+    right = bytes.fromhex("03 02 0001")
+    framer.feed(T0, rtu_frame(7, bytes.fromhex(late)) + rtu_frame(7, right))
+    assert taken(framer) == [(7, bytes.fromhex(late)), (7, right)]
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.binary(max_size=40) | st.sampled_from(RESPONSES).map(bytes.fromhex).map(lambda p: rtu_frame(7, p))))
+def test_whatever_a_client_hears_makes_frames_or_none(pieces: list[bytes]) -> None:
+    framer = RtuFramer(SLOW, is_strict=False, size_of=response_size)
+    for number, piece in enumerate(pieces):
+        framer.feed(T0 + number * MS, piece)
+        framer.take(T0 + number * MS)
+    assert all(0 <= unit <= 255 and 1 <= len(pdu) <= 253 for unit, pdu in taken(framer))
     assert framer.next_ns() is None

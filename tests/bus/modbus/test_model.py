@@ -10,7 +10,14 @@ from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS, S
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.line_model import LineModel
-from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import (
+    CONNECTIONS,
+    ClientConnected,
+    LineState,
+    ModbusMessage,
+    ModbusRequest,
+    ModbusResponse,
+)
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.routing import MOST_OPEN
 
@@ -21,7 +28,7 @@ REQUEST_NS = TIMING.frame_ns(5) + TIMING.silence_ns
 RESPONSE_NS = TIMING.frame_ns(4) + TIMING.silence_ns
 
 
-def joined(model: BusModel[Any], **interests: list[int] | None) -> BusModel[Any]:
+def joined(model: BusModel[Any], **interests: list[Any] | None) -> BusModel[Any]:
     for member, interest in interests.items():
         model.join(member)
         model.listen(0, member, interest)
@@ -188,6 +195,104 @@ def test_who_leaves_takes_its_exchange_along() -> None:
     model.leave("a")
     (asked,) = all_of(model)
     assert (asked.sender, asked.time_ns) == ("b", 2 * REQUEST_NS)
+
+
+def test_a_client_that_asks_anew_has_given_up_what_it_asked_before() -> None:
+    model = joined(LineModel(TIMING, 1 * S), drive=[1], a=[])
+    model.submit(0, "a", ModbusRequest(1, READ))
+    (asked,) = all_of(model, REQUEST_NS)
+    model.submit(REQUEST_NS + 100 * MS, "a", ModbusRequest(1, READ, 8))
+    (again,) = all_of(model)
+    assert again.time_ns == 2 * REQUEST_NS + 100 * MS
+    model.submit(again.time_ns, "drive", ModbusResponse(1, VALUE, asked.message.exchange))
+    assert all_of(model) == []
+    model.submit(again.time_ns, "drive", ModbusResponse(1, VALUE, again.message.exchange))
+    assert [delivery.message.exchange for delivery in all_of(model)] == [8]
+
+
+SERVER = "server:192.168.1.5:502"
+
+
+def with_server(model: BusModel[Any], units: list[int], **interests: list[Any] | None) -> BusModel[Any]:
+    joined(model, **interests)
+    for outsider, interest in ((SERVER, units), ("tcp:1", [])):
+        model.join(outsider)
+        model.listen(0, outsider, interest)
+    return model
+
+
+@pytest.mark.parametrize(
+    ("unit", "client", "servers"),
+    [
+        (7, "plc", (SERVER,)),
+        (7, "tcp:1", ()),  # the bus is no way from one outsider to another
+        (1, "tcp:1", ("drive", "plc")),
+        (1, "drive", ("plc",)),  # units of the rig go before those outside
+        (1, "plc", ("drive",)),
+        (2, "plc", (SERVER,)),
+        (2, "tcp:1", ("plc",)),
+        (0, "tcp:1", ()),
+        (9, "plc", ()),
+    ],
+)
+def test_servers_outside_are_for_devices(unit: int, client: str, servers: tuple[str, ...]) -> None:
+    model = with_server(ModbusModel(), [1, 2, 7], drive=[1], plc=[1, 2])
+    model.submit(0, client, ModbusRequest(unit, READ, 5))
+    (asked,) = all_of(model)
+    assert asked.receivers == servers
+
+
+def test_to_masters_a_server_outside_is_no_unit_of_the_rig() -> None:
+    model = with_server(ModbusModel(answers_for_unknown_units=True), [7], drive=[3])
+    for unit in (255, 7):
+        model.submit(0, "tcp:1", ModbusRequest(unit, READ, 5))
+    direct, hidden, answer = all_of(model)
+    assert (direct.message.unit, direct.receivers, hidden.receivers) == (3, ("drive",), ())
+    assert answer.message == ModbusResponse(7, bytes.fromhex("83 0B"), 5)
+
+
+def test_an_answer_from_outside_has_had_its_time_on_the_line() -> None:
+    model = with_server(LineModel(TIMING, 1 * S, 100 * MS), [7], plc=[])
+    model.submit(0, "plc", ModbusRequest(7, READ, 5))
+    (asked,) = all_of(model)
+    assert (asked.time_ns, asked.receivers) == (REQUEST_NS, (SERVER,))
+    model.submit(REQUEST_NS + 3 * MS, SERVER, ModbusResponse(7, VALUE, asked.message.exchange))
+    assert all_of(model) == [Delivery(REQUEST_NS + 3 * MS, SERVER, ModbusResponse(7, VALUE, 5), ("plc",))]
+
+
+def test_after_a_broadcast_the_line_is_silent_for_the_turnaround_time() -> None:
+    model = with_server(LineModel(TIMING, 1 * S, 100 * MS), [7], plc=[], drive=[1])
+    for unit in (0, 7):
+        model.submit(0, "plc", ModbusRequest(unit, READ))
+    broadcast, asked = all_of(model)
+    assert broadcast.receivers == ("drive", SERVER)
+    assert (broadcast.time_ns, asked.time_ns) == (REQUEST_NS, 2 * REQUEST_NS + 100 * MS)
+
+
+def test_a_port_that_keeps_the_time_itself_gets_a_request_when_it_begins() -> None:
+    model = with_server(LineModel(TIMING, 100 * MS, is_paced=False), [7], plc=[], drive=[1])
+    for unit in (7, 7):
+        model.submit(0, "plc", ModbusRequest(unit, READ))
+    asked, again = all_of(model)
+    assert (asked.time_ns, again.time_ns) == (0, REQUEST_NS + 100 * MS)
+
+
+@pytest.mark.parametrize("is_line", [False, True])
+def test_only_who_asks_for_connections_hears_of_them(is_line: bool) -> None:
+    model = joined(ModbusModel(is_line=is_line), plc=[1, CONNECTIONS], all=None, drive=[1], master=[])
+    model.submit(5, "tcp:1", ClientConnected("10.0.0.9"))
+    told: list[Delivery[Any]] = [*all_of(model)]
+    assert told == [Delivery(5, "tcp:1", ClientConnected("10.0.0.9"), ("plc",))]
+    model.leave("plc")
+    model.submit(6, "tcp:2", ClientConnected("10.0.0.9"))
+    model.submit(7, "master", ModbusRequest(1, READ))
+    assert [delivery.receivers for delivery in all_of(model)] == [(), ("all", "drive")]
+
+
+def test_a_line_with_times_knows_no_connections() -> None:
+    model = joined(LineModel(TIMING, 1 * S), plc=[1, CONNECTIONS])
+    model.submit(5, "tcp:1", ClientConnected("10.0.0.9"))
+    assert all_of(model) == []
 
 
 members = st.sampled_from(["drive", "meter", "a", "b"])

@@ -18,7 +18,14 @@ from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import CanError, ErrorKind, FaultNote, Notice
 from fieldrig_bus.modbus import codec as modbus_codec
-from fieldrig_bus.modbus.message import LineState, ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import (
+    ClientConnected,
+    LineState,
+    ModbusEvent,
+    ModbusMessage,
+    ModbusRequest,
+    ModbusResponse,
+)
 from fieldrig_bus.traces import pcapng
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
 
@@ -31,7 +38,7 @@ def can(frame: CanFrame | Notice, time_ns: int = 0, bus: str = "can0", sender: s
     return TraceEntry(time_ns, bus, "can", sender, can_codec.encode(frame))
 
 
-def modbus(message: ModbusMessage, sender: str, time_ns: int = 0, bus: str = "mb") -> TraceEntry:
+def modbus(message: ModbusEvent, sender: str, time_ns: int = 0, bus: str = "mb") -> TraceEntry:
     return TraceEntry(time_ns, bus, "modbus", sender, modbus_codec.encode(message))
 
 
@@ -42,6 +49,7 @@ ENTRIES = [
     can(CanFrame(0x1, b"", is_fd=True), 8, bus="can1"),
     can(CanError(ErrorKind.BIT, Place.DATA, 20, 0x123, True, False, 8, 0), 8),
     can(FaultNote(1, "dropped"), 8),
+    modbus(ClientConnected("10.0.0.9"), "tcp:1", 9),
     modbus(ASK, "tcp:1", 9),
     modbus(ANSWER, "drive", 10),
     modbus(ModbusRequest(2, b"\x11", 70_000, LineState(3, 4, True)), "rtu", 11, bus="line"),

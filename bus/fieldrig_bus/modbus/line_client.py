@@ -1,0 +1,56 @@
+"""The master's end of one serial line, passive: a clock, and what reads and writes its bytes, are handed in.
+
+Source: Modbus over serial line V1.02, 2.4.1: a response of another server than the one that was asked is ignored, and
+so is one that can't be an answer to what was asked.  That one exchange is open at a time, how long a request takes and
+how long an answer is waited for is up to `line_model`.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig.clock import Clock, Timer
+from fieldrig.link import Link
+from fieldrig_bus.modbus.framing import LineFramer
+from fieldrig_bus.modbus.message import BROADCAST, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.responses import fits
+
+
+class LineClient:
+    """Requests become bytes out, bytes in become responses."""
+
+    def __init__(
+        self, clock: Clock, link: Link[Any], write: Callable[[bytes], None], framer: LineFramer, units: list[int]
+    ) -> None:
+        self._clock, self._link, self._write, self._framer = clock, link, write, framer
+        self._asked: ModbusRequest | None = None
+        self._wake: Timer | None = None
+        self.foreign = 0
+        """Responses that belonged to nothing."""
+        link.on_receive(self._on_request, units)
+
+    def on_bytes(self, data: bytes) -> None:
+        self._framer.feed(self._clock.now_ns(), data)
+        self._take()
+
+    def close(self) -> None:
+        if self._wake is not None:
+            self._wake.cancel()
+
+    def _on_request(self, request: ModbusRequest) -> None:
+        self._asked = None if request.unit == BROADCAST else request
+        self._write(self._framer.frame(request.unit, request.pdu))
+
+    def _take(self) -> None:
+        for unit, pdu in self._framer.take(self._clock.now_ns()):
+            self._on_response(unit, pdu)
+        self.close()
+        next_ns = self._framer.next_ns()
+        self._wake = None if next_ns is None else self._clock.call_at(next_ns, self._take)
+
+    def _on_response(self, unit: int, pdu: bytes) -> None:
+        asked = self._asked
+        if asked is None or unit != asked.unit or not fits(asked.pdu, pdu):
+            self.foreign += 1
+            return
+        self._asked = None
+        self._link.send(ModbusResponse(unit, pdu, asked.exchange))
