@@ -5,6 +5,7 @@ come with their own issue; here they can be stored and started, and nothing runs
 """
 
 from collections.abc import Callable, Mapping
+from ipaddress import ip_address
 from typing import Any, Final
 
 from fieldrig.bus import Bus
@@ -14,7 +15,7 @@ from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
-from fieldrig_bus.modbus.message import ModbusMessage
+from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axis import Axis
@@ -53,7 +54,7 @@ class Max4(Device):
         store: Store,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
-        modbus: list[Link[ModbusMessage]] | None = None,
+        modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
     ) -> None:
         """ValueError, with what would be right, for start values that no parameter can have."""
@@ -224,8 +225,10 @@ class Max4(Device):
             self.reports.report(code, sender, ext)
 
     def tcp_connected(self, peer: str) -> None:
-        """A server has taken a connection from this IPv4 address (PD-283)."""
-        self.report(Code.TCP_CONNECTED, LZS, "".join(f"{int(part):02x}" for part in peer.split(".")))
+        """A server has taken a connection from this IP address (PD-283)."""
+        address = ip_address(peer.partition("%")[0])
+        short = getattr(address, "ipv4_mapped", None) or address
+        self.report(Code.TCP_CONNECTED, LZS, short.packed.hex())
 
     def quit_all(self) -> None:
         if self.bus is not None:

@@ -49,7 +49,7 @@ class Controller(Protocol):
         """A code of the catalogue has come."""
 
     def tcp_connected(self, peer: str) -> None:
-        """A server has taken a connection from this IPv4 address: entry 8013."""
+        """A server has taken a connection from this IP address: entry 8013."""
 
     def section(self, name: str) -> Store:
         """Non-volatile memory for a face, on the flash disk."""

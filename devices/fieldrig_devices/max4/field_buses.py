@@ -9,7 +9,7 @@ from functools import partial
 from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.can.shared import SharedLink
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
+from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest
 from fieldrig_devices.max4.can_face import CanFace
 from fieldrig_devices.max4.canopen_master import CanopenMaster
 from fieldrig_devices.max4.core import Controller
@@ -25,10 +25,11 @@ class FieldBuses:
         clock: Clock,
         controller: Controller,
         settings: Max4Settings,
-        modbus: Sequence[Link[ModbusMessage]],
+        modbus: Sequence[Link[ModbusEvent]],
         can: SharedLink | None,
     ) -> None:
         """ValueError, with what would be right, if a bus is missing that the settings speak of."""
+        self._controller = controller
         io_map = IoMap(controller, settings.io_map_ms)
         self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus)
         self.modbus_client: ModbusClient | None = None
@@ -54,8 +55,10 @@ class FieldBuses:
         for place, link in enumerate(modbus):
             link.on_receive(partial(self._on_modbus, place), self.modbus_face.interest)
 
-    def _on_modbus(self, place: int, message: ModbusMessage) -> None:
+    def _on_modbus(self, place: int, message: ModbusEvent) -> None:
         if isinstance(message, ModbusRequest):
             self.modbus_face.hear(place, message)
+        elif isinstance(message, ClientConnected):
+            self._controller.tcp_connected(message.peer)
         elif self.modbus_client is not None and place == self._client_place:
             self.modbus_client.hear(message)

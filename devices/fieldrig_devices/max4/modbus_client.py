@@ -3,7 +3,8 @@
 Source: ours (digest PD-209, PD-306: a library ModBus.lib, nothing of its content); Modbus application protocol V1.1b3.
 One request at a time, as a master on a serial line has to; no answer in time, or a wrong one, is tried again.  A unit
 that still doesn't answer is lost: an entry and a diagnosis, and the next try after a pause.  An exception is an answer:
-it is counted, and the values stay.  Left out: broadcasts, other functions than 1 to 4, 15 and 16.
+it is counted, and the values stay; but in 0A and 0B a gateway says that the unit gave none.  Units are devices of the
+rig, or servers outside that the bus leads to.  Left out: broadcasts, other functions than 1 to 4, 15 and 16.
 """
 
 import struct
@@ -12,7 +13,7 @@ from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.max4.catalogue import Code
 from fieldrig_devices.max4.core import Controller
@@ -30,6 +31,7 @@ READ: Final = {"coils": 1, "discrete_inputs": 2, "holding_registers": 3, "input_
 WRITE: Final = {"coils": 15, "holding_registers": 16}
 EXCEPTION: Final = 0x80
 EXCEPTION_SIZE: Final = 2
+OF_A_GATEWAY: Final = frozenset({0x0A, 0x0B})
 _HEAD: Final = struct.Struct(">BHH")
 
 
@@ -175,7 +177,7 @@ class ModbusClient:
         self,
         clock: Clock,
         controller: Controller,
-        link: Link[ModbusMessage],
+        link: Link[ModbusEvent],
         settings: ModbusClientSettings,
         io_map: IoMap,
     ) -> None:
@@ -195,7 +197,7 @@ class ModbusClient:
         self._late.cancel()
         self._wake.cancel()
 
-    def hear(self, message: ModbusMessage) -> None:
+    def hear(self, message: ModbusEvent) -> None:
         exchange = self._asked
         if not isinstance(message, ModbusResponse) or message.exchange != self._number or exchange is None:
             return  # an answer that came too late, or none
@@ -207,8 +209,7 @@ class ModbusClient:
         if len(pdu) == EXCEPTION_SIZE and pdu[0] == exchange.function | EXCEPTION:
             unit.exceptions += 1
             unit.last_exception = pdu[1]
-            self._on_answer(exchange)
-            exchange.due_ns = self.clock.now_ns() + self._settings.pause_ms * MS
+            self._on_exception(exchange, pdu[1])
         elif exchange.is_right(pdu):
             self._on_answer(exchange)
             exchange.put_off(self.clock.now_ns())
@@ -254,6 +255,13 @@ class ModbusClient:
         if unit.is_lost:
             unit.come_back()
             self._controller.report(Code.FIELD_BUS_BACK, unit.sender, self._place(unit))
+
+    def _on_exception(self, exchange: _Exchange, code: int) -> None:
+        if code in OF_A_GATEWAY:
+            self._on_failure(exchange)
+        else:
+            self._on_answer(exchange)
+            exchange.due_ns = self.clock.now_ns() + self._settings.pause_ms * MS
 
     def _on_timeout(self) -> None:
         exchange, self._asked = self._asked, None

@@ -2,8 +2,7 @@
 
 Source: ours, as the manual names a library ModBus.lib and neither role nor framing (digest PD-306, 458); the answers
 are those of fieldrig_bus.modbus.server.  It answers from the end of a boot on; while there is no power, and in a boot,
-it is silent.  Holding and input registers are the same.  Left out: the entry 8013 of a TCP connection, as a bus doesn't
-tell who connects; queues (function 24).
+it is silent.  Holding and input registers are the same.  Left out: queues (function 24).
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
+from fieldrig_bus.modbus.message import CONNECTIONS, ModbusEvent, ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus_axis import AxisRegisters
@@ -47,7 +46,7 @@ class _Unit:
 
 class ModbusFace:
     def __init__(
-        self, clock: Clock, controller: Controller, links: Sequence[Link[ModbusMessage]], settings: ModbusFaceSettings
+        self, clock: Clock, controller: Controller, links: Sequence[Link[ModbusEvent]], settings: ModbusFaceSettings
     ) -> None:
         self._clock, self._controller, self._settings = clock, controller, settings
         self._axes: list[AxisRegisters] = []
@@ -57,15 +56,15 @@ class ModbusFace:
         controller.on_boot(self._on_boot)
         controller.each_cycle(self._on_cycle)
 
-    def hear(self, place: int, message: ModbusMessage) -> None:
+    def hear(self, place: int, message: ModbusEvent) -> None:
         """A request that has come on link `place`."""
         if self._controller.is_booted and isinstance(message, ModbusRequest):
             self._ports[place].on_message(message)
 
     @property
-    def interest(self) -> list[int]:
-        """Unit ids to listen for."""
-        return [self._settings.unit_id]
+    def interest(self) -> list[int | str]:
+        """What to listen for: the unit id, and who connects."""
+        return [self._settings.unit_id, CONNECTIONS]
 
     def entries(self) -> Iterator[Entry]:
         """The register map of the present configuration."""

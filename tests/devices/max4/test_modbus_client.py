@@ -175,6 +175,17 @@ def test_an_exception_is_counted_and_no_loss() -> None:
     assert bench.get("IsRunning") is True
 
 
+@pytest.mark.parametrize("code", [0x0A, 0x0B])
+def test_a_gateway_that_speaks_for_a_unit_is_no_answer_of_the_unit(code: int) -> None:
+    bench = Bench(lambda pdu: bytes((pdu[0] | 0x80, code)), {"pause_ms": 200, "retries": 1})
+    bench.rig.run(100)
+    assert (bench.get("Exceptions"), bench.get("LastException"), bench.get("Errors")) == (2, code, 2)
+    assert (bench.rig.get("DiagCode"), bench.get("IsRunning")) == (LOST, False)
+    bench.answer = answering(LEVEL)
+    bench.rig.run(300)
+    assert (bench.rig.codes()[-1], bench.get("level")) == (BACK, 1234)
+
+
 @pytest.mark.parametrize("answer", ["", "04", "0402", "040a" + "00" * 9, "030a" + LEVEL, "84", "8402ff"])
 def test_wrong_answers_are_errors(answer: str) -> None:
     bench = Bench(lambda _pdu: bytes.fromhex(answer) or b"\x00", {"retries": 0})

@@ -8,7 +8,7 @@ from max4_faces_bench import FacesBench, Type
 
 from fieldrig.clock import MS
 from fieldrig.errors import ConfigError
-from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest
+from fieldrig_bus.modbus.message import ClientConnected, ModbusMessage, ModbusRequest
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axis import Mode
 from fieldrig_devices.max4.catalogue import Code
@@ -87,6 +87,36 @@ def test_it_is_silent_while_it_boots_or_has_no_power() -> None:
     assert bench.ask("03 0000 0001") == ""
     bench.rig.clear_fault("max4", number)
     assert bench.boot().ask("03 0000 0001") == "03 02 4d 34"
+
+
+# As the golden log of the manual has 10.205.10.24, and what else may connect.
+PEERS = {
+    "10.205.10.24": "0acd0a18",
+    "127.0.0.1": "7f000001",
+    "::ffff:192.168.1.5": "c0a80105",
+    "fe80::1%eth0": "fe80" + "00" * 13 + "01",
+}
+
+
+@pytest.mark.manual("PD-283")
+@pytest.mark.parametrize("peer", PEERS)
+def test_each_tcp_connection_is_logged_with_the_address_of_the_peer(bench: FacesBench, peer: str) -> None:
+    before = bench.codes()
+    bench.outside.link("mb").send(ClientConnected(peer))
+    bench.outside.link("mb").send(ClientConnected(peer))
+    bench.run(1)
+    assert bench.codes() == [*before, Code.TCP_CONNECTED, Code.TCP_CONNECTED]
+    number, entry = next(iter(bench.max4.logger.entries()))
+    assert entry.line(number).endswith(f"\t0x1000\tLZS\tLZS\t8013\t{PEERS[peer]}\tconnect zum TCP/IP Server")
+
+
+@pytest.mark.manual("PD-283")
+def test_without_power_no_connection_is_logged(bench: FacesBench) -> None:
+    before = bench.codes()
+    bench.rig.add_fault("max4", {"what": "power_off"})
+    bench.outside.link("mb").send(ClientConnected("10.205.10.24"))
+    bench.run(1)
+    assert bench.codes() == before
 
 
 def test_diagnosis_is_read_and_quitted(bench: FacesBench) -> None:
