@@ -9,7 +9,9 @@ from fieldrig.bus import Bus
 from fieldrig.device import Tool
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 
-DEVICE_TYPE, DEVICE_NAME = 0x1000, 0x1008
+DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
+FIRST_ID = 127
+"""Proposed to nodes that have no node-ID yet; it is the reader's to choose another."""
 
 
 def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
@@ -18,26 +20,32 @@ def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool
     bus = None if reach is None else reach()
     if bus is None:
         return []
+    if settings.node_id is None:
+        return [Tool(f"node-ID {FIRST_ID} by LSS", _python_line(bus, _lss(settings)))]
     index = DEVICE_NAME if DEVICE_NAME in settings.dictionary() else DEVICE_TYPE
-    read = f"print(node.sdo[{index:#06x}].raw)"
-    start = "node.nmt.state = 'OPERATIONAL'"
+    node = f"node = n.add_node({settings.node_id}, {os.path.relpath(settings.eds)!r})"
     return [
-        Tool("what it is", _python_line(settings, bus, read)),
-        Tool("start it", _python_line(settings, bus, start)),
+        Tool("what it is", _python_line(bus, [node, f"print(node.sdo[{index:#06x}].raw)"])),
+        Tool("start it", _python_line(bus, [node, "node.nmt.state = 'OPERATIONAL'"])),
     ]
 
 
-def _python_line(settings: CanopenSettings, bus: Mapping[str, Any], action: str) -> str:
-    """A shell line that does `action` on the node with python canopen."""
+def _lss(settings: CanopenSettings) -> list[str]:
+    """Whoever has none yet is chosen by its identity, so that several may wait."""
+    dictionary = settings.dictionary()
+    identity = ", ".join(str(dictionary.number(IDENTITY, sub)) for sub in range(1, 5))
+    return [
+        f"n.lss.send_switch_state_selective({identity})",
+        f"n.lss.configure_node_id({FIRST_ID})",
+        "n.lss.store_configuration()",
+        "n.lss.send_switch_state_global(n.lss.WAITING_STATE)",
+    ]
+
+
+def _python_line(bus: Mapping[str, Any], actions: list[str]) -> str:
+    """A shell line that does `actions` on the bus with python canopen."""
     reach = ", ".join(f"{key}={value!r}" for key, value in bus.items())
-    steps = [
-        "import canopen",
-        "n = canopen.Network()",
-        f"n.connect({reach})",
-        f"node = n.add_node({settings.node_id or 1}, {os.path.relpath(settings.eds)!r})",
-        action,
-        "n.disconnect()",
-    ]
+    steps = ["import canopen", "n = canopen.Network()", f"n.connect({reach})", *actions, "n.disconnect()"]
     return f"python -c {_quoted('; '.join(steps))}"
 
 

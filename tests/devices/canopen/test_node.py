@@ -189,6 +189,14 @@ def test_tools_are_complete_shell_lines(tmp_path: Path, monkeypatch: pytest.Monk
     assert "node.nmt.state = 'OPERATIONAL'; n.disconnect()" in start.line
 
 
+def test_node_without_a_number_is_given_one_by_its_line(tmp_path: Path) -> None:
+    settings = CanopenSettings.model_validate({"node_id": None, "eds": str(IO32), "serial_number": 7})
+    links: Any = {"can": Reachable()}
+    (tool,) = CanopenNode.tools("io", settings, links)
+    assert tool.label == "node-ID 127 by LSS"
+    assert "n.lss.send_switch_state_selective(0, 32, 65536, 7); n.lss.configure_node_id(127); " in tool.line
+
+
 @pytest.mark.parametrize("links", [{}, {"can": object()}, {"can": Unreachable()}])
 def test_no_tools_without_a_way_in(links: Any) -> None:
     assert CanopenNode.tools("io", CanopenBench().settings, links) == []
