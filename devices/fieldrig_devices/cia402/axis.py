@@ -23,7 +23,7 @@ from fieldrig_devices.cia402.motor import Kind, Motor
 from fieldrig_devices.cia402.state_machine import StateMachine
 from fieldrig_devices.cia402.states import State
 from fieldrig_devices.cia402.touch_probe import TouchProbes
-from fieldrig_devices.cia402.units import wrapped
+from fieldrig_devices.cia402.units import BITS_32
 
 # Status word, besides the state's bits and the mode's
 VOLTAGE_ENABLED: Final = 0x0010
@@ -140,16 +140,16 @@ class Cia402Axis(Service):
             (objects.ERROR_CODE, lambda: drive.error),
             (objects.STATUS_WORD, lambda: self.status_word),
             (objects.MODE_DISPLAY, lambda: drive.shown_mode),
-            (objects.POSITION_DEMAND, lambda: wrapped(context.units.position(context.motion.position))),
-            (objects.POSITION_INTERNAL, lambda: wrapped(motor.position)),
-            (objects.POSITION_ACTUAL, lambda: wrapped(context.units.position(motor.position))),
+            (objects.POSITION_DEMAND, lambda: context.shown(context.motion.position)),
+            (objects.POSITION_INTERNAL, lambda: BITS_32.shown(motor.position)),
+            (objects.POSITION_ACTUAL, lambda: context.shown(motor.position)),
             (objects.VELOCITY_DEMAND, lambda: context.units.velocity(context.motion.speed)),
             (objects.VELOCITY_ACTUAL, lambda: context.units.velocity(motor.velocity)),
             (objects.TORQUE_DEMAND, lambda: round(drive.set_value) if drive.kind is Kind.TORQUE else 0),
             (objects.RATED_TORQUE, lambda: motor.rated_torque_mnm),
             (objects.TORQUE_ACTUAL, lambda: motor.torque),
             (objects.FOLLOWING_ERROR, lambda: round(drive.following_error / context.units.per_unit)),
-            (objects.DEMAND_INTERNAL, lambda: wrapped(round(context.motion.position))),
+            (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(context.motion.position))),
             (objects.INPUTS, lambda: motor.inputs),
             (objects.SUPPORTED_MODES, lambda: sum(1 << (number - 1) for number in drive.supported)),
             (objects.DEVICE_TYPE, lambda: objects.SERVO_DRIVE if motor.is_there else 0),

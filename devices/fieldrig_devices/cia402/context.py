@@ -10,7 +10,7 @@ from fieldrig_devices.cia402.limit_switches import NEGATIVE, POSITIVE, LimitSwit
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
-from fieldrig_devices.cia402.units import Units, units_of, unwrapped
+from fieldrig_devices.cia402.units import BITS_32, Direction, Units, turn_of, units_of
 from fieldrig_devices.motion.profile import Limits
 
 SMALLEST: Final = 1e-3
@@ -26,6 +26,7 @@ class Context:
         self.is_limited = False
         """A set value is held back: bit 11 of the status word."""
         self.units = Units()
+        self.turn = BITS_32
         self.threshold = 0.0
         """606Fh, in increments per second."""
         self.largest_speed = 0.0
@@ -57,6 +58,7 @@ class Context:
             numbers[objects.POLARITY, 0],
             self.origin,
         )
+        self.turn = turn_of(*pair(objects.POSITION_RANGE))
         self.threshold = self.way(numbers[objects.THRESHOLD, 0])
         self.largest_speed = self.way(numbers[objects.MAX_VELOCITY, 0])
         self.range = self._range()
@@ -134,10 +136,14 @@ class Context:
         left = before * sign - self.ramp_limits(Ramp.QUICK_STOP).deceleration * self.cycle_s
         return sign * min(max(left, 0.0), abs(wanted))
 
-    def absolute(self, shown: int) -> float:
-        """A position of 32 bits, in increments."""
+    def absolute(self, shown: int, direction: Direction) -> float:
+        """A position that the user gives, in increments."""
         near = self.units.position(self.motion.position)
-        return self.units.increments(unwrapped(shown, near))
+        return self.units.increments(self.turn.meant(shown, near, direction))
+
+    def shown(self, increments: float) -> int:
+        """A position for the user."""
+        return self.turn.shown(self.units.position(increments))
 
     def is_standing(self, speed: float) -> bool:
         """Whether the motor stands (606Fh)."""

@@ -49,6 +49,7 @@ TORQUE_DEMAND: Final = 0x6074
 RATED_TORQUE: Final = 0x6076
 TORQUE_ACTUAL: Final = 0x6077
 TARGET_POSITION: Final = 0x607A
+POSITION_RANGE: Final = 0x607B
 HOME_OFFSET: Final = 0x607C
 POSITION_LIMIT: Final = 0x607D
 POLARITY: Final = 0x607E
@@ -122,6 +123,7 @@ def _array(index: int, name: str, type: int, access: str, entries: tuple[tuple[s
 
 
 NAMES: Final = {
+    POSITION_RANGE: "Position range limit",
     POSITION_LIMIT: "Software position limit",
     ENCODER_RESOLUTION: "Position encoder resolution",
     GEAR_RATIO: "Gear ratio",
@@ -135,7 +137,9 @@ NAMES: Final = {
     OUTPUTS: "Digital outputs",
 }
 """Of objects with sub-indices."""
-ARRAYS: Final = frozenset({POSITION_LIMIT, DATA_RECORD, SYNC_DEFINITION, HOMING_METHODS, OUTPUTS, HOMING_SPEED})
+ARRAYS: Final = frozenset(
+    {POSITION_RANGE, POSITION_LIMIT, DATA_RECORD, SYNC_DEFINITION, HOMING_METHODS, OUTPUTS, HOMING_SPEED}
+)
 """Those of them whose members are all alike; the others are records."""
 
 ROWS: Final = [
@@ -169,6 +173,7 @@ ROWS: Final = [
     Row(RATED_TORQUE, None, "Motor rated torque", U32, "ro"),
     Row(TORQUE_ACTUAL, None, "Torque actual value", I16, "ro", is_mappable=True),
     Row(TARGET_POSITION, None, "Target position", I32, "rww", is_mappable=True),
+    *_array(POSITION_RANGE, "Position range limit", I32, "rw", (("min", -0x8000_0000), ("max", 0x7FFF_FFFF))),
     Row(HOME_OFFSET, None, "Home offset", I32, "rw"),
     *_array(
         POSITION_LIMIT, "Software position limit", I32, "rw", (("min", -0x8000_0000), ("max", 0x7FFF_FFFF))
@@ -221,7 +226,7 @@ ROWS: Final = [
         HOMING_METHODS, "Supported homing methods", I8, "ro",
         tuple((f"method {place}", method) for place, method in enumerate(sorted(METHODS), 1)),
     ),
-    Row(POSITIONING_OPTION, None, "Positioning option code", U16, "rw", low=0, high=2),
+    Row(POSITIONING_OPTION, None, "Positioning option code", U16, "rw", low=0, high=0xC2),
     Row(FOLLOWING_ERROR, None, "Following error actual value", I32, "ro", is_mappable=True),
     Row(DEMAND_INTERNAL, None, "Position demand internal value", I32, "ro", is_mappable=True),
     Row(INPUTS, None, "Digital inputs", U32, "ro", is_mappable=True),

@@ -13,7 +13,6 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.motor import Motor, passed_zero
-from fieldrig_devices.cia402.units import wrapped
 
 # 60B8h, in the lower byte for the first probe and in the upper one for the second
 ENABLE: Final = 0x01
@@ -82,7 +81,7 @@ class TouchProbes:
             numbers.read_by(index, partial(self._value, probe, edge))
 
     def _value(self, probe: Probe, edge: bool) -> int:
-        return wrapped(self._context.units.position(probe.values[edge]))
+        return self._context.shown(probe.values[edge])
 
     def restart(self) -> None:
         self.is_armed = False

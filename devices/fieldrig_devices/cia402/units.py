@@ -1,11 +1,12 @@
 """User units and increments: 608Fh, 6091h, 6092h, 607Eh, and where the origin lies.
 
-Source: CiA 402-2, chapter 'factor group'.  A position in user units is increments x feed constant / (encoder resolution
-x gear ratio); speeds and accelerations are the same per second and per second squared.  Positions of 32 bits count on
-over their ends: one that is given means the nearest turn of them.
+Source: CiA 402-2, chapter 'factor group'; 607Bh and 60F2h of 'profile position mode'.  A position in user units is
+increments x feed constant / (encoder resolution x gear ratio); speeds and accelerations are the same per second and per
+second squared.  Positions count on over the ends of 32 bits, or of the range of 607Bh.  Ours: both ends belong to it.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Final
 
 POSITION_IS_TURNED, VELOCITY_IS_TURNED = 0x80, 0x40
@@ -55,11 +56,43 @@ def units_of(
     return Units(per_unit, sign, -1 if polarity & VELOCITY_IS_TURNED else 1, origin)
 
 
-def wrapped(position: int) -> int:
-    """What 32 bits show of it."""
-    return (position + _HALF) % _WHOLE - _HALF
+class Direction(IntEnum):
+    """In which one a position on a turn is reached: 60F2h, bits 6 and 7."""
+
+    AS_LINEAR = 0
+    """On the turn on which the axis is."""
+    NEGATIVE = 1
+    POSITIVE = 2
+    SHORTEST = 3
 
 
-def unwrapped(shown: int, near: int) -> int:
-    """The position on the turn of 32 bits on which `near` is."""
-    return shown + near - wrapped(near)
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """The range in which positions are shown; beyond it they begin again at its other end."""
+
+    low: int = -_HALF
+    span: int = _WHOLE
+
+    def shown(self, position: int) -> int:
+        return (position - self.low) % self.span + self.low
+
+    def meant(self, shown: int, near: int, direction: Direction = Direction.AS_LINEAR) -> int:
+        """The position that is shown so, seen from `near`."""
+        way = self.shown(shown) - self.shown(near)
+        match direction:
+            case Direction.NEGATIVE:
+                way = -(-way % self.span)
+            case Direction.POSITIVE:
+                way %= self.span
+            case Direction.SHORTEST:
+                half = self.span // 2
+                way = half - (half - way) % self.span
+        return near + way
+
+
+def turn_of(low: int, high: int) -> Turn:
+    """607Bh; without a range there are 32 bits."""
+    return Turn(low, high - low + 1) if low < high else BITS_32
+
+
+BITS_32: Final = Turn()

@@ -218,6 +218,35 @@ def test_positions_count_on_over_32_bits(bench: Cia402Bench) -> None:
     assert bench.motor.position == 0x8000_0300
 
 
+@pytest.mark.parametrize("mode", [CSP, IP])
+def test_cyclic_set_points_go_on_over_the_end_of_the_range(bench: Cia402Bench, mode: int) -> None:
+    bench.motor.position = 0x7FFF_FF00
+    bench.put(0x60C2, 4, 1).enabled(mode).control(0x1F)
+    for shown in (0x7FFF_FF80, -0x8000_0000 + 0x10):
+        bench.put(*((0x607A, shown) if mode == CSP else (0x60C1, shown, 1))).cycles(1)
+    assert (bench.motor.position, bench.get(0x6064)) == (0x8000_0010, -0x8000_0000 + 0x10)
+
+
+def test_a_rotary_axis_shows_its_turn_and_takes_the_shortest_way(bench: Cia402Bench) -> None:
+    """607Bh and 60F2h: 3600 units a turn of 1 000 000 increments."""
+    bench.put(0x6092, 3_600, 1).put(0x607B, 0, 1).put(0x607B, 3_599, 2).put(0x60F2, 0x00C0)
+    bench.put(0x6081, 36_000).put(0x6083, 360_000).put(0x6084, 360_000).put(0x6067, 1)
+    bench.motor.position = 10_000_000
+    bench.put(0x607A, 3_500).enabled(PP).control(0x1F).control(0x0F)
+    bench.cycles_until(lambda: bench.status(0x0400) != 0)
+    assert bench.get(0x6064) == 3_500
+    assert bench.motor.position == pytest.approx(9_972_222, abs=1)
+    bench.put(0x607A, 100).control(0x1F).cycles(1)
+    bench.cycles_until(lambda: bench.status(0x0400) != 0)
+    assert bench.get(0x6064) == 100
+    assert bench.motor.position == pytest.approx(10_027_778, abs=1)
+
+
+@pytest.mark.parametrize("option", [3, 4, 0x10, 0xC3, 0x100])
+def test_positioning_options_that_are_not_there_are_refused(bench: Cia402Bench, option: int) -> None:
+    assert bench.try_put(0x60F2, option) in ("06090030", "06090031")
+
+
 def test_inputs_and_outputs(bench: Cia402Bench) -> None:
     bench.motor.switches = lambda position: 0x0001_0005
     assert bench.get(0x60FD) == 0x0001_0005

@@ -1,9 +1,10 @@
 """User units and increments (CiA 402-2, factor group), and positions of 32 bits."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.cia402.units import units_of, unwrapped, wrapped
+from fieldrig_devices.cia402.units import BITS_32, Direction, Turn, turn_of, units_of
 
 COUNTS = st.tuples(st.integers(1, 2**32 - 1), st.integers(1, 10_000))
 
@@ -20,17 +21,53 @@ def test_zeros_count_as_ones() -> None:
 
 
 def test_the_ends_of_32_bits() -> None:
-    assert (wrapped(0x8000_0000), wrapped(-0x8000_0001)) == (-0x8000_0000, 0x7FFF_FFFF)
-    assert unwrapped(-0x8000_0000, near=0x8000_0100) == 0x8000_0000
-    assert unwrapped(5, near=-3) == 5
+    assert (BITS_32.shown(0x8000_0000), BITS_32.shown(-0x8000_0001)) == (-0x8000_0000, 0x7FFF_FFFF)
+    assert BITS_32.meant(-0x8000_0000, near=0x8000_0100) == 0x8000_0000
+    assert BITS_32.meant(5, near=-3) == 5
+
+
+# 607Bh from 0 to 359: what a target means to an axis that stands at 350 of its second turn.
+@pytest.mark.parametrize(
+    ("direction", "shown", "meant"),
+    [
+        (Direction.AS_LINEAR, 10, 370),
+        (Direction.NEGATIVE, 10, 370),
+        (Direction.NEGATIVE, 355, 355),
+        (Direction.NEGATIVE, 350, 710),
+        (Direction.POSITIVE, 10, 730),
+        (Direction.POSITIVE, 340, 1060),
+        (Direction.POSITIVE, 350, 710),
+        (Direction.SHORTEST, 10, 730),
+        (Direction.SHORTEST, 340, 700),
+        (Direction.SHORTEST, 170, 890),  # as far in both directions: the positive one
+        (Direction.SHORTEST, 171, 531),
+        (Direction.AS_LINEAR, 360, 360),  # begins again at 0
+    ],
+)
+def test_ways_on_a_turn(direction: Direction, shown: int, meant: int) -> None:
+    assert turn_of(0, 359).meant(shown, 710, direction) == meant
+
+
+@pytest.mark.parametrize(("low", "high"), [(0, 0), (10, -10), (-0x8000_0000, 0x7FFF_FFFF)])
+def test_no_range_is_that_of_32_bits(low: int, high: int) -> None:
+    assert turn_of(low, high) == BITS_32
 
 
 @settings(deadline=None, max_examples=200)
-@given(st.integers(-(2**60), 2**60), st.integers(-(2**31), 2**31 - 1))
-def test_a_position_is_found_on_its_turn(near: int, shown: int) -> None:
-    found = unwrapped(shown, near)
-    assert wrapped(found) == shown
-    assert abs(found - near) < 2**32
+@given(
+    st.integers(-(2**60), 2**60),
+    st.integers(-(2**31), 2**31 - 1),
+    st.integers(-(2**31), 2**31 - 1),
+    st.integers(1, 2**32),
+    st.sampled_from(Direction),
+)
+def test_a_position_is_found_less_than_a_turn_away(
+    near: int, shown: int, low: int, span: int, direction: Direction
+) -> None:
+    turn = Turn(low, span)
+    found = turn.meant(shown, near, direction)
+    assert turn.shown(found) == turn.shown(shown)
+    assert abs(found - near) < span
 
 
 @settings(deadline=None, max_examples=200)

@@ -7,6 +7,7 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.interpolator import Interpolator
 from fieldrig_devices.cia402.modes.mode import Mode
+from fieldrig_devices.cia402.units import Direction
 
 
 class LinePosition(Mode):
@@ -31,7 +32,8 @@ class LinePosition(Mode):
         context = self.context
         context.is_limited = False
         offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
-        self._line.go(begin, context.within(context.absolute(position) + offset), context.interpolation_s, ahead_s)
+        target = context.absolute(position, Direction.SHORTEST) + offset
+        self._line.go(begin, context.within(target), context.interpolation_s, ahead_s)
         self._is_led = True
 
     has_offset = False

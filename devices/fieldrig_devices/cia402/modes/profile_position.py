@@ -1,15 +1,19 @@
 """Profile position: set-points with a handshake, single or one after the other.
 
-Source: CiA 402-2, chapter 'profile position mode'; 60F2h for what a relative set-point counts from (in 6060h mode 1).
-A set-point takes the profile's values with it.  The buffer holds one set-point beside the one that is driven to.
+Source: CiA 402-2, chapter 'profile position mode'; 60F2h for what a relative set-point counts from, and which way an
+absolute one takes on the turn of 607Bh.  A set-point takes the profile's values with it.  The buffer holds one set-point
+beside the one that is driven to.
 """
 
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.options import Ramp
+from fieldrig_devices.cia402.units import Direction
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import Limits, move, pass_through
 
@@ -19,7 +23,9 @@ RELATIVE: Final = 0x0040
 CHANGE_ON_SET_POINT: Final = 0x0200
 ACKNOWLEDGE: Final = BIT_12
 FROM_TARGET, FROM_DEMAND, FROM_ACTUAL = 0, 1, 2
-"""60F2h, bits 0 and 1."""
+RELATIVE_OPTION: Final = 0x0003
+"""60F2h, bits 0 and 1; bits 6 and 7 are the direction on a turn, the others are not there."""
+DIRECTION_OPTION: Final = 0x00C0
 
 
 class SetPoint(NamedTuple):
@@ -27,6 +33,7 @@ class SetPoint(NamedTuple):
     is_relative: bool
     is_passed: bool
     """With 'change on set-point': the one before it is driven through, not stopped at."""
+    direction: Direction
     limits: Limits
 
 
@@ -57,6 +64,9 @@ class ProfilePosition(Mode):
         self._next = None
         self._is_acknowledged = False
 
+    def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
+        return {(objects.POSITIONING_OPTION, 0): _check_option}
+
     def control(self, word: int, rising: int) -> None:
         self._is_asked = bool(word & NEW_SET_POINT)
         if rising & NEW_SET_POINT:
@@ -69,6 +79,7 @@ class ProfilePosition(Mode):
             context.objects[objects.TARGET_POSITION],
             bool(word & RELATIVE),
             bool(word & CHANGE_ON_SET_POINT),
+            Direction(context.objects[objects.POSITIONING_OPTION] >> 6),
             context.profile_limits(),
         )
         if word & CHANGE_IMMEDIATELY or not self._is_moving or self._is_stopped:
@@ -92,7 +103,7 @@ class ProfilePosition(Mode):
         target = (
             self._base() + context.units.distance(set_point.position)
             if set_point.is_relative
-            else context.absolute(set_point.position)
+            else context.absolute(set_point.position, set_point.direction)
         )
         self._target, self._limits = context.within(target), set_point.limits
         self._is_moving, self._is_stopped = True, False
@@ -102,7 +113,7 @@ class ProfilePosition(Mode):
 
     def _base(self) -> float:
         """What a relative set-point counts from."""
-        option = self.context.objects[objects.POSITIONING_OPTION]
+        option = self.context.objects[objects.POSITIONING_OPTION] & RELATIVE_OPTION
         if option == FROM_DEMAND:
             return self.context.motion.position
         return float(self.context.motor.position) if option == FROM_ACTUAL else self._target
@@ -164,3 +175,8 @@ class ProfilePosition(Mode):
         if self.is_halted:
             return acknowledge | self.halted_status
         return acknowledge | (0 if self._is_moving else TARGET_REACHED)
+
+
+def _check_option(option: int) -> None:
+    if option & ~(RELATIVE_OPTION | DIRECTION_OPTION) or option & RELATIVE_OPTION > FROM_ACTUAL:
+        raise Abort(Code.INVALID_VALUE)
