@@ -81,7 +81,9 @@ CHECKS = (
     ),
 )
 
-UNIT = pytest_stage("unit", "in memory and in virtual time", "not system and not real and not docker")
+UNIT = pytest_stage(
+    "unit", "in memory and in virtual time", "not system and not real and not docker", "-n", "auto", "--dist=worksteal"
+)
 
 WHOLE = (
     pytest_stage("docker", "the containers", "docker", needs=(needs.DOCKER,), around=docker_daemon.reachable),
