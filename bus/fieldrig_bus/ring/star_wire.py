@@ -6,8 +6,7 @@ process has left, and by `sequence` which cycle it is done with, so that the cen
 
 import struct
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from fieldrig_bus.ring.fibre import Heard
 from fieldrig_bus.ring.message import Cycle
@@ -20,8 +19,7 @@ _AT: Final = struct.Struct("<BH")  # place of the station in its process, length
 _MST, _MDT = 1, 2
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(NamedTuple):
     """One cycle, as it goes to every process."""
 
     sequence: int
@@ -87,8 +85,7 @@ def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class Back:
+class Back(NamedTuple):
     """What a process answers."""
 
     sequence: int
