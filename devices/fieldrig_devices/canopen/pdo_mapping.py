@@ -158,12 +158,14 @@ def make_unpacker(parts: Sequence[Part]) -> Unpack:
     """A function that puts the bytes of an RPDO, which are enough, into the variables."""
     if not all(part.bits % 8 == 0 for part in parts):
         return lambda data: _unpack_bits(parts, data)
-    slices = []
+    slices: list[tuple[Unpack, int, int]] = []
+    commands: list[tuple[Unpack, int, int]] = []
     first = 0
     for variable, bits in parts:
         if variable is not None:
-            slices.append((_setter(variable), first, first + bits // 8))
+            (commands if variable.is_command else slices).append((_setter(variable), first, first + bits // 8))
         first += bits // 8
+    slices += commands
 
     def unpack(data: bytes) -> None:
         for put, first, end in slices:
@@ -190,11 +192,14 @@ def _pack_bits(parts: Sequence[Part]) -> bytes:
 
 def _unpack_bits(parts: Sequence[Part], data: bytes) -> None:
     number = int.from_bytes(data, "little")
+    written: list[tuple[Variable, bytes]] = []
     for variable, bits in parts:
         if variable is not None:
             value = number & (1 << bits) - 1
-            _setter(variable)(value.to_bytes(variable.type.size or bits // 8, "little"))
+            written.append((variable, value.to_bytes(variable.type.size or bits // 8, "little")))
         number >>= bits
+    for variable, part in sorted(written, key=lambda one: one[0].is_command):
+        _setter(variable)(part)
 
 
 def _setter(variable: Variable) -> Callable[[bytes], None]:

@@ -54,6 +54,7 @@ class Variable:
         "gate",
         "high",
         "index",
+        "is_command",
         "is_mappable",
         "low",
         "name",
@@ -84,6 +85,8 @@ class Variable:
         self.start = start
         """What it holds after power-on."""
         self.data = start
+        self.is_command = False
+        """It acts with what other variables hold, so of an RPDO that carries them too it is written last."""
         self.writer: Callable[[bytes], None] | None = None
         """Takes what the network writes, within limits, in place of `set`; may raise Abort."""
         self.reader: Callable[[], bytes] | None = None

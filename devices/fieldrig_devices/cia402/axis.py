@@ -119,6 +119,7 @@ class Cia402Axis(Service):
         numbers = self._numbers
         numbers.changed = self._context.refresh
         numbers.on_write(objects.CONTROL_WORD, self._on_control)
+        numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)

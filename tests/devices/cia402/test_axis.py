@@ -46,6 +46,20 @@ def test_rpdo_2_carries_the_mode_and_tpdo_2_shows_it(bench: Cia402Bench) -> None
     assert bench.send("305#00 00 08") == ["285#50 02 08"]
 
 
+@pytest.mark.parametrize("sync", [[], ["080#"]])
+def test_a_control_word_acts_with_the_target_of_its_rpdo(bench: Cia402Bench, sync: list[str]) -> None:
+    """RPDO 3 carries 6040h first and 607Ah behind it."""
+    bench.put(0x1402, 1 if sync else 255, 2).put(0x607A, 7).enabled(PP)
+    bench.send("405#1F 00 10 27 00 00", *sync)
+    assert bench.cycles(60).motor.position == 10_000
+
+
+def test_a_control_word_acts_in_the_mode_of_its_rpdo(bench: Cia402Bench) -> None:
+    """RPDO 2 carries 6040h first and 6060h behind it: homing is begun, method 35."""
+    bench.enabled(PP)
+    assert sorted(bench.send("305#1F 00 06")) == ["185#37 16", "285#37 16 06"]
+
+
 def test_tpdo_3_answers_sync_with_the_position(bench: Cia402Bench) -> None:
     bench.motor.position = 0x01020304
     bench.cycles(1).take()

@@ -1,8 +1,8 @@
 """Profile position: set-points with a handshake, single or one after the other.
 
 Source: CiA 402-2, chapter 'profile position mode'; 60F2h for what a relative set-point counts from, and which way an
-absolute one takes on the turn of 607Bh.  A set-point takes the profile's values with it.  The buffer holds one set-point
-beside the one that is driven to.
+absolute one takes on the turn of 607Bh.  A set-point takes the profile's values with it.  The buffer holds one beside
+the one that is driven to.
 """
 
 from collections.abc import Callable
