@@ -27,12 +27,13 @@ from fieldrig_devices.max4.drive_end import RESET_CLASS_1, RingDrive
 from fieldrig_devices.max4.faults import Max4Faults, MemoryLost, Overrun, PowerOff
 from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.logger import Logger
-from fieldrig_devices.max4.memory import RAM_BYTES, RETENTION_DAYS, BufferedRam
+from fieldrig_devices.max4.memory import RETENTION_DAYS, BufferedRam, ram_bytes
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.reports import SUB_UNIT, Reports
+from fieldrig_devices.max4.retain import SIZES, UpsMemory
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.system import System
 from fieldrig_devices.max4.tree import ObjectTree
@@ -62,7 +63,9 @@ class Max4(Device):
         self._ring, self._wires = ring, wires
         self.version = version_of(settings.version)
         self.disk = FlashDisk(store, settings.disk_bytes)
-        self.ram = BufferedRam(store.buffered_ram(RAM_BYTES))
+        size = SIZES[settings.retain]
+        self.ram = BufferedRam(store.buffered_ram(ram_bytes(size)), size, has_battery=settings.retain_battery)
+        self.ups = UpsMemory(self.ram.nvram, self.disk.section("RETAIN")) if settings.retain == "ups" else None
         self.logger = Logger(self.ram.log, self.disk, lambda: self._boot.now_ms)
         self.logger.is_plain = self.version < TIME_STAMPS
         self.reports = Reports(self.logger, settings.language, settings.diagnosis_classes, self._on_diagnosis)
@@ -106,13 +109,19 @@ class Max4(Device):
 
     def _power_on(self, off_days: float) -> None:
         self.is_on = True
-        self.ram.wake(off_days)
-        self._begin()
-        if off_days > RETENTION_DAYS or self._faults.find(MemoryLost) is not None:
+        is_lost = off_days > RETENTION_DAYS or self._faults.find(MemoryLost) is not None
+        if is_lost:
             self._lose_memory()
+        elif not self.ram.wake(off_days) and self.ups is not None:
+            self.ups.restore()
+        self._begin()
+        if is_lost:
+            self._report_loss()
 
     def _power_off(self) -> None:
         self.is_on = False
+        if self.ups is not None:
+            self.ups.save()
         self._end()
         self.reports.diagnosis.reset()
         self.system.terminals.fall()
@@ -385,8 +394,13 @@ class Max4(Device):
         is_lost = self._faults.find(MemoryLost) is not None
         if is_lost and not self._was_lost and self.is_on:
             self._lose_memory()
+            self._report_loss()
         self._was_lost = is_lost
 
     def _lose_memory(self) -> None:
         self.ram.lose()
+        if self.ups is not None:
+            self.ups.restore()
+
+    def _report_loss(self) -> None:
         self._boot.when_heard(lambda: self.report(Code.RAM_LOST, MAX4))

@@ -22,11 +22,17 @@ _MAGIC_AT, _PLACES_AT, _NVRAM_AT, _LOG_AT = 0, 4, 64, 64 + NVRAM_BYTES
 RAM_BYTES: Final = _LOG_AT + ENTRIES * _RECORD.size
 
 
+def ram_bytes(retain_bytes: int) -> int:
+    """With the module's memory behind the controller's own."""
+    return RAM_BYTES if retain_bytes == NVRAM_BYTES else RAM_BYTES + retain_bytes
+
+
 class BufferedRam:
-    def __init__(self, ram: memoryview) -> None:
-        """`ram` has RAM_BYTES."""
-        self._ram = ram
-        self.nvram = ram[_NVRAM_AT : _NVRAM_AT + NVRAM_BYTES]
+    def __init__(self, ram: memoryview, retain_bytes: int = NVRAM_BYTES, *, has_battery: bool = False) -> None:
+        """`ram` has `ram_bytes(retain_bytes)`; a battery keeps the retain data, and them only."""
+        self._ram, self._has_battery = ram, has_battery
+        own = retain_bytes == NVRAM_BYTES
+        self.nvram = ram[_NVRAM_AT : _NVRAM_AT + NVRAM_BYTES] if own else ram[RAM_BYTES : RAM_BYTES + retain_bytes]
         self.log = LogRing(ram)
 
     def wake(self, off_days: float) -> bool:
@@ -38,7 +44,9 @@ class BufferedRam:
         return False
 
     def lose(self) -> None:
+        kept = bytes(self.nvram) if self._has_battery else bytes(len(self.nvram))
         self._ram[:] = bytes(len(self._ram))
+        self.nvram[:] = kept
         _HEAD.pack_into(self._ram, _MAGIC_AT, _MAGIC)
 
 

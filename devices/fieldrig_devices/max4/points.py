@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from fieldrig.device import Point, Value
-from fieldrig_devices.max4.memory import NVRAM_BYTES
+from fieldrig_devices.max4.memory import NVRAM_BYTES as SHOWN
 from fieldrig_devices.max4.real_time_bus import State
 from fieldrig_devices.max4.tree import Parameter
 
@@ -60,15 +60,16 @@ def _states(one: "Max4") -> Iterator[tuple[str, Point]]:
             at, data = int(offset, 0), bytes.fromhex(digits)
         except ValueError:
             raise ValueError("an offset and hex digits would be right, 0x10:01 02") from None
-        if not 0 <= at <= NVRAM_BYTES - len(data):
-            raise ValueError(f"{NVRAM_BYTES} bytes are there")
+        size = len(one.ram.nvram)
+        if not 0 <= at <= size - len(data):
+            raise ValueError(f"{size} bytes are there")
         one.ram.nvram[at : at + len(data)] = data
 
     yield "command", Point(lambda: one.operations.last, command, "", "what an operator does, in words")
     yield "log", Point(lambda: "\n".join(one.logger.lines()), about="the message logger, newest first")
     yield "log.last", Point(lambda: next(iter(one.logger.lines()), ""), about="its newest entry")
     yield "files", Point(lambda: " ".join(one.disk.names), about="on the flash disk")
-    yield "nvram", Point(lambda: one.ram.nvram.hex(), write_nvram, "", "write OFFSET:HEX")
+    yield "nvram", Point(lambda: one.ram.nvram[:SHOWN].hex(), write_nvram, "", "its first 1024 bytes; write OFFSET:HEX")
     yield "power", Point(lambda: one.is_on)
     yield "booted", Point(lambda: one.is_booted)
     yield "reset_needed", Point(lambda: one.is_reset_needed, about="the configuration has been changed")

@@ -11,6 +11,7 @@ from fieldrig_devices.max4.configuration import Configuration, DriveSettings, Sy
 from fieldrig_devices.max4.limits import MOST_AXES
 from fieldrig_devices.max4.modbus_client_settings import ModbusClientSettings
 from fieldrig_devices.max4.modbus_settings import ModbusFaceSettings
+from fieldrig_devices.max4.retain import RetainKind
 from fieldrig_devices.max4.version import version_of
 
 Wires = dict[Symbol, str]
@@ -89,6 +90,10 @@ class Max4Settings(Settings):
     io_map_ms: int = Field(default=10, ge=1, le=1000, description="period of the IO map update: data of field buses")
     boot: BootTimes = Field(default_factory=BootTimes, description="instants of a boot")
     load: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
+    retain: RetainKind = Field(
+        default="nvram", description="retain data: 1 kB of its own, 64 kB on the flash disk by a UPS, 101 kB of a PN-4"
+    )
+    retain_battery: bool = Field(default=False, description="of the PN-4: it keeps them for more than 7 days")
     off_days: float = Field(default=0.0, ge=0, description="without power before the rig's start")
     disk_bytes: int = Field(default=4_000_000, ge=65_536, description="size of the flash disk")
     memory_free_bytes: int = Field(default=6_930_636, ge=0, description="parameter Memoryfree")
@@ -109,6 +114,8 @@ class Max4Settings(Settings):
         if len(self.drives) > self.max_axes:
             raise ValueError(f"{len(self.drives)} drives, but max_axes is {self.max_axes}")
         configuration = self.configuration  # its own checks
+        if self.retain_battery and self.retain != "pn4":
+            raise ValueError("retain_battery is of the PN-4 module: right beside it would be retain: pn4")
         if unknown := sorted(self.modbus.units.keys() - self.drives.keys()):
             raise ValueError(f"modbus.units: {', '.join(unknown)}: names of drives would be right")
         modules = [*(self.modbus_client.units if self.modbus_client is not None else ())]
