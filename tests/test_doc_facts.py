@@ -214,7 +214,7 @@ def test_commands_are_those_of_the_program() -> None:
 def test_options_are_those_of_the_program() -> None:
     text = prose(DOCS / "command-line.md")
     known = {option for _, command in commands() for one in command.params for option in one.opts if option[:2] == "--"}
-    known |= {"--help", "--install-completion", "--show-completion"}
+    known |= {"--help", "--version", "--install-completion", "--show-completion"}
     assert set(re.findall(r"(?<!\w)--[a-z][a-z-]*", text)) == known
 
 

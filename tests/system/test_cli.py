@@ -1,6 +1,7 @@
 """The command line on a running rig, and its exit codes."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -162,12 +163,16 @@ def test_check_schema_and_devices_need_no_rig(rig: RunningRig) -> None:
     lamp = json.loads(rig.tool("devices", "lamp_kinds:Lamp", "--json").stdout)
     assert lamp["settings"]["colour"]["default"] == "red"
     assert lamp["links"]["wires"][0] == "Signal"
+    hub = rig.tool("devices", "can.hub").stdout
+    assert re.search(r"^slcan\.path +string ", hub, re.MULTILINE)
+    assert re.search(r"^eds +string +needed ", rig.tool("devices", "canopen.node").stdout, re.MULTILINE)
     assert rig.tool("devices", "lamp").returncode == 2
 
 
 def test_every_command_has_help_with_an_example(rig: RunningRig) -> None:
     overview = rig.tool("--help").stdout
     assert "Exit codes:" in overview
+    assert re.fullmatch(r"fieldrig \d+\.\d+\.\d+\n", rig.tool("--version").stdout)
     names = ("up", "status", "watch", "get", "set", "fault", "step", "run", "restart", "check", "devices", "schema")
     for command in names:
         assert f"fieldrig {command}" in rig.tool(command, "--help").stdout

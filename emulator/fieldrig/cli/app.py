@@ -1,5 +1,7 @@
 """The commands of `fieldrig`, and what they share."""
 
+from typing import Annotated
+
 import typer
 
 from fieldrig.cli import fault, points, rigfile, status, timing, trace, up, watch
@@ -45,6 +47,25 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
+
+
+def _show_version(is_wanted: bool) -> None:
+    if is_wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"fieldrig {version('fieldrig')}")
+        raise typer.Exit
+
+
+@app.callback()
+def fieldrig(
+    is_version_wanted: Annotated[
+        bool, typer.Option("--version", help="Say which version this is.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """What stands in `help` above."""
+
+
 app.command()(up.up)
 app.command()(status.status)
 app.command()(watch.watch)

@@ -1,5 +1,6 @@
 """Commands that look at files and kinds, and at no rig: check, schema, devices."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
@@ -94,8 +95,16 @@ def _describe(kind: str, as_json: bool) -> None:
         typer.echo("\nsettings:")
         echo_table(
             ("key", "value", "without it", "what it is"),
-            [(key, one["type"], one["default"], one["about"]) for key, one in facts["settings"].items()],
+            [(key, one["type"], _without(one), one["about"]) for key, one in facts["settings"].items()],
         )
+
+
+def _without(setting: dict[str, Any]) -> str:
+    """What holds without the key, as a rig file would have it."""
+    default = setting["default"]
+    if setting["required"]:
+        return "needed"
+    return "" if default is None else str(default).lower() if isinstance(default, bool) else str(default)
 
 
 def _facts(kind: str) -> dict[str, Any]:
@@ -129,16 +138,25 @@ def _facts(kind: str) -> dict[str, Any]:
 
 def _settings(model: Any) -> dict[str, dict[str, Any]]:
     schema = model.model_json_schema()
+    return dict(_keys(schema, schema.get("$defs", {}), ""))
+
+
+def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each key, and below one that is a mapping with keys of its own those: `slcan`, `slcan.path`."""
     required = schema.get("required", ())
-    return {
-        key: {
-            "type": _type_of(part),
-            "default": None if key in required else part.get("default"),
-            "required": key in required,
-            "about": part.get("description", "").partition("\n")[0],
-        }
-        for key, part in schema.get("properties", {}).items()
-    }
+    for key, part in schema.get("properties", {}).items():
+        yield (
+            f"{above}{key}",
+            {
+                "type": _type_of(part),
+                "default": None if key in required else part.get("default"),
+                "required": key in required,
+                "about": part.get("description", "").partition("\n")[0],
+            },
+        )
+        names = [one["$ref"].rsplit("/", 1)[-1] for one in (part, *part.get("anyOf", ())) if "$ref" in one]
+        if len(names) == 1:
+            yield from _keys(models[names[0]], models, f"{above}{key}.")
 
 
 def _type_of(part: dict[str, Any]) -> str:
