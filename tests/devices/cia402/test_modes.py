@@ -209,6 +209,19 @@ def test_csp_with_sync_and_rpdo_is_a_straight_line(bench: Cia402Bench) -> None:
     assert bench.motor.position == 50_000
 
 
+@pytest.mark.parametrize("period_ms", [4, 6, 8, 10, 20])
+def test_csp_keeps_its_speed_whatever_the_period_of_the_sync_is(bench: Cia402Bench, period_ms: int) -> None:
+    """The ring every 4 ms; 1000 increments a ms."""
+    bench.put(0x1402, 1, 2).put(0x60C2, period_ms, 1).enabled(CSP)
+    speeds = []
+    for ms in range(0, 400, 2):
+        if ms % period_ms == 0:
+            bench.send(f"405#0F 00 {((ms + period_ms) * 1000).to_bytes(4, 'little').hex(' ')}", "080#")
+        if ms % 4 == 2:
+            speeds.append(bench.cycles(1).motor.velocity)
+    assert speeds[6:] == pytest.approx([1_000_000] * (len(speeds) - 6))
+
+
 def test_csp_stands_until_a_set_point_comes(bench: Cia402Bench) -> None:
     bench.put(0x607A, 5_000_000)
     bench.motor.position = 77

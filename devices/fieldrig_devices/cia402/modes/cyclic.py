@@ -18,6 +18,8 @@ from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.options import Ramp
 
 FOLLOWS: Final = BIT_12
+NEARLY: Final = 1 + 1e-6
+"""For times that add up to a cycle but for rounding."""
 
 
 class CyclicPosition(LinePosition):
@@ -28,7 +30,12 @@ class CyclicPosition(LinePosition):
         return {(objects.TARGET_POSITION, 0): self._on_target}
 
     def _on_target(self, position: int) -> None:
-        if self._is_begun and not self.is_halted:
+        if not self._is_begun or self.is_halted:
+            return
+        line, left_s = self._line, self._line.left_s
+        if self._is_led and 0 < left_s <= self.context.cycle_s * NEARLY:
+            self.lead(line.end, position, -left_s)  # what is left ends before the next cycle
+        else:
             self.lead(self.context.motion.position, position)
 
     def step(self) -> None:

@@ -3,21 +3,25 @@
 
 class Interpolator:
     def __init__(self) -> None:
-        self._from = self._to = 0.0
+        self._from = self.end = 0.0
         self._passed_s = self._whole_s = 0.0
 
     def stand(self, value: float) -> None:
-        self._from = self._to = value
+        self._from = self.end = value
         self._passed_s = self._whole_s = 0.0
 
     def go(self, value: float, target: float, seconds: float, ahead_s: float = 0.0) -> None:
-        """From `value`; `ahead_s` of the way are over already."""
-        self._from, self._to, self._whole_s, self._passed_s = value, target, seconds, ahead_s
+        """From `value`; `ahead_s` of the way are over already, or it begins in -`ahead_s`."""
+        self._from, self.end, self._whole_s, self._passed_s = value, target, seconds, ahead_s
 
     @property
     def is_done(self) -> bool:
         # what is a rounding error short of it is there
         return self._passed_s >= self._whole_s - 1e-9
+
+    @property
+    def left_s(self) -> float:
+        return max(self._whole_s - self._passed_s, 0.0)
 
     @property
     def overrun_s(self) -> float:
@@ -30,5 +34,5 @@ class Interpolator:
     @property
     def value(self) -> float:
         if self.is_done:
-            return self._to
-        return self._from + (self._to - self._from) * self._passed_s / self._whole_s
+            return self.end
+        return self._from + (self.end - self._from) * self._passed_s / self._whole_s
