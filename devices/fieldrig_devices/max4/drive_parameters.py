@@ -49,6 +49,9 @@ ROWS: Final = (
     Row("Loops", "MaxFollowingError", 159, Type.UDINT, 0, "incr", is_writable=True),
     Row("Loops", "TorqueLimit", 92, Type.UINT, 0, "0.1%", is_writable=True),
     Row("Loops", "PositionGain", 104, Type.UINT, is_writable=True),
+    Row("Versions", "HardwareVersion", idns.HARDWARE, Type.STRING),
+    Row("Versions", "ArticleNumber", idns.ARTICLE, Type.STRING),
+    Row("Versions", "SerialNumber", idns.OWN_SERIAL_NUMBER, Type.STRING),
 )
 
 

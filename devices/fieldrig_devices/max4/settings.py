@@ -32,6 +32,14 @@ class BootTimes(Settings):
     )
 
 
+class IdentitySettings(Settings):
+    """What a service report asks for (manual 7739-7751), beside the version."""
+
+    article_number: str = Field(default="13130241-001", max_length=32)
+    serial_number: str = Field(default="0000000001", max_length=32)
+    hardware_code: str = Field(default="01.00.00", max_length=32)
+
+
 class ProcessTimes(Settings):
     """What the real-time process takes of each cycle."""
 
@@ -58,6 +66,7 @@ class Max4Settings(Settings):
     version: Annotated[str, AfterValidator(_known_version)] = Field(
         default="V00.15.00", description="of the controller's software"
     )
+    identity: IdentitySettings = Field(default_factory=IdentitySettings, description="what its type plate says")
     cycle_ms: Literal[1, 2, 4] = Field(default=4, description="of the ring: parameter CycleTime")
     drives: dict[Symbol, DriveSettings] = Field(default_factory=dict, description="axes by symbolic name")
     max_axes: int = Field(default=40, ge=1, le=MOST_AXES, description="the manual says 40, 44 and 47")

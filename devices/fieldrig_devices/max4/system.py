@@ -31,6 +31,9 @@ log = logging.getLogger(__name__)
 CYCLE_TIME: Final = "MAx-4.General.CycleTime"
 
 
+PRODUCT: Final = "MAx-4"
+
+
 class Owner(Protocol):
     """The controller, as the parameters of its own object see it."""
 
@@ -134,7 +137,15 @@ class System:
         ):
             diagnosis.add(Parameter(name, type, unit=unit, read=partial(owner.own_value, name)))
         diagnosis.add(_trigger("DiagQuit", owner.quit_all, "quit the controller and all axes"))
-        root.group("Versions").add(Parameter("SoftwareVersion", Type.STRING, first=self._settings.version))
+        identity = self._settings.identity
+        for name, text in (
+            ("SoftwareVersion", self._settings.version),
+            ("ProductName", PRODUCT),
+            ("ArticleNumber", identity.article_number),
+            ("SerialNumber", identity.serial_number),
+            ("HardwareCode", identity.hardware_code),
+        ):
+            root.group("Versions").add(Parameter(name, Type.STRING, first=text))
 
     # ---- the ring
 

@@ -96,6 +96,8 @@ class Mc4(Device):
         table[140].set(settings.amplifier.type)
         table[idns.FIRMWARE].set(f"V{versions.firmware}")
         table[idns.HARDWARE].set(f"V{versions.hardware}")
+        table[idns.ARTICLE].set(versions.article_number)
+        table[idns.OWN_SERIAL_NUMBER].set(versions.serial_number or f"{settings.ring_address:010}")
         table[206].set(parameters.brake_disconnection_ms)
         table[207].set(parameters.brake_coupling_ms)
         table[idns.STOP_TIME_LIMIT].set(parameters.stop_time_limit_ms)

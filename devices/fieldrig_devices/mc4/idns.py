@@ -37,6 +37,8 @@ FIRMWARE: Final = p(30)
 HARDWARE: Final = p(31)
 DIAG_CODE: Final = p(32)
 LANGUAGE: Final = p(33)
+ARTICLE: Final = p(34)
+OWN_SERIAL_NUMBER: Final = p(35)
 
 LATE: Final = (4,)
 """Written before operation only."""
@@ -83,6 +85,8 @@ ROWS: Final = (
     Row(192, "IDN-list of backup operation data", WORDS, Format.IDN, protected=READ_ONLY),
     Row(FIRMWARE, "firmware version", TEXT, Format.TEXT, protected=READ_ONLY),
     Row(HARDWARE, "hardware version", TEXT, Format.TEXT, protected=READ_ONLY),
+    Row(ARTICLE, "article number", TEXT, Format.TEXT, protected=READ_ONLY),
+    Row(OWN_SERIAL_NUMBER, "serial number", TEXT, Format.TEXT, protected=READ_ONLY),
     # operation
     Row(32, "primary operation mode", TWO, BIN, value=0x000B, protected=LATE),
     Row(33, "secondary operation mode 1", TWO, BIN, value=0x0002, protected=LATE),

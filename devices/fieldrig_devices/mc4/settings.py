@@ -77,6 +77,8 @@ class AmplifierSettings(Settings):
 class VersionSettings(Settings):
     firmware: str = Field(default="00.07.00", pattern=r"^\d\d\.\d\d\.\d\d$")
     hardware: str = Field(default="01.00.00", pattern=r"^\d\d\.\d\d\.\d\d$")
+    article_number: str = Field(default="13130211-001", max_length=32, description="of the drive")
+    serial_number: str | None = Field(default=None, max_length=32, description="left out: made of the ring address")
 
 
 def _classes(classes: dict[int, int]) -> dict[int, int]:

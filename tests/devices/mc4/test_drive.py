@@ -63,7 +63,6 @@ def test_positions_are_followed_after_that_only() -> None:
     assert bench.get("speed") == pytest.approx(200 * 250 * 60 / 1e6, rel=1e-3)
 
 
-@pytest.mark.manual("PD-139")
 @pytest.mark.parametrize("telegram", ["mdt", "mst"])
 def test_set_position_goes_on_over_a_telegram_that_did_not_come(telegram: str) -> None:
     """The motor feels nothing of it at steady speed, and follows the present command value afterwards."""
