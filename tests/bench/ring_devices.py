@@ -4,9 +4,8 @@ Times of each cycle are not kept here: the ring's own statistics have them.  The
 settings, so that the way up takes a second in place of ten; the cycle is the same.
 """
 
-from collections.abc import Generator
 from math import sin
-from typing import Any, Final
+from typing import Final
 
 from fieldrig.clock import MS, US, Clock
 from fieldrig.device import Device, Point
@@ -18,7 +17,9 @@ from fieldrig_devices.mc4.settings import Mc4Settings, MotorSettings
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import Attribute, Format, Length
-from fieldrig_devices.sercos.master import Drive, Event, RingEvent, SercosMaster
+from fieldrig_devices.sercos.master import SercosMaster
+from fieldrig_devices.sercos.preparation import Script, transition
+from fieldrig_devices.sercos.ring_drive import Drive, Event, RingEvent
 from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
 
 SIGNED: Final = Attribute(Length.FOUR, Format.SIGNED)
@@ -37,11 +38,11 @@ MBAUD: Final = 16
 class Prepared(SercosMaster):
     """Its drives know what they would be told in CP2."""
 
-    def _prepare(self, drive: Drive) -> Generator[Any, bytes, None]:
-        yield from self._transition(127)
+    def prepare(self, drive: Drive) -> Script:
+        return transition(127)
 
     def timing(self, address: int) -> dict[int, int]:
-        return self._timing(self.drives[address], {3: 20, 5: 100})  # what our drives need
+        return self.plan.timing(self.drives[address], {3: 20, 5: 100})  # what our drives need
 
 
 class RingSettings(Settings):

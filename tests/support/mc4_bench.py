@@ -13,7 +13,8 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.mc4.diagnosis import LIMITS, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Seen, Stage, Times
 from fieldrig_devices.sercos.idn import Element, ServiceError
-from fieldrig_devices.sercos.master import Drive, RingEvent, SercosMaster
+from fieldrig_devices.sercos.master import SercosMaster
+from fieldrig_devices.sercos.ring_drive import Drive, RingEvent
 
 N_MIN_RPM = 10.0
 Speed = Callable[[int], float]

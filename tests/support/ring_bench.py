@@ -8,7 +8,8 @@ from fieldrig.rig import Rig
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import Attribute, Format, Length
-from fieldrig_devices.sercos.master import Drive, Event, RingEvent, SercosMaster
+from fieldrig_devices.sercos.master import SercosMaster
+from fieldrig_devices.sercos.ring_drive import Drive, Event, RingEvent
 from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
 
 SIGNED = Attribute(Length.FOUR, Format.SIGNED)

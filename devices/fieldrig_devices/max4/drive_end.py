@@ -12,7 +12,8 @@ from typing import Final
 from fieldrig_devices.max4.axis import INCREMENTS, Axis, AxisState, Mode
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Element
-from fieldrig_devices.sercos.master import Drive, SercosMaster
+from fieldrig_devices.sercos.master import SercosMaster
+from fieldrig_devices.sercos.ring_drive import Drive
 from fieldrig_devices.sercos.service import STATUS_MASK, Done
 
 AT: Final = (51, 40, 84, 182, 390)

@@ -19,12 +19,12 @@ from fieldrig_devices.max4.drive_end import ALL, RingDrive
 from fieldrig_devices.max4.drive_parameters import DriveParameters
 from fieldrig_devices.max4.version import Version, goes_with, version_of
 from fieldrig_devices.sercos.idn import idn_text
-from fieldrig_devices.sercos.master import Event, RingEvent, SercosMaster
+from fieldrig_devices.sercos.master import SercosMaster
+from fieldrig_devices.sercos.preparation import NO_IDN
+from fieldrig_devices.sercos.ring_drive import Event, RingEvent
 
 AGAIN_NS: Final = 3 * MS
 """Between two attempts: the last cycle of the one is over."""
-NO_IDN: Final = 0xFFFF
-"""What the master asks for to end the phase-up, when S-0-0127 has failed."""
 TRANSITION: Final = 127
 
 

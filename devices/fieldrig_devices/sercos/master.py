@@ -7,20 +7,20 @@ twice in a row brings the ring down to CP0, and so does an open ring in CP1 to C
 """
 
 import struct
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
-from enum import Enum, auto
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
 from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import BROADCAST, Answers, Mdt, Mst, RingMessage
-from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, telegram_ns
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.idn import Element, ServiceError
-from fieldrig_devices.sercos.service import CONTROL_MASK, STATUS_MASK, Done, ServiceClient
-from fieldrig_devices.sercos.telegram import CODES, CONFIGURED, HEAD_BYTES, record, size
+from fieldrig_devices.sercos.plan import RingPlan
+from fieldrig_devices.sercos.preparation import Script, preparation
+from fieldrig_devices.sercos.ring_drive import Drive, Event, RingEvent
+from fieldrig_devices.sercos.service import CONTROL_MASK, STATUS_MASK, Done
+from fieldrig_devices.sercos.telegram import HEAD_BYTES
 
 EARLY_CYCLE_NS: Final = 1 * MS
 """In CP0 to CP2, where it is the master's choice."""
@@ -33,57 +33,6 @@ MOST_SETTLING: Final = 50
 """Cycles after a phase was entered in which an AT may be missing; our choice."""
 SETTLING_NS: Final = 100 * US
 """Between the end of the MDT and command valid time."""
-
-
-class Event(Enum):
-    PHASE = auto()
-    """A phase was reached: `code` is its number."""
-    OPEN = auto()
-    """The ring has opened."""
-    CLOSED = auto()
-    MISSING = auto()
-    """No drive answers at `address` in CP1."""
-    AT_FAILED = auto()
-    """An AT did not come: `code` is how often in a row."""
-    REFUSED = auto()
-    """The drive refused something on the way up: `idn`, and `code` of the service channel."""
-    NO_ROOM = auto()
-    """The telegrams don't fit into the cycle: `code` is how many microseconds they need."""
-
-
-@dataclass(frozen=True, slots=True)
-class RingEvent:
-    what: Event
-    address: int = 0
-    idn: int = 0
-    code: int = 0
-
-
-class Drive:
-    """One drive, as the master has it."""
-
-    def __init__(self, address: int, mdt: Sequence[int], at: Sequence[int]) -> None:
-        """`mdt` and `at` are the IDNs of command and feedback values; KeyError for one that can't be cyclic."""
-        self.address = address
-        self.mdt, self.at = tuple(mdt), tuple(at)
-        self.mdt_codes, at_codes = [CODES[idn] for idn in mdt], [CODES[idn] for idn in at]
-        self.values_of = record(at_codes).unpack_from
-        self.at_length = 1 + HEAD_BYTES + size(at_codes)
-        self.client = ServiceClient()
-        self.place = 0
-        """Of its control word among the values of the MDT."""
-        self.position = 0
-        """Of its record in the MDT."""
-        self.control = 0
-        self.status = 0
-        self.info = 0
-        self.feedback: tuple[int, ...] = (0,) * len(self.at)
-        self.missed = 0
-        self.calls = 0
-        self.is_here = False
-        """Answered in CP1."""
-        self.lost = 0
-        """ATs that did not come, in CP3 and CP4, ever."""
 
 
 class SercosMaster:
@@ -102,8 +51,8 @@ class SercosMaster:
     ) -> None:
         """`drives` stand in the order of the ring; `on_cycle` is called in CP4, when the feedback of a cycle is there
         and its command values are not yet sent."""
-        self._clock, self._link, self._cycle_ns, self._mbaud = clock, link, cycle_ns, mbaud
-        self._early_cycle_ns, self._settling_ns = early_cycle_ns, settling_ns
+        self._clock, self._link, self._cycle_ns, self._early_cycle_ns = clock, link, cycle_ns, early_cycle_ns
+        self.plan = RingPlan(drives, cycle_ns, mbaud, settling_ns)
         self.drives = {drive.address: drive for drive in drives}
         self._order = tuple(drives)
         patience_cycles = getattr(link, "patience_ns", 0) // early_cycle_ns
@@ -117,7 +66,7 @@ class SercosMaster:
         self._closed_cycles = 0
         self._is_closed: bool | None = None
         self._called = 0
-        self._script: Generator[_Ask, bytes, None] | None = None
+        self._script: Script | None = None
         self._waiting_for = 0
         self._had_missed = False
         self._settling = 0
@@ -378,7 +327,7 @@ class SercosMaster:
         """The next drive's turn in CP2."""
         if self._called < len(self._order):
             drive = self._order[self._called]
-            self._script = self._prepare(drive)
+            self._script = self.prepare(drive)
             self._go_on(drive, None)
 
     def _go_on(self, drive: Drive, answer: bytes | None) -> None:
@@ -404,73 +353,16 @@ class SercosMaster:
         else:
             drive.client.write(ask.idn, ask.data, on_done)
 
-    def _prepare(self, drive: Drive) -> "Generator[_Ask, bytes, None]":
+    def prepare(self, drive: Drive) -> Script:
         """What one drive is asked and told in CP2."""
-        own: dict[int, int] = {}
-        for idn in (3, 4, 5, 87, 88, 90):
-            own[idn] = int.from_bytes((yield _Ask(idn)), "little")
-        for idn, value in self._timing(drive, own).items():
-            yield _Ask(idn, data=value.to_bytes(2, "little"))
-        yield _Ask(15, data=CONFIGURED.to_bytes(2, "little"))
-        for idn, idns in ((24, drive.mdt), (16, drive.at)):
-            yield _Ask(idn, data=b"".join(one.to_bytes(2, "little") for one in idns))
-        yield from self._transition(127)
-
-    def _transition(self, idn: int) -> "Generator[_Ask, bytes, None]":
-        yield _Ask(idn, data=b"\x03\0")
-        while True:
-            status = int.from_bytes((yield _Ask(idn, Element.IDN)), "little") & 0xF
-            if status == Command.DONE:
-                break
-            if status != Command.ACTIVE:
-                yield _Ask(idn, data=b"\0\0")
-                yield _Ask(0xFFFF)  # no drive has it: its refusal ends the way up
-        yield _Ask(idn, data=b"\0\0")
-
-    def _timing(self, drive: Drive, own: dict[int, int]) -> dict[int, int]:
-        """S-0-0001 and on for one drive, in microseconds and bytes."""
-        cycle_us = self._cycle_ns // US
-        at_ns = telegram_ns(MST_BYTES, self._mbaud)
-        for other in self._order:
-            at_ns += GAP_NS
-            if other is drive:
-                break
-            at_ns += telegram_ns(other.at_length, self._mbaud)
-        mdt_ns, end_ns = self._mdt_slot()
-        position, length = 1, 0
-        for other in self._order:
-            if other is drive:
-                position = 1 + length
-            length += HEAD_BYTES + size(other.mdt_codes)
-        return {
-            1: cycle_us,
-            2: cycle_us,
-            6: max(at_ns // US, own[3]),
-            89: mdt_ns // US,
-            8: (end_ns + self._settling_ns) // US,
-            7: max(cycle_us - own[5] - 1, 1),
-            9: position,
-            10: length,
-        }
-
-    def _mdt_slot(self) -> tuple[int, int]:
-        """Where the MDT begins and ends."""
-        begin_ns = telegram_ns(MST_BYTES, self._mbaud) + GAP_NS
-        begin_ns += sum(telegram_ns(one.at_length, self._mbaud) + GAP_NS for one in self._order)
-        length = 1 + sum(HEAD_BYTES + size(one.mdt_codes) for one in self._order)
-        return begin_ns, begin_ns + telegram_ns(length, self._mbaud)
+        return preparation(drive, partial(self.plan.timing, drive))
 
     def needed_ns(self) -> int:
         """The least that a cycle takes with these drives."""
-        return self._mdt_slot()[1] + self._settling_ns
+        return self.plan.needed_ns()
 
     def _lay_out(self) -> None:
-        codes, values = "<B", [BROADCAST]
-        for drive in self._order:
-            drive.place = len(values)
-            codes += "HH" + "".join(drive.mdt_codes)
-            values += [drive.control, 0, *(0 for _ in drive.mdt)]
-        self._mdt_record, self._values = struct.Struct(codes), values
+        self._mdt_record, self._values = self.plan.lay_out()
         for drive in self._order:
             self._values[drive.place] = drive.control & ~CONTROL_MASK | drive.client.control
             self._values[drive.place + 1] = drive.client.info
@@ -520,10 +412,3 @@ class SercosMaster:
 
     def _tell(self, what: Event, address: int = 0, idn: int = 0, code: int = 0) -> None:
         self._on_event(RingEvent(what, address, idn, code))
-
-
-@dataclass(frozen=True, slots=True)
-class _Ask:
-    idn: int
-    element: Element = Element.DATA
-    data: bytes | None = None

@@ -9,7 +9,7 @@ from ring_bench import RingBench
 from fieldrig.clock import MS
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt
 from fieldrig_devices.sercos.idn import Element, ServiceError
-from fieldrig_devices.sercos.master import Event
+from fieldrig_devices.sercos.ring_drive import Event
 
 UP_MS = 2_000
 

@@ -1,0 +1,63 @@
+"""When each telegram of a cycle begins, and what lies where in the MDT (IEC 61491, S-0-0001 to S-0-0010)."""
+
+import struct
+from collections.abc import Sequence
+
+from fieldrig.clock import US
+from fieldrig_bus.ring.message import BROADCAST
+from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, telegram_ns
+from fieldrig_devices.sercos.ring_drive import Drive
+from fieldrig_devices.sercos.telegram import HEAD_BYTES, size
+
+
+class RingPlan:
+    def __init__(self, order: Sequence[Drive], cycle_ns: int, mbaud: int, settling_ns: int) -> None:
+        """`order` is that of the ring; `settling_ns` lies between the end of the MDT and command valid time."""
+        self._order = tuple(order)
+        self.cycle_ns, self._mbaud, self._settling_ns = cycle_ns, mbaud, settling_ns
+
+    def timing(self, drive: Drive, own: dict[int, int]) -> dict[int, int]:
+        """S-0-0001 and on for one drive, in microseconds and bytes; `own` are S-0-0003 and 5, as it told them."""
+        cycle_us = self.cycle_ns // US
+        at_ns = telegram_ns(MST_BYTES, self._mbaud)
+        for other in self._order:
+            at_ns += GAP_NS
+            if other is drive:
+                break
+            at_ns += telegram_ns(other.at_length, self._mbaud)
+        mdt_ns, end_ns = self._mdt_slot()
+        position, length = 1, 0
+        for other in self._order:
+            if other is drive:
+                position = 1 + length
+            length += HEAD_BYTES + size(other.mdt_codes)
+        return {
+            1: cycle_us,
+            2: cycle_us,
+            6: max(at_ns // US, own[3]),
+            89: mdt_ns // US,
+            8: (end_ns + self._settling_ns) // US,
+            7: max(cycle_us - own[5] - 1, 1),
+            9: position,
+            10: length,
+        }
+
+    def needed_ns(self) -> int:
+        """The least that a cycle takes with these drives."""
+        return self._mdt_slot()[1] + self._settling_ns
+
+    def _mdt_slot(self) -> tuple[int, int]:
+        """Where the MDT begins and ends."""
+        begin_ns = telegram_ns(MST_BYTES, self._mbaud) + GAP_NS
+        begin_ns += sum(telegram_ns(one.at_length, self._mbaud) + GAP_NS for one in self._order)
+        length = 1 + sum(HEAD_BYTES + size(one.mdt_codes) for one in self._order)
+        return begin_ns, begin_ns + telegram_ns(length, self._mbaud)
+
+    def lay_out(self) -> tuple[struct.Struct, list[int]]:
+        """The MDT and its values, none of them given yet; each drive gets the `place` of its control word."""
+        codes, values = "<B", [BROADCAST]
+        for drive in self._order:
+            drive.place = len(values)
+            codes += "HH" + "".join(drive.mdt_codes)
+            values += [0, 0, *(0 for _ in drive.mdt)]
+        return struct.Struct(codes), values

@@ -1,0 +1,59 @@
+"""A drive as the master of the ring has it, and what the master tells of the ring and its drives."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from fieldrig_devices.sercos.service import ServiceClient
+from fieldrig_devices.sercos.telegram import CODES, HEAD_BYTES, record, size
+
+
+class Event(Enum):
+    PHASE = auto()
+    """A phase was reached: `code` is its number."""
+    OPEN = auto()
+    """The ring has opened."""
+    CLOSED = auto()
+    MISSING = auto()
+    """No drive answers at `address` in CP1."""
+    AT_FAILED = auto()
+    """An AT did not come: `code` is how often in a row."""
+    REFUSED = auto()
+    """The drive refused something on the way up: `idn`, and `code` of the service channel."""
+    NO_ROOM = auto()
+    """The telegrams don't fit into the cycle: `code` is how many microseconds they need."""
+
+
+@dataclass(frozen=True, slots=True)
+class RingEvent:
+    what: Event
+    address: int = 0
+    idn: int = 0
+    code: int = 0
+
+
+class Drive:
+    """One drive, as the master has it."""
+
+    def __init__(self, address: int, mdt: Sequence[int], at: Sequence[int]) -> None:
+        """`mdt` and `at` are the IDNs of command and feedback values; KeyError for one that can't be cyclic."""
+        self.address = address
+        self.mdt, self.at = tuple(mdt), tuple(at)
+        self.mdt_codes, at_codes = [CODES[idn] for idn in mdt], [CODES[idn] for idn in at]
+        self.values_of = record(at_codes).unpack_from
+        self.at_length = 1 + HEAD_BYTES + size(at_codes)
+        self.client = ServiceClient()
+        self.place = 0
+        """Of its control word among the values of the MDT."""
+        self.position = 0
+        """Of its record in the MDT."""
+        self.control = 0
+        self.status = 0
+        self.info = 0
+        self.feedback: tuple[int, ...] = (0,) * len(self.at)
+        self.missed = 0
+        self.calls = 0
+        self.is_here = False
+        """Answered in CP1."""
+        self.lost = 0
+        """ATs that did not come, in CP3 and CP4, ever."""
