@@ -211,3 +211,36 @@ def test_drive_says_what_may_be_in_its_telegrams(bench: DriveBench) -> None:
     assert idns(188) == [36, 47, 80]
     assert idns(19) == [32]
     assert {99, 127, 128, READ_PLATE} <= set(idns(25))
+
+
+@pytest.mark.parametrize("mask", [0xFFFF, 0x0000])
+def test_class_2_change_bit_is_masked(mask: int) -> None:
+    bench = DriveBench({}).up()
+    bench.write(97, mask.to_bytes(2, "little"))
+    bench.rig.set("d1", "ambient", 78.0)
+    bench.run(2_000)
+    assert bench.number(12) == 0x0002
+    bench.rig.set("d1", "ambient", 25.0)
+    bench.run(2_000)
+    assert bool(bench.master.drives[1].status & 0x1000) is bool(mask)
+
+
+def test_class_3_tells_when_the_torque_is_at_its_limit() -> None:
+    bench = DriveBench({}).up().enable()
+    assert not bench.number(13) & 0x0008
+    bench.write(92, (10).to_bytes(2, "little"))  # 1 %
+    bench.rig.set("d1", "load_torque", 0.5)
+    bench.run(40)
+    assert bench.number(13) & 0x0008
+
+
+def test_reset_clears_the_failures_of_the_interface() -> None:
+    bench = DriveBench({}).up()
+    bench.rig.add_fault("ring", {"what": "distort", "station": "d1", "telegram": "mdt", "count": 2})
+    bench.run(100)
+    bench.master.request_phase(4)
+    bench.run(3_000)
+    assert bench.number(14) == 0x0014
+    assert bench.code() == 2112
+    assert bench.command(99)
+    assert (bench.number(14), bench.code()) == (0x0004, 0)

@@ -105,3 +105,11 @@ def test_warnings_come_before_the_errors() -> None:
     one = warmed(2.5 * AMPLIFIER_NM, 0.95)
     assert one.warnings & 1
     assert one.overload < 1
+
+
+def test_heat_sink_is_35_kelvin_warmer_at_the_amplifiers_continuous_current() -> None:
+    """By the amplifier's own current, however small the motor; at 80 degrees it is too hot."""
+    assert warmed(AMPLIFIER_NM, 2_000).amplifier_c == pytest.approx(25 + 35, abs=0.1)
+    assert warmed(CONTINUOUS_NM, 2_000).amplifier_c == pytest.approx(25 + 35 / 4, abs=0.1)
+    assert not warmed(1.2 * AMPLIFIER_NM, 2_000).is_amplifier_hot
+    assert warmed(1.3 * AMPLIFIER_NM, 2_000).is_amplifier_hot
