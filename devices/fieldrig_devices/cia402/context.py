@@ -70,10 +70,10 @@ class Context:
         self.refresh()
         self.on_home(self.origin)
 
-    def track(self) -> None:
-        """The set values go where the motor goes, for who moves it by something else than positions."""
-        self.motion.stand(self.motor.position)
-        self.motion.speed = self.motor.velocity
+    def track(self, speed: float) -> None:
+        """The set values go where the motor is in the next cycle, for who moves it by something else than positions."""
+        self.motion.stand(self.motor.position + speed * self.cycle_s)
+        self.motion.speed = speed
 
     # ---- limits, in increments
 

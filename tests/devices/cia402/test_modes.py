@@ -1,6 +1,7 @@
 """Set-points, handshakes and status bits of each mode of operation (CiA 402-2), against closed solutions."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from cia402_bench import Cia402Bench
@@ -209,6 +210,18 @@ def test_csp_with_sync_and_rpdo_is_a_straight_line(bench: Cia402Bench) -> None:
     assert bench.motor.position == 50_000
 
 
+@pytest.mark.parametrize("mode", [CSV, PT])
+def test_a_quick_stop_of_a_velocity_or_a_torque_is_a_ramp_from_its_speed(bench: Cia402Bench, mode: int) -> None:
+    bench.put(0x605A, 5).enabled(mode).put(0x60FF, 1_000_000).put(0x6071, 50).cycles(2)
+    bench.motor.velocity = 1_000_000.0
+    bench.motor.position = 4_000_000
+    bench.cycles(2).control(0x02)
+    begin = bench.motor.position
+    bench.cycles(30)
+    assert bench.motor.position - begin == pytest.approx(1_000_000**2 / (2 * D), abs=2 * V * CYCLE_S)
+    assert bench.status(0x046F) == 0x0407
+
+
 @pytest.mark.parametrize("period_ms", [4, 6, 8, 10, 20])
 def test_csp_keeps_its_speed_whatever_the_period_of_the_sync_is(bench: Cia402Bench, period_ms: int) -> None:
     """The ring every 4 ms; 1000 increments a ms."""
@@ -253,6 +266,22 @@ def test_a_mode_may_change_while_the_axis_moves(bench: Cia402Bench) -> None:
     bench.put(0x607A, 1_000).control(0x5F)
     reached(bench)
     assert bench.motor.position == stands + 1_000
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [(before, after) for before in (PP, PV, HM, CSV) for after in (PP, PV, HM, IP, CSP, CSV) if before != after],
+)
+def test_no_change_of_mode_in_motion_is_a_jolt(bench: Cia402Bench, before: int, after: int) -> None:
+    """Within 6084h: 40 000 increments/s in a cycle."""
+    bench.put(0x607A, 50_000_000).put(0x6098, 18).put(0x6099, 1_000_000, 1).enabled(before)
+    bench.control(0x1F).put(0x60FF, 1_000_000).cycles(60)
+    speeds = [bench.motor.velocity]
+    assert speeds[0] == pytest.approx(1_000_000, rel=0.01)
+    bench.put(0x60FF, 0).put(0x6060, after)
+    speeds += [bench.cycles(1).motor.velocity for _ in range(40)]
+    assert max(abs(last - first) for first, last in pairwise(speeds)) <= 40_000.001
+    assert speeds[-1] == (1_000_000 if after == CSV else 0)
 
 
 # ---- interpolated position

@@ -94,8 +94,7 @@ class CyclicVelocity(Mode):
         context = self.context
         wanted, before = self._line.step(context.cycle_s), self._velocity
         self._velocity = context.held_back(before, wanted) if context.is_barred(wanted) else wanted
-        context.motion.stand(context.motor.position)
-        context.motion.speed = self._velocity
+        context.track(self._velocity)
 
     @property
     def value(self) -> float:

@@ -33,22 +33,23 @@ class ProfileTorque(Mode):
         self.is_halted = True
 
     def step(self) -> None:
-        context, wanted = self.context, self._wanted()
-        moving = 0.0 if context.is_standing(context.motor.velocity) else context.motor.velocity
+        context, wanted, velocity = self.context, self._wanted(), self.context.motor.velocity
+        moving = 0.0 if context.is_standing(velocity) else velocity
         if context.is_barred(moving or wanted):
             self._hold()
         else:
-            context.track()
+            context.track(velocity)
             self.gives, self.torque = Kind.TORQUE, self._next(wanted)
 
     def _hold(self) -> None:
         """At a limit the axis is stopped and kept where it is; no torque does that."""
-        motion = self.context.motion
+        context = self.context
         if self.gives is Kind.TORQUE:
             self.gives, self.torque = Kind.POSITION, 0.0
-            self.context.track()
+            context.track(context.motor.velocity)
             self.brake(Ramp.QUICK_STOP)
-        motion.step(self.context.cycle_s)
+        else:
+            context.motion.step(context.cycle_s)
 
     def _next(self, wanted: float) -> float:
         slope = self.context.objects[objects.TORQUE_SLOPE] * self.context.cycle_s
