@@ -222,7 +222,10 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
         if weight
     )
     steady = _steady(plant, gains)
-    rows = {name: f"{_sum(row[:states], names)} + {steady[name]}" for name, row in zip(names, power, strict=False)}
+    rows = {
+        name: " + ".join([_sum(row[:states], names), *([steady[name]] if name in steady else [])])
+        for name, row in zip(names, power, strict=False)
+    }
     speed_of_way = tau / INCREMENTS_PER_TURN / (steps * INNER_S)
     lines = [
         "def cycle(axis):",
@@ -236,7 +239,8 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
         lines.append(f"    d += {dry_nm!r} if v > 0.0 else {-dry_nm!r}")
     lines += [
         f"    q = {plant.viscous!r} * s + d{' + f' if plant.elastic else ''}",
-        *(f"    {name} -= {steady[name]}" for name in names),
+        "    b = q - a",
+        *(f"    {name} -= {value}" for name, value in steady.items()),
         f"    r = {bound}",
         f"    if abs(q) > {limits.torque!r} * (1.0 - r) or (n := abs(s)) > {limits.speed!r} * (1.0 - r):",
         "        return False",
@@ -270,11 +274,13 @@ def _weights(plant: Plant, gains: Gains, limits: Limits, step: Matrix, steps: in
 
 
 def _steady(plant: Plant, gains: Gains) -> dict[str, str]:
-    """The state in which this set speed stays as it is; the map turns the distance from it."""
+    """The state in which this set speed stays as it is, where it isn't 0; the map turns the distance from it."""
     left = (1 - gains.ff) / gains.kv if gains.kv else 0.0
-    states = {"e": f"{left!r} * s", "v": "s", "i": "(q - a)", "t": "q", "l": "s"}
+    states = {"v": "s", "i": "b", "t": "q"}
+    if left:
+        states["e"] = f"{left!r} * s"
     if plant.elastic:
-        states["w"] = f"d / {plant.elastic.stiffness!r}"
+        states |= {"w": f"d / {plant.elastic.stiffness!r}", "l": "s"}
     return states
 
 
