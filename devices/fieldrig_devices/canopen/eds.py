@@ -22,6 +22,9 @@ ACCESS = {access.value: access for access in Access} | {"r": Access.RO, "w": Acc
 MAPPINGS = (*range(rpdo.MAPPING, rpdo.MAPPING + 512), *range(tpdo.MAPPING, tpdo.MAPPING + 512))
 PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
 FIRST_OBJECT = 0x1000
+UNSIGNED32 = DATA_TYPES[0x07]
+FIRST_SERVER = {(0x1200, 1): 0x600, (0x1200, 2): 0x580}
+"""COB-IDs without the node-ID, which they always follow (CiA 301 7.5.2.33), whatever node the file was written for."""
 """Below are data types; the ones among the variables are dummies."""
 
 
@@ -46,7 +49,7 @@ def _describe(path: Path, node_id: int, mtime_ns: int) -> _Description:
     if text.problems:
         raise EdsError(path, text.problems)
     parsed = PARSE(text.canonical(), node_id)
-    builder = _Builder(text)
+    builder = _Builder(text, node_id)
     variables = [builder.build(one) for one in _variables(parsed)]
     problems = builder.problems or list(standard.problems(variables))
     if problems:
@@ -82,8 +85,8 @@ def _bits(data_type: DataType) -> int:
 class _Builder:
     """Makes our variables from canopen's, and remembers what was wrong."""
 
-    def __init__(self, text: EdsText) -> None:
-        self._text = text
+    def __init__(self, text: EdsText, node_id: int) -> None:
+        self._text, self._node_id = text, node_id
         self.problems: list[str] = []
 
     def build(self, source: ODVariable) -> Variable:
@@ -126,6 +129,8 @@ class _Builder:
         key, value = (
             ("ParameterValue", source.value) if "ParameterValue" in section else ("DefaultValue", source.default)
         )
+        if (source.index, source.subindex) in FIRST_SERVER and data_type is UNSIGNED32:
+            return data_type.encode(FIRST_SERVER[source.index, source.subindex] + self._node_id)
         if key in section and data_type is not DOMAIN:
             try:
                 return data_type.encode(_value(data_type, section[key], value))

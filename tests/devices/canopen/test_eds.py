@@ -120,6 +120,30 @@ def test_parameter_value_of_a_dcf_goes_before_the_default(tmp_path: Path) -> Non
     assert dictionary.number(0x1017, 0) == 500
 
 
+def test_the_first_sdo_server_is_where_every_master_looks_for_it(tmp_path: Path) -> None:
+    """CiA 301 7.5.2.33: 600h and 580h plus the node-ID, also if the file was written for another node."""
+    text = """
+[1200]
+ObjectType=9
+SubNumber=3
+[1200sub0]
+DataType=5
+AccessType=const
+DefaultValue=2
+[1200sub1]
+DataType=7
+AccessType=ro
+DefaultValue=$NODEID+0x600
+ParameterValue=0x620
+[1200sub2]
+DataType=7
+AccessType=ro
+DefaultValue=0x5A0
+"""
+    dictionary = describe(tmp_path, text)
+    assert [dictionary.number(0x1200, sub) for sub in (1, 2)] == [0x605, 0x585]
+
+
 COMPACT = """
 [2000]
 ParameterName=Speed
