@@ -2,6 +2,7 @@
 
 import pytest
 from arp_axes import AxesBench, Motor
+from arp_listings import EXAMPLE2
 
 from fieldrig_devices.arp.motion.flags import AxisFlag
 from fieldrig_devices.arp.readings import Readings
@@ -15,39 +16,6 @@ SIMULATED = ((1, 4, 1.0), (2, 4, 1.0))
 SYNC, RUNNING, ARRIVED, FINAL = (
     AxisFlag.SYNCHRONOUS, AxisFlag.RUNNING, AxisFlag.ARRIVED, AxisFlag.FINAL_SPEED,
 )  # fmt: skip
-
-EXAMPLE2 = """
-beg EXAMPLE2
-
-@par2[4] == 1      ; simulated Master axis
-@par1[4] == {slave}      ; controlled Slave axis
-
-wait 1
-V[10] == 3
-V[11] == 0
-V[12] == 0
-V[13] == 5000
-V[14] == 5000
-V[15] == 10000
-V[16] == 0
-
-pst 2,1,V10
-WSYNC:
-if F261=lo, WSYNC
-
-LOOP:
-if F292=lo, LOOP
-wait 1
-pac 2, 10000
-W2:
-if F292=lo, W2
-wait 1
-pac 2, 0
-
-goto LOOP
-
-end
-"""  # manual 5.13.2, to the letter but for the kind of the slave
 
 
 def curve_a(master: float) -> float:
@@ -83,7 +51,7 @@ def moved(bench: AxesBench, to: float) -> AxesBench:
 def test_example_of_the_manual_runs_for_many_cycles() -> None:
     """A15, with a simulated slave: every sample on the curve."""
     bench = AxesBench(*OF_EXAMPLE)
-    bench.load(EXAMPLE2.format(slave=1))
+    bench.load(EXAMPLE2.replace("@par1[4] == 2", "@par1[4] == 1"))
     assert 1000 <= bench.until_flag(1, SYNC) <= 1003  # at once after the WAIT
     for _ in range(6):
         assert bench.until_flag(2, RUNNING) > 1000
@@ -115,7 +83,7 @@ def test_example_of_the_manual_with_a_motor_on_the_slave() -> None:
     """A15: the controlled slave, on torque, speed and counts."""
     bench = AxesBench(*OF_EXAMPLE, (1, 10, 0.0005), (1, 11, 0.8), (1, 12, 2.0), (1, 13, 0.01), (1, 14, 200.0))
     bench.motors[1] = Motor(50_000.0, friction=5.0)
-    bench.load(EXAMPLE2.format(slave=2))
+    bench.load(EXAMPLE2)
     bench.until_flag(1, SYNC)
     for _ in range(2):
         bench.until_flag(2, RUNNING)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import pytest
+from arp_listings import TEST_PID
 from arp_signals import SignalsBench, SignalsCard
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -515,24 +516,6 @@ def test_no_table_breaks_it(raw: list[int], is_started: bool, cell: int) -> None
 
 
 # ---- the program of the manual
-
-TEST_PID = """\
-REFPID      equ    V50
-DG_MIS      equ    V68
-CONTROL     equ    @par2[04]
-CELL1       equ    V10
-APPO        equ    V11
-
-    beg TEST_PID
-    CONTROL == 3
-    PID 1,2,REFPID
-LOOP:
-CELL1 == adc 1
-APPO == (DG_MIS /50)
-dac 1, APPO
-goto LOOP
-end
-"""
 
 
 @pytest.mark.manual("ARP-074")
