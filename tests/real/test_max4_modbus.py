@@ -49,6 +49,24 @@ def client(request: pytest.FixtureRequest, rig: tuple[RunningRig, int]) -> Itera
         yield client
 
 
+@pytest.mark.manual("PD-283")
+def test_each_tcp_connection_is_an_entry_of_the_log(rig: tuple[RunningRig, int]) -> None:
+    running, port = rig
+
+    def logged() -> int:
+        lines: str = running.value("max4/log")
+        return lines.count("\t0x1000\tLZS\tLZS\t8013\t7f000001\tconnect zum TCP/IP Server")
+
+    before = logged()
+    for number in (1, 2):
+        with ModbusTcpClient("127.0.0.1", port=port, timeout=10, retries=0) as client:
+            assert read(client, 0) == 0x4D34
+            until(lambda number=number: logged() == before + number)  # type: ignore[misc]  # bound now
+    with ModbusSerialClient(str(running.run / "com1"), baudrate=19200, parity="N", timeout=10, retries=0) as line:
+        assert read(line, 0) == 0x4D34  # a serial line has no connections
+    assert logged() == before + 2
+
+
 def read(client: ModbusBaseSyncClient, address: int, type: Any = None) -> Any:
     type = type or client.DATATYPE.UINT16
     answer = client.read_holding_registers(address, count=type.value[1])

@@ -15,8 +15,7 @@ from running_rig import RunningRig, until
 
 pytestmark = pytest.mark.real
 
-LOST_AFTER = 3
-"""Tries without an answer; `retries` of the client is 2."""
+LOST, BACK = "\tMB_UNIT\tpump\t6570\tModbus 7\t", "\tMB_UNIT\tpump\t8571\tModbus 7\t"
 
 RIG = """
 time: real
@@ -77,6 +76,9 @@ class Field(NamedTuple):
     def until(self, name: str, value: object) -> None:
         until(lambda: self.value(name) == value)
 
+    def until_logged(self, entry: str, times: int = 1) -> None:
+        until(lambda: self.rig.value("max4/log").count(entry) >= times)
+
     def set(self, **values: object) -> None:
         self.rig.ask("device/max4/set", {"values": {f"pump.{name}": value for name, value in values.items()}})
 
@@ -116,9 +118,10 @@ class Cable:
 
 @pytest.mark.manual("PD-209", "PD-306")
 def test_a_foreign_server_is_read_written_lost_and_found_again(field: Field) -> None:
-    until(lambda: field.rig.value("max4/pump.Errors") >= LOST_AFTER)  # it is not there yet
+    field.until_logged(LOST)  # it is not there yet
     field.server.start()
-    field.until("IsRunning", True)
+    field.until_logged(BACK)
+    assert field.value("IsRunning") is True
     field.until("level", 1234)
     field.until("high", True)
     assert (field.value("low"), field.value("flow")) == (False, 2.5)
@@ -129,10 +132,11 @@ def test_a_foreign_server_is_read_written_lost_and_found_again(field: Field) -> 
     field.until("run_there", True)
 
     field.server.kill()
-    field.until("IsRunning", False)
+    field.until_logged(LOST, 2)
+    assert field.value("IsRunning") is False
     field.until("level", 0)
     field.server.start()
-    field.until("IsRunning", True)
+    field.until_logged(BACK, 2)
     field.until("level", 1234)
     field.until("speed_there", 500)  # it was told again
     field.until("run_there", True)
