@@ -26,6 +26,8 @@ BITS = {**SIGNED, **UNSIGNED, **OTHERS}
 PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
 
 FIRST_OBJECT, LAST_OF_COMMUNICATION = 0x1000, 0x1FFF
+FIRST_SERVER = {"1200:01": 0x600, "1200:02": 0x580}
+"""Always followed by the node-ID (CiA 301 7.5.2.33), also where the file was written for another node."""
 OBJECT = re.compile(r"[0-9A-F]{4}", re.IGNORECASE)
 COMPACT = "CompactSubObj"
 READABLE, WRITABLE = ("ro", "rw", "rwr", "rww", "const"), ("wo", "rw", "rwr", "rww")
@@ -98,6 +100,8 @@ class Description:
         self.entries = {(entry.index, entry.sub): entry for entry in _entries(parsed)}
         for index, count in compact.items():
             self._expand(index, count)
+        for key, cob_id in FIRST_SERVER.items():
+            self.set_default(key, cob_id + node_id)
         self.dummies = {index for index in parsed.indices if index < FIRST_OBJECT and index in BITS}
 
     def set_default(self, key: str, value: bool | int | float | str) -> None:

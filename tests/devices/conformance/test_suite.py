@@ -175,3 +175,14 @@ def test_cases_are_chosen_by_number_name_and_family() -> None:
     assert len(chosen("Heartbeat")) == 7
     with pytest.raises(RigError, match="no case fits sdo 99"):
         chosen("SDO 99")
+
+
+def test_file_that_was_written_for_another_node_says_what_this_one_has(tmp_path: Path) -> None:
+    """Exports of tools hold the COB-IDs of their node as ParameterValue."""
+    eds = tmp_path / "of-node-32.eds"
+    text = IO32.read_text(encoding="latin-1")
+    for sub, cob_id in ((1, 0x620), (2, 0x5A0)):
+        text = text.replace(f"[1200sub{sub}]\n", f"[1200sub{sub}]\nParameterValue={cob_id:#x}\n")
+    eds.write_text(text, encoding="latin-1")
+    description = Description(eds, NODE_ID)
+    assert [entry.default for entry in description.members(0x1200)] == [b"\x05\x06\0\0", b"\x85\x05\0\0"]
