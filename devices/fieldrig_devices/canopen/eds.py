@@ -82,6 +82,10 @@ def _bits(data_type: DataType) -> int:
     return data_type.bits or 0
 
 
+Limits = tuple[float | None, float | None]
+"""LowLimit and HighLimit."""
+
+
 class _Builder:
     """Makes our variables from canopen's, and remembers what was wrong."""
 
@@ -111,7 +115,7 @@ class _Builder:
             source.name,
             data_type,
             access or Access.RW,
-            start=self._start(where, section, source, data_type, low),
+            start=self._start(where, section, source, data_type, (low, high)),
             low=_tighter(low, data_type.low),
             high=_tighter(high, data_type.high),
             is_mappable=source.pdo_mappable,
@@ -124,7 +128,7 @@ class _Builder:
             where = (source.index, None)
         return name_section(*where), sections[where]
 
-    def _start(self, where: str, section: Section, source: ODVariable, data_type: DataType, low: float | None) -> bytes:
+    def _start(self, where: str, section: Section, source: ODVariable, data_type: DataType, limits: Limits) -> bytes:
         """The power-on value: from the file, or the nearest to zero that the limits allow."""
         key, value = (
             ("ParameterValue", source.value) if "ParameterValue" in section else ("DefaultValue", source.default)
@@ -140,7 +144,10 @@ class _Builder:
             return data_type.encode(_count(source)) if isinstance(data_type, Integer) else b""
         if data_type.size is None:
             return b""
-        return data_type.encode(int(low) if low is not None and low > 0 else 0)
+        low, high = limits
+        return data_type.encode(
+            int(low if low is not None and low > 0 else high if high is not None and high < 0 else 0)
+        )
 
     def _limit(self, where: str, section: Section, key: str, data_type: DataType, found: int | None) -> float | None:
         text = section.get(key)
