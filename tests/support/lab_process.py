@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from addresses import free_port
-from running_rig import PATIENCE_S, RunningRig, is_running, until
+from running_rig import PATIENCE_S, AskedRig, is_running, until
 
-from fieldrig.control import Client
 from fieldrig.errors import ControlError
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -29,7 +28,7 @@ AT_REST: dict[str, bool | int | float] = {
 }
 
 
-class LabProcess(RunningRig):
+class LabProcess(AskedRig):
     def __init__(self, file: Path = LAB, can0: str | None = None, **more: object) -> None:
         """`can0` is a CAN bus in place of the lab's hub; `more` are keys of the rig file and their values."""
         self.modbus_port, self.socketcand_port, self.slcan_port = free_port(), free_port(), free_port()
@@ -41,7 +40,6 @@ class LabProcess(RunningRig):
             places["buses.can0.slcan"] = f'{{path: slcan, listen: "127.0.0.1:{self.slcan_port}"}}'
         sets = [word for key, place in places.items() for word in ("--set", f"{key}={place}")]
         super().__init__(file, None, *sets)
-        self._client: Client | None = None
 
     @property
     def run(self) -> Path:
@@ -60,14 +58,6 @@ class LabProcess(RunningRig):
         until(lambda: self.process.poll() is not None or "\nready in " in self.output())
         assert self.process.poll() is None, self.output()
         return self
-
-    def get(self, point: str) -> Any:
-        device, _, key = point.partition("/")
-        return self._control.ask(f"device/{device}/get", {"keys": [key]})[key]
-
-    def set(self, point: str, value: bool | int | float | str) -> None:
-        device, _, key = point.partition("/")
-        self._control.ask(f"device/{device}/set", {"values": {key: value}})
 
     def lines(self) -> dict[str, str]:
         """What `up` has printed to be copied, by part and label, such as "io start it"."""
@@ -129,21 +119,8 @@ class LabProcess(RunningRig):
             *(f"port {port}" for port in ports if _is_listened_at(port)),
         ]
 
-    def close(self) -> None:
-        if self._client is not None:
-            self._client.__exit__()
-            self._client = None
-        super().close()
-
-    @property
-    def _control(self) -> Client:
-        """One session for the many small questions of a test; a `fieldrig` each would take 0.2 s."""
-        if self._client is None:
-            self._client = Client(self.endpoint)
-        return self._client
-
     def _processes(self) -> dict[str, dict[str, Any]]:
-        processes: dict[str, dict[str, Any]] = self._control.ask("rig/status")["processes"]
+        processes: dict[str, dict[str, Any]] = self.control.ask("rig/status")["processes"]
         return processes
 
 

@@ -8,9 +8,8 @@ from typing import Any, Self
 import canopen
 from addresses import free_port
 from canopen.profiles.p402 import BaseNode402
-from running_rig import RunningRig, until
+from running_rig import AskedRig, until
 
-from fieldrig.control import Client
 from fieldrig_devices.max4.can_face_objects import EDS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -27,7 +26,7 @@ class PatientNode402(BaseNode402):
     TIMEOUT_HOMING_DEFAULT = 30
 
 
-class RingProcess(RunningRig):
+class RingProcess(AskedRig):
     def __init__(self, file: str = "ring.yaml", *more: str) -> None:
         """`more` are further options of `up`."""
         self.can_port, self.modbus_port = free_port(), free_port()
@@ -37,7 +36,6 @@ class RingProcess(RunningRig):
         }
         sets = [word for key, place in places.items() for word in ("--set", f"{key}={place}")]
         super().__init__(CONFIGS / file, None, *sets, *more)
-        self._client: Client | None = None
 
     @property
     def run(self) -> Path:
@@ -46,14 +44,6 @@ class RingProcess(RunningRig):
     @property
     def com1(self) -> Path:
         return self.run / "com1"
-
-    def get(self, point: str) -> Any:
-        device, _, key = point.partition("/")
-        return self._control.ask(f"device/{device}/get", {"keys": [key]})[key]
-
-    def set(self, point: str, value: bool | int | float | str) -> None:
-        device, _, key = point.partition("/")
-        self._control.ask(f"device/{device}/set", {"values": {key: value}})
 
     def do(self, words: str) -> None:
         """As an operator at the controller."""
@@ -88,18 +78,6 @@ class RingProcess(RunningRig):
     def codes(self) -> list[int]:
         """Codes, oldest first."""
         return [int(line.split("\t")[5]) for line in str(self.get("max4/log")).splitlines()[::-1]]
-
-    def close(self) -> None:
-        if self._client is not None:
-            self._client.__exit__()
-            self._client = None
-        super().close()
-
-    @property
-    def _control(self) -> Client:
-        if self._client is None:
-            self._client = Client(self.endpoint)
-        return self._client
 
 
 class Plc:

@@ -141,6 +141,32 @@ class RunningRig:
         self.close()
 
 
+class AskedRig(RunningRig):
+    """With one session for the many small questions of a test; a `fieldrig` each would take 0.2 s."""
+
+    _client: Client | None = None
+
+    def get(self, point: str) -> Any:
+        device, _, key = point.partition("/")
+        return self.control.ask(f"device/{device}/get", {"keys": [key]})[key]
+
+    def set(self, point: str, value: bool | int | float | str) -> None:
+        device, _, key = point.partition("/")
+        self.control.ask(f"device/{device}/set", {"values": {key: value}})
+
+    @property
+    def control(self) -> Client:
+        if self._client is None:
+            self._client = Client(self.endpoint)
+        return self._client
+
+    def close(self) -> None:
+        if self._client is not None:
+            self._client.__exit__()
+            self._client = None
+        super().close()
+
+
 def until(condition: Callable[[], bool]) -> None:
     """Wait for it, and fail if it doesn't come in a generous time."""
     give_up_s = time.monotonic() + PATIENCE_S
