@@ -29,6 +29,8 @@ class Context:
         self.turn = BITS_32
         self.threshold = 0.0
         """606Fh, in increments per second."""
+        self.velocity_window = 0.0
+        """606Dh, likewise."""
         self.largest_speed = 0.0
         """607Fh, likewise."""
         self.range: tuple[float, float] | None = None
@@ -60,6 +62,7 @@ class Context:
         )
         self.turn = turn_of(*pair(objects.POSITION_RANGE))
         self.threshold = self.way(numbers[objects.THRESHOLD, 0])
+        self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_unit
         self.largest_speed = self.way(numbers[objects.MAX_VELOCITY, 0])
         self.range = self._range()
 

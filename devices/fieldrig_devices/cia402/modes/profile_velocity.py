@@ -15,8 +15,6 @@ from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import change_speed, move
 
 SPEED_IS_0: Final = BIT_12
-_TARGET: Final = (objects.TARGET_VELOCITY, 0)
-_WINDOW: Final = (objects.VELOCITY_WINDOW, 0)
 _WINDOW_TIME: Final = (objects.VELOCITY_TIME, 0)
 _THRESHOLD_TIME: Final = (objects.THRESHOLD_TIME, 0)
 
@@ -32,33 +30,34 @@ class ProfileVelocity(Mode):
         self._wanted = 0.0
         self._is_stopped = False
         """By a limit switch."""
-        self._is_reached = self._is_moving = False
+        self._asked = 0.0
+        """Without limits."""
         self._reached, self._faster = Window(), Window()
 
     def begin(self) -> None:
         self._is_active = True
         self._reached.reset()
         self._faster.reset()
-        self._is_reached = self._is_moving = False
+        self._asked = self.context.units.speed(self.context.objects[objects.TARGET_VELOCITY])
         self._run()
 
     def end(self) -> None:
         self._is_active = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {_TARGET: self._on_target}
+        return {(objects.TARGET_VELOCITY, 0): self._on_target}
 
     def _on_target(self, velocity: int) -> None:
+        self._asked = self.context.units.speed(velocity)
         if self._is_active and not self.is_halted:
             self._run()
 
     def _run(self) -> None:
         context = self.context
         self._end, self._is_stopped = None, False
-        wanted = context.units.speed(context.objects[objects.TARGET_VELOCITY])
         limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
-        context.is_limited = abs(wanted) > limits.speed
-        self._wanted = min(max(wanted, -limits.speed), limits.speed)
+        context.is_limited = abs(self._asked) > limits.speed
+        self._wanted = min(max(self._asked, -limits.speed), limits.speed)
         context.motion.start(change_speed(context.motion.speed, self._wanted, limits))
 
     def go_on(self) -> None:
@@ -97,18 +96,19 @@ class ProfileVelocity(Mode):
             motion.start(move(end - motion.position, motion.speed, limits))
 
     def _compare(self) -> None:
-        """606Dh to 6070h."""
+        """606Dh to 6070h.  What holds and has held long enough goes on to."""
         context = self.context
         velocity, numbers, cycle_ns = context.motor.velocity, context.objects.numbers, context.cycle_ns
-        wanted = context.units.speed(numbers[_TARGET])
-        is_near = abs(velocity - wanted) <= numbers[_WINDOW] * context.units.per_unit
-        self._is_reached = self._reached.update(is_near, numbers[_WINDOW_TIME], cycle_ns)
+        is_near = abs(velocity - self._asked) <= context.velocity_window
+        if not (is_near and self._reached.is_held):
+            self._reached.update(is_near, numbers[_WINDOW_TIME], cycle_ns)
         is_fast = abs(velocity) > context.threshold
-        self._is_moving = self._faster.update(is_fast, numbers[_THRESHOLD_TIME], cycle_ns)
+        if not (is_fast and self._faster.is_held):
+            self._faster.update(is_fast, numbers[_THRESHOLD_TIME], cycle_ns)
 
     @property
     def status(self) -> int:
-        speed = 0 if self._is_moving else SPEED_IS_0
+        speed = 0 if self._faster.is_held else SPEED_IS_0
         if self.is_halted:
             return speed | self.halted_status
-        return speed | (TARGET_REACHED if self._is_reached else 0)
+        return speed | (TARGET_REACHED if self._reached.is_held else 0)
