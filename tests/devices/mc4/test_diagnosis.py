@@ -66,6 +66,14 @@ def test_a_cause_that_is_still_there_outlives_quitting(diagnosis: Diagnosis) -> 
     assert diagnosis.pending == (Code.ENCODER_MEMORY,)
 
 
+def test_a_cause_that_stays_is_not_forgotten_when_the_same_happens_again(diagnosis: Diagnosis) -> None:
+    diagnosis.raise_(Code.ENCODER_SIGNAL, stays=True)
+    diagnosis.raise_(Code.ENCODER_SIGNAL)
+    assert not diagnosis.quit()
+    diagnosis.end(Code.ENCODER_SIGNAL)
+    assert diagnosis.quit()
+
+
 def test_reacts_once(diagnosis: Diagnosis, reactions: list[Reaction]) -> None:
     for _ in range(3):
         diagnosis.raise_(Code.DC_BUS_CONTROLLER, stays=True)

@@ -203,6 +203,14 @@ def test_two_of_the_masters_in_a_row_bring_the_drive_down(telegram: str, status:
     assert bench.master.phase == 0  # for its ATs are missing
 
 
+def test_ats_may_be_missing_again_and_again_but_not_in_a_row() -> None:
+    bench = RingBench(3, 1).up()
+    for count in range(1, 6):
+        failing(bench, what="distort", station="drive1", telegram="at", count=1)
+        assert [(event.address, event.code) for event in bench.seen(Event.AT_FAILED)] == [(1, 1)]
+        assert (bench.master.phase, bench.master.drives[1].lost) == (4, count)
+
+
 def test_two_ats_in_a_row_bring_the_ring_down() -> None:
     bench = failing(RingBench(3, 1).up(), what="distort", station="drive1", telegram="at", count=2)
     assert [(event.address, event.code) for event in bench.seen(Event.AT_FAILED)] == [(1, 1), (1, 2)]
