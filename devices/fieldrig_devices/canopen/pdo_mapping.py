@@ -66,6 +66,10 @@ class Mapping:
         """Bytes of the PDO."""
         return (sum(part.bits for part in self.parts) + 7) // 8
 
+    @property
+    def has_command(self) -> bool:
+        return any(part.variable is not None and part.variable.is_command for part in self.parts)
+
     def reset(self) -> None:
         """Take what the dictionary holds; a mapping that the EDS has wrong leaves the PDO empty."""
         count = 0 if self._count is None else self._count.number

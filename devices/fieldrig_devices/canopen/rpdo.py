@@ -17,6 +17,7 @@ from fieldrig_devices.canopen.sync import Sync
 
 COMMUNICATION, MAPPING = 0x1400, 0x1600
 """Parameters of the first of 512."""
+NUMBERS = 512
 
 LAST_SYNCHRONOUS = 240
 EVENT_DRIVEN = (254, 255)
@@ -35,6 +36,7 @@ class Rpdo(Service):
         self._event_time = dictionary.get(COMMUNICATION + number, 5)
         self._overdue = Deadline(clock, self._on_overdue)
         self._mapping = Mapping(dictionary, MAPPING + number, Direction.RECEIVE, self._is_valid)
+        self._order = 0, number
         self._size = 0
         self._timeout_ns = 0
         self._is_synchronous = False
@@ -80,7 +82,10 @@ class Rpdo(Service):
         self._watch_time(is_there)
         self._port.listen(self, Object.PDO, can_key(cob_id) if is_there else None, self._on_frame)
         is_synchronised = is_there and self._is_synchronous and self._port.state is State.OPERATIONAL
-        self._sync.subscribe((0, self._number), self._on_sync if is_synchronised else None)
+        self._sync.subscribe(self._order, None)
+        # one that carries a command after all others, so that it finds what they bring
+        self._order = 0, self._number + NUMBERS * self._mapping.has_command
+        self._sync.subscribe(self._order, self._on_sync if is_synchronised else None)
         if not is_synchronised:
             self._waiting = None  # it may come back with another mapping
 

@@ -54,6 +54,14 @@ def test_a_control_word_acts_with_the_target_of_its_rpdo(bench: Cia402Bench, syn
     assert bench.cycles(60).motor.position == 10_000
 
 
+def test_a_control_word_acts_with_the_targets_of_its_sync(bench: Cia402Bench) -> None:
+    """RPDO 1 has the control word, RPDO 5 here the target; all count with the SYNC at once."""
+    bench.put(0x1400, 1, 2).put(0x1404, 1, 2).put(0x1604, 0, 0).put(0x1604, 0x607A_0020, 1).put(0x1604, 1, 0)
+    bench.put(0x1404, 0x0000_0215, 1).put(0x607A, 7).enabled(PP)
+    bench.send("205#1F 00", "215#10 27 00 00", "080#")
+    assert bench.cycles(60).motor.position == 10_000
+
+
 def test_a_control_word_acts_in_the_mode_of_its_rpdo(bench: Cia402Bench) -> None:
     """RPDO 2 carries 6040h first and 6060h behind it: homing is begun, method 35."""
     bench.enabled(PP)
