@@ -203,6 +203,9 @@ class Rig:
                 if self.on_delivery is not None:
                     self.on_delivery(self.buses[bus], delivery)
                 one = ((bus, delivery.message),)  # the same for all, for they may be many
+                if not inbox:
+                    inbox = dict.fromkeys(delivery.receivers, one)
+                    continue
                 for receiver in delivery.receivers:
                     inbox[receiver] = (*inbox[receiver], *one) if receiver in inbox else one
         return inbox

@@ -65,7 +65,8 @@ class RingSide:
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
-        self.feedback: Callable[[], tuple[int, ...]] = tuple
+        self._moving: Callable[[tuple[int, ...]], tuple[int, ...]] = tuple
+        """The values of the AT, of which the standing ones are given."""
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
         self.slave.command(idns.READ_PLATE, self._on_read_plate)
@@ -99,7 +100,7 @@ class RingSide:
             self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
-        return self._status, self.feedback()
+        return self._status, self._moving(self._standing)
 
     def _look(self, values: tuple[int, ...], lead_ns: int) -> tuple[int, tuple[int, ...]]:
         machine, control = self._machine, values[0]
@@ -113,7 +114,7 @@ class RingSide:
         machine.look()
         self._value(values[self._place])
         self._check_following()
-        return self._status, self.feedback()
+        return self._status, self._moving(self._standing)
 
     def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         """The set position goes on as it did before: the next one that comes finds it there."""
@@ -121,7 +122,10 @@ class RingSide:
         self._look(values, self._clock.now_ns() - machine.at_ns - self._cycle_ns)
         if machine.follows and machine.operation_mode & 7 == 3:
             machine.axis.follow(machine.axis.set_increments + machine.axis.moved)
-        return self._status, self.feedback()
+        return self._status, self._moving(self._standing)
+
+    def feedback(self) -> tuple[int, ...]:
+        return self._moving(self._standing)
 
     def _look_at_slow_things(self) -> None:
         machine = self._machine
@@ -261,10 +265,9 @@ class RingSide:
         self._read_standing()
         moving = telegrams.at[:first]
         if all(idn in MOVING for idn in moving):
-            shaft = moving_numbers(machine, moving)
-            self.feedback = lambda: shaft() + self._standing
+            self._moving = moving_numbers(machine, moving)
         else:
-            self.feedback = lambda: (*[number() for number in numbers[:first]], *self._standing)
+            self._moving = lambda standing: (*[number() for number in numbers[:first]], *standing)
 
     def _read_standing(self) -> None:
         self._standing = tuple(number() for number in self._standing_numbers)

@@ -31,16 +31,16 @@ MOVING: Final = {
 """Of the axis, by IDN."""
 
 
-def moving_numbers(machine: Machine, idns: Sequence[int]) -> Callable[[], tuple[int, ...]]:
-    """All values of these IDNs of `MOVING`."""
+def moving_numbers(machine: Machine, idns: Sequence[int]) -> Callable[[tuple[int, ...]], tuple[int, ...]]:
+    """All values of these IDNs of `MOVING`, with those that are given behind them."""
     values = "".join(f"({MOVING[idn]}), " for idn in idns)
-    text = f"def numbers():\n    axis = machine.axis\n    return ({values})\n"
+    text = f"def numbers(others):\n    axis = machine.axis\n    return ({values}*others)\n"
     space: dict[str, object] = {
         "machine": machine, "INCREMENTS": INCREMENTS, "SPEED_UNIT": SPEED_UNIT, "HALF": _HALF, "ALL": _ALL,
         "round": round, "max": max, "min": min, "__builtins__": {},
     }  # fmt: skip
     exec(text, space)
-    return cast(Callable[[], tuple[int, ...]], space["numbers"])
+    return cast(Callable[[tuple[int, ...]], tuple[int, ...]], space["numbers"])
 
 
 def position_at(machine: Machine, now_ns: int) -> int:
@@ -56,7 +56,7 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
 
     def moving(idn: int) -> Number:
         numbers = moving_numbers(machine, [idn])
-        return lambda: numbers()[0]
+        return lambda: numbers(())[0]
 
     def signals() -> int:
         chain = machine.chain
