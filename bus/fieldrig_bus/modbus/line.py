@@ -27,15 +27,10 @@ from fieldrig_bus.modbus.framing_rtu import RtuFramer, request_size, response_si
 from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.line_client import LineClient
 from fieldrig_bus.modbus.line_model import LineModel
-from fieldrig_bus.modbus.line_ports import (
-    DiallingPort,
-    ModbusLineSettings,
-    PtyPort,
-    Session,
-    TcpLinePort,
-    UartPort,
-)
+from fieldrig_bus.modbus.line_place import ModbusLineSettings, Session
+from fieldrig_bus.modbus.line_ports import DiallingPort, PtyPort, TcpLinePort
 from fieldrig_bus.modbus.line_session import LineSession
+from fieldrig_bus.modbus.line_uart import UartPort
 from fieldrig_bus.modbus.model import ModbusModel
 
 

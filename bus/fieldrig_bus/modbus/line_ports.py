@@ -1,77 +1,17 @@
-"""Where the outside end of a serial line is: a pty, a real port, or a TCP connection that carries its bytes.
+"""A serial line's outside end on a pty, or at the other end of a TCP connection that carries its bytes.
 
-What stands there is a master, or, with `servers`, those units: then the line's master is in the rig.  A real port that
-vanishes is opened again when it is back.
+What stands there is a master, or, with `servers`, those units: then the line's master is in the rig.
 """
 
-import asyncio
-import logging
-import os
-from collections.abc import Callable
-from typing import Any, Protocol, Self, cast
-
-from pydantic import Field, model_validator
-from serial import serial_for_url
-from serial.serialutil import SerialException
+from typing import Any
 
 from fieldrig.bus import Hub, Port
-from fieldrig.errors import BusError
 from fieldrig.link import Link
 from fieldrig.net import split_address
-from fieldrig_bus.modbus.dialler import Dialler, Handlers, pause_s
-from fieldrig_bus.modbus.kind import CharacterSettings
-from fieldrig_bus.modbus.outside import ServerAddress, UnitId
-from fieldrig_bus.modbus.routing import SERVER
+from fieldrig_bus.modbus.dialler import Dialler, Handlers
+from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
 from fieldrig_bus.modbus.sockets import Master, Masters
-from fieldrig_bus.net import Address, HubSettings
 from fieldrig_bus.pty import Pty
-
-log = logging.getLogger(__name__)
-
-
-class Session(Protocol):
-    """What is done with the bytes of a line."""
-
-    def on_bytes(self, data: bytes) -> None: ...
-
-    def close(self) -> None: ...
-
-
-MakeSession = Callable[[Hub, Link[Any], Callable[[bytes], None]], Session]
-
-
-class ModbusLineSettings(HubSettings, CharacterSettings):
-    pty: str | None = Field(
-        default=None, description="name of a pty in the run folder: what a master opens as its port"
-    )
-    port: str | None = Field(default=None, description="a real port, such as /dev/ttyUSB0")
-    listen: Address | None = Field(default=None, description="host:port where the line's bytes go over TCP")
-    baud: int = Field(default=19200, ge=300, le=10_000_000)
-    dial: ServerAddress | None = Field(
-        default=None, description="host:port of a serial server that has the line; it is connected to"
-    )
-    max_connections: int = Field(default=8, ge=1, description="masters at `listen`")
-    servers: list[UnitId] = Field(
-        default_factory=list, description="units at the outside end that devices of the rig ask; without: a master"
-    )
-    response_timeout_ms: int = Field(
-        default=1000, ge=1, le=600_000, description="how long the line waits for one of `servers` (V1.02, 2.4.1)"
-    )
-    turnaround_ms: int = Field(default=100, ge=0, le=10_000, description="silence after a broadcast to them")
-
-    @model_validator(mode="after")
-    def _check_one_way_in(self) -> Self:
-        if sum(way is not None for way in (self.pty, self.port, self.listen, self.dial)) != 1:
-            raise ValueError("exactly one of pty, port, listen and dial says where the line is")
-        if self.servers and self.listen is not None:
-            raise ValueError("listen is for masters: dial, port or pty would be right beside servers")
-        if twice := sorted({unit for unit in self.servers if self.servers.count(unit) > 1}):
-            raise ValueError(f"servers: {', '.join(map(str, twice))}: each unit once would be right")
-        return self
-
-    def member(self, name: str) -> str:
-        """What the outside end is called on the bus."""
-        return SERVER + name if self.servers else name
 
 
 class PtyPort(Port):
@@ -101,96 +41,6 @@ class PtyPort(Port):
         if self._pty is not None:
             self._pty.forget()
             self._pty.write(data)
-
-
-class UartPort(Port):
-    def __init__(self, bus: str, settings: ModbusLineSettings, make_session: MakeSession) -> None:
-        self._bus, self._settings, self._make_session = bus, settings, make_session
-        self._device, self._member = settings.port or "", settings.member("port")
-        self._hub: Hub | None = None
-        self._serial: Any = None
-        self._session: Session | None = None
-        self._failures = 0
-        self._again: asyncio.TimerHandle | None = None
-
-    async def open(self, hub: Hub) -> None:
-        try:
-            self._plug_in()
-        except (SerialException, ValueError) as cause:
-            remedy = "plug it in, name another port, or join the group that may open it (dialout)"
-            raise BusError(f"{self._bus}: can't open {self._device}: {cause}", remedy) from cause
-        self._hub = hub
-        self._session = self._make_session(hub, hub.join(self._member), self._write)
-
-    async def close(self) -> None:
-        if self._again is not None:
-            self._again.cancel()
-        if self._serial is not None:
-            self._unplug(self._serial)
-        if self._hub is not None and self._session is not None:
-            self._session.close()
-            self._hub.leave(self._member)
-        self._hub = None
-
-    def _plug_in(self) -> None:
-        """SerialException or ValueError if that can't be done."""
-        settings, open_uart = self._settings, cast(Callable[..., Any], serial_for_url)
-        self._serial = open_uart(
-            self._device,
-            settings.baud,
-            settings.data_bits,
-            settings.parity,
-            settings.stop_bits,
-            timeout=0,
-            exclusive=True,
-        )
-        asyncio.get_running_loop().add_reader(self._serial.fileno(), self._on_readable)
-
-    def _plug_in_again(self) -> None:
-        try:
-            self._plug_in()
-        except (SerialException, ValueError) as fault:
-            log.debug("%s: %s", self._bus, fault)
-            self._wait()
-        else:
-            self._failures = 0
-            log.info("%s: %s is back", self._bus, self._device)
-
-    def _wait(self) -> None:
-        self._failures += 1
-        self._again = asyncio.get_running_loop().call_later(pause_s(self._failures), self._plug_in_again)
-
-    def _write(self, data: bytes) -> None:
-        if self._serial is None:
-            return
-        try:
-            written = os.write(self._serial.fileno(), data)
-        except OSError as fault:
-            written = 0
-            log.debug("%s: %s", self._device, fault)
-        if written < len(data):
-            log.debug("%s takes no more: a frame of %d bytes is lost", self._device, len(data))
-
-    def _on_readable(self) -> None:
-        if self._serial is None or self._session is None:
-            return
-        try:
-            data = os.read(self._serial.fileno(), 4096)
-        except BlockingIOError:
-            return
-        except OSError:
-            data = b""
-        if data:
-            self._session.on_bytes(data)
-        else:
-            log.warning("%s: %s is gone", self._bus, self._device)
-            self._unplug(self._serial)
-            self._wait()
-
-    def _unplug(self, uart: Any) -> None:
-        asyncio.get_running_loop().remove_reader(uart.fileno())
-        uart.close()
-        self._serial = None
 
 
 class TcpLinePort(Port):

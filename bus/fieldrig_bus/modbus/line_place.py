@@ -1,0 +1,58 @@
+"""What a rig file says about the outside end of a serial line, and what is done with its bytes."""
+
+from collections.abc import Callable
+from typing import Any, Protocol, Self
+
+from pydantic import Field, model_validator
+
+from fieldrig.bus import Hub
+from fieldrig.link import Link
+from fieldrig_bus.modbus.kind import CharacterSettings
+from fieldrig_bus.modbus.outside import ServerAddress, UnitId
+from fieldrig_bus.modbus.routing import SERVER
+from fieldrig_bus.net import Address, HubSettings
+
+
+class Session(Protocol):
+    """What is done with the bytes of a line."""
+
+    def on_bytes(self, data: bytes) -> None: ...
+
+    def close(self) -> None: ...
+
+
+MakeSession = Callable[[Hub, Link[Any], Callable[[bytes], None]], Session]
+
+
+class ModbusLineSettings(HubSettings, CharacterSettings):
+    pty: str | None = Field(
+        default=None, description="name of a pty in the run folder: what a master opens as its port"
+    )
+    port: str | None = Field(default=None, description="a real port, such as /dev/ttyUSB0")
+    listen: Address | None = Field(default=None, description="host:port where the line's bytes go over TCP")
+    baud: int = Field(default=19200, ge=300, le=10_000_000)
+    dial: ServerAddress | None = Field(
+        default=None, description="host:port of a serial server that has the line; it is connected to"
+    )
+    max_connections: int = Field(default=8, ge=1, description="masters at `listen`")
+    servers: list[UnitId] = Field(
+        default_factory=list, description="units at the outside end that devices of the rig ask; without: a master"
+    )
+    response_timeout_ms: int = Field(
+        default=1000, ge=1, le=600_000, description="how long the line waits for one of `servers` (V1.02, 2.4.1)"
+    )
+    turnaround_ms: int = Field(default=100, ge=0, le=10_000, description="silence after a broadcast to them")
+
+    @model_validator(mode="after")
+    def _check_one_way_in(self) -> Self:
+        if sum(way is not None for way in (self.pty, self.port, self.listen, self.dial)) != 1:
+            raise ValueError("exactly one of pty, port, listen and dial says where the line is")
+        if self.servers and self.listen is not None:
+            raise ValueError("listen is for masters: dial, port or pty would be right beside servers")
+        if twice := sorted({unit for unit in self.servers if self.servers.count(unit) > 1}):
+            raise ValueError(f"servers: {', '.join(map(str, twice))}: each unit once would be right")
+        return self
+
+    def member(self, name: str) -> str:
+        """What the outside end is called on the bus."""
+        return SERVER + name if self.servers else name
