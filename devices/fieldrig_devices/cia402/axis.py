@@ -19,11 +19,11 @@ from fieldrig_devices.cia402.axis_drive import NO_MODE, AxisDrive
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import HALT
-from fieldrig_devices.cia402.motor import Kind, Motor
+from fieldrig_devices.cia402.motor import Motor
+from fieldrig_devices.cia402.shown import show
 from fieldrig_devices.cia402.state_machine import StateMachine
 from fieldrig_devices.cia402.states import State
 from fieldrig_devices.cia402.touch_probe import TouchProbes
-from fieldrig_devices.cia402.units import BITS_32
 
 # Status word, besides the state's bits and the mode's
 VOLTAGE_ENABLED: Final = 0x0010
@@ -124,7 +124,8 @@ class Cia402Axis(Service):
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)
         self._connect_modes()
-        self._connect_readers()
+        show(numbers, self._context, self._motor, self.drive)
+        numbers.read_by(objects.STATUS_WORD, lambda: self.status_word)
 
     def _connect_modes(self) -> None:
         """Several modes may look at the same object; each knows whether it is its turn."""
@@ -134,28 +135,6 @@ class Cia402Axis(Service):
                 together.setdefault(key, []).append(act)
         for (index, subindex), several in together.items():
             self._numbers.on_write(index, _all(several), subindex)
-
-    def _connect_readers(self) -> None:
-        context, motor, drive = self._context, self._motor, self.drive
-        for index, read in (
-            (objects.ERROR_CODE, lambda: drive.error),
-            (objects.STATUS_WORD, lambda: self.status_word),
-            (objects.MODE_DISPLAY, lambda: drive.shown_mode),
-            (objects.POSITION_DEMAND, lambda: context.shown(context.motion.position)),
-            (objects.POSITION_INTERNAL, lambda: BITS_32.shown(motor.position)),
-            (objects.POSITION_ACTUAL, lambda: context.shown(motor.position)),
-            (objects.VELOCITY_DEMAND, lambda: context.units.velocity(context.motion.speed)),
-            (objects.VELOCITY_ACTUAL, lambda: context.units.velocity(motor.velocity)),
-            (objects.TORQUE_DEMAND, lambda: round(drive.set_value) if drive.kind is Kind.TORQUE else 0),
-            (objects.RATED_TORQUE, lambda: motor.rated_torque_mnm),
-            (objects.TORQUE_ACTUAL, lambda: motor.torque),
-            (objects.FOLLOWING_ERROR, lambda: round(drive.following_error / context.units.per_unit)),
-            (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(context.motion.position))),
-            (objects.INPUTS, lambda: motor.inputs),
-            (objects.SUPPORTED_MODES, lambda: sum(1 << (number - 1) for number in drive.supported)),
-            (objects.DEVICE_TYPE, lambda: objects.SERVO_DRIVE if motor.is_there else 0),
-        ):
-            self._numbers.read_by(index, read)
 
     def _on_control(self, word: int) -> None:
         self._is_woken = True

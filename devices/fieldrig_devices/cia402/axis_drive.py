@@ -69,7 +69,6 @@ class AxisDrive:
         self.mode.end()
         self.mode = self.modes[number]
         self.shown_mode = number
-        self._context.is_limited = False
         if self.is_moving:
             self._begin_mode()
 
@@ -84,7 +83,7 @@ class AxisDrive:
         else:
             self.mode.go_on()
 
-    # ---- `state_machine.Drive`
+    # ---- `drive.Drive`
 
     @property
     def is_there(self) -> bool:
@@ -154,7 +153,7 @@ class AxisDrive:
         self._motor.reset(done)
 
     def _begin_mode(self) -> None:
-        self.mode.is_halted = self._is_halted = False
+        self.mode.is_halted = self._is_halted = self._context.is_limited = False
         self._context.switches.release()
         self.mode.begin()
         self.halt(self._is_halt_wanted)

@@ -1,7 +1,13 @@
 """An axis on the bus: state machine and objects through SDO and PDO, PDOs of axis n, option codes, faults, units."""
 
+import math
+
 import pytest
 from cia402_bench import Cia402Bench
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig_devices.cia402.objects import ROWS, Row
 
 PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
 
@@ -279,3 +285,27 @@ def test_inputs_and_outputs(bench: Cia402Bench) -> None:
 def test_the_motor_tells_its_torque(bench: Cia402Bench) -> None:
     bench.motor.torque = -1_234
     assert (bench.get(0x6077), bench.get(0x6076)) == (-1_234, 2_500)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from([row for row in ROWS if row.access != "ro"])
+            | st.sampled_from([row for row in ROWS if row.index in (0x6040, 0x6060, 0x607A, 0x60FF)]),
+            st.sampled_from([0, 1, 3, 6, 7, 8, 9, 0x0F, 0x1F, 0x3F, 0x80, 0x010F, -1])
+            | st.integers(-(2**31), 2**31 - 1),
+            st.integers(0, 5),
+        ),
+        max_size=40,
+    )
+)
+def test_whatever_a_master_writes_set_values_are_numbers(orders: list[tuple[Row, int, int]]) -> None:
+    bench = Cia402Bench()
+    bench.motor.switches = lambda position: (position < -50_000) | (position > 50_000) << 1 | (position > 0) << 2
+    bench.control(0x06).control(0x07)
+    for row, value, cycles in orders:
+        bench.try_put(row.index, value, row.subindex or 0)
+        bench.cycles(cycles)
+        assert math.isfinite(bench.axis.drive.set_value)
+        assert bench.get(0x6061) in (0, 1, 3, 4, 6, 7, 8, 9, 10)

@@ -122,6 +122,14 @@ def test_pp_software_limits_with_home_offset(bench: Cia402Bench) -> None:
     assert bench.motor.position == 75_000
 
 
+def test_a_limit_is_not_shown_any_more_when_the_axis_is_enabled_again(bench: Cia402Bench) -> None:
+    bench.put(0x607D, -100_000, 1).put(0x607D, 100_000, 2).put(0x607A, 500_000).enabled(PP).control(0x1F)
+    reached(bench)
+    assert bench.status(0x0800) == 0x0800
+    bench.control(0x06).control(0x0F).cycles(2)
+    assert bench.status(0x086F) == 0x0027
+
+
 def test_pp_the_largest_velocity_and_accelerations_hold(bench: Cia402Bench) -> None:
     bench.put(0x6081, 50_000_000).put(0x607F, 500_000).put(0x60C5, 1_000_000).put(0x60C6, 2_000_000)
     bench.put(0x607A, 2_000_000).put(0x6067, 0).enabled(PP).control(0x1F)

@@ -1,0 +1,30 @@
+"""What an axis shows in the object dictionary: actual values, demands, and what it can do."""
+
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.axis_drive import AxisDrive
+from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.motor import Kind, Motor
+from fieldrig_devices.cia402.units import BITS_32
+
+
+def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive) -> None:
+    """All but the status word."""
+    for index, read in (
+        (objects.ERROR_CODE, lambda: drive.error),
+        (objects.MODE_DISPLAY, lambda: drive.shown_mode),
+        (objects.POSITION_DEMAND, lambda: context.shown(context.motion.position)),
+        (objects.POSITION_INTERNAL, lambda: BITS_32.shown(motor.position)),
+        (objects.POSITION_ACTUAL, lambda: context.shown(motor.position)),
+        (objects.VELOCITY_DEMAND, lambda: context.units.velocity(context.motion.speed)),
+        (objects.VELOCITY_ACTUAL, lambda: context.units.velocity(motor.velocity)),
+        (objects.TORQUE_DEMAND, lambda: round(drive.set_value) if drive.kind is Kind.TORQUE else 0),
+        (objects.RATED_TORQUE, lambda: motor.rated_torque_mnm),
+        (objects.TORQUE_ACTUAL, lambda: motor.torque),
+        (objects.FOLLOWING_ERROR, lambda: round(drive.following_error / context.units.per_unit)),
+        (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(context.motion.position))),
+        (objects.INPUTS, lambda: motor.inputs),
+        (objects.SUPPORTED_MODES, lambda: sum(1 << (number - 1) for number in drive.supported)),
+        (objects.DEVICE_TYPE, lambda: objects.SERVO_DRIVE if motor.is_there else 0),
+    ):
+        numbers.read_by(index, read)
