@@ -81,7 +81,7 @@ class Supervisor:
             else:
                 if lived_s > SETTLED_S:
                     backoff_s = FIRST_BACKOFF_S
-                self.roster.tell("died", member.name, f"{how_it_ended(code)}; starting it again")
+                self.roster.tell("died", member.name, f"{self._why(member, code)}; starting it again")
                 await asyncio.wait({self._ended}, timeout=backoff_s)
                 backoff_s = min(2 * backoff_s, LONGEST_BACKOFF_S)
             if self._ended.done():
@@ -105,10 +105,15 @@ class Supervisor:
             self.end(Exit.DEVICE_FAILED)
         elif member.plan.on_exit == "ignore":
             roster.set_state(member, State.GONE)
-            roster.tell("gone", name, f"{how_it_ended(code)}; the rig goes on without it")
+            roster.tell("gone", name, f"{self._why(member, code)}; the rig goes on without it")
         else:
             return True
         return False
+
+    def _why(self, member: Member, code: int) -> str:
+        """In a line; after a fault of a device's own code with what Python said last."""
+        said = self._children[member.name].tail().splitlines() if code == Exit.CRASHED else []
+        return how_it_ended(code) + (f" ({said[-1]})" if said else "")
 
     def _fail_start(self, member: Member, how: str, code: Exit) -> None:
         """Only the first one counts: the others end because of it, or are stopped with the rig."""

@@ -152,7 +152,10 @@ def test_a_fault_in_a_devices_code_is_in_its_log_and_it_is_started_again() -> No
         rig.tool("set", "extra/hit=true")
         rig.until_back("extra")
         assert "RuntimeError: hit too hard" in rig.log("extra")
-        assert "extra died: exit code 70" in rig.output()
+        assert (
+            "extra died: exit code 70: a device's own code failed (RuntimeError: hit too hard); starting it again"
+            in rig.output()
+        )
 
 
 def test_on_exit_stop_ends_the_rig() -> None:
