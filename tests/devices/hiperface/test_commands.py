@@ -236,3 +236,15 @@ def test_messages_wait_are_flagged_and_read_one_by_one() -> None:
     assert bench.ask("50") == "50 1e"
     assert bench.ask("50") == "50 00"
     assert bench.ask("42") == "42 00 00 00 00"
+
+
+def test_too_hot_is_told_when_it_becomes_so_and_not_again_and_again() -> None:
+    bench = EncoderBench()
+    for degc in (116, 117, 130):
+        bench.encoder.requests.set_temperature(degc)
+    assert [bench.ask("50") for _ in range(2)] == ["50 1e", "50 00"]
+    bench.encoder.requests.set_temperature(131)
+    assert bench.ask("50") == "50 00"
+    bench.encoder.requests.set_temperature(115)
+    bench.encoder.requests.set_temperature(116)
+    assert bench.ask("50") == "50 1e"

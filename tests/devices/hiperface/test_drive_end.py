@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig_bus.serial.message import SerialMessage
-from fieldrig_devices.hiperface.client import Failure, Motor, read_plate, write_plate
+from fieldrig_devices.hiperface.client import Failure, Motor, MotorError, read_plate, read_position, write_plate
 from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError
 from fieldrig_devices.hiperface.drive_end import EncoderEnd, built_in
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
@@ -199,6 +199,36 @@ def test_plate_is_written_and_half_a_plate_is_none() -> None:
     assert kept[-1] == other.encode()
     assert len(kept) > 3
     assert all(between[:6] == b"\xff" * 6 for between in kept[1:-1])
+
+
+def test_plate_that_is_read_back_otherwise_was_not_written() -> None:
+    there = encoder()
+    there.requests.trouble.plate = lambda _field: PLATE.encode()
+    bench = Bench(there)
+    done = list[Conversation[None]]()
+    bench.end.ask(write_plate(PLATE.model_copy(update={"serial_number": "17-0002"})), done.append)
+    bench.clock.advance_to(5000 * MS)
+    with pytest.raises(MotorError, match="not what was written") as wrong:
+        done[0].result()
+    assert wrong.value.failure is Failure.CHECKSUM
+
+
+def test_late_bytes_of_an_answer_that_was_given_up_put_the_next_request_off() -> None:
+    """So that they are not taken for its answer."""
+    talk = Conversation(read_position())
+    request = talk.due(0)
+    over = talk.next_ns()
+    assert over is not None
+    assert talk.due(over) == b""
+    again = talk.next_ns()
+    assert again is not None
+    late = again - MS
+    talk.receive(late, bytes.fromhex("40 42 00 00"))
+    assert talk.due(again) == b""
+    assert talk.next_ns() == late + 6 * MS
+    assert talk.due(late + 6 * MS) == request
+    talk.receive(late + 20 * MS, bytes.fromhex("40 42 00 00 00 07 05"))
+    assert talk.result() == 7
 
 
 def test_plate_is_written_into_an_empty_memory() -> None:

@@ -6,6 +6,7 @@ import pytest
 from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError
+from fieldrig.store import MemoryStore
 from fieldrig_devices.max4.retain import WRITE_CYCLES
 
 KB = 1024
@@ -111,3 +112,22 @@ def test_retained_before_declared_before_the_default_of_the_type() -> None:
     assert bench.max4.ram.nvram[0] == 0xA1, "1: retained, for RetainInit was not saved"
     assert bench.get("MsgFilter") == 0x0FFF, "2: the declared start value"
     assert bench.get("RetainInit") is False, "3: the default of its type"
+
+
+def test_ram_of_rubbish_is_empty() -> None:
+    """As of another device, or of a capacitor that was flat."""
+    store = MemoryStore()
+    store.buffered_ram(65_536)[:] = b"\xa5" * 65_536
+    bench = Bench(store=store).run(100)
+    assert bench.codes() == [8002, 8003]
+    assert not any(bench.max4.ram.nvram)
+
+
+def test_without_power_nothing_is_recorded() -> None:
+    bench = Bench().run(100)
+    bench.fault("max4", what="power_off")
+    bench.run(10)
+    with bench.rig._present("max4"):
+        bench.max4.tcp_connected("10.205.10.24")
+    assert bench.codes() == [8002, 8003]
+    assert bench.get("DiagCode") == 0
