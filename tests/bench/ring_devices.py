@@ -100,9 +100,10 @@ class Master(Device):
         self._cycles += 1
         swing = round(SWING * sin(self._cycles * 0.002))
         base, set_commands = self._base, self.ring.set_commands
+        values = self.ring.command_values
         for address, drive in self.ring.drives.items():
             if address in base:
-                set_commands(address, ENABLED, base[address] + swing)
+                values[drive.place + HEAD_VALUES] = base[address] + swing
                 continue
             set_commands(address, ENABLED, drive.feedback[0])
             if drive.status & FOLLOWS and abs(swing) < 500:

@@ -45,20 +45,22 @@ class DcCircuit:
 
     def go(self, seconds: float, work_j: float) -> None:
         """Some time further, in which the motor took so much energy, or gave it back (below 0)."""
-        self._exchange(work_j)
-        if self.is_mains_on and self.volt < self.full_v:
-            self.volt += (self.full_v - self.volt) * -_expm1(seconds / self.charge_s)
-        elif not self.is_mains_on or self.volt > self.full_v:
+        full_v = self.full_v
+        self._exchange(work_j, full_v)
+        if self.is_mains_on and self.volt < full_v:
+            self.volt += (full_v - self.volt) * -_expm1(seconds / self.charge_s)
+        elif not self.is_mains_on or self.volt > full_v:
             self.volt *= exp(-seconds / self.discharge_s)
         if self.volt > BALLAST_V:
             burnt = self.volt * exp(-seconds / (self.ballast_ohm * self.capacity_f))
             self.volt = max(burnt, BALLAST_V)
 
-    def _exchange(self, work_j: float) -> None:
-        if self.is_mains_on and self.volt >= self.full_v * CHARGED_SHARE and work_j > 0:
-            surplus = self.capacity_f / 2 * (self.volt**2 - self.full_v**2)
+    def _exchange(self, work_j: float, full_v: float) -> None:
+        if self.is_mains_on and self.volt >= full_v * CHARGED_SHARE and work_j > 0:
+            surplus = self.capacity_f / 2 * (self.volt**2 - full_v**2)
             work_j = min(work_j, max(surplus, 0.0))  # the rest comes from the mains
-        self.volt = sqrt(max(0.0, self.volt**2 - 2 * work_j / self.capacity_f))
+        if work_j:
+            self.volt = sqrt(max(0.0, self.volt**2 - 2 * work_j / self.capacity_f))
 
 
 def _expm1(ratio: float) -> float:

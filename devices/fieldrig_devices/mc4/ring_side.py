@@ -55,7 +55,7 @@ class RingSide:
         """Of the command value that counts, among the values of the MDT; 0: none does."""
         self._value: Callable[[int], None] = _no_value
         self._most_error = 0.0
-        self._warnings_seen = self._states_seen = 0
+        self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
         self._standing_numbers: list[Number] = []
         self._standing: tuple[int, ...] = ()
@@ -76,6 +76,8 @@ class RingSide:
             table[idn].watchers.append(self._on_parameter)
         for idn in (206, 207, idns.STOP_TIME_LIMIT, idns.COAST_OPTION):
             table[idn].watchers.append(self._on_time)
+        for idn in (97, 98):
+            table[idn].watchers.append(self.refresh)
         table[idns.LANGUAGE].watchers.append(self._on_language)
         table[12].reader, table[13].reader = self._read_warnings, self._read_states
         table[95].reader = lambda: table[95].encoded(self.message)
@@ -133,9 +135,8 @@ class RingSide:
         self._until_ns = machine.next_slow_ns
         if is_otherwise:
             machine.look()
-        else:
+        elif machine.thermal.warnings != self._warnings or self._table[98].number:
             self._status = self._status_word()
-            self._read_standing()
 
     def _on_control(self, control: int) -> None:
         before, self._control = self._control, control
@@ -195,7 +196,8 @@ class RingSide:
             word |= words.CLASS_1_ERROR
         if machine.follows:
             word |= FOLLOWS
-        if (machine.thermal.warnings ^ self._warnings_seen) & self._table[97].number:
+        self._warnings = machine.thermal.warnings
+        if (self._warnings ^ self._warnings_seen) & self._table[97].number:
             word |= words.CLASS_2_CHANGED
         mask = self._table[98].number
         if mask and (self.states ^ self._states_seen) & mask:
@@ -223,10 +225,12 @@ class RingSide:
 
     def _read_warnings(self) -> bytes:
         self._warnings_seen = self._machine.thermal.warnings
+        self._status = self._status_word()
         return self._table[12].encoded(self._warnings_seen)
 
     def _read_states(self) -> bytes:
         self._states_seen = self.states
+        self._status = self._status_word()
         return self._table[13].encoded(self._states_seen)
 
     def _show(self, idn: int, number: Number) -> None:
