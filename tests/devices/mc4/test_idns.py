@@ -142,7 +142,7 @@ def test_class_2_change_bit_until_the_word_is_read() -> None:
     bench.run(200)
     assert bench.master.drives[1].status & 0x1000
     assert bench.number(12) == 0b010
-    bench.run(200)
+    bench.run(8)
     assert not bench.master.drives[1].status & 0x1000
 
 
