@@ -150,6 +150,7 @@ class AxisDrive:
 
     def reset_fault(self, done: Callable[[], None]) -> None:
         self.own_error = 0
+        self._following.reset()
         self._motor.reset(done)
 
     def _begin_mode(self) -> None:

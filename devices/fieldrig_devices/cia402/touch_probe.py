@@ -5,6 +5,7 @@ and 17 of 60FDh; an edge is seen in the cycle after it, and has the position of 
 while a probe is enabled counts at once.  Left out: sources by 60D0h, time stamps and counters (60D1h to 60D8h).
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import Final
 
@@ -33,11 +34,12 @@ FIRST_INPUT: Final = 16
 class Probe:
     """One of the two, from 0."""
 
-    def __init__(self, place: int) -> None:
+    def __init__(self, place: int, shown: Callable[[float], int]) -> None:
         self._bit = 1 << (FIRST_INPUT + place)
+        self._shown = shown
         self.function = self.status = 0
         self.values = {True: 0, False: 0}
-        """By the edge."""
+        """By the edge, in the units of the user when it came."""
 
     def order(self, function: int) -> None:
         if not function & ENABLE:
@@ -58,14 +60,14 @@ class Probe:
     def _store(self, edge: bool, position: int) -> None:
         is_wanted = self.function & EDGES[edge] and self.status & ENABLED
         if is_wanted and (self.function & CONTINUOUS or not self.status & STORED[edge]):
-            self.values[edge] = position
+            self.values[edge] = self._shown(position)
             self.status |= STORED[edge]
 
 
 class TouchProbes:
     def __init__(self, numbers: AxisObjects, motor: Motor, context: Context) -> None:
-        self._motor, self._context = motor, context
-        self._probes = Probe(0), Probe(1)
+        self._motor = motor
+        self._probes = Probe(0, context.shown), Probe(1, context.shown)
         self._inputs = self._position = 0
         """Of the cycle before."""
         self.is_armed = False
@@ -78,10 +80,7 @@ class TouchProbes:
             (objects.PROBE_2_RISING, second, True),
             (objects.PROBE_2_FALLING, second, False),
         ):
-            numbers.read_by(index, partial(self._value, probe, edge))
-
-    def _value(self, probe: Probe, edge: bool) -> int:
-        return self._context.shown(probe.values[edge])
+            numbers.read_by(index, partial(probe.values.__getitem__, edge))
 
     def restart(self) -> None:
         self.is_armed = False

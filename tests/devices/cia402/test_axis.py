@@ -177,6 +177,10 @@ def test_bit_13_shows_the_following_error_in_pp(bench: Cia402Bench) -> None:
     bench.cycles(2)
     assert bench.status(0x2000) == 0x2000
     assert bench.get(0x60F4) >= 20_000
+    bench.cycles(200)
+    bench.motor.lag = 0
+    assert bench.status(0x204F) == 0x2008
+    assert bench.control(0x80).status(0x204F) == 0x0040
 
 
 def test_lost_power_disables(bench: Cia402Bench) -> None:

@@ -144,6 +144,8 @@ def test_pp_position_window_and_time(bench: Cia402Bench) -> None:
     assert bench.status(0x0400) == 0
     bench.motor.lag = 50
     assert reached(bench) == pytest.approx(0.2 / CYCLE_S, abs=3)
+    bench.motor.lag = 150
+    assert bench.cycles(2).status(0x0400) == 0
 
 
 # ---- profile velocity
@@ -268,8 +270,11 @@ def test_csv_gives_speeds(bench: Cia402Bench) -> None:
 
 
 def test_a_mode_may_change_while_the_axis_moves(bench: Cia402Bench) -> None:
-    bench.enabled(CSV).put(0x60FF, 1_000_000).cycles(50).put(0x6060, PP).cycles(50)
+    bench.enabled(CSV).put(0x60FF, 1_000_000).cycles(50).put(0x6060, PP)
+    assert bench.cycles(10).status(0x0400) == 0  # it comes to rest
+    bench.cycles(40)
     assert bench.motor.velocity == 0
+    assert bench.status(0x0400) == 0x0400
     stands = bench.motor.position
     bench.put(0x607A, 1_000).control(0x5F)
     reached(bench)

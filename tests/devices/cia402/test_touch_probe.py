@@ -78,6 +78,8 @@ def test_values_are_in_the_units_of_the_user(bench: Cia402Bench) -> None:
     bench.put(0x607E, 0x80).put(0x60B8, 0x0011)
     bench.motor.position = 20_000
     assert bench.cycles(1).get(0x60BA) == -20_000
+    bench.put(0x607E, 0)
+    assert bench.get(0x60BA) == -20_000
 
 
 @pytest.mark.parametrize("function", [0x0009, 0x000D, 0x0900])

@@ -51,14 +51,16 @@ class ProfilePosition(Mode):
         self._is_asked = False
         self._is_stopped = False
         """By a limit switch; the set-point is given up."""
-        self._reached = Window()
+        self._is_reached = False
+        self._window = Window()
 
     def begin(self) -> None:
         self.come_to_rest()
         self._target = self.context.motion.end
         self._next = None
         self._is_moving = self._is_passing = self._is_acknowledged = self._is_stopped = False
-        self._reached.reset()
+        self._is_reached = False
+        self._window.reset()
 
     def end(self) -> None:
         self._next = None
@@ -106,8 +108,8 @@ class ProfilePosition(Mode):
             else context.absolute(set_point.position, set_point.direction)
         )
         self._target, self._limits = context.within(target), set_point.limits
-        self._is_moving, self._is_stopped = True, False
-        self._reached.reset()
+        self._is_moving, self._is_stopped, self._is_reached = True, False, False
+        self._window.reset()
         if not self.is_halted:
             self._run(seconds)
 
@@ -139,12 +141,13 @@ class ProfilePosition(Mode):
         if is_driving and context.switches.bars(self._target - motion.position) and not self._is_stopped:
             self._give_up()
         motion.step(context.cycle_s)
-        if not is_driving or self._is_stopped or not motion.is_done:
+        if self.is_halted or self._is_stopped or not motion.is_done:
             return
         if self._next is not None:
             self._go_to_next()
-        elif self._is_in_window():
-            self._is_moving = False
+        else:
+            self._is_reached = self._is_in_window()
+            self._is_moving = self._is_moving and not self._is_reached
 
     def _give_up(self) -> None:
         self._is_stopped, self._next = True, None
@@ -161,20 +164,20 @@ class ProfilePosition(Mode):
         self._update_acknowledge()
 
     def _is_in_window(self) -> bool:
-        """6067h and 6068h."""
+        """6067h and 6068h; an axis that is pushed out of the window again is not there any more."""
         context = self.context
         window = context.objects[objects.POSITION_WINDOW]
         if window == objects.NO_WINDOW:
             return True
         is_inside = abs(self._target - context.motor.position) <= window * context.units.per_unit
-        return self._reached.update(is_inside, context.objects[objects.POSITION_TIME], context.cycle_ns)
+        return self._window.update(is_inside, context.objects[objects.POSITION_TIME], context.cycle_ns)
 
     @property
     def status(self) -> int:
         acknowledge = ACKNOWLEDGE if self._is_acknowledged else 0
         if self.is_halted:
             return acknowledge | self.halted_status
-        return acknowledge | (0 if self._is_moving else TARGET_REACHED)
+        return acknowledge | (TARGET_REACHED if self._is_reached else 0)
 
 
 def _check_option(option: int) -> None:
