@@ -25,7 +25,8 @@ from fieldrig_bus.modbus.transactions import Transactions
 
 log = logging.getLogger(__name__)
 
-UnitId = Annotated[int, Field(ge=1, le=247, description="unit id")]
+HIGHEST_UNIT: Final = 247
+UnitId = Annotated[int, Field(ge=1, le=HIGHEST_UNIT, description="unit id")]
 
 MOST_WAITING: Final = 64
 MOST_SILENCE: Final = 3
@@ -62,7 +63,13 @@ class OutsideServer(Settings):
     unit: int | None = Field(default=None, ge=0, le=255, description="the unit id that it is asked for; null: the same")
 
 
-Servers = dict[UnitId, ServerAddress | OutsideServer]
+def _of_units(servers: dict[int, Any]) -> dict[int, Any]:
+    if wrong := [unit for unit in servers if not 1 <= unit <= HIGHEST_UNIT]:
+        raise ValueError(f"{', '.join(map(str, wrong))}: unit ids from 1 to {HIGHEST_UNIT} would be right")
+    return servers
+
+
+Servers = Annotated[dict[int, ServerAddress | OutsideServer], AfterValidator(_of_units)]
 
 
 def by_address(servers: Servers) -> dict[str, dict[int, int]]:
