@@ -6,6 +6,7 @@ Keys, all under `fieldrig/<rig>/`:
     process/<name>/status     query to one process
     device/<name>/<verb>      queries to the process that hosts the device: keys, get, set
     bus/<name>/<verb>         queries to the process that runs the bus: status, faults, add_fault, clear_fault
+    end/<bus>/<device>/<verb> queries to the process that hosts the device: about its end of a bus (`ends`)
     alive/<process>           liveliness token: gone the instant the process is
     ready/<process>           said once by a process whose devices have started
     event                     what the rig has to tell

@@ -82,9 +82,16 @@ class Faults(Generic[F]):
         self._live: dict[int, F] = {}
         self._given = 0
 
-    def add(self, now_ns: int, settings: Timed) -> F:
-        self._given += 1
-        fault = self._make(self._given, settings, now_ns, self._random.getrandbits(64))
+    @property
+    def given(self) -> int:
+        """The highest number so far."""
+        return self._given
+
+    def add(self, now_ns: int, settings: Timed, number: int | None = None) -> F:
+        """Under the next number, or one that whoever gives it to several has chosen."""
+        number = self._given + 1 if number is None else number
+        self._given = max(self._given, number)
+        fault = self._make(number, settings, now_ns, self._random.getrandbits(64))
         self._live[fault.number] = fault
         return fault
 

@@ -18,6 +18,7 @@ from fieldrig.bus_stream import OnDelivery
 from fieldrig.config import DeviceEntry, RigConfig
 from fieldrig.control import Control
 from fieldrig.device import Device
+from fieldrig.ends import FaultyEnd, answers_of_end
 from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
@@ -158,6 +159,8 @@ class DeviceProcess:
         if isinstance(bus, DirectBus):
             link = await bus.open(End(device, bus, self))
             self._direct.append((bus, device))
+            if isinstance(link, FaultyEnd):
+                self.control.serve(f"end/{name}/{device}/*", answers_of_end(name, link, self.clock))
             return link
         assert isinstance(bus, ModelBus)
         return await self._attached(bus, device, patience_s)

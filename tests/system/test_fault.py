@@ -2,12 +2,14 @@
 
 import json
 import os
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from addresses import free_port
 from running_rig import RunningRig, until
 
 pytestmark = pytest.mark.system
@@ -24,6 +26,14 @@ buses:
 devices:
   io: {kind: "fault_kinds:Beacon", links: {can: can0}}
   bean: {kind: "fault_kinds:Seedling", links: {soil: soil}}
+"""
+OUTSIDE = """
+time: real
+buses:
+  can0: {{kind: can.udp, port: {port}, faults: [{{what: drop, identifier: 7}}]}}
+devices:
+  one: {{kind: "fault_kinds:Beacon", links: {{can: can0}}}}
+  two: {{kind: "fault_kinds:Beacon", links: {{can: can0}}}}
 """
 VIRTUAL = """
 time: virtual
@@ -92,7 +102,7 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
         ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
         ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
-        ("soil drop", 6, "soil: fault_kinds:Soil takes no faults while it runs", "in the rig file"),
+        ("soil drop", 6, "soil: fault_kinds:Soil takes no faults, for its medium is not the rig's", "devices may"),
         ("can1", 6, "lab has no bus or device 'can1'", "it has: can0, free, wires, soil, io, bean"),
         ("io dumb", 6, "io: there is no fault 'dumb'", "there are: mute"),
         ("io --clear 7", 6, "io: there is no fault 7", "there are none"),
@@ -110,6 +120,25 @@ def test_what_cannot_be_is_refused_with_what_would_be_right(
     said = " ".join(done.stderr.replace("│", " ").split())
     assert (done.returncode, what in said, remedy in said) == (code, True, True), done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_bus_whose_medium_is_not_the_rigs_takes_faults_at_every_end() -> None:
+    with RunningRig(OUTSIDE.format(port=free_port()), KINDS) as rig:
+        rig.until_ready()
+        assert rig.json("fault", "can0") == {"1": {"what": "drop", "identifier": 0x7, "state": "on", "applied": 0}}
+        assert rig.tool("fault", "can0", "replace", "data=77", "node=two").stdout == "2\n"
+        until(lambda: rig.json("fault", "can0")["2"]["applied"] > 0)
+        lines = rig.tool("watch", "can0", "-n", "6").stdout
+        assert "fault 2: data replaced, was 01" in lines
+        assert re.search(r"can0 +one +185 \[1\] 01", lines)
+        assert re.search(r"can0 +two +185 \[1\] 77", lines)
+        refused = rig.tool("fault", "can0", "corrupt")
+        assert (refused.returncode, "there are: drop, delay, duplicate, replace" in refused.stderr) == (6, True)
+        assert rig.tool("fault", "can0", "--clear", "9").returncode == 6
+        assert rig.json("fault", "can0", "--clear", "2") == {"cleared": [2]}
+        assert rig.tool("fault", "can0", "drop").stdout == "3\n"
+        assert rig.json("fault", "can0", "--clear", "all") == {"cleared": [1, 3]}
+        assert rig.tool("fault", "can0").stdout == "none\n"
 
 
 def test_under_virtual_time_a_fault_starts_at_the_present_instant() -> None:

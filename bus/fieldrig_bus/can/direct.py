@@ -137,8 +137,7 @@ class CanDirectBus(DirectBus[CanMessage]):
 
     async def open(self, at: Attachment) -> Link[Any]:
         end = self._ends[at.member] = self.end(at)
-        faults = self.settings.faults
-        return FaultyLink(at, end, faults, Random(f"{at.seed}/{self.name}/{at.member}")) if faults else end
+        return FaultyLink(at, end, self.settings.faults, Random(f"{at.seed}/{self.name}/{at.member}"))
 
     async def close(self, member: str) -> None:
         end = self._ends.pop(member, None)

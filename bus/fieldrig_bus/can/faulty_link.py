@@ -5,19 +5,22 @@ A `drop` that names this device among its `receivers` strikes what it hears, who
 other controllers are out of reach: kinds with a model have these faults.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from random import Random
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from pydantic import Field
 
 from fieldrig.bus import Attachment
+from fieldrig.faults import fault_of, models_of
 from fieldrig.link import Link
 from fieldrig_bus.can.faults import Delay, Drop, Duplicate, Fault, Faults, Replace
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.given_fault import TEXTS
 from fieldrig_bus.can.notices import FaultNote, Notice
 
 LinkFault = Annotated[Drop | Delay | Duplicate | Replace, Field(discriminator="what")]
+MODELS: Final = models_of(LinkFault)
 
 
 class FaultyLink:
@@ -30,6 +33,20 @@ class FaultyLink:
             self._faults.add(at.clock.now_ns(), fault)
         self._count = 0
         self._held_until_ns = 0
+
+    @property
+    def given(self) -> int:
+        return self._faults.given
+
+    def add_fault(self, fault: Mapping[str, Any], number: int) -> None:
+        """As `fieldrig fault` gives it; ValueError for what an end can't do."""
+        self._faults.add(self._at.clock.now_ns(), fault_of(fault, MODELS, TEXTS), number)
+
+    def clear_fault(self, number: int) -> None:
+        self._faults.clear(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._faults.about(self._at.clock.now_ns())
 
     def send(self, message: CanFrame | Notice) -> None:
         if not isinstance(message, CanFrame):

@@ -103,10 +103,44 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
             raise ControlError(
                 f"{where} does not answer: it has not started, or its process died", "look at `fieldrig status`"
             ) from None
+        ends = client.ask_all(f"end/{where}/*/faults")
+        if ends:
+            return _ask_ends(client, where, ends, verb, message)
         raise ControlError(
-            f"{where}: {known[where]['kind']} takes no faults while it runs, for its medium is not the rig's",
-            f"where `fieldrig devices {known[where]['kind']}` has a key `faults`, give them in the rig file",
+            f"{where}: {known[where]['kind']} takes no faults, for its medium is not the rig's", "devices may take some"
         ) from None
+
+
+def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Any:
+    """Of a bus without a model: every device has the fault at its own end, under one number (`fieldrig.ends`)."""
+    from fieldrig.errors import ControlError
+
+    there = _of_all(ends)
+    if verb == "faults":
+        return there
+    if verb == "add_fault":
+        number = 1 + max(client.ask_all(f"end/{bus}/*/given").values())
+        for device in ends:
+            client.ask(f"end/{bus}/{device}/add_fault", {**message, "number": number})
+        return {"number": number}
+    numbers = [int(one) for one in there] if message["number"] is None else [message["number"]]
+    for number in numbers:
+        having = [device for device, faults in ends.items() if str(number) in faults]
+        if not having:
+            raise ControlError(f"{bus}: there is no fault {number}", f"there are: {', '.join(there) or 'none'}")
+        for device in having:
+            client.ask(f"end/{bus}/{device}/clear_fault", {"number": number})
+    return {"cleared": numbers}
+
+
+def _of_all(ends: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """By number; `applied` counts at all ends together."""
+    there: dict[str, dict[str, Any]] = {}
+    for faults in ends.values():
+        for number, fault in faults.items():
+            applied = there.get(number, {}).get("applied", 0)
+            there[number] = {**fault, "applied": applied + fault["applied"]}
+    return dict(sorted(there.items(), key=lambda one: int(one[0])))
 
 
 def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:

@@ -1,0 +1,47 @@
+"""Questions about one device's own end of a bus whose medium is not the rig's: the faults that it has.
+
+    end/<bus>/<device>/faults        those that it has, by number
+    end/<bus>/<device>/given         the highest number so far
+    end/<bus>/<device>/add_fault     {"fault": {"what": "drop", ...}, "number": 3}
+    end/<bus>/<device>/clear_fault   {"number": 3}
+
+A fault of such a bus is given to every end under one number, which the asker chooses; `fieldrig fault` does so.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Protocol, runtime_checkable
+
+from fieldrig.control import Answer
+from fieldrig.errors import ControlError, refusals
+from fieldrig.real_clock import RealClock
+
+
+@runtime_checkable
+class FaultyEnd(Protocol):
+    """A link that takes faults.  ValueError for one that it can't take, or that isn't there."""
+
+    @property
+    def given(self) -> int: ...
+
+    def add_fault(self, fault: Mapping[str, Any], number: int) -> None: ...
+
+    def clear_fault(self, number: int) -> None: ...
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
+
+
+def answers_of_end(bus: str, end: FaultyEnd, clock: RealClock) -> Answer:
+    async def answer(verb: str, message: Any) -> Any:
+        with refusals(bus):
+            match verb, message:
+                case "faults", _:
+                    return end.faults()
+                case "given", _:
+                    return end.given
+                case "add_fault", {"fault": dict(fault), "number": int(number)}:
+                    return clock.handle(end.add_fault, fault, number)
+                case "clear_fault", {"number": int(number)}:
+                    return clock.handle(end.clear_fault, number)
+        raise ControlError(f"an end can't {verb} {message!r}", "it can: faults, given, add_fault, clear_fault")
+
+    return answer
