@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from can_face_bench import CanFaceBench
+from can_face_bench import NODE, CanFaceBench
 
 
 @pytest.fixture(scope="module")
@@ -136,3 +136,50 @@ def test_a_broken_ring_is_a_fault_of_all_axes_and_heals_by_fault_reset() -> None
     bench.run(6_000)
     assert [node.sdo[index].raw & 0x4F for index in (0x6041, 0x6841)] == [0x40, 0x40]
     enable(bench, node, 1)
+
+
+SWITCHES = {"I_bNeg": (-(2**40), -300_000), "I_bPos": (400_000, 2**40), "I_bHome": (50_000, 100_000)}
+"""From where to where they are on, in increments."""
+
+
+class SwitchedBench(CanFaceBench):
+    """An axis with its limit switches and its home switch."""
+
+    def __init__(self) -> None:
+        terminals = {"belt": {"negative_limit": "I_bNeg", "positive_limit": "I_bPos", "home": "I_bHome"}}
+        can_axes = {"node_ids": [NODE], "terminals": terminals}
+        super().__init__("belt", can_axes=can_axes, inputs=dict.fromkeys(SWITCHES, ""))
+
+    def run(self, ms: float) -> "SwitchedBench":
+        for _ in range(round(ms)):
+            super().run(1)
+            if "belt" in self.max4.axes:
+                self._switch(self.axis("belt").position)
+        return self
+
+    def _switch(self, position: int) -> None:
+        for name, (first, last) in SWITCHES.items():
+            is_on = first <= position <= last
+            if self.max4.tree.parameter(f"{name}.Value").value is not is_on:
+                self.rig.set("max4", f"{name}.Value", is_on)
+
+
+def test_a_foreign_master_homes_a_drive_by_its_switches_and_runs_it_into_one() -> None:
+    bench = SwitchedBench()
+    node = bench.boot().master()
+    node.setup_402_state_machine()
+    for method, edge in ((24, 50_000), (25, 100_000), (27, 100_000), (30, 50_000), (17, -300_000)):
+        node.sdo[0x6098].raw = method
+        assert node.homing(), method
+        assert node.sdo[0x6063].raw - node.sdo[0x6064].raw == pytest.approx(edge, abs=1_000), method
+    node.sdo[0x6060].raw = 3
+    node.sdo[0x60FF].raw = 2_000_000
+    node.state = "OPERATION ENABLED"
+    bench.run(1_500)
+    assert node.sdo[0x6041].raw & 0x086F == 0x0827
+    assert bench.axis("belt").velocity == pytest.approx(0, abs=100)
+    assert 400_000 <= bench.axis("belt").position <= 450_000
+    node.sdo[0x60FF].raw = -1_000_000
+    bench.run(300)
+    assert bench.axis("belt").velocity < -900_000
+    assert node.sdo[0x6041].raw & 0x0800 == 0
