@@ -33,6 +33,8 @@ SLOW_NS: Final = 64 * MS
 """How often temperatures, DC circuit and overload are looked at."""
 MOST_STEPS: Final = 4_000
 """Inner steps in one go: what was slept through beyond a second is not made up for."""
+SPREAD_NS: Final = 23 * MS
+"""From one ring address to the next, so that not all drives look in the same cycle; any 64 in a row differ."""
 STEP: Final = 31
 """Increments that the encoder's serial position leaves open."""
 
@@ -88,6 +90,7 @@ class Machine:
         self._was_relay = False
         self._brake_stuck: StuckBrake | None = None
         self._slow_ns = self.at_ns = clock.now_ns()
+        self._slow_due_ns = self._slow_ns + SLOW_NS
         self._is_dc_dead = self._is_enable_lost = False
         self._given = self._causes = 0
         self._is_motor_given = true_motor is not None
@@ -298,12 +301,12 @@ class Machine:
 
     @property
     def next_slow_ns(self) -> int:
-        return self._slow_ns + SLOW_NS
+        return self._slow_due_ns
 
     def look(self) -> None:
         """What the enables and the speed say by now, and what is to be done."""
         now_ns = self._clock.now_ns()
-        if now_ns - self._slow_ns >= SLOW_NS:
+        if now_ns >= self._slow_due_ns:
             self.look_at_slow_things()
         self.chain.update(now_ns, self._seen())
         self._give_task()
@@ -334,6 +337,7 @@ class Machine:
         now_ns = self._clock.now_ns()
         seconds = (now_ns - self._slow_ns) / 1e9
         self._slow_ns = now_ns
+        self._slow_due_ns = now_ns + SLOW_NS - (now_ns - self.settings.ring_address * SPREAD_NS) % SLOW_NS
         heat, work = self.axis.take(seconds)
         if self.settings.simulated:
             return False
