@@ -9,6 +9,7 @@ its torque at once.
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from fieldrig.clock import S
 from fieldrig_devices.max4.axis import INCREMENTS, Axis, AxisState, Mode
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Element
@@ -17,6 +18,8 @@ from fieldrig_devices.sercos.ring_drive import Drive
 from fieldrig_devices.sercos.service import STATUS_MASK, Done
 
 AT: Final = (51, 40, 84, 182, 390)
+SHORT_AT: Final = (51, 84, 182, 390)
+"""Where there are too many drives for a cycle: the velocity is that of the positions."""
 MDT: Final = {"position": 47, "velocity": 36, "torque": 80}
 ALL: Final = ("position", "velocity", "torque")
 MODES: Final = {"position": Mode.POSITION, "velocity": Mode.VELOCITY, "torque": Mode.TORQUE}
@@ -31,8 +34,8 @@ _STATES: Final = {state.value: state for state in AxisState}
 
 class RingDrive:
     __slots__ = (
-        "_address", "_control", "_held", "_is_idle", "_master", "_place", "_places", "_seen", "_sent", "_table",
-        "_wanted", "axis", "code", "drive", "is_refused", "on_code", "raw", "state",
+        "_address", "_control", "_held", "_is_idle", "_master", "_per_way", "_place", "_places", "_seen", "_sent",
+        "_table", "_wanted", "axis", "code", "drive", "is_refused", "on_code", "raw", "state",
     )  # fmt: skip
 
     def __init__(self, axis: Axis, commands: Sequence[str] | None, on_code: Callable[[Axis, int], None]) -> None:
@@ -59,10 +62,12 @@ class RingDrive:
         self.is_refused = False
         """Not to be operated: its version doesn't fit, or has not been read yet."""
 
-    def lay_out(self, commands: Sequence[str]) -> None:
-        """With these set values, if the configuration doesn't say."""
+    def lay_out(self, commands: Sequence[str], short_cycle_ns: int = 0) -> None:
+        """With these set values, if the configuration doesn't say; with SHORT_AT if a cycle is given."""
         self._places = tuple(self._wanted or commands)
-        self.drive = Drive(self.axis.ring_address, [MDT[one] for one in self._places], AT)
+        at = SHORT_AT if short_cycle_ns else AT
+        self.drive = Drive(self.axis.ring_address, [MDT[one] for one in self._places], at)
+        self._per_way = S / short_cycle_ns if short_cycle_ns else 0.0
         self.axis.modes = frozenset(MODES[one] for one in self._places)
 
     def begin(self, master: SercosMaster) -> None:
@@ -89,15 +94,21 @@ class RingDrive:
     def take(self) -> None:
         """Actual values."""
         feedback = self.drive.feedback
+        axis = self.axis
         if feedback == self._seen:
+            if self._per_way:
+                axis.velocity = 0.0
             return
         self._seen = feedback
-        axis = self.axis
-        raw, velocity, axis.torque, state, code = feedback
+        if self._per_way:
+            raw, axis.torque, state, code = feedback
+            axis.velocity = self._way_to(raw) * self._per_way
+        else:
+            raw, velocity, axis.torque, state, code = feedback
+            axis.velocity = velocity * PER_VELOCITY
         if raw != self.raw:
             self._move(raw)
             self._is_idle = False
-        axis.velocity = velocity * PER_VELOCITY
         if state != self.state:
             self.state = state
             axis.enter(_STATES.get(state >> 8, AxisState.STOPPING), state & 0xFF)
@@ -112,8 +123,11 @@ class RingDrive:
         if self.raw is None:
             axis.position = raw
         else:
-            axis.position += ((raw - self.raw + _HALF) & _MASK) - _HALF
+            axis.position += self._way_to(raw)
         self.raw = raw
+
+    def _way_to(self, raw: int) -> int:
+        return ((raw - self.raw + _HALF) & _MASK) - _HALF if self.raw is not None else 0
 
     def give(self) -> None:
         """Set values.  An axis that follows positions has a short way, and one without control that stands has none."""

@@ -121,10 +121,11 @@ class RealTimeBus:
         self._wait = self._clock.call_at(self._clock.now_ns() + self._wait_ns, self._on_wait_over)
 
     def _made_master(self) -> SercosMaster:
-        """With as many set values as the cycle has room for; without room even so, it says so itself."""
-        for count in range(len(ALL), 0, -1):
+        """With as many set and actual values as the cycle has room for; without room even so, it says so itself."""
+        fewer = [(count, 0) for count in range(len(ALL), 0, -1)]
+        for count, short_cycle_ns in (*fewer, (1, self._cycle_ns)):
             for one in self.present:
-                one.lay_out(ALL[:count])
+                one.lay_out(ALL[:count], short_cycle_ns)
             drives = [one.drive for one in self.present]
             master = SercosMaster(
                 self._clock,

@@ -274,6 +274,26 @@ def test_set_values_are_as_many_as_the_cycle_has_room_for() -> None:
     assert (many.axis("d1").mode, many.axis("d1").velocity) == (Mode.POSITION, 0.0), "it stands"
 
 
+@pytest.mark.manual("PD-002")
+@pytest.mark.parametrize("count", [40, 44, 47])
+def test_as_many_axes_as_the_manual_names_move_at_4_ms(count: int) -> None:
+    """40, 44 and 47 stand in it (digest X1).  From 44 on there is no room for velocities in the ATs."""
+    names = [f"d{number}" for number in range(count)]
+    bench = Bench(*names, max_axes=47).boot().run(4_000)
+    assert (bench.get("ring.state"), bench.get("DiagCode")) == ("up", 0)
+    bench.enable(*names)
+    axes = [bench.axis(name) for name in names]
+    for axis in axes:
+        axis.follow(Course(iter(range(1_000, 400_000, 1_000))))
+    bench.run(1_000)
+    assert all(axis.velocity == pytest.approx(250_000, rel=0.002) for axis in axes)
+    assert int(bench.get("RTBWriteRes")) > 0
+    bench.run(1_500)
+    assert [axis.position for axis in axes] == pytest.approx([399_000] * count, abs=2)
+    assert all(abs(axis.velocity) < 1_000 for axis in axes)
+    assert (bench.get("ring.state"), bench.get("DiagCode")) == ("up", 0)
+
+
 # ---- what it takes of a cycle
 
 
