@@ -121,7 +121,9 @@ def test_from_a_source_to_a_program_that_runs(cards: Cards, number: int) -> None
     counts = [row["V1"] for row in rows]
     assert counts == sorted(set(counts))
     assert {row["STATE"] for row in rows} == {"RUN"}
-    assert cards.said(number, "stop").startswith(f"card {number:02}: STOPPED")
+    stopped = cards.said(number, "stop")
+    assert stopped.startswith(f"card {number:02}: STOPPED")
+    assert "program count: stopped, line " in stopped
     assert cards.said(number, "set", "V1=7.5", "F5=on") == "V1 = 7.5\nF5 = 1\n"
     assert cards.said(number, "get", "V1", "F5", "FLAG1") == "V1 = 7.5\nF5 = 1\n@FLAG1 = H00000010\n"
     assert cards.said(number, "run").startswith(f"card {number:02}: RUN")

@@ -56,6 +56,8 @@ def lines(identity: Identity, condition: Condition) -> Iterator[str]:
     name = state_name(condition.state)
     yield f"card {identity.number:02}: {name} ({STATES.get(name, 'unknown')})"
     program = PROGRAMS.get(ProgramCode(condition.program)) if condition.program in PROGRAMS else "unknown"
+    if name == "STOPPED" and condition.program == ProgramCode.PAUSED:
+        program = "stopped"  # it stands where it was, and won't go on from there
     place = f", line {condition.line}" if condition.line else ""
     stops = f", {condition.breakpoints} breakpoints" if condition.breakpoints else ""
     yield f"program {identity.name}: {program}{place}{stops}" if identity.name else f"program: {program}"
