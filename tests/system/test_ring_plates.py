@@ -110,3 +110,33 @@ def test_controller_killed_while_it_saves_loses_nothing_and_moves_nothing(ring: 
     entries = [line.split("\t") for line in str(ring.get("max4/log")).splitlines()]
     assert [int(entry[0]) for entry in entries] == list(range(len(entries), 0, -1))
     assert all(len(entry) == 8 for entry in entries)
+
+
+FAULTS = [
+    ("ring", "break after=film"),
+    ("ring", "distort after=infeed telegram=mdt"),
+    ("ring", "off station=film"),
+    ("ring", "late station=jaw"),
+    ("film", "enable_lost"),
+    ("film", "overtemperature"),
+    ("film", "overtemperature of=amplifier"),
+    ("film", "overload"),
+    ("film", "dc_bus sort=undervoltage"),
+    ("film", "encoder_memory"),
+    ("film", "wrong_motor"),
+    ("film", "stuck_brake"),
+    ("jaw_encoder", "memory"),
+    ("max4", "power_off duration_ms=200"),
+]
+
+
+def test_every_fault_is_given_shown_and_cleared_by_its_command(ring: RingProcess) -> None:
+    for where, words in FAULTS:
+        given = ring.tool("fault", where, *words.split())
+        assert (given.returncode, given.stdout.strip().isdigit()) == (0, True), given.stderr
+        assert words.split()[0] in ring.tool("fault", where).stdout
+        assert ring.tool("fault", where, "--clear", given.stdout.strip()).returncode == 0
+        assert words.split()[0] not in ring.tool("fault", where).stdout
+    until(lambda: ring.get("max4/booted") is True)
+    quit_until_right(ring)
+    enable(ring, *AXES)

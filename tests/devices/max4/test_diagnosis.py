@@ -1,5 +1,7 @@
 """Diagnosis parameters of controller and axes: what is shown, what overwrites it, what quits it."""
 
+from pathlib import Path
+
 import pytest
 from max4_bench import Bench
 
@@ -175,3 +177,32 @@ def test_catalogue_has_the_codes_of_the_manual(code: int, text: str) -> None:
 
 def test_every_message_has_both_languages() -> None:
     assert all(one.de and one.en for one in MESSAGES.values())
+
+
+@pytest.mark.manual("PD-090", "PD-099")
+def test_leds_tell_power_error_program_and_bus(tmp_path: Path) -> None:
+    program = tmp_path / "line.prg"
+    program.write_bytes(b"PROGRAM PLC_PRG")
+    bench = Bench("belt", program=str(program))
+
+    def leds() -> str:
+        return " ".join(str(bench.get(f"led.{name}")) for name in ("power", "err", "run", "bus"))
+
+    bench.run(50)
+    assert leds() == "on off off flashing", "the ring comes up"
+    bench.boot().run(2_000)
+    assert leds() == "on off off on"
+    bench.do("start")
+    assert leds() == "on off on on"
+    number = bench.fault("belt", what="overtemperature", duration_ms=100)
+    bench.run(300)
+    assert leds() == "on flashing on on"
+    bench.do("quit").run(1_000)
+    assert leds() == "on off on on"
+    number = bench.fault("ring0", what="break", after="master")
+    bench.run(300)
+    assert leds() == "on flashing on off"
+    bench.heal("ring0", number).do("stop")
+    assert leds() == "on flashing off off"
+    bench.fault("max4", what="power_off")
+    assert leds() == "off off off off"

@@ -635,3 +635,36 @@ def test_another_operation_mode_has_its_following_error_and_the_first_has_none_a
         bench.control = ENABLED | mode
         bench.run(500)
         assert bench.get("following_error") == pytest.approx(error, rel=0.01, abs=2)
+
+
+def test_load_behind_a_coupling_lags_and_swings_out() -> None:
+    """20 Nm/rad between motor and load: the feedback of the load, S-0-0053, is another than that of the motor."""
+    load = {"inertia_kg_m2": 0.002, "stiffness_nm_per_rad": 20.0, "damping_nm_s_per_rad": 0.02, "torque_nm": 2.0}
+    bench = DriveBench({"motor": {"name_plate": BRAKE_PLATE}, "load": load}).up().enable(5_000)
+    twist = 2.0 / 20.0 / tau * 1_000_000
+    assert bench.number(51) - bench.number(53) == pytest.approx(twist, rel=0.02)
+    assert bench.get("torque") == pytest.approx(2.0, rel=0.01)
+    before = bench.get("load_position")
+    bench.follow(lambda cycle: min(4_000 * cycle, 1_000_000))
+    apart: list[float] = []
+    for _ in range(500):
+        bench.run(4)
+        apart.append(bench.get("position") / 1_000_000 * tau - bench.get("load_position"))
+    assert max(apart) - min(apart) > 0.02, "it is no stiff shaft"
+    assert max(apart[-50:]) - min(apart[-50:]) < 5e-3, "it comes to rest"
+    assert bench.get("load_position") - before == pytest.approx(tau, abs=2e-3)
+
+
+@pytest.mark.manual("PD-176")
+def test_work_warms_the_winding() -> None:
+    """What holds some 6.5 of 8 Nm warms it by 40 K times the square of that; 63 % of it after its 60 s."""
+    bench = DriveBench({"load": {"coulomb_nm": 0.5}}).up().enable()
+    bench.rig.set("d1", "load_torque", 6.5)
+    bench.run(60_000)
+    rise = 40 * (bench.get("torque") / 8) ** 2 * 0.632
+    assert bench.get("torque") == pytest.approx(6.5, abs=0.5), "friction may help, or be in the way"
+    assert bench.get("motor_temperature") - bench.get("casing_temperature") == pytest.approx(rise, rel=0.03)
+    assert 25.5 < bench.get("casing_temperature") < 27
+    assert bench.number(383) == pytest.approx(bench.get("motor_temperature") * 10, abs=1)
+    bench.run(30_000)
+    assert bench.code() == 0
