@@ -81,8 +81,11 @@ def _override(source: Source, override: str) -> None:
         return
     path = tuple(key.split("."))
     inner = source.data
-    for part in path[:-1]:
-        inner = inner.setdefault(part, {}) if isinstance(inner, dict) else None
+    for length, part in enumerate(path[:-1], start=1):
+        if isinstance(inner, dict) and part not in inner:
+            inner[part] = {}
+            source.marks[path[:length]] = place
+        inner = inner[part] if isinstance(inner, dict) else None
     if isinstance(inner, dict):
         inner[path[-1]] = value.data
         source.marks[path] = place

@@ -469,6 +469,7 @@ def test_overrides_are_laid_over_the_file(loaded: Loaded) -> None:
         ("seed=[", "it can't be understood", "right would be a key and a value, like buses.can0.bitrate=250000"),
         ("seed.x=1", "seed.x: seed holds no keys", "right would be a key of the rig file"),
         ("sed=1", "sed: there is no such key", "did you mean seed?"),
+        ("buss.can0.bitrate=1", "buss: there is no such key", "did you mean buses?"),
         (
             "buses.can0.bitrate=1",
             "buses.can0.bitrate: 1 doesn't fit",
