@@ -16,6 +16,7 @@ from fieldrig.store import Store
 
 BusName = str
 Deliveries = Sequence[tuple[BusName, Any]]
+Handler = Callable[[Any], None]
 
 
 class Stepped(NamedTuple):
@@ -65,17 +66,16 @@ class Post:
 class NodeLink:
     """An end of a bus under virtual time: keeps what is sent until the step is over."""
 
-    __slots__ = ("_bus", "_name", "_post", "handler")
+    __slots__ = ("_bus", "_handlers", "_name", "_post")
 
-    def __init__(self, name: str, bus: BusName, post: Post) -> None:
-        self._name, self._bus, self._post = name, bus, post
-        self.handler: Callable[[Any], None] | None = None
+    def __init__(self, name: str, bus: BusName, post: Post, handlers: dict[BusName, Handler]) -> None:
+        self._name, self._bus, self._post, self._handlers = name, bus, post, handlers
 
     def send(self, message: Any) -> None:
         self._post.sent.append((self._name, self._bus, message))
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
-        self.handler = handler
+        self._handlers[self._bus] = handler
         self._post.listens.append((self._name, self._bus, interest))
 
 
@@ -87,22 +87,22 @@ class EventNode:
         self.name, self.post = name, post or Post()
         self.clock = VirtualClock(now_ns)
         self._links: dict[BusName, NodeLink] = {}
+        self._handlers: dict[BusName, Handler] = {}
 
     def link(self, bus: BusName) -> NodeLink:
         """This node's end of `bus`; the same one at every call."""
         if bus not in self._links:
-            self._links[bus] = NodeLink(self.name, bus, self.post)
+            self._links[bus] = NodeLink(self.name, bus, self.post, self._handlers)
         return self._links[bus]
 
     def react(self, until_ns: int, deliveries: Deliveries) -> int:
         """A step in one call, for who empties the post himself.  Returns the earliest wish, `NEVER_NS` without one."""
-        clock, links = self.clock, self._links
+        clock, handlers = self.clock, self._handlers
         if deliveries:
             clock.set_to(until_ns)
             for bus, message in deliveries:
-                handler = links[bus].handler
-                if handler is not None:
-                    handler(message)
+                if bus in handlers:
+                    handlers[bus](message)
         return clock.advance_to(until_ns)
 
     def begin(self, until_ns: int, deliveries: Deliveries) -> None:

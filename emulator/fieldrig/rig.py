@@ -249,8 +249,11 @@ class Rig:
             for name, bus, interest in post.listens:
                 models[bus].listen(now_ns, name, interest)
             post.listens.clear()
+        last = None
         for name, bus, message in post.sent:
-            models[bus].submit(now_ns, name, message)
+            if bus != last:
+                last, submit = bus, models[bus].submit
+            submit(now_ns, name, message)
         post.sent.clear()
 
     def _take_from_outside(self) -> None:

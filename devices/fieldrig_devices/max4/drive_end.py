@@ -93,18 +93,18 @@ class RingDrive:
 
     def take(self) -> None:
         """Actual values."""
-        feedback = self.drive.feedback
+        values = self.drive.values
         axis = self.axis
-        if feedback == self._seen:
+        if values == self._seen:
             if self._per_way:
                 axis.velocity = 0.0
             return
-        self._seen = feedback
+        self._seen = values
         if self._per_way:
-            raw, axis.torque, state, code = feedback
+            _, _, raw, axis.torque, state, code = values
             axis.velocity = self._way_to(raw) * self._per_way
         else:
-            raw, velocity, axis.torque, state, code = feedback
+            _, _, raw, velocity, axis.torque, state, code = values
             axis.velocity = velocity * PER_VELOCITY
         if raw != self.raw:
             self._move(raw)

@@ -192,8 +192,7 @@ class SercosMaster:
         for at in ats:
             drive = drives.get(at[0])
             if drive is not None and len(at) == drive.at_length:
-                values = drive.values_of(at, 1)
-                drive.status, drive.info, drive.feedback = values[0], values[1], values[2:]
+                drive.values = drive.values_of(at, 1)
         if self._settling:
             self._settle(ats)
         elif len(ats) != len(self._order):

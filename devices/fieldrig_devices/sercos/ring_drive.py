@@ -48,12 +48,23 @@ class Drive:
         self.position = 0
         """Of its record in the MDT."""
         self.control = 0
-        self.status = 0
-        self.info = 0
-        self.feedback: tuple[int, ...] = (0,) * len(self.at)
+        self.values: tuple[int, ...] = (0,) * (2 + len(self.at))
+        """Of its last AT: status word, service channel, feedback values."""
         self.missed = 0
         self.calls = 0
         self.is_here = False
         """Answered in CP1."""
         self.lost = 0
         """ATs that did not come, in CP3 and CP4, ever."""
+
+    @property
+    def status(self) -> int:
+        return self.values[0]
+
+    @property
+    def info(self) -> int:
+        return self.values[1]
+
+    @property
+    def feedback(self) -> tuple[int, ...]:
+        return self.values[2:]

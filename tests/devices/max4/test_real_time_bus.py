@@ -64,7 +64,7 @@ def test_positions_go_on_over_32_bits() -> None:
     drive = RingDrive(bench.axis("belt"), None, lambda _axis, _code: None)
     positions = []
     for raw in (2**31 - 10, -(2**31) + 10, 2**31 - 5):
-        drive.drive.feedback = (raw, 0, 0, 0x0321, 0)
+        drive.drive.values = (0, 0, raw, 0, 0, 0x0321, 0)
         drive.take()
         positions.append(bench.axis("belt").position)
     assert positions == [2**31 - 10, 2**31 + 10, 2**31 - 5]
