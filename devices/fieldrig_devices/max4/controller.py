@@ -315,7 +315,10 @@ class Max4(Device):
     # ---- what the parameters of the controller need (`system.Owner`)
 
     def on_code(self, axis: Axis, code: int) -> None:
-        self.report_axis(code, axis)
+        """A drive shows its worst one: what is pending here already was only covered by that."""
+        shown = self.reports.code_of(code)
+        if all(one.code != shown for one in axis.diagnosis.pending):
+            self.report_axis(code, axis)
 
     def on_overflow(self, reserve_us: int) -> None:
         self.report(Code.WRITE_OVERFLOW, MAX4, f"{reserve_us} us")

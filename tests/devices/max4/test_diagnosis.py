@@ -206,3 +206,20 @@ def test_leds_tell_power_error_program_and_bus(tmp_path: Path) -> None:
     assert leds() == "on flashing off off"
     bench.fault("max4", what="power_off")
     assert leds() == "off off off off"
+
+
+@pytest.mark.manual("PD-092", "PD-110")
+def test_what_was_only_covered_by_something_worse_is_no_new_entry() -> None:
+    """A drive shows its worst code: after quitting that, the one before comes back, and was there all the time."""
+    bench = Bench("belt").boot().run(2_000)
+    bench.fault("belt", what="supply_24v")
+    bench.run(100)
+    bench.fault("belt", what="overtemperature", duration_ms=100)
+    bench.run(500)
+    assert bench.get("DiagCode") == 3117
+    bench.do("quit").run(2_000)
+    assert (bench.get("belt.DiagCode"), bench.get("DiagCode")) == (7134, 7134)
+    assert bench.codes()[-2:] == [7134, 3117]
+    bench.fault("belt", what="overtemperature", duration_ms=100)
+    bench.run(500)
+    assert bench.codes()[-3:] == [7134, 3117, 3117], "this one is new"
