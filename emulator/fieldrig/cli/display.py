@@ -105,10 +105,9 @@ class Display:
         while True:
             await asyncio.sleep(REFRESH_S)
             if self._was_ready and not self._signals:
-                self._show_load(await control.ask_all("process/*/status", REFRESH_S))
+                self._show_load(await control.ask_all("bus/*/status", REFRESH_S))
 
-    def _show_load(self, statuses: Mapping[str, Any]) -> None:
-        found = {bus: figures for status in statuses.values() for bus, figures in status["buses"].items()}
+    def _show_load(self, found: Mapping[str, Mapping[str, float]]) -> None:
         words = [self._load(bus, found[bus]) for bus in self._config.buses if bus in found]
         line = "   ".join(filter(None, words))[: shutil.get_terminal_size().columns - 1]
         sys.stdout.write(f"{ERASE_LINE}{DIM}{line}{PLAIN}")
