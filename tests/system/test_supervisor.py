@@ -1,5 +1,6 @@
 """Processes of a rig in real time: they start in order, are started again, and leave nothing behind."""
 
+import shlex
 import signal
 import stat
 import sys
@@ -7,7 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from running_rig import RunningRig, is_running, until
+from addresses import free_port
+from running_rig import FIELDRIG, RunningRig, is_running, until
+from terminal import Terminal
 
 pytestmark = pytest.mark.system
 
@@ -97,6 +100,14 @@ devices:
     with RunningRig(rig_file, KINDS.with_name("interrupted_kinds.py")) as rig:
         assert rig.ended() == 0
         assert "KeyboardInterrupt" in rig.output()
+
+
+def test_a_terminal_shows_how_busy_the_buses_are(tmp_path: Path) -> None:
+    (tmp_path / "lab.yaml").write_text("time: real\nbuses: {can0: {kind: can.hub}}\n")
+    line = f"{shlex.join(FIELDRIG)} up lab.yaml --control tcp/127.0.0.1:{free_port()}"
+    with Terminal(line, tmp_path) as terminal:
+        terminal.until_shown("can0 0 frames/s 0 %")
+        assert terminal.press("\x03") == 0
 
 
 def test_a_second_ctrl_c_waits_for_nobody() -> None:
