@@ -12,6 +12,9 @@ from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
 
 log = logging.getLogger(__name__)
 
+HALF_CLOSED_S = 1.0
+"""How long a master that asks no more is given its answers."""
+
 
 class Master(Connection):
     """One master.  It has to read its answers: until it does, its questions are not read."""
@@ -41,6 +44,11 @@ class Master(Connection):
         self.server.spoken += 1
         self.used = self.server.spoken
         self.on_bytes(data)
+
+    def eof_received(self) -> bool:
+        """It will ask no more, as `nc -N` does; what it has asked is still answered (RFC 9293, 3.6)."""
+        asyncio.get_running_loop().call_later(HALF_CLOSED_S, self.transport.close)
+        return True
 
     def pause_writing(self) -> None:
         self.read_on(False)

@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import socket
 
 import pytest
 from modbus_bench import Master, RealBench, Wire, mbap, real_bench, tcp_bus
@@ -75,6 +76,15 @@ def test_one_master_too_many_closes_the_one_that_was_silent_longest() -> None:
         ask(bench, 1, ANSWER)
         assert second.read_end() == b""
         Master(first, lambda unit, pdu: mbap(1, unit, pdu)).exchange("03 006B 0003", ANSWER.hex())
+
+
+def test_a_master_that_asks_no_more_gets_its_answers_and_then_the_end() -> None:
+    with real_bench(tcp_bus(), turnaround_ms=5.0) as bench:
+        wire = bench.connect()
+        wire.write(mbap(7, 1, READ))
+        with socket.socket(fileno=os.dup(wire.fd)) as half:
+            half.shutdown(socket.SHUT_WR)
+        assert wire.read_end() == mbap(7, 1, ANSWER)
 
 
 def test_a_silent_connection_is_closed_when_so_set() -> None:
