@@ -126,7 +126,6 @@ class AxisDrive:
         self._motor.enable(False)
         if self.is_moving or self.is_ramp:
             self.mode.end()
-        self._context.switches.release()
         self.is_moving = self.is_ramp = self._is_halted = False
 
     def brake(self, ramp: Ramp) -> None:
@@ -134,7 +133,6 @@ class AxisDrive:
         if self.is_moving:
             self.mode.end()
             self.mode.is_halted = False
-        self._context.switches.release()
         self.is_moving = self._is_halted = False
         self.is_ramp = True
         motion.start(brake(motion.speed, self._context.ramp_limits(ramp)))

@@ -28,5 +28,5 @@ class LimitSwitches:
         return bool(self.held)
 
     def release(self) -> None:
-        """Another mode, or no power."""
+        """Another mode begins."""
         self.held = 0

@@ -78,6 +78,7 @@ def test_home_is_the_edge_of_the_switch(bench: Cia402Bench, method: int, begin: 
         (33, -100, -70_000),
         (34, 100, 70_000),
         (34, -100, 0),
+        (34, 0, 70_000),
         (33, 0, -70_000),
     ],
 )
@@ -199,6 +200,34 @@ def test_an_edge_that_is_passed_while_halting_is_found_all_the_same(bench: Cia40
     bench.control(0x1F)
     bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
     assert bench.get(0x6063) - bench.get(0x6064) == pytest.approx(HOME_BEGINS, abs=2 * SLOW_STEP)
+
+
+def test_a_slow_edge_that_is_passed_while_halting_is_looked_for_again(bench: Cia402Bench) -> None:
+    bench.motor.position = 50_000
+    bench.put(0x6084, 100_000).put(0x6098, 23).enabled(HM).control(0x1F)
+    bench.cycles_until(lambda: bench.motor.position < 1_000)
+    bench.control(0x011F).cycles(200)
+    assert (bench.motor.velocity, bench.motor.position < 0) == (0, True)
+    bench.control(0x1F)
+    bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
+    assert bench.get(0x6063) - bench.get(0x6064) == pytest.approx(HOME_BEGINS, abs=2 * SLOW_STEP)
+
+
+def test_a_zero_that_is_passed_the_other_way_is_none(bench: Cia402Bench) -> None:
+    """It still goes up when method 33 begins, which looks downwards."""
+    bench.motor.switches = lambda position: 0
+    bench.put(0x6083, 1_000_000_000).put(0x60FF, 1_000_000).enabled(3).cycles(15)
+    assert 50_000 < bench.motor.position < 70_000
+    bench.put(0x6098, 33).put(0x6060, HM).control(0x0F).control(0x1F)
+    farthest = max(bench.cycles(1).motor.position for _ in range(60))
+    bench.cycles_until(lambda: bench.status(0x3400) == 0x1400)
+    assert bench.get(0x6063) - bench.get(0x6064) == farthest // 70_000 * 70_000
+
+
+def test_an_origin_counts_no_more_when_a_search_for_another_began(bench: Cia402Bench) -> None:
+    home(bench, 35, 0)
+    bench.control(0x0F).put(0x6098, 17).control(0x1F).cycles(20).put(0x6060, 1).cycles(100).put(0x6060, HM)
+    assert bench.status(0x3400) == 0x0400
 
 
 def test_an_axis_that_is_homed_says_so_when_the_mode_comes_back(bench: Cia402Bench) -> None:

@@ -89,6 +89,80 @@ def test_an_axis_that_stands_on_a_limit_switch_goes_out_only(bench: Cia402Bench,
     assert bench.status(0x0800) == 0
 
 
+@pytest.mark.parametrize(("mode", "follows"), [(CSP, 0x1000), (CSV, 0x1000)])
+def test_an_axis_that_is_held_does_not_follow(bench: Cia402Bench, mode: int, follows: int) -> None:
+    master = Master(bench, mode)
+    master.go(1, 20)
+    assert bench.status(0x1000) == follows
+    master.go(1, 130)
+    assert bench.status(0x1000) == 0
+
+
+def test_ip_what_lies_behind_a_limit_switch_is_not_reached(bench: Cia402Bench) -> None:
+    Master(bench, IP).go(1, 150)
+    assert bench.cycles(10).status(0x0400) == 0
+
+
+def test_an_axis_that_is_to_stand_on_a_limit_switch_is_not_held(bench: Cia402Bench) -> None:
+    bench.motor.position = NEGATIVE - 10
+    bench.put(0x60FF, 0).enabled(PV).cycles(3)
+    assert bench.status(0x0800) == 0
+
+
+def test_csp_a_way_back_into_a_limit_switch_is_none(bench: Cia402Bench) -> None:
+    bench.motor.position = place = POSITIVE + 50_000
+    bench.put(0x60C2, 4, 1).enabled(CSP)
+    for _ in range(10):
+        place -= 2_000
+        bench.put(0x607A, place).cycles(1)
+    stands = bench.motor.position
+    assert bench.put(0x607A, POSITIVE + 50_000).cycles(5).motor.position == stands
+
+
+def test_csv_a_speed_below_that_of_the_stop_is_kept_to(bench: Cia402Bench) -> None:
+    bench.put(0x60C2, 4, 1).put(0x6085, 1_000_000).enabled(CSV).put(0x60FF, SPEED)
+    bench.cycles_until(lambda: bench.motor.position > POSITIVE)
+    assert bench.cycles(2).motor.velocity > SPEED - 20_000
+    assert 0 <= bench.put(0x60FF, 1_000).cycles(2).motor.velocity <= 1_000
+
+
+def test_pv_turning_round_does_not_spare_the_quick_stop(bench: Cia402Bench) -> None:
+    bench.put(0x60FF, SPEED).enabled(PV)
+    bench.cycles_until(lambda: bench.motor.position > POSITIVE)
+    bench.put(0x60FF, -SPEED)
+    farthest = max(bench.cycles(1).motor.position for _ in range(20))
+    assert farthest - POSITIVE <= STOPPING
+    bench.cycles_until(lambda: bench.motor.position < POSITIVE)
+    assert bench.cycles(1).motor.velocity < 0
+
+
+def test_pp_a_halt_does_not_bring_a_set_point_back(bench: Cia402Bench) -> None:
+    Master(bench, PP).go(1, 150)
+    stands = bench.motor.position
+    assert bench.control(0x010F).cycles(2).control(0x0F).cycles(20).motor.position == stands
+
+
+def test_pp_near_is_not_reached_if_a_limit_switch_is_before_it(bench: Cia402Bench) -> None:
+    bench.put(0x6081, 100_000).enabled(PP).put(0x607A, POSITIVE + 900).control(0x1F).cycles(1_200)
+    assert POSITIVE <= bench.motor.position < POSITIVE + 900
+    assert bench.status(0x0C00) == 0x0800
+
+
+def test_another_mode_is_not_shown_to_be_held(bench: Cia402Bench) -> None:
+    Master(bench, PV).go(1, 150)
+    assert bench.put(0x6060, HM).status(0x0800) == 0
+
+
+@pytest.mark.parametrize("mode", [PT, CST])
+def test_an_axis_without_torque_is_stopped_too(bench: Cia402Bench, mode: int) -> None:
+    bench.put(0x6085, 1_000_000).enabled(mode).cycles(2)
+    bench.motor.position, bench.motor.velocity = POSITIVE + 5, 50_000.0
+    assert bench.cycles(3).status(0x1C00) == 0x0800
+    assert 0 < bench.motor.velocity < 50_000
+    bench.cycles(40)
+    assert (bench.motor.velocity, bench.status(0x0800)) == (0, 0)
+
+
 def test_pp_a_set_point_behind_a_limit_switch_is_given_up(bench: Cia402Bench) -> None:
     bench.put(0x6081, SPEED).enabled(PP).put(0x607A, 900_000).control(0x1F).control(0x0F)
     bench.put(0x607A, 950_000).control(0x1F).control(0x0F)

@@ -313,6 +313,24 @@ def test_ip_plays_its_buffer_one_period_each(bench: Cia402Bench) -> None:
     assert bench.status(0x0400) == 0x0400
 
 
+def test_ip_begins_where_the_axis_is(bench: Cia402Bench) -> None:
+    bench.motor.position = 5_000
+    bench.put(0x60C2, 8, 1).enabled(IP).put(0x60C1, 6_000, 1).control(0x1F)
+    assert [bench.cycles(1).motor.position for _ in range(3)] == [5_500, 6_000, 6_000]
+
+
+@pytest.mark.parametrize("mode", [CSP, IP])
+def test_a_halt_that_is_called_off_goes_on_to_rest(bench: Cia402Bench, mode: int) -> None:
+    bench.put(0x60C2, 4, 1).enabled(mode).control(0x1F)
+    for step in range(1, 40):
+        bench.put(*((0x607A, step * 2_000) if mode == CSP else (0x60C1, step * 2_000, 1))).cycles(1)
+    speeds = [bench.motor.velocity]
+    bench.control(0x011F).cycles(1).control(0x1F)
+    speeds += [bench.cycles(1).motor.velocity for _ in range(20)]
+    assert max(abs(last - first) for first, last in pairwise(speeds)) <= 2 * 40_000.001
+    assert (speeds[0], speeds[-1]) == (500_000, 0)
+
+
 def test_ip_a_full_buffer_refuses_and_a_cleared_one_is_empty(bench: Cia402Bench) -> None:
     bench.put(0x60C4, 2, 2).enabled(IP).put(0x60C1, 1, 1).put(0x60C1, 2, 1)
     assert bench.try_put(0x60C1, 3, 1) == "05040005"

@@ -43,6 +43,18 @@ def test_a_probe_that_is_disabled_keeps_its_values_and_is_ready_again(bench: Cia
     assert bench.get(0x60BA) > value + 100_000
 
 
+def test_a_probe_that_is_told_the_same_again_keeps_what_it_has(bench: Cia402Bench) -> None:
+    turn(bench).put(0x60B8, 0x0011).cycles(10)
+    value = bench.get(0x60BA)
+    bench.put(0x60B8, 0x0011).cycles(60)
+    assert (bench.get(0x60B9), bench.get(0x60BA)) == (0x0003, value)
+
+
+def test_edges_without_the_probe_are_none(bench: Cia402Bench) -> None:
+    turn(bench).put(0x60B8, 0x1110).cycles(60)
+    assert (bench.get(0x60B9), bench.get(0x60BA)) == (0x0300, 0)
+
+
 def test_continuous_events_are_overwritten(bench: Cia402Bench) -> None:
     turn(bench).put(0x60B8, 0x0013).cycles(10)
     first = bench.get(0x60BA)

@@ -33,13 +33,19 @@ class ProfileTorque(Mode):
         self.is_halted = True
 
     def step(self) -> None:
-        context, wanted, velocity = self.context, self._wanted(), self.context.motor.velocity
-        moving = 0.0 if context.is_standing(velocity) else velocity
-        if context.is_barred(moving or wanted):
+        context, wanted = self.context, self._wanted()
+        if context.is_barred(self._speed() or wanted):
             self._hold()
         else:
-            context.track(velocity)
+            context.track(context.motor.velocity)
             self.gives, self.torque = Kind.TORQUE, self._next(wanted)
+
+    def _speed(self) -> float:
+        """0 at rest."""
+        if self.gives is Kind.POSITION:
+            return self.context.motion.speed
+        velocity = self.context.motor.velocity
+        return 0.0 if self.context.is_standing(velocity) else velocity
 
     def _hold(self) -> None:
         """At a limit the axis is stopped and kept where it is; no torque does that."""
