@@ -13,6 +13,7 @@ Every other parameter is a link, `can: Link[CanFrame]`, and is named under `link
 default None it may be left out, as `list[Link[M]]` it takes one bus or several.  A device asks for what it uses.
 """
 
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -42,6 +43,11 @@ class Tool(NamedTuple):
 
     label: str
     line: str
+
+
+def python_line(code: str) -> str:
+    """A shell line that runs `code`; readable where it can be, as texts in code have single quotes."""
+    return f"python -c {shlex.quote(code)}" if set(code) & set('"$`\\!') else f'python -c "{code}"'
 
 
 class Device:

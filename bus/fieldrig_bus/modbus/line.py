@@ -18,7 +18,7 @@ from pydantic import Field
 
 from fieldrig.bus import BusModel, Hub, Port, Time
 from fieldrig.clock import MS
-from fieldrig.device import Tool
+from fieldrig.device import Tool, python_line
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
@@ -142,4 +142,4 @@ def _over_tcp(listen: str, framer: str) -> list[Tool]:
 
 def _pymodbus(name: str, client: str) -> Tool:
     code = f"from pymodbus import FramerType; from pymodbus.client import {name}; c = {client}; c.connect(); "
-    return Tool("pymodbus", shlex.join(["python", "-c", code + "print(c.read_coils(0, count=1)); c.close()"]))
+    return Tool("pymodbus", python_line(code + "print(c.read_coils(0, count=1)); c.close()"))

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub, Port, Time
-from fieldrig.device import Tool
+from fieldrig.device import Tool, python_line
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
@@ -85,7 +85,7 @@ class ModbusTcp(ModbusBus):
         code = f"from pymodbus.client import ModbusTcpClient; {client}; print(c.read_coils(0, count=1)); c.close()"
         return [
             self.mbpoll_line("mbpoll", ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]),
-            Tool("pymodbus", shlex.join(["python", "-c", code])),
+            Tool("pymodbus", python_line(code)),
         ]
 
     def mbpoll_line(self, label: str, options: Sequence[str], *values: str) -> Tool:

@@ -1,12 +1,11 @@
 """Lines to copy that reach a CANopen node with python canopen."""
 
 import os.path
-import shlex
 from collections.abc import Mapping
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.device import Tool
+from fieldrig.device import Tool, python_line
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
@@ -46,9 +45,4 @@ def _python_line(bus: Mapping[str, Any], actions: list[str]) -> str:
     """A shell line that does `actions` on the bus with python canopen."""
     reach = ", ".join(f"{key}={value!r}" for key, value in bus.items())
     steps = ["import canopen", "n = canopen.Network()", f"n.connect({reach})", *actions, "n.disconnect()"]
-    return f"python -c {_quoted('; '.join(steps))}"
-
-
-def _quoted(text: str) -> str:
-    """For a shell; readable where it can be, as the text has single quotes of its own."""
-    return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'
+    return python_line("; ".join(steps))
