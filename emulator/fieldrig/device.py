@@ -38,8 +38,11 @@ class Point:
     about: str = ""
 
 
+RUN = "{run}"
+
+
 class Tool(NamedTuple):
-    """A line to copy and paste that reaches a device or a bus with a foreign tool."""
+    """A line to copy and paste that reaches a device or a bus with a foreign tool.  `RUN` in it is the run folder."""
 
     label: str
     line: str

@@ -1,10 +1,12 @@
 """Lines to copy that reach a card: by its points, its USER port, and as a CANopen node."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.device import Tool
+from fieldrig.device import RUN, Tool
+from fieldrig_bus.serial.pty import SerialPty
 from fieldrig_bus.serial.rfc2217 import SerialRfc2217
 from fieldrig_bus.serial.tcp import SerialTcp
 from fieldrig_devices.arp.can.face import EDS
@@ -28,8 +30,10 @@ def lines(name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> li
 
 
 def _user_port(bus: Bus[Any] | None) -> str | None:
-    """None for a line that has no address; a pty is among the lines of its bus."""
+    """None for a line that has no address."""
     match bus:
+        case SerialPty():
+            return str(Path(RUN) / bus.path)
         case SerialTcp() if bus.settings.listen is not None:
             return f"socket://{bus.settings.listen}"
         case SerialRfc2217():

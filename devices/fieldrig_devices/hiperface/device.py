@@ -10,17 +10,19 @@ import binascii
 import logging
 from collections.abc import Mapping
 from math import tau
+from pathlib import Path
 from typing import Any, Final, Literal
 
 from pydantic import Field
 
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
-from fieldrig.device import Device, Point, Tool, Value
+from fieldrig.device import RUN, Device, Point, Tool, Value
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig.store import Store
 from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.serial.pty import SerialPty
 from fieldrig_bus.serial.rfc2217 import SerialRfc2217
 from fieldrig_bus.serial.tcp import SerialTcp
 from fieldrig_bus.wires import Motion, Signal
@@ -184,8 +186,9 @@ class SmEncoder(Device):
 
     @classmethod
     def tools(cls, name: str, settings: SmEncoderSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        """A pty's path is among the lines of its bus."""
         match links.get("line"):
+            case SerialPty() as pty:
+                port = str(Path(RUN) / pty.path)
             case SerialTcp(settings=line) if line.listen is not None:
                 port = f"socket://{line.listen}"
             case SerialRfc2217(settings=line):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TextIO
 
 from fieldrig.config import DeviceEntry, RigConfig
 from fieldrig.control import Control
-from fieldrig.device import Tool
+from fieldrig.device import RUN, Tool
 from fieldrig.roster import Event
 
 REFRESH_S = 1.0
@@ -35,7 +35,8 @@ def parts(config: RigConfig) -> Iterator[Part]:
     for name, bus in config.buses.items():
         yield Part(name, bus.kind, bus.bus.tools(config.run))
     for name, device in config.devices.items():
-        yield Part(name, device.kind, device.cls.tools(name, device.settings, _linked(config, device)))
+        tools = device.cls.tools(name, device.settings, _linked(config, device))
+        yield Part(name, device.kind, [Tool(label, line.replace(RUN, str(config.run))) for label, line in tools])
 
 
 def _linked(config: RigConfig, device: DeviceEntry) -> Mapping[str, Any]:
