@@ -2,19 +2,16 @@
 
 Source: CiA 301, CiA 402-2 and 402-3; the manual names the library CANopen_S.lib and no object (digest PD-302), so
 what lies below 6000h is ours (docs/cia402.md).  Nodes boot with the controller, and are silent while it has no power.
-A face that moves an axis has it until it disables it; who enables last, moves.  Origins of axes are kept on the flash
-disk, as their encoders are absolute (digest PD-174).
+A face that moves an axis has it until it disables it; who enables last, moves.
 """
 
-import json
 import logging
 import struct
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
-from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
@@ -24,6 +21,7 @@ from fieldrig_devices.max4.axis import Axis
 from fieldrig_devices.max4.can_face_errors import error_of, register_of
 from fieldrig_devices.max4.can_face_motor import AxisMotor
 from fieldrig_devices.max4.can_face_objects import EDS
+from fieldrig_devices.max4.can_face_origins import Origins
 from fieldrig_devices.max4.can_face_settings import AxisTerminals, CanFaceSettings
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.diagnosis import ERROR_CLASSES
@@ -112,7 +110,7 @@ class FaceNode:
         controller: Controller,
         settings: CanFaceSettings,
         node_id: int,
-        origins: "Origins",
+        origins: Origins,
     ) -> None:
         self._controller, self._settings, self._origins = controller, settings, origins
         node_settings = CanopenSettings(node_id=node_id, eds=EDS, ties={}, objects=settings.objects)
@@ -201,26 +199,6 @@ class FaceNode:
         for code, one in present.items():
             self.node.emcy.raise_error(code, register_of(code), INFO.pack(one.code, CONTROLLER, 0, 0), CONTROLLER)
         self._told = set(present)
-
-
-class Origins:
-    """Zeros of the users' positions in increments, by the names of the axes.  What can't be read is none."""
-
-    def __init__(self, store: Store) -> None:
-        self._store = store
-        self._origins: dict[str, float] = {}
-        try:
-            found: Any = json.loads(store.load() or b"{}")
-            self._origins = {str(name): float(origin) for name, origin in found.items()}
-        except (ValueError, TypeError, AttributeError, RecursionError) as wrong:
-            log.warning("origins of axes are lost: %s", wrong)
-
-    def of(self, name: str) -> float | None:
-        return self._origins.get(name)
-
-    def put(self, name: str, origin: float) -> None:
-        self._origins[name] = origin
-        self._store.save(json.dumps(self._origins).encode())
 
 
 def _terminal(tree: ObjectTree, symbol: str) -> Parameter | None:

@@ -34,9 +34,9 @@ class CyclicPosition(LinePosition):
             return
         line, left_s = self._line, self._line.left_s
         if self._is_led and 0 < left_s <= self.context.cycle_s * NEARLY:
-            self.lead(line.end, position, -left_s)  # what is left ends before the next cycle
+            self._lead(line.end, position, -left_s)  # what is left ends before the next cycle
         else:
-            self.lead(self.context.motion.position, position)
+            self._lead(self.context.motion.position, position)
 
     def step(self) -> None:
         if self._is_led and not self.is_halted:

@@ -72,7 +72,7 @@ class InterpolatedPosition(LinePosition):
         place = self._line.step(cycle_s)
         if self._line.is_done and has_next:
             # what of the cycle was left over belongs to the next way already
-            self.lead(place, self._buffer.popleft(), min(self._line.overrun_s, cycle_s))
+            self._lead(place, self._buffer.popleft(), min(self._line.overrun_s, cycle_s))
             self._show()
             place = self._line.value
         self._follow(place)

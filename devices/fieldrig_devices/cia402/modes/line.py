@@ -3,6 +3,8 @@
 Until the first one comes the axis is brought to rest.
 """
 
+from typing import ClassVar
+
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.interpolator import Interpolator
@@ -11,6 +13,9 @@ from fieldrig_devices.cia402.units import Direction
 
 
 class LinePosition(Mode):
+    has_offset: ClassVar[bool] = False
+    """Whether 60B0h is added."""
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._line = Interpolator()
@@ -27,7 +32,7 @@ class LinePosition(Mode):
         super().go_on()
         self._is_led = False
 
-    def lead(self, begin: float, position: int, ahead_s: float = 0.0) -> None:
+    def _lead(self, begin: float, position: int, ahead_s: float = 0.0) -> None:
         """On a new line, from `begin` to `position` in the user's units; `ahead_s` of the way are over already."""
         context = self.context
         context.is_limited = False
@@ -35,9 +40,6 @@ class LinePosition(Mode):
         target = context.absolute(position, Direction.SHORTEST) + offset
         self._line.go(begin, context.within(target), context.interpolation_s, ahead_s)
         self._is_led = True
-
-    has_offset = False
-    """Whether 60B0h is added."""
 
     def _follow(self, place: float) -> None:
         """In this cycle, as fast as 607Fh and limit switches allow."""
