@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.hiperface.memory import FREE, Eeprom, RefusedError, size_of
+from fieldrig_devices.hiperface.memory import FREE, Eeprom, RefusedError, size_of, status_for
 
 
 def kept() -> Eeprom:
@@ -45,3 +45,16 @@ def test_no_order_of_changes_leads_astray(orders: list[tuple[int, int, int]]) ->
     assert eeprom.free == FREE - sum(size_of(one.status) for one in eeprom.fields) >= 0
     assert all(len(one.data) == size_of(one.status) for one in eeprom.fields)
     assert Eeprom.decode(eeprom.encode()) == eeprom
+
+
+def test_the_last_field_may_grow_into_what_is_free_with_what_it_has() -> None:
+    eeprom = Eeprom()
+    for number in range(FREE // 128 - 1):
+        eeprom.create(number, status_for(128), 0x55)
+    last = len(eeprom.fields)
+    eeprom.create(last, status_for(64), 0x55)
+    eeprom.store(last, 0, b"kept", 0x55)
+    eeprom.create(last, status_for(128), 0x55)
+    assert (eeprom.free, eeprom.read(last, 0, 4, 0x55)) == (0, b"kept")
+    with pytest.raises(RefusedError):
+        eeprom.create(last - 1, status_for(64), 0x55)  # another one is behind it

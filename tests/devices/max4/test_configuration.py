@@ -315,3 +315,23 @@ def test_system_data_of_chapter_9() -> None:
 def test_limits_that_came_with_versions(version: tuple[int, int, int], data: int, variable: int) -> None:
     limits = limits_of(Version(*version))
     assert (limits.data_bytes, limits.variable_bytes) == (data, variable)
+
+
+@pytest.mark.manual("PD-043")
+def test_a_download_that_is_begun_again_or_reset_writes_no_more_of_the_first() -> None:
+    bench = Bench().boot().do("download").run(1_000)
+    bench.do("download").run(10_000)
+    assert bench.codes().count(8010) == 1 + 7
+    bench.do("download").run(1_000).do("system reset").run(10_000)
+    assert bench.codes().count(8010) == 1 + 7 + 1
+
+
+@pytest.mark.manual("PD-046")
+def test_a_file_may_be_written_over_on_a_disk_that_is_nearly_full() -> None:
+    bench = Bench(disk_bytes=65_536).run(100)
+    disk = bench.max4.disk
+    disk.write("\\BIG.LOG", bytes(40_000))
+    with pytest.raises(ValueError, match="left"):
+        disk.write("\\OTHER.LOG", bytes(40_000))
+    disk.write("\\BIG.LOG", b"1" * 40_000)
+    assert disk.read("\\BIG.LOG") == b"1" * 40_000

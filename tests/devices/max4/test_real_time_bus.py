@@ -187,6 +187,14 @@ def test_drive_that_is_not_there_is_left_out_or_stops_the_ring(choice: str, stat
     assert not bench.axis("knife").is_operating
 
 
+def test_an_open_ring_is_one_diagnosis_of_the_controller_and_one_of_each_axis() -> None:
+    bench = Bench("belt", "knife").boot().run(1_000)
+    bench.fault("ring0", what="break", after="master")
+    bench.run(200)
+    assert [one.ext for one in bench.max4.diagnosis.pending] == [""]
+    assert [bench.axis(name).diagnosis.pending[0].ext for name in ("belt", "knife")] == ["1.1 2560", "2.1 2560"]
+
+
 def test_drive_whose_telegrams_fail_twice_brings_the_ring_down() -> None:
     bench = Bench("belt", "knife").boot()
     bench.fault("ring0", what="late", station="knife", count=1)
