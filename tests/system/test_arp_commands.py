@@ -3,6 +3,7 @@
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import zlib
@@ -105,6 +106,18 @@ def test_lines_to_copy_reach_the_cards(cards: Cards) -> None:
     for number, line in zip((1, 2, 3), (one.removeprefix("USER port").split() for one in lines), strict=True):
         said = cards.tool(*line[1:])
         assert (said.returncode, said.stdout.splitlines()[0][:8]) == (0, f"card {number:02}:"), said.stderr
+
+
+def test_lines_to_copy_find_a_rig_that_is_not_where_rigs_are(cards: Cards) -> None:
+    """Run as printed, in a shell that knows nothing of the rig."""
+    (line,) = [line.split("  ", 1)[1].strip() for line in cards.output().splitlines() if "get card2/state" in line]
+    command = line.removeprefix("state").split()
+    environment = {key: value for key, value in os.environ.items() if key not in ("FIELDRIG_CONTROL", "PATH")}
+    program = cards.folder / command[0] if "/" in command[0] else shutil.which(command[0])
+    done = subprocess.run(
+        [str(program), *command[1:]], cwd=cards.folder, env=environment, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout[:12]) == (0, "card2/state "), done.stderr
 
 
 @pytest.mark.manual("ARP-004", "ARP-117")

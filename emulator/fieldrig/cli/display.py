@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
 from fieldrig.config import DeviceEntry, RigConfig
+from fieldrig.config_keys import RigKeys
 from fieldrig.control import Control
 from fieldrig.device import RUN, Tool
 from fieldrig.roster import Event
@@ -20,6 +21,8 @@ BOLD, DIM, RED, GREEN, YELLOW, PLAIN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[3
 COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "ready": GREEN}
 COUNTERS = ("frames", "requests", "messages", "characters")
 """Of the statistics of buses: what is shown as so many a second."""
+TALKING = ("status", "watch", "get", "set", "fault")
+"""Commands that look for a rig at its control endpoint."""
 
 
 class Part(NamedTuple):
@@ -72,7 +75,7 @@ class Display:
             label_width = max((len(tool.label) for tool in part.tools), default=0)
             for tool in part.tools:
                 label = self._styled(tool.label.ljust(label_width), DIM)
-                self._say(f"      {label}  {_with_this_python(tool.line)}")
+                self._say(f"      {label}  {_as_typed(tool.line, config.control)}")
         self._say("")
 
     def report(self, event: Event) -> None:
@@ -161,12 +164,23 @@ class Display:
         return f"{style}{text}{PLAIN}" if self._is_terminal and style else text
 
 
-def _with_this_python(line: str) -> str:
-    """The line, with the Python that fieldrig is installed in where another one would answer to `python`."""
-    found = shutil.which("python")
-    if not line.startswith("python ") or (found is not None and Path(found) == Path(sys.executable)):
-        return line
-    return f"{_short(Path(sys.executable))} {line.removeprefix('python ')}"
+def _as_typed(line: str, control: str) -> str:
+    """The line as it has to be typed here: for this rig, and with what is installed beside us.
+
+    In a shell where the environment is not active another program answers to `python` or `fieldrig`, or none.
+    """
+    program, _, rest = line.partition(" ")
+    if (
+        program == "fieldrig"
+        and rest.partition(" ")[0] in TALKING
+        and control != RigKeys.model_fields["control"].default
+    ):
+        rest = f"{rest} --control {control}"
+    ours = {"python": Path(sys.executable), "fieldrig": Path(sys.executable).with_name("fieldrig")}.get(program)
+    found = shutil.which(program)
+    if ours is None or not ours.exists() or (found is not None and Path(found) == ours):
+        return f"{program} {rest}".rstrip()
+    return f"{_short(ours)} {rest}".rstrip()
 
 
 def _short(path: Path) -> str:
