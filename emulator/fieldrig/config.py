@@ -145,7 +145,7 @@ class _Loader:
                 self._buses[name] = self._bus(name, entry, _members(name, devices_data))
         devices = self._devices(devices_data)
         buses = {name: bus for name, bus in self._buses.items() if bus is not None}
-        self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None))
+        self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None, devices_data))
         if self._mistakes or keys is None:
             raise ConfigError(sorted(self._mistakes, key=lambda mistake: (mistake.file, mistake.line or 0)))
         return self._config(keys, buses, devices)

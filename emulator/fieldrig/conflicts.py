@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from fieldrig.settings import Settings
@@ -23,12 +24,16 @@ Text = tuple[KeyPath, str]
 
 
 def conflicts(
-    buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]", control: str | None
+    buses: "Mapping[str, BusEntry]",
+    devices: "Mapping[str, DeviceEntry]",
+    control: str | None,
+    written: Mapping[Any, Any] = MappingProxyType({}),
 ) -> Iterator[Finding]:
+    """`written` has the devices as they stand in the file, also those that are wrong in themselves."""
     texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
     yield from _same_ports([(("control",), control), *texts] if control is not None else texts)
     yield from _same_paths(texts)
-    yield from _same_node_ids(buses, devices)
+    yield from _same_node_ids(buses, {**written, **devices})
 
 
 def _same_ports(texts: list[Text]) -> Iterator[Finding]:
@@ -65,16 +70,27 @@ def _texts(value: Any, path: KeyPath) -> list[Text]:
     return []
 
 
-def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]") -> Iterator[Finding]:
+def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) -> Iterator[Finding]:
     """Two nodes with one number on one CAN bus (CiA 301 has no answer to that)."""
     taken: dict[tuple[str, int], str] = {}
     for name, device in devices.items():
-        node_id = getattr(device.settings, "node_id", None)
-        linked = {bus for names in device.links.values() for bus in names}
+        node_id, linked = _node_of(device)
         for bus in sorted(bus for bus in linked & buses.keys() if buses[bus].bus.family == "can"):
-            if not isinstance(node_id, int):
+            if type(node_id) is not int:
                 continue
             other = taken.setdefault((bus, node_id), name)
             if other != name:
                 what = f"node {node_id} on {bus} is {other} already"
                 yield Finding(("devices", name, "node_id"), what, "give each node of a bus a number of its own")
+
+
+def _node_of(device: Any) -> tuple[Any, set[Any]]:
+    """Its number, if it has one, and the buses that it is linked to."""
+    if not isinstance(device, dict):
+        return getattr(getattr(device, "settings", None), "node_id", None), _names(getattr(device, "links", None))
+    return device.get("node_id"), _names(device.get("links"))
+
+
+def _names(links: Any) -> set[Any]:
+    values = links.values() if isinstance(links, Mapping) else ()
+    return {bus for one in values for bus in (one if isinstance(one, list | tuple) else [one]) if isinstance(bus, str)}

@@ -310,6 +310,12 @@ def test_two_nodes_of_a_bus_cannot_share_a_number(refused: Refused) -> None:
     assert mistake.startswith("rig.yaml:7: devices.two.node_id: node 5 on can0 is one already")
 
 
+def test_that_two_nodes_share_a_number_is_told_also_of_one_that_is_wrong_in_itself(refused: Refused) -> None:
+    node = f'kind: "{NODE}", node_id: 5, links: {{can: can0}}'
+    found = refused(LINES + f"      one: {{{node}, speed: 1}}\n      two: {{{node}}}\n      three: 3\n")
+    assert ["devices.one.speed: " in found[0], "devices.two.node_id: " in found[1], len(found)] == [True, True, 3]
+
+
 def test_two_nodes_on_two_buses_may_share_a_number(loaded: Loaded) -> None:
     node = f'kind: "{NODE}", node_id: 5, links'
     text = LINES.replace("words:", 'can1: {kind: "config_kinds:CanLine"}\n      words:')
