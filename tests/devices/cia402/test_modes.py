@@ -260,6 +260,23 @@ def test_csp_offset_limits_and_largest_velocity(bench: Cia402Bench) -> None:
     assert bench.cycles(2).motor.position == 5_000 - 800
 
 
+def test_cyclic_offsets_count_without_a_new_target(bench: Cia402Bench) -> None:
+    bench.put(0x60C2, 4, 1).enabled(CSP).put(0x60B0, 70).cycles(2)
+    assert bench.motor.position == 0  # no target yet
+    bench.put(0x607A, 1_000).put(0x60B0, 50).cycles(1)
+    assert bench.motor.position == 1_050
+    assert bench.put(0x60B0, -20).cycles(1).motor.position == 980
+    bench.cycles(2).put(0x6060, CSV).cycles(5).put(0x60B1, 500).cycles(2)
+    assert bench.motor.velocity == 0
+    assert bench.put(0x60FF, 1_000).cycles(1).motor.velocity == 1_500
+    assert bench.put(0x60B1, -500).cycles(1).motor.velocity == 500
+
+
+def test_csp_of_two_targets_between_two_cycles_the_last_one_counts(bench: Cia402Bench) -> None:
+    bench.put(0x60C2, 4, 1).enabled(CSP).put(0x607A, 1_000).cycles(1)
+    assert bench.put(0x607A, 2_000).put(0x607A, 3_000).cycles(1).motor.position == 3_000
+
+
 def test_csv_gives_speeds(bench: Cia402Bench) -> None:
     bench.put(0x60C2, 8, 1).enabled(CSV).put(0x60B1, 1_000).put(0x60FF, 400_000).cycles(1)
     assert bench.motor.velocity == pytest.approx(200_500)

@@ -26,19 +26,32 @@ class CyclicPosition(LinePosition):
     number = 8
     has_offset = True
 
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._is_fresh = False
+        """The line was begun since the last cycle; what comes now changes its end."""
+
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.TARGET_POSITION, 0): self._on_target}
+        return {(objects.TARGET_POSITION, 0): self._on_target, (objects.POSITION_OFFSET, 0): self._on_offset}
 
     def _on_target(self, position: int) -> None:
         if not self._is_begun or self.is_halted:
             return
         line, left_s = self._line, self._line.left_s
-        if self._is_led and 0 < left_s <= self.context.cycle_s * NEARLY:
+        if self._is_fresh and self._is_led:
+            line.end = self._aim(position)
+        elif self._is_led and 0 < left_s <= self.context.cycle_s * NEARLY:
             self._lead(line.end, position, -left_s)  # what is left ends before the next cycle
         else:
             self._lead(self.context.motion.position, position)
+        self._is_fresh = True
+
+    def _on_offset(self, _offset: int) -> None:
+        if self._is_led:
+            self._on_target(self.context.objects[objects.TARGET_POSITION])
 
     def step(self) -> None:
+        self._is_fresh = False
         if self._is_led and not self.is_halted:
             self._follow(self._line.step(self.context.cycle_s))
         else:
@@ -58,11 +71,11 @@ class CyclicVelocity(Mode):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._line = Interpolator()
-        self._is_active = False
+        self._is_active = self._is_led = False
         self._velocity = 0.0
 
     def begin(self) -> None:
-        self._is_active = True
+        self._is_active, self._is_led = True, False
         self._velocity = self.context.motion.speed
         self._line.stand(self._velocity)
 
@@ -70,7 +83,11 @@ class CyclicVelocity(Mode):
         self._is_active = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.TARGET_VELOCITY, 0): self._on_target}
+        return {(objects.TARGET_VELOCITY, 0): self._on_target, (objects.VELOCITY_OFFSET, 0): self._on_offset}
+
+    def _on_offset(self, _offset: int) -> None:
+        if self._is_led:
+            self._on_target(self.context.objects[objects.TARGET_VELOCITY])
 
     def _on_target(self, velocity: int) -> None:
         if not self._is_active or self.is_halted:
@@ -80,6 +97,7 @@ class CyclicVelocity(Mode):
         most = context.largest_speed
         context.is_limited = abs(wanted) > most
         self._line.go(self._velocity, min(max(wanted, -most), most), context.interpolation_s)
+        self._is_led = True
 
     def halt(self, ramp: Ramp) -> None:
         self.is_halted = True
@@ -88,6 +106,7 @@ class CyclicVelocity(Mode):
 
     def go_on(self) -> None:
         super().go_on()
+        self._is_led = False
         self._line.stand(self._velocity)
 
     def step(self) -> None:

@@ -34,12 +34,14 @@ class LinePosition(Mode):
 
     def _lead(self, begin: float, position: int, ahead_s: float = 0.0) -> None:
         """On a new line, from `begin` to `position` in the user's units; `ahead_s` of the way are over already."""
+        self._line.go(begin, self._aim(position), self.context.interpolation_s, ahead_s)
+        self._is_led = True
+
+    def _aim(self, position: int) -> float:
         context = self.context
         context.is_limited = False
         offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
-        target = context.absolute(position, Direction.SHORTEST) + offset
-        self._line.go(begin, context.within(target), context.interpolation_s, ahead_s)
-        self._is_led = True
+        return context.within(context.absolute(position, Direction.SHORTEST) + offset)
 
     def _follow(self, place: float) -> None:
         """In this cycle, as fast as 607Fh and limit switches allow."""
