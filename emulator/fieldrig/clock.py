@@ -82,17 +82,18 @@ class TimerQueue:
 class VirtualClock:
     """Stands still until it is moved; then the actions due on the way are called at their instants."""
 
-    __slots__ = ("_now_ns", "_timers")
+    __slots__ = ("_timers", "instant_ns")
 
     def __init__(self, now_ns: int = 0) -> None:
-        self._now_ns = now_ns
+        self.instant_ns = now_ns
+        """Where the hands stand.  They may be moved to an instant before which nothing is due."""
         self._timers = TimerQueue()
 
     def now_ns(self) -> int:
-        return self._now_ns
+        return self.instant_ns
 
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
-        return self._timers.add(max(when_ns, self._now_ns), action)
+        return self._timers.add(max(when_ns, self.instant_ns), action)
 
     def late_ns(self) -> int:
         return 0
@@ -100,10 +101,6 @@ class VirtualClock:
     def next_ns(self) -> int | None:
         """The earliest wish of anybody; None if nobody has one."""
         return self._timers.next_ns()
-
-    def set_to(self, now_ns: int) -> None:
-        """Move the hands to an instant before which nothing is due, without calling anything."""
-        self._now_ns = now_ns
 
     def advance_to(self, until_ns: int) -> int:
         """Call everything due up to and including `until_ns`, and stand there.  Returns the earliest wish left.
@@ -120,10 +117,10 @@ class VirtualClock:
                 break
             else:
                 heapq.heappop(heap)
-                self._now_ns, timer.action = when_ns, None
+                self.instant_ns, timer.action = when_ns, None
                 action()
         else:
             when_ns = NEVER_NS
-        if until_ns > self._now_ns:
-            self._now_ns = until_ns
+        if until_ns > self.instant_ns:
+            self.instant_ns = until_ns
         return when_ns

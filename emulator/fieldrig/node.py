@@ -66,13 +66,14 @@ class Post:
 class NodeLink:
     """An end of a bus under virtual time: keeps what is sent until the step is over."""
 
-    __slots__ = ("_bus", "_handlers", "_name", "_post")
+    __slots__ = ("_add", "_bus", "_handlers", "_name", "_post")
 
     def __init__(self, name: str, bus: BusName, post: Post, handlers: dict[BusName, Handler]) -> None:
         self._name, self._bus, self._post, self._handlers = name, bus, post, handlers
+        self._add = post.sent.append
 
     def send(self, message: Any) -> None:
-        self._post.sent.append((self._name, self._bus, message))
+        self._add((self._name, self._bus, message))
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
         self._handlers[self._bus] = handler
@@ -99,7 +100,7 @@ class EventNode:
         """A step in one call, for who empties the post himself.  Returns the earliest wish, `NEVER_NS` without one."""
         clock, handlers = self.clock, self._handlers
         if deliveries:
-            clock.set_to(until_ns)
+            clock.instant_ns = until_ns
             for bus, message in deliveries:
                 if bus in handlers:
                     handlers[bus](message)

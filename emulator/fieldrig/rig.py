@@ -52,6 +52,8 @@ class Rig:
         """Those of both kinds that react in this process."""
         self._wishes: dict[str, int] = {}
         """When each member wants to be called; `NEVER_NS` if it doesn't."""
+        self._earliest_ns = NEVER_NS
+        """Of the wishes."""
         try:
             self._build(stores or {})
         except BaseException:
@@ -61,7 +63,7 @@ class Rig:
     def next_ns(self) -> int | None:
         """The instant at which something happens next; None if nothing ever will."""
         self._take_from_outside()
-        earliest = min(self._wishes.values(), default=NEVER_NS)
+        earliest = self._earliest_ns
         for model in self._models.values():
             arrival = model.next_ns()
             if arrival is not None and arrival < earliest:
@@ -81,7 +83,7 @@ class Rig:
             self._run_instant(next_ns)
         self.now_ns = max(self.now_ns, until_ns)
         for node in self._outside.values():
-            node.clock.set_to(self.now_ns)
+            node.clock.instant_ns = self.now_ns
 
     def attach(self, member: str) -> EventNode:
         """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
@@ -169,7 +171,6 @@ class Rig:
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
-        wishes = self._wishes
         inbox = self._arrivals(now_ns)
         stirred = self._stirred(now_ns, inbox)
         for _ in range(LONGEST_INSTANT):
@@ -177,7 +178,7 @@ class Rig:
                 return
             self._step(stirred, now_ns, inbox)
             inbox = self._arrivals(now_ns)
-            if not inbox and min(wishes.values(), default=NEVER_NS) > now_ns:
+            if not inbox and self._earliest_ns > now_ns:
                 return
             stirred = self._stirred(now_ns, inbox)
         raise RigError(
@@ -187,10 +188,9 @@ class Rig:
 
     def _stirred(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> Collection[str]:
         """Who has something to do at this instant, in the order of the configuration; `_wishes` has that order."""
-        wishes = self._wishes
-        if len(inbox) == 1 and min(wishes.values()) > now_ns:
+        if len(inbox) == 1 and self._earliest_ns > now_ns:
             return inbox
-        return [name for name, wish in wishes.items() if name in inbox or wish <= now_ns]
+        return [name for name, wish in self._wishes.items() if name in inbox or wish <= now_ns]
 
     def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:
         """What each member gets, in the order of the buses."""
@@ -220,6 +220,7 @@ class Rig:
         for name in [name for name in names if name in here] if is_shared_out else names:
             wishes[name] = here[name].react(now_ns, deliveries_to(name, ()))
         self._fetch(elsewhere)
+        self._earliest_ns = min(wishes.values(), default=NEVER_NS)
         if self._outside:
             for name in names:
                 if name in self._outside:
@@ -263,4 +264,5 @@ class Rig:
                 wish_ns = node.clock.next_ns()
                 self._wishes[name] = NEVER_NS if wish_ns is None else wish_ns
                 self._gather(node.post)
+            self._earliest_ns = min(self._wishes.values())
             self._hand_in(self.now_ns)

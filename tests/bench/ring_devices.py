@@ -60,6 +60,8 @@ class Master(Device):
         self._clock = clock
         self._falls = self._cycles = 0
         self._base: dict[int, int] = {}
+        self._swinging: list[tuple[int, int]] = []
+        """Where in the MDT the set position of a drive lies, and its middle."""
         self.ring = Prepared(
             clock,
             ring,
@@ -94,6 +96,7 @@ class Master(Device):
         if event.what is Event.PHASE and event.code == 0:
             self._falls += 1
             self._base.clear()
+            self._swinging.clear()
             self._clock.call_at(self._clock.now_ns() + AGAIN_NS, lambda: self.ring.request_phase(4))
 
     def _on_cycle(self) -> None:
@@ -101,13 +104,15 @@ class Master(Device):
         swing = round(SWING * sin(self._cycles * 0.002))
         base, set_commands = self._base, self.ring.set_commands
         values = self.ring.command_values
-        for address, drive in self.ring.drives.items():
+        for place, middle in self._swinging:
+            values[place] = middle + swing
+        for address, drive in self.ring.drives.items() if len(base) < len(self.ring.drives) else ():
             if address in base:
-                values[drive.place + HEAD_VALUES] = base[address] + swing
                 continue
             set_commands(address, ENABLED, drive.feedback[0])
             if drive.status & FOLLOWS and abs(swing) < 500:
                 base[address] = drive.feedback[0] - swing
+                self._swinging.append((drive.place + HEAD_VALUES, base[address]))
 
 
 def prepare(table: IdnTable, settings: RingSettings, address: int) -> None:

@@ -242,11 +242,12 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
         "    b = q - a",
         *(f"    {name} -= {value}" for name, value in steady.items()),
         f"    r = {bound}",
-        f"    if abs(q) > {limits.torque!r} * (1.0 - r) or (n := abs(s)) > {limits.speed!r} * (1.0 - r):",
+        f"    n, m = {limits.torque!r} * (1.0 - r), {limits.speed!r} * (1.0 - r)",
+        "    if q > n or q < -n or s > m or s < -m:",
         "        return False",
     ]
     if dry_nm:
-        lines += [f"    if {limits.speed!r} * r >= n:", "        return False"]
+        lines += [f"    if {limits.speed!r} * r >= abs(s):", "        return False"]
     lines += [
         f"    axis.t = torque = {rows['t']}",
         "    axis.works += torque * axis.v",

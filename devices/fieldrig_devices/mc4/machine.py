@@ -40,6 +40,15 @@ STEP: Final = 31
 
 
 class Machine:
+    __slots__ = (
+        "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_is_dc_dead",
+        "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_shown_mode", "_slow_due_ns",
+        "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis", "chain",
+        "controller", "cycle_steps", "dc", "diagnosis", "enable_bit", "encoder", "faults", "inverter_enable",
+        "is_cyclic", "load_nm", "motor", "operation_mode", "overload_position", "runs", "settings",
+        "shaft_offset", "thermal", "times", "true_motor",
+    )  # fmt: skip
+
     def __init__(
         self,
         clock: Clock,

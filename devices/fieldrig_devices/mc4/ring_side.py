@@ -42,6 +42,12 @@ CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MAS
 
 
 class RingSide:
+    __slots__ = (
+        "_clock", "_control", "_cycle_ns", "_machine", "_most_error", "_moving", "_numbers", "_place",
+        "_places", "_slack_ns", "_standing", "_standing_numbers", "_states_seen", "_status", "_steady_control",
+        "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
+    )  # fmt: skip
+
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
         self._clock, self._table, self._machine = clock, table, machine
         self._control = 0
@@ -89,12 +95,14 @@ class RingSide:
     def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         control = values[0]
         now_ns, machine = self._clock.now_ns(), self._machine
-        lead_ns = now_ns - machine.at_ns - self._cycle_ns
-        if control & CONTROL_BITS != self._steady_control or not -self._slack_ns < lead_ns < self._slack_ns:
+        at_ns = machine.at_ns + self._cycle_ns
+        lead_ns = now_ns - at_ns
+        is_late = lead_ns and not -self._slack_ns < lead_ns < self._slack_ns
+        if is_late or control & CONTROL_BITS != self._steady_control:
             return self._look(values, lead_ns)
         if now_ns >= self._until_ns:
             self._look_at_slow_things()
-        machine.at_ns += self._cycle_ns
+        machine.at_ns = at_ns
         axis = machine.axis
         axis.cycle()
         self._value(values[self._place])

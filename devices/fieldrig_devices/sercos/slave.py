@@ -63,11 +63,18 @@ class Application(Protocol):
 
 
 class SercosSlave:
+    __slots__ = (
+        "_application", "_at", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
+        "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt", "_mdt_length", "_missed_mdts",
+        "_missed_msts", "_offset", "_patience_ns", "_running_mst", "_service", "_values", "_values_of",
+        "_waits_for_0", "_watch", "address", "failures", "phase", "table",
+    )  # fmt: skip
+
     def __init__(
         self, clock: Clock, link: Link[RingMessage], address: int, table: IdnTable, application: Application
     ) -> None:
         """The slave adds the communication's own data to `table`; `address` is 1 to 254."""
-        self._clock, self._link, self.address, self.table = clock, link, address, table
+        self._clock, self._leave, self.address, self.table = clock, link.send, address, table
         self._application = application
         self.phase = 0
         self.failures = 0
@@ -118,7 +125,7 @@ class SercosSlave:
             service.step(control, values[1])
         status, feedback = self._application.on_cycle(values)
         word = status | self._change_bit | service.status
-        self._link.send(self._at.pack(self.address, word, service.info, *feedback))
+        self._leave(self._at.pack(self.address, word, service.info, *feedback))
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
@@ -164,7 +171,7 @@ class SercosSlave:
         service = self._service
         word = status | self._change_bit | service.status
         at = self._at if feedback or self.phase >= 3 else _EARLY_AT
-        self._link.send(at.pack(self.address, word, service.info, *feedback))
+        self._leave(at.pack(self.address, word, service.info, *feedback))
 
     # ---- failures
 
