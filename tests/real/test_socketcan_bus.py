@@ -98,7 +98,7 @@ def test_the_kernel_keeps_away_what_is_of_no_interest(bench: DirectBench, peer: 
         with pytest.raises(BlockingIOError):
             bystander.recv(16)
     with pytest.raises(BlockingIOError):
-        node.receive()  # type: ignore[attr-defined]  # a SocketcanEnd: its socket has nothing
+        node.inner.receive()  # type: ignore[attr-defined]  # a SocketcanEnd: its socket has nothing
     peer.send(can.Message(arbitration_id=0x123, data=[1, 2], is_extended_id=False))
     bench.pump(lambda: heard == [FRAME])
 

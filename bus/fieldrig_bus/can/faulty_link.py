@@ -27,7 +27,9 @@ class FaultyLink:
     """A link that loses, delays, doubles and changes frames on their way to the link it wraps."""
 
     def __init__(self, at: Attachment, link: Link[Any], faults: Sequence[LinkFault], random: Random) -> None:
-        self._at, self._link = at, link
+        self._at = at
+        self.inner = link
+        """What it wraps."""
         self._faults = Faults(random)
         for fault in faults:
             self._faults.add(at.clock.now_ns(), fault)
@@ -50,7 +52,7 @@ class FaultyLink:
 
     def send(self, message: CanFrame | Notice) -> None:
         if not isinstance(message, CanFrame):
-            self._link.send(message)
+            self.inner.send(message)
             return
         member, now_ns = self._at.member, self._at.clock.now_ns()
         self._count += 1
@@ -83,13 +85,13 @@ class FaultyLink:
             if not isinstance(message, CanFrame) or not self._is_lost(message):
                 handler(message)
 
-        self._link.on_receive(hear, interest)
+        self.inner.on_receive(hear, interest)
 
     def _send(self, now_ns: int, frame: CanFrame) -> None:
         if now_ns >= self._held_until_ns:
-            self._link.send(frame)
+            self.inner.send(frame)
         else:  # in order: the clock keeps that of asking
-            self._at.clock.call_at(self._held_until_ns, lambda: self._link.send(frame))
+            self._at.clock.call_at(self._held_until_ns, lambda: self.inner.send(frame))
 
     def _is_lost(self, frame: CanFrame) -> bool:
         self._count += 1
