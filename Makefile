@@ -17,7 +17,7 @@ lab: .venv/installed ## start the lab and stay; Ctrl-C stops it
 test: .venv/dev-installed ## all tests; installs what they need where it may, says what was left out
 	@$(DRIVER) test
 
-test-fast: .venv/dev-installed ## the checks, and the tests that need no process, socket or foreign peer
+test-fast: .venv/dev-installed ## the checks, and the short tests that need no process, socket or foreign peer
 	@$(DRIVER) fast
 
 check: .venv/dev-installed ## format, lint, types, import rule

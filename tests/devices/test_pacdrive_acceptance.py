@@ -14,6 +14,8 @@ from fieldrig.config import load
 from fieldrig.device import Value
 from fieldrig.errors import ConfigError, ControlError
 
+pytestmark = pytest.mark.long
+
 BOOT = ["1 0x0001 MAX4 MAX4 8002  Max4-Boot gestartet", "57 0x0001 MAX4 MAX4 8003  Max4-Boot beendet"]
 BOOT_WITH_AUTOSTART = [
     "1 0x0001 MAX4 MAX4 8002  Max4-Boot gestartet",

@@ -13,6 +13,8 @@ from ring_lab import DRIVES, LINE, RING, RingLab
 
 from fieldrig_bus.can.frame import CanFrame
 
+pytestmark = pytest.mark.long
+
 RPM = {"infeed": 300.0, "film": 300.0, "jaw": 150.0, "outfeed": 600.0}
 CLEAR = (0, "", "")
 

@@ -12,6 +12,8 @@ from ring_lab import DRIVES, RingLab
 
 from fieldrig.errors import ControlError
 
+pytestmark = pytest.mark.long
+
 OF_DRIVES = (
     "overtemperature", "overload", "dc_bus", "encoder_memory", "encoder_signal", "wrong_motor", "enable_lost",
     "supply_24v", "stuck_brake",

@@ -81,9 +81,10 @@ CHECKS = (
     ),
 )
 
-UNIT = pytest_stage(
-    "unit", "in memory and in virtual time", "not system and not real and not docker", "-n", "auto", "--dist=worksteal"
-)
+IN_MEMORY = "not system and not real and not docker"
+ON_ALL_CORES = ("-n", "auto", "--dist=worksteal")
+UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_CORES)
+QUICK = pytest_stage("quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES)
 
 WHOLE = (
     pytest_stage("docker", "the containers", "docker", needs=(needs.DOCKER,), around=docker_daemon.reachable),
@@ -111,7 +112,7 @@ BENCH = Stage(
 
 PLANS: Mapping[str, tuple[Stage, ...]] = {
     "check": CHECKS,
-    "fast": (*CHECKS, UNIT),
+    "fast": (*CHECKS, QUICK),
     "test": (*CHECKS, *WHOLE, UNIT),
     "bench": (BENCH,),
 }

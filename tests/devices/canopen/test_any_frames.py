@@ -1,5 +1,6 @@
 """Whatever comes over the bus: no exception, the heartbeat goes on, and the dictionary is what the answers said."""
 
+import pytest
 from canopen_bench import IO32, CanopenBench, show
 from canopen_model import DictionaryModel, Frame
 from hypothesis import given, settings
@@ -7,6 +8,8 @@ from hypothesis import strategies as st
 
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.eds import load
+
+pytestmark = pytest.mark.long
 
 IDS = [0x000, 0x080, 0x085, 0x185, 0x205, 0x285, 0x305, 0x585, 0x605, 0x701, 0x705, 0x7E5]
 KEYS = [(one.index, one.subindex) for one in load(IO32, 5)]

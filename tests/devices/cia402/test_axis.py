@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from fieldrig_devices.cia402.objects import ROWS, Row
 
+pytestmark = pytest.mark.long
+
 PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
 
 

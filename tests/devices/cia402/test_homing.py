@@ -3,6 +3,8 @@
 import pytest
 from cia402_bench import Cia402Bench
 
+pytestmark = pytest.mark.long
+
 HM = 6
 NEGATIVE, POSITIVE, HOME_BEGINS, HOME_ENDS = -300_000, 400_000, 0, 100_000
 SLOW_STEP = 50_000 * 0.004

@@ -5,6 +5,8 @@ from itertools import pairwise
 import pytest
 from cia402_bench import Cia402Bench
 
+pytestmark = pytest.mark.long
+
 PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
 NEGATIVE, POSITIVE = -300_000, 400_000
 SPEED = 2_000_000

@@ -6,6 +6,8 @@ from itertools import pairwise
 import pytest
 from cia402_bench import Cia402Bench
 
+pytestmark = pytest.mark.long
+
 PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
 CYCLE_S = 0.004
 V, A, D = 1_000_000, 10_000_000, 10_000_000

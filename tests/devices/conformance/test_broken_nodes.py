@@ -12,6 +12,8 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.run import choose
 from fieldrig_devices.conformance.suite import Verdict
 
+pytestmark = pytest.mark.long
+
 NEVER_FAILED = {"1.0", "2.30"}
 """The EDS file, and SDO clients, which this node hasn't got: test_suite has them."""
 

@@ -17,6 +17,8 @@ from fieldrig_devices.conformance.suite import Verdict
 from fieldrig_devices.max4.can_face_errors import error_of, register_of
 from fieldrig_devices.max4.can_face_objects import EDS, eds_text
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def bench() -> CanFaceBench:

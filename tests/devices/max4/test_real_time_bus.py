@@ -10,6 +10,8 @@ from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.drive_end import RingDrive
 from fieldrig_devices.sercos.idn import ServiceError
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.manual("PD-001")
 @pytest.mark.manual("PD-130")
