@@ -1,4 +1,4 @@
-"""The running lab, started once for all tests of this folder, and its masters."""
+"""The running lab, started once for all tests of this folder, and its masters; the running ring, once for a file."""
 
 import signal
 from collections.abc import Iterator
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import pytest
 from lab_masters import CanopenMaster, Pump, canopen_master, modbus_tcp, socketcand
 from lab_process import LabProcess
+from ring_process import RingProcess
 
 
 @pytest.fixture(scope="session")
@@ -39,3 +40,18 @@ def pump(lab: LabProcess) -> Iterator[Pump]:
     """The pump drive, for pymodbus over TCP."""
     with modbus_tcp(lab) as client:
         yield Pump(client)
+
+
+@pytest.fixture(scope="module")
+def running_ring() -> Iterator[RingProcess]:
+    """configs/ring.yaml."""
+    with RingProcess() as ring:
+        yield ring.until_ready().until_up()
+        assert ring.end(signal.SIGINT) == 0, ring.output()
+
+
+@pytest.fixture
+def ring(running_ring: RingProcess) -> RingProcess:
+    """At rest."""
+    running_ring.rest()
+    return running_ring

@@ -17,19 +17,6 @@ READY_TO_GO = 0x27
 TURN = 1_000_000
 
 
-@pytest.fixture(scope="module")
-def running_ring() -> Iterator[RingProcess]:
-    with RingProcess() as ring:
-        yield ring.until_ready().until_up()
-        assert ring.end(signal.SIGINT) == 0, ring.output()
-
-
-@pytest.fixture
-def ring(running_ring: RingProcess) -> RingProcess:
-    running_ring.rest()
-    return running_ring
-
-
 @pytest.fixture
 def plc(ring: RingProcess) -> Iterator[Plc]:
     with plc_of(ring) as plc:

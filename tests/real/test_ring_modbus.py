@@ -4,7 +4,6 @@ The rig runs once for all tests here; each finds it at rest.
 """
 
 import shutil
-import signal
 import subprocess
 from collections.abc import Iterator
 from typing import Any
@@ -25,19 +24,6 @@ ENABLE, OPERATION, COMMAND, AXIS_STATE, AXIS_DIAG_CODE, AXIS_STATUS, POSITION, D
 START, RELATIVE, STOP, QUIT = 1, 2, 3, 6
 VELOCITY = 1
 REACHED = 0x10
-
-
-@pytest.fixture(scope="module")
-def running_ring() -> Iterator[RingProcess]:
-    with RingProcess() as ring:
-        yield ring.until_ready().until_up()
-        assert ring.end(signal.SIGINT) == 0, ring.output()
-
-
-@pytest.fixture
-def ring(running_ring: RingProcess) -> RingProcess:
-    running_ring.rest()
-    return running_ring
 
 
 class Client:

@@ -7,6 +7,7 @@ from typing import Any
 
 import canopen
 from addresses import free_port
+from canopen_network import network_on, socketcand_at
 from running_rig import RunningRig, until
 
 from fieldrig_devices.arp.can.face import EDS
@@ -90,11 +91,5 @@ class Plc:
 
 @contextmanager
 def plc_of(cell: Cell) -> Iterator[Plc]:
-    network = canopen.Network()
-    network.NOTIFIER_CYCLE = 0.05  # s; how long disconnecting takes
-    network.connect(interface="socketcand", channel="can0", host="127.0.0.1", port=cell.can_port)
-    try:
+    with network_on(socketcand_at(cell.can_port)) as network:
         yield Plc(network)
-        network.check()
-    finally:
-        network.disconnect()

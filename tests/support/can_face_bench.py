@@ -6,10 +6,10 @@ from typing import Any, cast
 
 import canopen
 from canopen.profiles.p402 import BaseNode402
+from device_of import device_of
 
 from fieldrig.clock import MS
 from fieldrig.config import from_dict
-from fieldrig.node import LocalNode
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
 from fieldrig_bus.can.frame import CanFrame
@@ -87,10 +87,7 @@ class CanFaceBench:
 
     @property
     def max4(self) -> Max4:
-        node = self.rig._nodes["max4"]
-        assert isinstance(node, LocalNode)
-        assert isinstance(node.device, Max4)
-        return node.device
+        return device_of(self.rig, "max4", Max4)
 
     def axis(self, name: str) -> Axis:
         return self.max4.axes[name]

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import canopen
+from canopen_network import BusOf, network_on, socketcand_at
 from lab_process import IO32, LEVEL_SENSOR, LabProcess
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.client.base import ModbusBaseSyncClient
@@ -12,9 +13,6 @@ from running_rig import until
 
 IO, SENSOR = 5, 6
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = b"\x00", b"\x04", b"\x05", b"\x7f"
-
-BusOf = dict[str, Any]
-"""Arguments of python-can's `Bus`."""
 
 
 class Heard(NamedTuple):
@@ -58,18 +56,12 @@ class CanopenMaster:
 
 @contextmanager
 def canopen_master(bus: BusOf) -> Iterator[CanopenMaster]:
-    network = canopen.Network()
-    network.NOTIFIER_CYCLE = 0.05  # s; how long disconnecting takes
-    network.connect(**bus)
-    try:
+    with network_on(bus) as network:
         yield CanopenMaster(network)
-        network.check()
-    finally:
-        network.disconnect()
 
 
 def socketcand(lab: LabProcess) -> BusOf:
-    return {"interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": lab.socketcand_port}
+    return socketcand_at(lab.socketcand_port)
 
 
 def modbus_tcp(lab: LabProcess, timeout_s: float = 10.0) -> ModbusTcpClient:

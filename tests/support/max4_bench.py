@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from device_of import device_of
+
 from fieldrig.clock import MS
 from fieldrig.config import from_dict
-from fieldrig.device import Device, Value
-from fieldrig.node import LocalNode
+from fieldrig.device import Value
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
 from fieldrig_bus.wires import Signal
@@ -65,19 +66,10 @@ class Bench:
 
     @property
     def max4(self) -> Max4:
-        device = self._device("max4")
-        assert isinstance(device, Max4)
-        return device
+        return device_of(self.rig, "max4", Max4)
 
     def drive(self, name: str) -> Mc4:
-        device = self._device(name)
-        assert isinstance(device, Mc4)
-        return device
-
-    def _device(self, name: str) -> Device:
-        node = self.rig._nodes[name.lower()]
-        assert isinstance(node, LocalNode)
-        return node.device
+        return device_of(self.rig, name.lower(), Mc4)
 
     def axis(self, name: str) -> Axis:
         return self.max4.axes[name]

@@ -2,13 +2,13 @@
 
 from typing import Any
 
+from device_of import device_of
 from pymodbus.client.mixin import ModbusClientMixin
 from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
 
 from fieldrig.clock import MS
 from fieldrig.config import from_dict
 from fieldrig.device import Value
-from fieldrig.node import LocalNode
 from fieldrig.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
@@ -68,10 +68,7 @@ class FacesBench:
 
     @property
     def max4(self) -> Max4:
-        node = self.rig._nodes["max4"]
-        assert isinstance(node, LocalNode)
-        assert isinstance(node.device, Max4)
-        return node.device
+        return device_of(self.rig, "max4", Max4)
 
     def axis(self, name: str) -> Axis:
         return self.max4.axes[name]

@@ -6,11 +6,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from device_of import device_of
+
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
 from fieldrig.config import load
 from fieldrig.device import Value
-from fieldrig.node import LocalNode
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
 from fieldrig_bus.wires import Signal
@@ -86,11 +87,7 @@ class RingLab:
 
     @property
     def max4(self) -> Max4:
-        node = self.rig._nodes["max4"]
-        assert isinstance(node, LocalNode)
-        device = node.device
-        assert isinstance(device, Max4)
-        return device
+        return device_of(self.rig, "max4", Max4)
 
     def get(self, key: str) -> Value:
         return self.rig.get("max4", key)

@@ -8,6 +8,7 @@ from typing import Any, Self
 import canopen
 from addresses import free_port
 from canopen.profiles.p402 import BaseNode402
+from canopen_network import network_on, socketcand_at
 from running_rig import AskedRig, until
 
 from fieldrig_devices.max4.can_face_objects import EDS
@@ -113,11 +114,5 @@ class Plc:
 
 @contextmanager
 def plc_of(ring: RingProcess) -> Iterator[Plc]:
-    network = canopen.Network()
-    network.NOTIFIER_CYCLE = 0.05  # s; how long disconnecting takes
-    network.connect(interface="socketcand", channel="can0", host="127.0.0.1", port=ring.can_port)
-    try:
+    with network_on(socketcand_at(ring.can_port)) as network:
         yield Plc(network)
-        network.check()
-    finally:
-        network.disconnect()

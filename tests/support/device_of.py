@@ -1,0 +1,16 @@
+"""A device of a rig in this process, to look inside."""
+
+from typing import TypeVar
+
+from fieldrig.device import Device
+from fieldrig.node import LocalNode
+from fieldrig.rig import Rig
+
+D = TypeVar("D", bound=Device)
+
+
+def device_of(rig: Rig, name: str, kind: type[D]) -> D:
+    node = rig._nodes[name]
+    assert isinstance(node, LocalNode)
+    assert isinstance(node.device, kind)
+    return node.device
