@@ -1,4 +1,5 @@
-"""One device under virtual time: `step(until_ns, deliveries)` gives what it sent, and when it wants to be called again.
+"""One device under virtual time: handed an instant and what arrived, it leaves what it sends, and says when it wants to
+be called again.
 
 A node is local, or remote in a process of its own (`remote_node`), with the same result.
 """
@@ -29,12 +30,6 @@ class Stepped(NamedTuple):
 
 
 class Node(Protocol):
-    """`begin` and `finish` are the two halves of a step, so that nodes in other processes step at the same time."""
-
-    def begin(self, until_ns: int, deliveries: Deliveries) -> None: ...
-
-    def finish(self) -> Stepped: ...
-
     def keys(self) -> dict[str, str]:
         """The keys of the device's points, each with its unit."""
 
@@ -106,10 +101,8 @@ class EventNode:
                     handlers[bus](message)
         return clock.advance_to(until_ns)
 
-    def begin(self, until_ns: int, deliveries: Deliveries) -> None:
-        self.react(until_ns, deliveries)
-
     def finish(self) -> Stepped:
+        """What has come of what it was handed, for who can't look into the post."""
         post = self.post
         listens = [(bus, interest) for _, bus, interest in post.listens]
         sent = [(bus, message) for _, bus, message in post.sent]

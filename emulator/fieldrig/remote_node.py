@@ -18,7 +18,10 @@ from fieldrig.store import Store
 
 
 class RemoteNode:
-    """Use as any node; `stop` ends the process."""
+    """Use as any node; `stop` ends the process.
+
+    `begin` and `finish` are the two halves of a step, so that all such nodes step at the same time.
+    """
 
     def __init__(self, entry: DeviceEntry, seed: int, store: Store, buses: Mapping[BusName, Bus[Any]]) -> None:
         context = multiprocessing.get_context("spawn")
@@ -108,7 +111,7 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
     decode = {name: bus.decode for name, bus in buses.items()}
 
     def step(until_ns: int, deliveries: list[tuple[BusName, bytes]]) -> None:
-        node.begin(until_ns, [(bus, decode[bus](data)) for bus, data in deliveries])
+        node.react(until_ns, [(bus, decode[bus](data)) for bus, data in deliveries])
 
     def finish() -> tuple[Any, ...]:
         listens, sent, next_ns = node.finish()

@@ -50,6 +50,7 @@ class Rig:
         self._outside: dict[str, EventNode] = {}
         self._here: dict[str, EventNode] = {}
         """Those of both kinds that react in this process."""
+        self._elsewhere: dict[str, RemoteNode] = {}
         self._wishes: dict[str, int] = {}
         """When each member wants to be called; `NEVER_NS` if it doesn't."""
         self._earliest_ns = NEVER_NS
@@ -148,7 +149,7 @@ class Rig:
         for name, entry in config.devices.items():
             store = stores.get(name) or MemoryStore()
             if config.processes == "each":
-                self._nodes[name] = RemoteNode(entry, config.seed, store, self.buses)
+                self._nodes[name] = self._elsewhere[name] = RemoteNode(entry, config.seed, store, self.buses)
             else:
                 self._nodes[name] = self._here[name] = LocalNode(entry, config.seed, store, self._post)
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
@@ -213,11 +214,10 @@ class Rig:
     def _step(self, names: Collection[str], now_ns: int, inbox: Mapping[str, Deliveries]) -> None:
         """Those in processes of their own react while those here do."""
         here, wishes, deliveries_to = self._here, self._wishes, inbox.get
-        is_shared_out = self.config.processes == "each"
-        elsewhere = [name for name in names if name not in here] if is_shared_out else ()
+        elsewhere = [name for name in names if name in self._elsewhere] if self._elsewhere else ()
         for name in elsewhere:
-            self._nodes[name].begin(now_ns, deliveries_to(name, ()))
-        for name in [name for name in names if name in here] if is_shared_out else names:
+            self._elsewhere[name].begin(now_ns, deliveries_to(name, ()))
+        for name in [name for name in names if name in here] if elsewhere else names:
             wishes[name] = here[name].react(now_ns, deliveries_to(name, ()))
         self._fetch(elsewhere)
         self._earliest_ns = min(wishes.values(), default=NEVER_NS)
@@ -231,7 +231,7 @@ class Rig:
         """What nodes in other processes have to say."""
         post = self._post
         for name in names:
-            stepped = self._nodes[name].finish()
+            stepped = self._elsewhere[name].finish()
             self._wishes[name] = NEVER_NS if stepped.next_ns is None else stepped.next_ns
             post.listens += [(name, bus, interest) for bus, interest in stepped.listens]
             post.sent += [(name, bus, message) for bus, message in stepped.sent]
