@@ -124,7 +124,7 @@ class RingSide:
         machine.look()
         self._value(values[self._place])
         self._check_following()
-        return self._status, self._moving(self._standing)
+        return self._status, self.feedback()
 
     def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         """The set position goes on as it did before: the next one that comes finds it there."""
@@ -132,7 +132,7 @@ class RingSide:
         self._look(values, self._clock.now_ns() - machine.at_ns - self._cycle_ns)
         if machine.follows and machine.operation_mode & 7 == 3:
             machine.axis.follow(machine.axis.set_increments + machine.axis.moved)
-        return self._status, self._moving(self._standing)
+        return self._status, self.feedback()
 
     def feedback(self) -> tuple[int, ...]:
         return self._moving(self._standing)

@@ -51,7 +51,7 @@ class SercosMaster:
     ) -> None:
         """`drives` stand in the order of the ring; `on_cycle` is called in CP4, when the feedback of a cycle is there
         and its command values are not yet sent."""
-        self._clock, self._link, self._cycle_ns, self._early_cycle_ns = clock, link, cycle_ns, early_cycle_ns
+        self._clock, self._link, self._early_cycle_ns = clock, link, early_cycle_ns
         self.plan = RingPlan(drives, cycle_ns, mbaud, settling_ns)
         self.drives = {drive.address: drive for drive in drives}
         self._order = tuple(drives)
@@ -154,7 +154,7 @@ class SercosMaster:
 
     def _tick(self) -> None:
         self._number += 1
-        period_ns = self._cycle_ns if self.phase >= 3 else self._early_cycle_ns
+        period_ns = self.plan.cycle_ns if self.phase >= 3 else self._early_cycle_ns
         # Not late_ns alone: after a stall the clock takes up from the present.
         late = (self._clock.now_ns() + self._clock.late_ns() - self._next_ns) // period_ns
         self.missed_cycles += late
@@ -385,7 +385,7 @@ class SercosMaster:
             self._reach(4)
 
     def _reach(self, phase: int) -> None:
-        if phase == 2 and self.needed_ns() > self._cycle_ns:
+        if phase == 2 and self.needed_ns() > self.plan.cycle_ns:
             self._tell(Event.NO_ROOM, code=self.needed_ns() // US)
             self._go_down()
             self._target = 0

@@ -45,8 +45,6 @@ class Drive:
         self.client = ServiceClient()
         self.place = 0
         """Of its control word among the values of the MDT."""
-        self.position = 0
-        """Of its record in the MDT."""
         self.control = 0
         self.values: tuple[int, ...] = (0,) * (2 + len(self.at))
         """Of its last AT: status word, service channel, feedback values."""
