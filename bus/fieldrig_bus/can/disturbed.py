@@ -227,8 +227,9 @@ class Disturbed:
         """Those that will find the bus idle, if nobody sends before."""
         free, per_ns = self._model.free, self._model.per_ns
         for fault in self._model.faults.of(Short):
-            if self._holds(fault, "dominant") and not (fault.until_ns is not None and fault.until_ns * per_ns <= free):
-                yield max(fault.start_ns * per_ns, free), fault.number, fault
+            at = max(fault.start_ns * per_ns, free)
+            if self._holds(fault, "dominant") and (fault.until_ns is None or fault.until_ns * per_ns > at):
+                yield at, fault.number, fault
 
     def _holds(self, fault: Fault, level: str) -> bool:
         return isinstance(fault.settings, Short) and fault.settings.level == level and fault.number not in self.shorts

@@ -243,6 +243,13 @@ def test_whatever_is_given_is_taken_or_refused(fault: dict[str, Any]) -> None:
         model.collect(MS)
 
 
+def test_a_short_that_is_over_when_it_begins_holds_nobody_up() -> None:
+    model = bus()
+    model.add_fault(0, {"what": "short", "start_ms": 0.1, "duration_ms": 1e-9})
+    model.submit(0, "a", SHORT)
+    assert [delivery.message for delivery in model.collect(MS)] == [SHORT]
+
+
 def test_without_bit_times_there_are_no_errors_to_make() -> None:
     with pytest.raises(ValueError, match="only on a bus with a bitrate"):
         bus(bitrate=None).add_fault(0, {"what": "corrupt"})
