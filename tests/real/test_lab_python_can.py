@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import can
 import pytest
-from lab_masters import BusOf, CanopenMaster, canopen_master, socketcand
+from canopen_network import BusOf
+from lab_masters import CanopenMaster, canopen_master, socketcand
 from lab_process import LabProcess
 from running_rig import until
 

@@ -15,7 +15,8 @@ from typing import Self
 
 import can
 import pytest
-from lab_masters import IO, BusOf, Pump, canopen_master, modbus_tcp, socketcand
+from canopen_network import BusOf
+from lab_masters import IO, Pump, canopen_master, modbus_tcp, socketcand
 from lab_process import LAB, LAB_ON_VCAN, LabProcess
 from running_rig import until
 

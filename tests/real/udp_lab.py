@@ -6,7 +6,8 @@ Elsewhere python-can would join the group on the computer's network card.
 from collections.abc import Iterator
 
 import pytest
-from lab_masters import OPERATIONAL, BusOf, Heard, canopen_master, until_last
+from canopen_network import BusOf
+from lab_masters import OPERATIONAL, Heard, canopen_master, until_last
 from lab_process import LabProcess
 from running_rig import until
 from terminal import Terminal
