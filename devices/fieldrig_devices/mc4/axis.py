@@ -13,7 +13,7 @@ from enum import Enum
 from math import tau
 from typing import Final
 
-from fieldrig_devices.mc4.folded import INNER_S, Gains, Limits, Plant, folded, moved
+from fieldrig_devices.mc4.folded import INNER_S, Following, Gains, Limits, Plant, folded, following, most_way_of, moved
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
@@ -38,10 +38,10 @@ class Mode(Enum):
 
 class Axis:
     __slots__ = (
-        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_at_rest", "_is_folded", "_lead_gain",
+        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain",
         "_limits", "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_speed_gains", "_wish", "brake_is_on",
-        "e", "heat", "heats", "i", "lead", "load_nm", "load_speed", "moved", "set_increments", "slow_cycles", "t",
-        "twist", "v", "way", "work", "works",
+        "e", "heat", "heats", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved", "set_increments",
+        "slow_cycles", "t", "twist", "v", "way", "work", "works",
     )  # fmt: skip
 
     def __init__(
@@ -61,7 +61,8 @@ class Axis:
         """Sums since they were last taken: of torque squared and of power at the shaft, times seconds."""
         self.slow_cycles = 0
         """Ones that did not go by the folded map."""
-        self._is_at_rest = False
+        self.is_at_rest = False
+        """Nothing moves until it is told something."""
         self.arrange(plant, gains, limits, cycle_steps)
 
     def arrange(self, plant: Plant, gains: Gains, limits: Limits, cycle_steps: int, lead_inertia: float = 0.0) -> None:
@@ -76,7 +77,7 @@ class Axis:
             for dry in (self._dry_nm, self._dry_nm + self._brake_nm)
         )
         self._mechanics = {False: free, True: braked}
-        self._most_way = int(limits.speed * seconds * INCREMENTS)
+        self._most_way = most_way_of(limits, cycle_steps)
         self._cycle = folded(plant, gains, limits, cycle_steps, self._dry_nm)
         self._stir()
 
@@ -104,10 +105,6 @@ class Axis:
             return self._wish
         return self.moved * RAD / (self._cycle_steps * INNER_S) if self._mode is Mode.POSITION else self.v
 
-    @property
-    def is_at_rest(self) -> bool:
-        return self._is_at_rest
-
     # ---- what it is told
 
     def control(self, mode: Mode) -> None:
@@ -124,7 +121,7 @@ class Axis:
 
     def _stir(self) -> None:
         """Something is otherwise now."""
-        self._is_at_rest = False
+        self.is_at_rest = False
         self._is_folded = self._mode is Mode.POSITION and not self.brake_is_on
 
     def hold_here(self) -> None:
@@ -133,18 +130,18 @@ class Axis:
         self.set_increments = round(position)
         self.e = (self.set_increments - position) * RAD
         self.way, self.lead = 0, 0.0
-        self._is_at_rest = False
+        self.is_at_rest = False
 
     def put(self, increments: int) -> None:
         """The encoder says so: nothing moves, only the numbers."""
         self.set_increments, self.e = increments, 0.0
-        self._is_at_rest = False
+        self.is_at_rest = False
 
     def load(self, torque_nm: float) -> None:
         """From outside, at the shaft of the motor; positive pulls it back."""
         if torque_nm != self.load_nm:
             self.load_nm = torque_nm
-            self._is_at_rest = False
+            self.is_at_rest = False
 
     def brake(self, is_on: bool) -> None:
         if is_on is not self.brake_is_on:
@@ -154,31 +151,41 @@ class Axis:
     def follow(self, increments: int) -> None:
         """The set position of the end of the next cycle, modulo 2^32, as it came over the ring."""
         way = (increments - self.set_increments + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
-        if not way and self._is_at_rest:
+        if not way and self.is_at_rest:
             return
         most = self._most_way
         self.way = way = way if -most <= way <= most else most if way > 0 else -most
         self.lead = self._lead_gain * (way - self.moved)
-        self._is_at_rest = False
+        self.is_at_rest = False
 
     def wish(self, value: float) -> None:
         """The set speed or torque."""
         if value != self._wish:
             self._wish = value
-            self._is_at_rest = False
+            self.is_at_rest = False
 
     # ---- time
 
+    def following(self, numbers: tuple[str, ...]) -> Following | None:
+        """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it.
+
+        `numbers` are expressions, see `folded.following`.
+        """
+        if not self._is_folded:
+            return None
+        arrangement = self._plant, self._gains, self._limits, self._cycle_steps, self._dry_nm
+        return following(*arrangement, self._lead_gain, numbers)
+
     def cycle(self) -> None:
         """One cycle further."""
-        if self._is_at_rest:
+        if self.is_at_rest:
             return
         if not self._is_folded or not self._cycle(self):
             self.go(self._cycle_steps)
 
     def go(self, steps: int) -> None:
         """By inner steps; the set position of `follow` is reached within a cycle, and stays."""
-        if self._is_at_rest:
+        if self.is_at_rest:
             return
         self.slow_cycles += 1
         if self._mode is Mode.POSITION:
@@ -204,7 +211,7 @@ class Axis:
         self.e -= now.position
         self.v, self.t = now.speed, now.torque if abs(now.torque) > 1e-9 * self._limits.torque else 0.0
         dry = self._dry_nm + self._brake_nm * self.brake_is_on
-        self._is_at_rest = not self.v and not self.t and abs(self.load_nm) <= dry
+        self.is_at_rest = not self.v and not self.t and abs(self.load_nm) <= dry
 
     def _steps(self, steps: int, gains: Gains | None, s: float) -> None:
         """`s` is the set speed; without gains, the set torque."""
@@ -298,11 +305,11 @@ class Axis:
         if not is_in_place or self._plant.elastic is not None or abs(self.t - u) > 1e-6 * self._limits.torque:
             return
         self.t = u
-        self._is_at_rest = abs(u - self.load_nm) <= dry * 1.001
+        self.is_at_rest = abs(u - self.load_nm) <= dry * 1.001
 
     def take(self, seconds: float) -> tuple[float, float]:
         """Mean torque squared, and energy given at the shaft, since the last call, which was so long ago."""
-        if self._is_at_rest:
+        if self.is_at_rest:
             return self.t * self.t, 0.0
         heat = (self.heat + self.heats * self._seconds) / seconds if seconds else 0.0
         work = self.work + self.works * self._seconds
@@ -314,6 +321,9 @@ class IdealAxis(Axis):
     """Of a simulated drive (manual 3875): it is where it is told to be."""
 
     __slots__ = ()
+
+    def following(self, numbers: tuple[str, ...]) -> None:
+        """It knows no map."""
 
     def cycle(self) -> None:
         self.go(self._cycle_steps)

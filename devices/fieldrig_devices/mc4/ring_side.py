@@ -18,7 +18,7 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import INCREMENTS
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
-from fieldrig_devices.mc4.folded import INNER_NS
+from fieldrig_devices.mc4.folded import INNER_NS, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.values import (
@@ -26,6 +26,7 @@ from fieldrig_devices.mc4.values import (
     SPEED_UNIT,
     STANDING,
     Number,
+    following_numbers,
     live_numbers,
     moving_numbers,
     position_at,
@@ -43,9 +44,10 @@ CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MAS
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_machine", "_most_error", "_moving", "_numbers", "_place",
-        "_places", "_slack_ns", "_standing", "_standing_numbers", "_states_seen", "_status", "_steady_control",
-        "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
+        "_clock", "_control", "_cycle_ns", "_following", "_following_idns", "_machine", "_most_error", "_moving",
+        "_numbers", "_place", "_places", "_slack_ns", "_standing", "_standing_numbers", "_states_seen", "_status",
+        "_steady_control", "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes",
+        "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -60,6 +62,10 @@ class RingSide:
         self._place = 0
         """Of the command value that counts, among the values of the MDT; 0: none does."""
         self._value: Callable[[int], None] = _no_value
+        self._following: Following | None = None
+        """All that a cycle asks of an axis that only follows its set position."""
+        self._following_idns: tuple[int, ...] | None = None
+        """IDNs of what it gives; None: such an AT takes more."""
         self._most_error = 0.0
         self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
@@ -103,9 +109,15 @@ class RingSide:
         if now_ns >= self._until_ns:
             self._look_at_slow_things()
         machine.at_ns = at_ns
-        axis = machine.axis
+        axis, value = machine.axis, values[self._place]
+        if self._following is not None:
+            numbers = self._following(axis, value, self._most_error)
+            if numbers is not None:
+                if self.on_moved is not None:
+                    self.on_moved()
+                return self._status, numbers + self._standing
         axis.cycle()
-        self._value(values[self._place])
+        self._value(value)
         if self.on_moved is not None:
             self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
@@ -171,10 +183,12 @@ class RingSide:
         axis, task = machine.axis, machine.chain.task
         mode = machine.operation_mode & 7
         self._place = self._places.get(idns.MODE_COMMANDS.get(mode, 0), 0)
-        self._value = _no_value
+        self._value, self._following = _no_value, None
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
                 self._value = axis.follow
+                if self._following_idns is not None:
+                    self._following = axis.following(following_numbers(machine, self._following_idns))
             elif mode == 2:
                 self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
             elif machine.motor is not None:
@@ -276,7 +290,8 @@ class RingSide:
         self._standing_numbers = numbers[first:]
         self._read_standing()
         moving = telegrams.at[:first]
-        if all(idn in MOVING for idn in moving):
+        self._following_idns = moving if all(idn in MOVING for idn in moving) else None
+        if self._following_idns is not None:
             self._moving = moving_numbers(machine, moving)
         else:
             self._moving = lambda standing: (*[number() for number in numbers[:first]], *standing)

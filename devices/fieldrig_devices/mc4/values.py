@@ -20,27 +20,40 @@ STANDING: Final = frozenset({11, 129, 182, 390, idns.MC4_STATE, idns.AXIS_STATE,
 """Those that only change when the machine is looked at, not with every cycle."""
 
 
+def _clamped(value: str, half: int) -> str:
+    return f"n if {-half} <= (n := round({value})) < {half} else max({-half}, min(n, {half - 1}))"
+
+
 MOVING: Final = {
-    40: "n if -HALF <= (n := round(axis.v / SPEED_UNIT)) < HALF else max(-HALF, min(n, HALF - 1))",
-    51: "(round(axis.set_increments - axis.e * INCREMENTS) + HALF & ALL) - HALF",
-    53: "(round(axis.set_increments - (axis.e + axis.twist) * INCREMENTS) + HALF & ALL) - HALF",
-    84: "n if -32768 <= (n := round(axis.t * 1000 / machine.true_motor.standstill_torque_nm)) <= 32767"
-    " else max(-32768, min(n, 32767))",
-    189: "max(-HALF, min(round(axis.e * INCREMENTS), HALF - 1))",
+    40: _clamped(f"{{v}} / {SPEED_UNIT!r}", _HALF),
+    51: f"(round({{place}} - {{e}} * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
+    53: f"(round({{place}} - ({{e}} + {{twist}}) * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
+    84: _clamped("{t} * 1000 / {standstill_nm}", 0x8000),
+    189: _clamped(f"{{e}} * {INCREMENTS!r}", _HALF),
 }
-"""Of the axis, by IDN."""
+"""Of the axis, by IDN: expressions in Python, with names for `place` (the set position, in increments) and so on."""
 
 
-def moving_numbers(machine: Machine, idns: Sequence[int]) -> Callable[[tuple[int, ...]], tuple[int, ...]]:
+def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[tuple[int, ...]], tuple[int, ...]]:
     """All values of these IDNs of `MOVING`, with those that are given behind them."""
-    values = "".join(f"({MOVING[idn]}), " for idn in idns)
-    text = f"def numbers(others):\n    axis = machine.axis\n    return ({values}*others)\n"
-    space: dict[str, object] = {
-        "machine": machine, "INCREMENTS": INCREMENTS, "SPEED_UNIT": SPEED_UNIT, "HALF": _HALF, "ALL": _ALL,
-        "round": round, "max": max, "min": min, "__builtins__": {},
+    names = {
+        "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
+        "standstill_nm": "machine.true_motor.standstill_torque_nm",
     }  # fmt: skip
+    values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
+    text = f"def numbers(others):\n    axis = machine.axis\n    return ({values}*others)\n"
+    space: dict[str, object] = {"machine": machine, "round": round, "max": max, "min": min, "__builtins__": {}}
     exec(text, space)
     return cast(Callable[[tuple[int, ...]], tuple[int, ...]], space["numbers"])
+
+
+def following_numbers(machine: Machine, numbers: Sequence[int]) -> tuple[str, ...]:
+    """The same, as `folded.following` takes them."""
+    names = {
+        "place": "place", "e": "new_e", "v": "new_v", "t": "new_t", "twist": "axis.twist",
+        "standstill_nm": repr(machine.true_motor.standstill_torque_nm),
+    }  # fmt: skip
+    return tuple(MOVING[idn].format_map(names) for idn in numbers)
 
 
 def position_at(machine: Machine, now_ns: int) -> int:

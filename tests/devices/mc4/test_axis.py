@@ -17,6 +17,9 @@ KP = J * 400
 GAINS = Gains(kv=60.0, kp=KP, ki=KP / 0.02, ff=0.0)
 LAGLESS = Gains(60.0, KP, KP / 0.02, 1.0)
 LIMITS = Limits(torque=32.0, speed=500.0)
+CHANGING = (
+    "e", "v", "i", "t", "twist", "load_speed", "way", "moved", "set_increments", "lead", "heats", "works", "is_at_rest",
+)  # fmt: skip
 
 
 def axis(
@@ -35,6 +38,11 @@ def stepped(one: Axis, target: int) -> None:
 
 def states(one: Axis) -> tuple[float, ...]:
     return one.e, one.v, one.i, one.t, one.twist, one.load_speed
+
+
+def everything(one: Axis) -> dict[str, object]:
+    """That changes, by name."""
+    return {name: getattr(one, name) for name in CHANGING}
 
 
 @quick
@@ -81,6 +89,58 @@ def test_no_step_of_a_folded_cycle_meets_a_limit(e: float, v: float, i: float, t
         other.way = way
         assert step(other)
     assert states(one) == pytest.approx(states(other), rel=1e-9, abs=1e-9)
+
+
+@quick
+@given(
+    st.sampled_from([PLANT, Plant(4e-4, 1e-4, elastic=Elastic(inertia=8e-4, stiffness=400.0, damping=0.02))]),
+    st.sampled_from([GAINS, LAGLESS]), st.sampled_from([0.0, 0.3]), st.floats(-3, 3),
+    st.lists(st.integers(-0x8000_0000, 0x7FFF_FFFF) | st.integers(-9_000, 9_000), min_size=1, max_size=40),
+)  # fmt: skip
+def test_axis_that_only_follows_goes_the_same_way(
+    plant: Plant, gains: Gains, dry: float, load: float, wanted: list[int]
+) -> None:
+    """Bit by bit."""
+    one, other = axis(plant, gains, dry=dry), axis(plant, gains, dry=dry)
+    for each in (one, other):
+        each.arrange(plant, gains, LIMITS, 16, lead_inertia=J / 2)
+        each.control(Mode.POSITION)
+        each.load(load)
+        each.follow(700)
+    go = one.following(("place", "new_e", "new_v", "new_t"))
+    assert go is not None
+    for increments in wanted:
+        before = everything(one)
+        values = go(one, increments, 0.05)
+        other.cycle()
+        if values is None:
+            assert everything(one) == before
+            one.cycle()
+        else:
+            assert [*values] == [other.set_increments, other.e, other.v, other.t]
+            assert abs(other.e) < 0.05
+        other.follow(increments)
+        if values is None:
+            one.follow(increments)
+        assert everything(one) == everything(other)
+
+
+@pytest.mark.parametrize("way", [0, 2_500])
+def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
+    one = axis(gains=LAGLESS)
+    one.control(Mode.POSITION)
+    go = one.following(("place",))
+    assert go is not None
+    assert [go(one, way * cycle, 1.0) for cycle in range(1, 5)] == [(0,), (way,), (2 * way,), (3 * way,)]
+    assert one.slow_cycles == 0
+
+
+def test_braked_axis_and_one_without_position_control_do_not_follow() -> None:
+    one = axis(brake=2.0)
+    assert one.following(("place",)) is None
+    one.control(Mode.POSITION)
+    one.brake(True)
+    assert one.following(("place",)) is None
 
 
 def test_exponential_of_a_matrix() -> None:
