@@ -24,6 +24,8 @@ COMMUNICATION = 0x10
 """Bits of the error register."""
 
 NO_ERROR = 0x0000
+OF_COMMUNICATION = (0x81, 0x82)
+"""First bytes of error codes: communication and protocol (table 26)."""
 
 
 class Error(IntEnum):
@@ -90,7 +92,7 @@ class Emcy(Service):
             self._active.clear()
             self._history.clear()
             self.last_code = NO_ERROR
-        for error in [error for error in self._active if error[0] >> 12 == 8]:
+        for error in [error for error in self._active if error[0] >> 8 in OF_COMMUNICATION]:
             del self._active[error]
         self._show()
 

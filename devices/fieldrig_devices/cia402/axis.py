@@ -61,6 +61,8 @@ class Cia402Axis(Service):
         self.on_home: Callable[[float], None] = lambda origin: None
         """Hears of each new origin, in increments."""
         self._reported = 0
+        self.last_error = 0
+        """Since power-on; resetting the fault doesn't change it (603Fh)."""
         self._context.on_home = lambda origin: self.on_home(origin)
         self._connect()
 
@@ -91,7 +93,7 @@ class Cia402Axis(Service):
         """Power-on, or another motor: nothing is enabled."""
         if self.machine.state in _ON:
             self.drive.disable()
-        self._reported = 0
+        self._reported = self.last_error = 0
         self._is_woken = True
         self.drive.restart()
         self._probes.restart()
@@ -125,6 +127,7 @@ class Cia402Axis(Service):
             numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)
         self._connect_modes()
         show(numbers, self._context, self._motor, self.drive)
+        numbers.read_by(objects.ERROR_CODE, lambda: self.last_error)
         numbers.read_by(objects.STATUS_WORD, lambda: self.status_word)
 
     def _connect_modes(self) -> None:
@@ -182,6 +185,7 @@ class Cia402Axis(Service):
         error = self.drive.error if self.machine.state in _FAULTS else 0
         if error != self._reported:
             self._reported = error
+            self.last_error = error or self.last_error
             self.on_error(error)
 
     @property

@@ -9,9 +9,8 @@ from fieldrig_devices.cia402.units import BITS_32
 
 
 def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive) -> None:
-    """All but the status word."""
+    """All but the status word and the error code."""
     for index, read in (
-        (objects.ERROR_CODE, lambda: drive.error),
         (objects.MODE_DISPLAY, lambda: drive.shown_mode),
         (objects.POSITION_DEMAND, lambda: context.shown(context.motion.position)),
         (objects.POSITION_INTERNAL, lambda: BITS_32.shown(motor.position)),

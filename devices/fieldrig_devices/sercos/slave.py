@@ -27,6 +27,9 @@ MOST_MISSED_EARLY: Final = 10
 WATCH_CYCLES: Final = 8
 """How often a drive looks whether cycles still come at all."""
 
+RUNNING_MST: Final = bytes((BROADCAST, 4))
+"""Of CP4."""
+
 HEAD_VALUES: Final = 2
 """Control word and service channel, before the command values."""
 
@@ -66,7 +69,7 @@ class SercosSlave:
     __slots__ = (
         "_application", "_at", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
         "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt", "_mdt_length", "_missed_mdts",
-        "_missed_msts", "_offset", "_patience_ns", "_running_mst", "_service", "_values", "_values_of",
+        "_missed_msts", "_offset", "_patience_ns", "_service", "_values", "_values_of",
         "_waits_for_0", "_watch", "address", "failures", "phase", "table",
     )  # fmt: skip
 
@@ -90,7 +93,6 @@ class SercosSlave:
         self._is_checked = {3: False, 4: False}
         self._waits_for_0 = True
         """After power-on and after a failure: it joins when the master begins anew."""
-        self._running_mst = bytes((BROADCAST, 4))
         self._is_fast = False
         self._offset, self._mdt_length = 0, 0
         self._mdt, self._at = record(()), _EARLY_AT
@@ -113,7 +115,7 @@ class SercosSlave:
         if message.__class__ is not Cycle:
             return
         mdt = message.mdt
-        if not self._is_fast or message.mst != self._running_mst or len(mdt) != self._mdt_length:
+        if not self._is_fast or message.mst != RUNNING_MST or len(mdt) != self._mdt_length or mdt[0] != BROADCAST:
             self._on_cycle(message)
             return
         self._heard += 1

@@ -7,6 +7,7 @@ from cia402_bench import Cia402Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig_devices.canopen.service import Reset
 from fieldrig_devices.cia402.objects import ROWS, Row
 
 pytestmark = pytest.mark.long
@@ -158,7 +159,19 @@ def test_an_error_of_the_motor_is_a_fault_until_it_is_reset(bench: Cia402Bench) 
     bench.cycles(1)
     assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x08, 0x7305, [0x7305])
     bench.control(0x80).cycles(1)
-    assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x40, 0, [0x7305, 0])
+    assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x40, 0x7305, [0x7305, 0])
+
+
+def test_603f_is_the_last_error_until_power_on(bench: Cia402Bench) -> None:
+    for error in (0x7305, 0x4210):
+        bench.motor.error = error
+        bench.cycles(1)
+        assert bench.get(0x603F) == error
+        bench.motor.error = 0
+        bench.control(0x00).control(0x80).cycles(1)
+        assert (bench.status(0x4F), bench.get(0x603F)) == (0x40, error)
+    bench.axis.reset(Reset.NODE)
+    assert bench.get(0x603F) == 0
 
 
 def test_a_following_error_is_a_fault_with_the_reaction_of_605e(bench: Cia402Bench) -> None:

@@ -117,7 +117,7 @@ def test_an_error_of_a_drive_is_a_fault_an_emcy_and_goes_by_fault_reset(bench: C
     bench.run(500)
     node.sdo[0x6840].raw = 0x80
     bench.run(1_000)
-    assert (node.sdo[0x683F].raw, node.sdo[0x6841].raw & 0x4F, node.sdo[0x2101][1].raw) == (0, 0x40, 0)
+    assert (node.sdo[0x683F].raw, node.sdo[0x6841].raw & 0x4F, node.sdo[0x2101][1].raw) == (0x4310, 0x40, 0)
     assert "08A#00 00 00 00 00 00 00 00" in bench.take()
 
 

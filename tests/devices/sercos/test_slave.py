@@ -172,7 +172,7 @@ def test_every_other_telegram_may_be_missing() -> None:
     assert (bare.table[28].number, bare.table[29].number) == (20, 20)
 
 
-@pytest.mark.parametrize("mdt", [MDT[:-1], MDT + b"\0", b""])
+@pytest.mark.parametrize("mdt", [MDT[:-1], MDT + b"\0", b"", b"\x05" + MDT[1:]])
 def test_an_mdt_of_another_form_is_none(mdt: bytes) -> None:
     bare = Bare().in_phase(4).cycles([4], mdt)
     assert (bare.missed, bare.slave.phase) == (1, 4)
