@@ -35,6 +35,7 @@ class FakeMotor:
         self.lifting = 0
         """Cycles that enabling takes."""
         self.outputs = 0
+        self.most_torque: int | None = None
         self.will_reset = True
         self.wanted: list[bool] = []
         self._is_enabled = False
@@ -48,6 +49,9 @@ class FakeMotor:
         self.wanted.append(is_on)
         self._is_enabled, self._rest = is_on, self.lifting
         self.is_following = is_on and self.lifting == 0
+
+    def limit_torque(self, most: int) -> None:
+        self.most_torque = most
 
     def set_outputs(self, outputs: int, mask: int) -> None:
         self.outputs = outputs & mask

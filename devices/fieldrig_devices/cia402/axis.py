@@ -71,6 +71,8 @@ class Cia402Axis(Service):
     def reset(self, scope: Reset) -> None:
         self._numbers.reload()
         self._context.refresh()
+        if self._numbers[objects.MAX_TORQUE] != objects.FULL_TORQUE:  # it was stored
+            self._motor.limit_torque(self._numbers[objects.MAX_TORQUE])
         if scope is Reset.NODE:
             self.restart()
         else:
@@ -123,6 +125,7 @@ class Cia402Axis(Service):
         numbers.on_write(objects.CONTROL_WORD, self._on_control)
         numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
+        numbers.on_write(objects.MAX_TORQUE, self._motor.limit_torque)
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)
         self._connect_modes()

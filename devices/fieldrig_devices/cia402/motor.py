@@ -72,6 +72,9 @@ class Motor(Protocol):
 
     def enable(self, is_on: bool) -> None: ...
 
+    def limit_torque(self, most: int) -> None:
+        """In whatever it does, from when it knows it; 0.1 % of its rated torque."""
+
     def set_outputs(self, outputs: int, mask: int) -> None:
         """Bits from 16 on, as in 60FEh."""
 

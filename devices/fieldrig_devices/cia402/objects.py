@@ -96,6 +96,8 @@ DEVICE_TYPE: Final = 0x67FF
 SERVO_DRIVE: Final = 0x0002_0192
 """67FFh: profile 402, type servo drive."""
 NO_WINDOW: Final = 0xFFFF_FFFF
+FULL_TORQUE: Final = 4_000
+"""0.1 % of the rated torque, at first."""
 """6065h and 6067h: not watched."""
 BUFFER_SIZE: Final = 64
 
@@ -168,7 +170,7 @@ ROWS: Final = [
     Row(THRESHOLD, None, "Velocity threshold", U16, "rw", 10_000),
     Row(THRESHOLD_TIME, None, "Velocity threshold time", U16, "rw"),
     Row(TARGET_TORQUE, None, "Target torque", I16, "rww", is_mappable=True),
-    Row(MAX_TORQUE, None, "Max torque", U16, "rw", 4_000, is_mappable=True),
+    Row(MAX_TORQUE, None, "Max torque", U16, "rw", FULL_TORQUE, is_mappable=True),
     Row(TORQUE_DEMAND, None, "Torque demand", I16, "ro", is_mappable=True),
     Row(RATED_TORQUE, None, "Motor rated torque", U32, "ro"),
     Row(TORQUE_ACTUAL, None, "Torque actual value", I16, "ro", is_mappable=True),

@@ -11,6 +11,7 @@ from typing import Final, Protocol
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.max4.axis import INCREMENTS, Axis, AxisState, Mode
 from fieldrig_devices.max4.can_face_errors import error_of
+from fieldrig_devices.max4.torque_limit import TorqueLimit
 from fieldrig_devices.max4.tree import Parameter
 
 MODES: Final = {Kind.POSITION: Mode.POSITION, Kind.VELOCITY: Mode.VELOCITY, Kind.TORQUE: Mode.TORQUE}
@@ -35,6 +36,7 @@ class AxisMotor:
         self._outputs: dict[int, Parameter] = {}
         self._shown_outputs = 0
         self._resetting: Callable[[], None] | None = None
+        self._torque_limit = TorqueLimit()
         self.mode = Mode.POSITION
         self.revolution = INCREMENTS
         self.is_changed = True
@@ -49,6 +51,7 @@ class AxisMotor:
         self._axis, self._inputs, self._outputs = axis, inputs, outputs
         if axis is not None:
             axis.watchers.append(self._on_change)
+        self._torque_limit.bind(axis)
         self._on_change()
         self._resetting = None
         self._shown_outputs = 0
@@ -61,6 +64,7 @@ class AxisMotor:
         self.is_stopping = axis is not None and axis.axis_state is AxisState.STOPPING
         self.error = error_of(axis.diag_code) if axis is not None and axis.is_in_error else 0
         self.has_warning = axis is not None and axis.diag_code != 0 and not self.error
+        self._torque_limit.tell()
 
     def refresh(self) -> None:
         """Before each cycle of the CiA 402 axis.  An axis that is not on the ring again is not reset yet."""
@@ -128,6 +132,9 @@ class AxisMotor:
         elif axis.set_values is self:
             axis.enable(False)
             axis.follow(None)
+
+    def limit_torque(self, most: int) -> None:
+        self._torque_limit.want(most)
 
     def set_outputs(self, outputs: int, mask: int) -> None:
         wanted = outputs & mask

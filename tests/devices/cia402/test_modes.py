@@ -196,6 +196,13 @@ def test_pt_follows_the_slope(bench: Cia402Bench) -> None:
     assert (bench.motor.torque, bench.status(0x0400)) == (0, 0x0400)
 
 
+def test_the_motor_is_told_of_6072_in_every_mode(bench: Cia402Bench) -> None:
+    bench.enabled(CSP)
+    assert bench.motor.most_torque is None
+    bench.put(0x6072, 300)
+    assert bench.motor.most_torque == 300
+
+
 def test_pt_and_cst_keep_to_the_largest_torque(bench: Cia402Bench) -> None:
     bench.put(0x6072, 300).put(0x6071, 500).enabled(CST).cycles(1)
     assert (bench.motor.torque, bench.status(0x1800)) == (300, 0x1800)

@@ -138,6 +138,27 @@ def test_a_broken_ring_is_a_fault_of_all_axes_and_heals_by_fault_reset() -> None
     enable(bench, node, 1)
 
 
+def test_6072_limits_the_torque_of_the_drive_whatever_moves_it() -> None:
+    bench = CanFaceBench("belt").boot()
+    node = bench.master()
+    assert bench.rig.get("max4", "belt.TorqueLimit") == 4_000
+    for most in (300, 200, 150):
+        node.sdo[0x6072].raw = most
+    bench.run(500)
+    assert bench.rig.get("max4", "belt.TorqueLimit") == 150
+    node.sdo[0x6060].raw = 3
+    for word in (0x06, 0x07, 0x0F):
+        node.sdo[0x6040].raw = word
+    bench.run(300)
+    node.sdo[0x6083].raw = 2_000_000_000
+    node.sdo[0x60FF].raw = 60_000_000
+    torques = [bench.run(4).axis("belt").torque for _ in range(30)]
+    assert max(torques) == pytest.approx(150, abs=1)
+    node.sdo[0x6072].raw = 60_000  # more than a drive has
+    bench.run(500)
+    assert bench.rig.get("max4", "belt.TorqueLimit") == 10_000
+
+
 SWITCHES = {"I_bNeg": (-(2**40), -300_000), "I_bPos": (400_000, 2**40), "I_bHome": (50_000, 100_000)}
 """From where to where they are on, in increments."""
 
