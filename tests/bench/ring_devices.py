@@ -4,6 +4,7 @@ Times of each cycle are not kept here: the ring's own statistics have them.  The
 settings, so that the way up takes a second in place of ten; the cycle is the same.
 """
 
+import struct
 from math import sin
 from typing import Final
 
@@ -142,16 +143,16 @@ class Echo(Device):
         SercosSlave(clock, ring, settings.ring_address, table, self)
         prepare(table, settings, settings.ring_address)
 
-    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
-        return words.IN_OPERATION | FOLLOWS, values[HEAD_VALUES:]
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
+        return words.IN_OPERATION | FOLLOWS, struct.pack("<i", *values[HEAD_VALUES:])
 
     on_missed_cycle = on_cycle
 
     def status(self) -> int:
         return words.POWERED
 
-    def feedback(self) -> tuple[int, ...]:
-        return (0,)
+    def feedback(self) -> bytes:
+        return bytes(4)
 
     def on_phase(self, phase: int) -> None:
         """Nothing here depends on it."""

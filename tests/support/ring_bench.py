@@ -1,5 +1,6 @@
 """A ring on a bench: a master and drives of the least sort, under virtual time."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from fieldrig.clock import MS
@@ -38,20 +39,20 @@ class PlainDrive:
         self.invalid: list[int] = []
         self.slave = SercosSlave(self.node.clock, self.node.link("ring0"), address, self.table, self)
 
-    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         self.control, _, *commands = values
         self.commands.append(tuple(commands))
-        return words.POWERED, tuple(commands)
+        return words.POWERED, _encoded(commands)
 
-    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         self.missed += 1
-        return words.POWERED, values[HEAD_VALUES:]
+        return words.POWERED, _encoded(values[HEAD_VALUES:])
 
     def status(self) -> int:
         return words.READY_FOR_POWER
 
-    def feedback(self) -> tuple[int, ...]:
-        return (0,)
+    def feedback(self) -> bytes:
+        return _encoded((0,))
 
     def on_phase(self, phase: int) -> None:
         self.phases.append(phase)
@@ -61,6 +62,10 @@ class PlainDrive:
 
     def check(self, phase: int) -> list[int]:
         return self.invalid if phase == 4 else []
+
+
+def _encoded(positions: Iterable[int]) -> bytes:
+    return b"".join(one.to_bytes(4, "little", signed=True) for one in positions)
 
 
 class RingBench:

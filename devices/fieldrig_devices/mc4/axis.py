@@ -13,7 +13,18 @@ from enum import Enum
 from math import tau
 from typing import Final
 
-from fieldrig_devices.mc4.folded import INNER_S, Following, Gains, Limits, Plant, folded, following, most_way_of, moved
+from fieldrig_devices.mc4.folded import (
+    INNER_S,
+    Following,
+    Gains,
+    Limits,
+    Numbers,
+    Plant,
+    folded,
+    following,
+    most_way_of,
+    moved,
+)
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
@@ -166,11 +177,8 @@ class Axis:
 
     # ---- time
 
-    def following(self, numbers: tuple[str, ...]) -> Following | None:
-        """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it.
-
-        `numbers` are expressions, see `folded.following`.
-        """
+    def following(self, numbers: Numbers) -> Following | None:
+        """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it."""
         if not self._is_folded:
             return None
         arrangement = self._plant, self._gains, self._limits, self._cycle_steps, self._dry_nm
@@ -322,7 +330,7 @@ class IdealAxis(Axis):
 
     __slots__ = ()
 
-    def following(self, numbers: tuple[str, ...]) -> None:
+    def following(self, numbers: Numbers) -> None:
         """It knows no map."""
 
     def cycle(self) -> None:

@@ -18,11 +18,12 @@ Forty axes as arrays of numpy were tried in its place, from MDT to ATs: in a run
 took 80 us, as long as forty axes here, and they don't take less for ten.
 """
 
+import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import tau
-from typing import Final, Protocol, cast
+from typing import Final, NamedTuple, Protocol, cast
 
 from fieldrig.clock import US
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
@@ -207,10 +208,19 @@ class Moving(Protocol):
 Cycle = Callable[[Moving], bool]
 """One cycle further; False, and nothing is done, if a limit may be met on the way."""
 
-Following = Callable[[Moving, int, float], tuple[int, ...] | None]
-"""One cycle further, and then told to follow this set position, modulo 2^32: the numbers that were asked for.
+Following = Callable[[Moving, int, float], bytes | None]
+"""One cycle further, and then told to follow this set position, modulo 2^32: the numbers that were asked for, packed.
 
 None, and nothing is done, at rest, if a limit may be met, or the following error comes to the last argument, in rad."""
+
+
+class Numbers(NamedTuple):
+    """What of a cycle is to be told."""
+
+    expressions: tuple[str, ...]
+    """In Python: `new_e` and so on are the new states, `place` is the set position in increments."""
+    codes: str
+    """For `struct`."""
 
 
 @lru_cache(maxsize=256)
@@ -226,9 +236,9 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
 
 @lru_cache(maxsize=256)
 def following(
-    plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float, lead_gain: float, numbers: tuple[str, ...]
+    plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float, lead_gain: float, numbers: Numbers
 ) -> Following:
-    """`folded` and what comes after it, in one; `numbers` are expressions in the names of `NEW`."""
+    """`folded` and what comes after it, in one."""
     most_way = most_way_of(limits, steps)
     lines = [
         "def following(axis, wanted, most_error):",
@@ -245,9 +255,9 @@ def following(
         f"        follow = {most_way} if follow > 0 else {-most_way}",
         "    axis.way = follow",
         f"    axis.lead = {lead_gain!r} * (follow - way)",
-        f"    return ({''.join(f'({number}), ' for number in numbers)})",
+        f"    return pack({', '.join(f'({expression})' for expression in numbers.expressions)})",
     ]
-    return cast(Following, _compiled("\n".join(lines), "following"))
+    return cast(Following, _compiled("\n".join(lines), "following", pack=struct.Struct(f"<{numbers.codes}").pack))
 
 
 def most_way_of(limits: Limits, steps: int) -> int:
@@ -344,7 +354,7 @@ def _sum(row: Row, names: Sequence[str]) -> str:
     return " + ".join(f"{factor!r} * {name}" for factor, name in zip(row, names, strict=True))
 
 
-def _compiled(text: str, name: str) -> Callable[..., object]:
+def _compiled(text: str, name: str, **others: Callable[..., object]) -> Callable[..., object]:
     space: dict[str, Callable[..., object]] = {}
-    exec(text, {"abs": abs, "max": max, "min": min, "round": round, "__builtins__": {}}, space)
+    exec(text, {"abs": abs, "max": max, "min": min, "round": round, **others, "__builtins__": {}}, space)
     return space[name]

@@ -8,6 +8,7 @@ ControllerEnable is drive on (bit 15).  Drive enable (bit 14) taken away while d
 both together ramp down (manual 10.2).  Halt (bit 13) brings the drive to a stop under control.
 """
 
+import struct
 from collections.abc import Callable
 from typing import Final
 
@@ -15,7 +16,7 @@ from fieldrig.clock import US, Clock
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS
+from fieldrig_devices.mc4.axis import INCREMENTS, Axis
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.folded import INNER_NS, Following
@@ -35,7 +36,7 @@ from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
-from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams
+from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams, code_of
 
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
@@ -45,9 +46,9 @@ CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MAS
 class RingSide:
     __slots__ = (
         "_clock", "_control", "_cycle_ns", "_following", "_following_idns", "_machine", "_most_error", "_moving",
-        "_numbers", "_place", "_places", "_slack_ns", "_standing", "_standing_numbers", "_states_seen", "_status",
-        "_steady_control", "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes",
-        "slave",
+        "_moving_codes", "_moving_record", "_numbers", "_place", "_places", "_slack_ns", "_standing",
+        "_standing_numbers", "_standing_record", "_states_seen", "_status", "_steady_control", "_table", "_until_ns",
+        "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -70,15 +71,17 @@ class RingSide:
         self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
         self._standing_numbers: list[Number] = []
-        self._standing: tuple[int, ...] = ()
+        self._standing = b""
         """The last values of the AT: they only change when the machine is looked at."""
         self._numbers |= {134: lambda: self._control, 135: lambda: self._status}
         for idn, number in self._numbers.items():
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
-        self._moving: Callable[[tuple[int, ...]], tuple[int, ...]] = tuple
-        """The values of the AT, of which the standing ones are given."""
+        self._moving: Callable[[], tuple[int, ...]] = tuple
+        """The first values of the AT."""
+        self._moving_codes = ""
+        self._moving_record = self._standing_record = struct.Struct("<")
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
         self.slave.command(idns.READ_PLATE, self._on_read_plate)
@@ -98,7 +101,7 @@ class RingSide:
 
     # ---- cycles
 
-    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         control = values[0]
         now_ns, machine = self._clock.now_ns(), self._machine
         at_ns = machine.at_ns + self._cycle_ns
@@ -111,20 +114,20 @@ class RingSide:
         machine.at_ns = at_ns
         axis, value = machine.axis, values[self._place]
         if self._following is not None:
-            numbers = self._following(axis, value, self._most_error)
-            if numbers is not None:
+            moved = self._following(axis, value, self._most_error)
+            if moved is not None:
                 if self.on_moved is not None:
                     self.on_moved()
-                return self._status, numbers + self._standing
+                return self._status, moved + self._standing
         axis.cycle()
         self._value(value)
         if self.on_moved is not None:
             self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
-        return self._status, self._moving(self._standing)
+        return self._status, self.feedback()
 
-    def _look(self, values: tuple[int, ...], lead_ns: int) -> tuple[int, tuple[int, ...]]:
+    def _look(self, values: tuple[int, ...], lead_ns: int) -> tuple[int, bytes]:
         machine, control = self._machine, values[0]
         if -self._slack_ns < lead_ns < self._slack_ns:
             machine.at_ns += self._cycle_ns
@@ -138,7 +141,7 @@ class RingSide:
         self._check_following()
         return self._status, self.feedback()
 
-    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         """The set position goes on as it did before: the next one that comes finds it there."""
         machine = self._machine
         self._look(values, self._clock.now_ns() - machine.at_ns - self._cycle_ns)
@@ -146,8 +149,8 @@ class RingSide:
             machine.axis.follow(machine.axis.set_increments + machine.axis.moved)
         return self._status, self.feedback()
 
-    def feedback(self) -> tuple[int, ...]:
-        return self._moving(self._standing)
+    def feedback(self) -> bytes:
+        return self._moving_record.pack(*self._moving()) + self._standing
 
     def _look_at_slow_things(self) -> None:
         machine = self._machine
@@ -188,7 +191,9 @@ class RingSide:
             if mode == 3:
                 self._value = axis.follow
                 if self._following_idns is not None:
-                    self._following = axis.following(following_numbers(machine, self._following_idns))
+                    self._following = axis.following(
+                        following_numbers(machine, self._following_idns, self._moving_codes)
+                    )
             elif mode == 2:
                 self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
             elif machine.motor is not None:
@@ -199,6 +204,11 @@ class RingSide:
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
         self._read_standing()
+
+    def _following_of(self, axis: Axis) -> Following | None:
+        if self._following_idns is None:
+            return None
+        return axis.following(following_numbers(self._machine, self._following_idns, self._moving_codes))
 
     # ---- status
 
@@ -287,6 +297,10 @@ class RingSide:
         first = len(numbers)
         while first and telegrams.at[first - 1] in STANDING:
             first -= 1
+        codes = [code_of(table, idn) for idn in telegrams.at]
+        self._moving_codes = "".join(codes[:first])
+        self._moving_record = struct.Struct("<" + self._moving_codes)
+        self._standing_record = struct.Struct("<" + "".join(codes[first:]))
         self._standing_numbers = numbers[first:]
         self._read_standing()
         moving = telegrams.at[:first]
@@ -294,10 +308,10 @@ class RingSide:
         if self._following_idns is not None:
             self._moving = moving_numbers(machine, moving)
         else:
-            self._moving = lambda standing: (*[number() for number in numbers[:first]], *standing)
+            self._moving = lambda: tuple(number() for number in numbers[:first])
 
     def _read_standing(self) -> None:
-        self._standing = tuple(number() for number in self._standing_numbers)
+        self._standing = self._standing_record.pack(*[number() for number in self._standing_numbers])
 
     def _stored(self, idn: int) -> Number:
         datum = self._table[idn]

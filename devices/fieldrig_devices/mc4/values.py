@@ -10,6 +10,7 @@ from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import INCREMENTS
+from fieldrig_devices.mc4.folded import Numbers
 from fieldrig_devices.mc4.machine import Machine
 
 SPEED_UNIT: Final = tau / 60 * 1e-4
@@ -34,26 +35,26 @@ MOVING: Final = {
 """Of the axis, by IDN: expressions in Python, with names for `place` (the set position, in increments) and so on."""
 
 
-def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[tuple[int, ...]], tuple[int, ...]]:
-    """All values of these IDNs of `MOVING`, with those that are given behind them."""
+def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tuple[int, ...]]:
+    """All values of these IDNs of `MOVING`."""
     names = {
         "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
         "standstill_nm": "machine.true_motor.standstill_torque_nm",
     }  # fmt: skip
     values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
-    text = f"def numbers(others):\n    axis = machine.axis\n    return ({values}*others)\n"
+    text = f"def numbers():\n    axis = machine.axis\n    return ({values})\n"
     space: dict[str, object] = {"machine": machine, "round": round, "max": max, "min": min, "__builtins__": {}}
     exec(text, space)
-    return cast(Callable[[tuple[int, ...]], tuple[int, ...]], space["numbers"])
+    return cast(Callable[[], tuple[int, ...]], space["numbers"])
 
 
-def following_numbers(machine: Machine, numbers: Sequence[int]) -> tuple[str, ...]:
-    """The same, as `folded.following` takes them."""
+def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> Numbers:
+    """The same, for an axis that follows."""
     names = {
         "place": "place", "e": "new_e", "v": "new_v", "t": "new_t", "twist": "axis.twist",
         "standstill_nm": repr(machine.true_motor.standstill_torque_nm),
     }  # fmt: skip
-    return tuple(MOVING[idn].format_map(names) for idn in numbers)
+    return Numbers(tuple(MOVING[idn].format_map(names) for idn in numbers), codes)
 
 
 def position_at(machine: Machine, now_ns: int) -> int:
@@ -69,7 +70,7 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
 
     def moving(idn: int) -> Number:
         numbers = moving_numbers(machine, [idn])
-        return lambda: numbers(())[0]
+        return lambda: numbers()[0]
 
     def signals() -> int:
         chain = machine.chain

@@ -18,7 +18,7 @@ from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
-from fieldrig_devices.sercos.telegram import HEAD_BYTES, at_telegram, record
+from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, record
 
 MOST_MISSED: Final = 2
 """Telegrams in a row that end CP3 and CP4."""
@@ -33,26 +33,23 @@ RUNNING_MST: Final = bytes((BROADCAST, 4))
 HEAD_VALUES: Final = 2
 """Control word and service channel, before the command values."""
 
-_EARLY_AT: Final = at_telegram(())
-"""Of CP1 and CP2."""
-
 
 class Application(Protocol):
     """What the drive does with what comes over the ring."""
 
-    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
-        """In CP4, once a cycle: the status word, without the service channel's bits, and the feedback values.
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
+        """In CP4, once a cycle: the status word, without the service channel's bits, and the feedback values of the AT.
 
         `values` are the MDT's: control word, service channel, and from `HEAD_VALUES` on the command values.
         """
 
-    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         """In CP4, in place of `on_cycle`: MST or MDT did not come; `values` are those of the last one that did."""
 
     def status(self) -> int:
         """The status word in CP1 to CP3."""
 
-    def feedback(self) -> tuple[int, ...]:
+    def feedback(self) -> bytes:
         """Values for the AT in CP3."""
 
     def on_phase(self, phase: int) -> None:
@@ -67,10 +64,10 @@ class Application(Protocol):
 
 class SercosSlave:
     __slots__ = (
-        "_application", "_at", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
-        "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt", "_mdt_length", "_missed_mdts",
+        "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
+        "_heard_before", "_info", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
         "_missed_msts", "_offset", "_patience_ns", "_service", "_values", "_values_of",
-        "_waits_for_0", "_watch", "address", "failures", "phase", "table",
+        "_waits_for_0", "_watch", "_word", "address", "failures", "phase", "table",
     )  # fmt: skip
 
     def __init__(
@@ -95,8 +92,10 @@ class SercosSlave:
         """After power-on and after a failure: it joins when the master begins anew."""
         self._is_fast = False
         self._offset, self._mdt_length = 0, 0
-        self._mdt, self._at = record(()), _EARLY_AT
-        self._values_of = self._mdt.unpack_from
+        self._values_of = record(()).unpack_from
+        self._word = self._info = 0
+        self._at_head = AT_HEAD.pack(address, 0, 0)
+        """With that status word and service channel."""
         self._heard = 0
         """Cycles."""
         self._heard_before = -1
@@ -127,7 +126,9 @@ class SercosSlave:
             service.step(control, values[1])
         status, feedback = self._application.on_cycle(values)
         word = status | self._change_bit | service.status
-        self._leave(self._at.pack(self.address, word, service.info, *feedback))
+        if word != self._word or service.info != self._info:
+            self._lay_head(word, service.info)
+        self._leave(self._at_head + feedback)
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
@@ -148,7 +149,7 @@ class SercosSlave:
         mdt = cycle.mdt
         if cycle.mst and len(mdt) == 1 + HEAD_BYTES and mdt[0] == self.address:
             self._on_service(int.from_bytes(mdt[1:3], "little"), int.from_bytes(mdt[3:5], "little"))
-            self._send(self._application.status(), ())
+            self._send(self._application.status(), b"")
 
     def _on_late_cycle(self, cycle: Cycle) -> None:
         is_heard = bool(cycle.mst) and len(cycle.mdt) == self._mdt_length and cycle.mdt[0] == BROADCAST
@@ -169,11 +170,14 @@ class SercosSlave:
         self._control_seen = control
         self._service.step(control, info)
 
-    def _send(self, status: int, feedback: tuple[int, ...]) -> None:
+    def _send(self, status: int, feedback: bytes) -> None:
         service = self._service
-        word = status | self._change_bit | service.status
-        at = self._at if feedback or self.phase >= 3 else _EARLY_AT
-        self._leave(at.pack(self.address, word, service.info, *feedback))
+        self._lay_head(status | self._change_bit | service.status, service.info)
+        self._leave(self._at_head + feedback)
+
+    def _lay_head(self, word: int, info: int) -> None:
+        self._word, self._info = word, info
+        self._at_head = AT_HEAD.pack(self.address, word, info)
 
     # ---- failures
 
@@ -259,8 +263,7 @@ class SercosSlave:
     def _lay_out(self) -> None:
         layout = self._data.layout()
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
-        self._mdt, self._at = record(layout.mdt), at_telegram(layout.at)
-        self._values_of = self._mdt.unpack_from
+        self._values_of = record(layout.mdt).unpack_from
         self._values = (0,) * (HEAD_VALUES + len(layout.mdt))
 
     def _check(self, phase: int, command: Command) -> None:

@@ -15,6 +15,8 @@ from fieldrig_devices.sercos.idn import Format
 CONFIGURED: Final = 7
 HEAD_BYTES: Final = 4
 """Control or status word, and the service channel."""
+AT_HEAD: Final = struct.Struct("<BHH")
+"""Address, status word, service channel; then come the feedback values."""
 
 
 class Telegrams(NamedTuple):
@@ -57,11 +59,6 @@ def code_of(table: IdnTable, idn: int) -> str:
 def record(codes: Iterable[str]) -> struct.Struct:
     """Word, service channel, then values of these codes."""
     return struct.Struct("<HH" + "".join(codes))
-
-
-def at_telegram(codes: Iterable[str]) -> struct.Struct:
-    """Address, and such a record."""
-    return struct.Struct("<BHH" + "".join(codes))
 
 
 def size(codes: Iterable[str]) -> int:

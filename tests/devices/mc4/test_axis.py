@@ -1,5 +1,6 @@
 """The axis against closed solutions: what physics and control theory promise."""
 
+import struct
 from math import exp, isclose, pi, tau
 
 import pytest
@@ -7,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.mc4.axis import INCREMENTS, RAD, Axis, Mode
-from fieldrig_devices.mc4.folded import INNER_S, Elastic, Gains, Limits, Plant, exponential, folded
+from fieldrig_devices.mc4.folded import INNER_S, Elastic, Gains, Limits, Numbers, Plant, exponential, folded
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
 quick = settings(max_examples=60, deadline=None)
@@ -107,7 +108,7 @@ def test_axis_that_only_follows_goes_the_same_way(
         each.control(Mode.POSITION)
         each.load(load)
         each.follow(700)
-    go = one.following(("place", "new_e", "new_v", "new_t"))
+    go = one.following(Numbers(("place", "new_e", "new_v", "new_t"), "qddd"))
     assert go is not None
     for increments in wanted:
         before = everything(one)
@@ -117,7 +118,7 @@ def test_axis_that_only_follows_goes_the_same_way(
             assert everything(one) == before
             one.cycle()
         else:
-            assert [*values] == [other.set_increments, other.e, other.v, other.t]
+            assert values == struct.pack("<qddd", other.set_increments, other.e, other.v, other.t)
             assert abs(other.e) < 0.05
         other.follow(increments)
         if values is None:
@@ -129,18 +130,20 @@ def test_axis_that_only_follows_goes_the_same_way(
 def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
     one = axis(gains=LAGLESS)
     one.control(Mode.POSITION)
-    go = one.following(("place",))
+    go = one.following(Numbers(("place",), "i"))
     assert go is not None
-    assert [go(one, way * cycle, 1.0) for cycle in range(1, 5)] == [(0,), (way,), (2 * way,), (3 * way,)]
+    assert [go(one, way * cycle, 1.0) for cycle in range(1, 5)] == [
+        struct.pack("<i", cycle * way) for cycle in range(4)
+    ]
     assert one.slow_cycles == 0
 
 
 def test_braked_axis_and_one_without_position_control_do_not_follow() -> None:
     one = axis(brake=2.0)
-    assert one.following(("place",)) is None
+    assert one.following(Numbers(("place",), "i")) is None
     one.control(Mode.POSITION)
     one.brake(True)
-    assert one.following(("place",)) is None
+    assert one.following(Numbers(("place",), "i")) is None
 
 
 def test_exponential_of_a_matrix() -> None:

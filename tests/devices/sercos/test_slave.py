@@ -40,19 +40,19 @@ class Bare:
 
     # ---- its application
 
-    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         self.heard.append(values[2:])
-        return words.POWERED, (0,)
+        return words.POWERED, bytes(4)
 
-    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+    def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         self.missed += 1
-        return words.POWERED, (0,)
+        return words.POWERED, bytes(4)
 
     def status(self) -> int:
         return words.READY_FOR_POWER
 
-    def feedback(self) -> tuple[int, ...]:
-        return (0,)
+    def feedback(self) -> bytes:
+        return bytes(4)
 
     def on_phase(self, phase: int) -> None:
         """Nothing here depends on it."""
