@@ -7,7 +7,6 @@ time constants that the manual doesn't give are chosen so that the amplifier hol
 its 4-fold for about four.
 """
 
-from dataclasses import dataclass
 from math import exp
 from typing import Final
 
@@ -26,66 +25,51 @@ WARNING_SHARE: Final = 0.9
 """Of the way to a limit, from where on it is a warning (S-0-0012)."""
 
 
-@dataclass
-class Mean:
-    """Goes to what it is given, with its time constant."""
-
-    time_s: float
-    value: float = 0.0
-    seconds: float = 0.0
-    decay: float = 1.0
-    """Over `seconds`."""
-
-    def go(self, seconds: float, goal: float) -> None:
-        if seconds != self.seconds:
-            self.seconds, self.decay = seconds, exp(-seconds / self.time_s)
-        self.value = goal + (self.value - goal) * self.decay
-
-
 class Thermal:
     def __init__(self, continuous_nm: float, amplifier_nm: float, winding_limit_c: float, casing_s: float) -> None:
         """The motor's continuous torque, and that at the amplifier's continuous current."""
         self._continuous, self._amplifier = continuous_nm**2, amplifier_nm**2
         self.winding_limit_c = winding_limit_c
         self.ambient_c = AMBIENT_C
-        self._casing, self._winding = Mean(casing_s), Mean(WINDING_S)
-        self._heatsink = Mean(AMPLIFIER_S)
-        self._motor_load, self._amplifier_load = Mean(MOTOR_OVERLOAD_S), Mean(AMPLIFIER_OVERLOAD_S)
+        self._times_s = (casing_s, WINDING_S, AMPLIFIER_S, MOTOR_OVERLOAD_S, AMPLIFIER_OVERLOAD_S)
+        self._casing_k = self._winding_k = self._heatsink_k = 0.0
+        """Over the ambient air, over the casing, over the ambient air."""
+        self.motor_load = self.amplifier_load = 0.0
+        """1: switch off."""
+        self._seconds = 0.0
+        self._decays = (1.0,) * len(self._times_s)
+        """Over these seconds, of each time constant."""
 
     def go(self, seconds: float, torque_squared: float) -> None:
-        """Some time further, with this mean of the squared torque."""
-        motor, amplifier = torque_squared / self._continuous, torque_squared / self._amplifier
-        self._casing.go(seconds, CASING_RISE_K * motor)
-        self._winding.go(seconds, WINDING_RISE_K * motor)
-        self._heatsink.go(seconds, AMPLIFIER_RISE_K * amplifier)
-        self._motor_load.go(seconds, motor)
-        self._amplifier_load.go(seconds, amplifier)
+        """Some time further, with this mean of the squared torque: each value goes to what that would make of it."""
+        if seconds != self._seconds:
+            self._seconds, self._decays = seconds, tuple(exp(-seconds / time_s) for time_s in self._times_s)
+        casing, winding, heatsink, motor, amplifier = self._decays
+        goal = torque_squared / self._continuous
+        self._casing_k = CASING_RISE_K * goal + (self._casing_k - CASING_RISE_K * goal) * casing
+        self._winding_k = WINDING_RISE_K * goal + (self._winding_k - WINDING_RISE_K * goal) * winding
+        self.motor_load = goal + (self.motor_load - goal) * motor
+        goal = torque_squared / self._amplifier
+        self._heatsink_k = AMPLIFIER_RISE_K * goal + (self._heatsink_k - AMPLIFIER_RISE_K * goal) * heatsink
+        self.amplifier_load = goal + (self.amplifier_load - goal) * amplifier
 
     @property
     def casing_c(self) -> float:
-        return self.ambient_c + self._casing.value
+        return self.ambient_c + self._casing_k
 
     @property
     def motor_c(self) -> float:
         """Of the winding."""
-        return self.casing_c + self._winding.value
+        return self.ambient_c + self._casing_k + self._winding_k
 
     @property
     def amplifier_c(self) -> float:
-        return self.ambient_c + self._heatsink.value
+        return self.ambient_c + self._heatsink_k
 
     @property
     def overload(self) -> float:
         """1: switch off."""
-        return max(self._motor_load.value, self._amplifier_load.value)
-
-    @property
-    def motor_load(self) -> float:
-        return self._motor_load.value
-
-    @property
-    def amplifier_load(self) -> float:
-        return self._amplifier_load.value
+        return max(self.motor_load, self.amplifier_load)
 
     @property
     def is_motor_hot(self) -> bool:
