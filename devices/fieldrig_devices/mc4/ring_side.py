@@ -8,7 +8,6 @@ ControllerEnable is drive on (bit 15).  Drive enable (bit 14) taken away while d
 both together ramp down (manual 10.2).  Halt (bit 13) brings the drive to a stop under control.
 """
 
-import struct
 from collections.abc import Callable
 from typing import Final
 
@@ -16,27 +15,19 @@ from fieldrig.clock import US, Clock
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS, Axis
+from fieldrig_devices.mc4.axis import INCREMENTS
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
+from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.folded import INNER_NS, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
-from fieldrig_devices.mc4.values import (
-    MOVING,
-    SPEED_UNIT,
-    STANDING,
-    Number,
-    following_numbers,
-    live_numbers,
-    moving_numbers,
-    position_at,
-)
+from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
-from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams, code_of
+from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams
 
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
@@ -45,10 +36,9 @@ CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MAS
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_following", "_following_idns", "_machine", "_most_error", "_moving",
-        "_moving_codes", "_moving_record", "_numbers", "_place", "_places", "_slack_ns", "_standing",
-        "_standing_numbers", "_standing_record", "_states_seen", "_status", "_steady_control", "_table", "_until_ns",
-        "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error", "_numbers", "_place",
+        "_places", "_slack_ns", "_states_seen", "_status", "_steady_control", "_table", "_until_ns", "_value",
+        "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -65,23 +55,15 @@ class RingSide:
         self._value: Callable[[int], None] = _no_value
         self._following: Following | None = None
         """All that a cycle asks of an axis that only follows its set position."""
-        self._following_idns: tuple[int, ...] | None = None
-        """IDNs of what it gives; None: such an AT takes more."""
         self._most_error = 0.0
         self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
-        self._standing_numbers: list[Number] = []
-        self._standing = b""
-        """The last values of the AT: they only change when the machine is looked at."""
         self._numbers |= {134: lambda: self._control, 135: lambda: self._status}
         for idn, number in self._numbers.items():
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
-        self._moving: Callable[[], tuple[int, ...]] = tuple
-        """The first values of the AT."""
-        self._moving_codes = ""
-        self._moving_record = self._standing_record = struct.Struct("<")
+        self._feedback = Feedback(machine, table, (), self._number_of)
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
         self.slave.command(idns.READ_PLATE, self._on_read_plate)
@@ -118,7 +100,7 @@ class RingSide:
             if moved is not None:
                 if self.on_moved is not None:
                     self.on_moved()
-                return self._status, moved + self._standing
+                return self._status, moved + self._feedback.standing
         axis.cycle()
         self._value(value)
         if self.on_moved is not None:
@@ -150,7 +132,7 @@ class RingSide:
         return self._status, self.feedback()
 
     def feedback(self) -> bytes:
-        return self._moving_record.pack(*self._moving()) + self._standing
+        return self._feedback.encode()
 
     def _look_at_slow_things(self) -> None:
         machine = self._machine
@@ -190,10 +172,7 @@ class RingSide:
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
                 self._value = axis.follow
-                if self._following_idns is not None:
-                    self._following = axis.following(
-                        following_numbers(machine, self._following_idns, self._moving_codes)
-                    )
+                self._following = self._feedback.following(axis)
             elif mode == 2:
                 self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
             elif machine.motor is not None:
@@ -203,12 +182,7 @@ class RingSide:
         self._steady_control = self._control & CONTROL_BITS if machine.is_settled and machine.is_cyclic else -1
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
-        self._read_standing()
-
-    def _following_of(self, axis: Axis) -> Following | None:
-        if self._following_idns is None:
-            return None
-        return axis.following(following_numbers(self._machine, self._following_idns, self._moving_codes))
+        self._feedback.refresh()
 
     # ---- status
 
@@ -293,29 +267,11 @@ class RingSide:
         machine.rearrange()
         telegrams = self._telegrams()
         self._places = {idn: place for place, idn in enumerate(telegrams.mdt, HEAD_VALUES)}
-        numbers = [self._numbers.get(idn) or self._stored(idn) for idn in telegrams.at]
-        first = len(numbers)
-        while first and telegrams.at[first - 1] in STANDING:
-            first -= 1
-        codes = [code_of(table, idn) for idn in telegrams.at]
-        self._moving_codes = "".join(codes[:first])
-        self._moving_record = struct.Struct("<" + self._moving_codes)
-        self._standing_record = struct.Struct("<" + "".join(codes[first:]))
-        self._standing_numbers = numbers[first:]
-        self._read_standing()
-        moving = telegrams.at[:first]
-        self._following_idns = moving if all(idn in MOVING for idn in moving) else None
-        if self._following_idns is not None:
-            self._moving = moving_numbers(machine, moving)
-        else:
-            self._moving = lambda: tuple(number() for number in numbers[:first])
+        self._feedback = Feedback(machine, table, telegrams.at, self._number_of)
 
-    def _read_standing(self) -> None:
-        self._standing = self._standing_record.pack(*[number() for number in self._standing_numbers])
-
-    def _stored(self, idn: int) -> Number:
+    def _number_of(self, idn: int) -> Number:
         datum = self._table[idn]
-        return lambda: datum.number
+        return self._numbers.get(idn) or (lambda: datum.number)
 
     def _telegrams(self) -> Telegrams:
         table = self._table

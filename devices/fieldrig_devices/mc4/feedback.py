@@ -1,0 +1,54 @@
+"""The feedback values of an AT, as bytes: first what the axis moves in every cycle, then what stands."""
+
+import struct
+from collections.abc import Callable, Sequence
+
+from fieldrig_devices.mc4.axis import Axis
+from fieldrig_devices.mc4.folded import Following
+from fieldrig_devices.mc4.machine import Machine
+from fieldrig_devices.mc4.values import MOVING, STANDING, Number, following_numbers, moving_numbers
+from fieldrig_devices.sercos.datum import IdnTable
+from fieldrig_devices.sercos.telegram import code_of
+
+
+class Feedback:
+    __slots__ = ("_codes", "_idns", "_machine", "_moving", "_moving_record", "_numbers", "_standing_record", "standing")
+
+    def __init__(
+        self, machine: Machine, table: IdnTable, idns: Sequence[int], number_of: Callable[[int], Number]
+    ) -> None:
+        """`idns` as the AT has them; `number_of` gives the present value of one."""
+        self._machine = machine
+        numbers = [number_of(idn) for idn in idns]
+        codes = [code_of(table, idn) for idn in idns]
+        first = len(idns)
+        while first and idns[first - 1] in STANDING:
+            first -= 1
+        self._idns, self._codes = tuple(idns[:first]), "".join(codes[:first])
+        self._moving_record = struct.Struct("<" + self._codes)
+        self._moving: Callable[[], tuple[int, ...]] = lambda: tuple(number() for number in numbers[:first])
+        if self._is_of_the_axis:
+            self._moving = moving_numbers(machine, self._idns)
+        self._numbers = numbers[first:]
+        self._standing_record = struct.Struct("<" + "".join(codes[first:]))
+        self.standing = b""
+        """The last values: they only change when the machine is looked at."""
+        self.refresh()
+
+    @property
+    def _is_of_the_axis(self) -> bool:
+        """Nothing else is among what moves."""
+        return all(idn in MOVING for idn in self._idns)
+
+    def refresh(self) -> None:
+        """The machine was looked at."""
+        self.standing = self._standing_record.pack(*[number() for number in self._numbers])
+
+    def encode(self) -> bytes:
+        return self._moving_record.pack(*self._moving()) + self.standing
+
+    def following(self, axis: Axis) -> Following | None:
+        """A cycle of the axis that gives what comes before `standing`; None: there is more than it knows."""
+        if not self._is_of_the_axis:
+            return None
+        return axis.following(following_numbers(self._machine, self._idns, self._codes))
