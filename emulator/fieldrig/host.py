@@ -30,6 +30,7 @@ from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
+from fieldrig.shared_loop import SharedLoop
 from fieldrig.this_process import facts, on_signals
 
 log = logging.getLogger(__name__)
@@ -151,7 +152,8 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     if is_realtime or any(getattr(bus.settings, "realtime", False) for bus in buses):
         _ask_for_realtime()
     try:
-        with asyncio.Runner(loop_factory=loop_factory()) as runner:
+        new_loop = SharedLoop if any(bus.has_guests for bus in buses) else loop_factory()
+        with asyncio.Runner(loop_factory=new_loop) as runner:
             return runner.run(_run(config, plan, is_supervised))
     except ConfigError as wrong:
         print(f"error: {wrong}", file=sys.stderr)  # noqa: T201  the supervisor shows it

@@ -20,8 +20,8 @@ PATIENCE_S = 30.0
 class LoopBench:
     """An event loop that runs only while the test pumps it, and the real clock on it."""
 
-    def __init__(self) -> None:
-        self.loop = asyncio.new_event_loop()
+    def __init__(self, new_loop: Callable[[], asyncio.AbstractEventLoop] = asyncio.new_event_loop) -> None:
+        self.loop = new_loop()
         self.clock = RealClock(self.loop)
 
     def pump(self, until: Callable[[], bool]) -> None:

@@ -20,6 +20,7 @@ from fieldrig.config import from_dict
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
 from fieldrig.rig import Rig
+from fieldrig.shared_loop import SharedLoop
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, encode
 from fieldrig_bus.ring.shm import RingShm
 from fieldrig_bus.ring.star import Star
@@ -136,7 +137,7 @@ class StarAt(At):
 
 class StarRing(LoopBench):
     def __init__(self, make: Callable[[], RingStar], run: Path) -> None:
-        super().__init__()
+        super().__init__(SharedLoop)
         self._make, self._run = make, run
         self.buses: dict[str, RingStar] = {}
         self._members: dict[str, str] = {}

@@ -1,7 +1,7 @@
 """A master that only keeps the cycle, and drives that only answer: for the ring itself, between processes."""
 
 from fieldrig.clock import MS, Clock
-from fieldrig.device import Device, Point
+from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
@@ -46,6 +46,7 @@ class Echo(Device):
     def __init__(self, settings: EchoSettings, ring: Link[RingMessage]) -> None:
         self._address, self._ring = settings.address, ring
         self._told = self._heard = self._gaps = 0
+        self._is_wrong = False
         ring.on_receive(self._on_message, [["drive", settings.address]])
 
     def points(self) -> dict[str, Point]:
@@ -53,10 +54,16 @@ class Echo(Device):
             "heard": Point(lambda: self._heard),
             "told": Point(lambda: self._told),
             "gaps": Point(lambda: self._gaps),
+            "wrong": Point(lambda: self._is_wrong, self._go_wrong),
         }
+
+    def _go_wrong(self, value: Value) -> None:
+        self._is_wrong = bool(value)
 
     def _on_message(self, message: RingMessage) -> None:
         assert isinstance(message, Cycle)
+        if self._is_wrong:
+            raise RuntimeError("lost the count")
         self._heard += 1
         if message.mdt:
             told = int.from_bytes(message.mdt[1:], "little")

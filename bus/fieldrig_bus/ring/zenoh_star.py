@@ -3,16 +3,13 @@
 Sessions of its own, in a star on the master's: no scouting, no gossip, no time stamps, no shared memory, one priority,
 low latency.  One put a cycle reaches all processes, on a key with a star in it; one comes back from each.  A liveliness
 token tells who is there and which stations it has; it is gone the instant the process is.  At the centre what comes
-back waits in Zenoh for the next MST.  In a drive's process a thread waits for cycles and rings a bell that the loop
-hears: that is a fifth less work than to be called by Zenoh, or to call the loop.
+back waits in Zenoh for the next MST.  In a drive's process a guest of the loop waits for cycles and handles them: a
+sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when it is called back.
 """
 
 import asyncio
 import logging
-import os
-import threading
 import time
-from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, ClassVar, Final
 
@@ -22,6 +19,7 @@ from pydantic import Field
 from fieldrig import endpoint
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
+from fieldrig.shared_loop import SharedLoop
 from fieldrig_bus.ring.star import Star, Stations
 from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
 from fieldrig_bus.ring.star_rack import Rack
@@ -35,10 +33,10 @@ LONGEST_PATH: Final = 100
 MOST_OUT: Final = 64
 MOST_BACK: Final = 8_192
 """Messages that may wait: more than are under way to and from processes that stand still."""
-_ONE: Final = (1).to_bytes(8, "little")
 TUNED: Final[dict[str, Any]] = {
     "transport/unicast/qos/enabled": False,
     "transport/unicast/lowlatency": True,
+    "transport/link/rx/buffer_size": 2 * 65_535,  # the one that we read, and the next; Zenoh clears what it hasn't
     "transport/link/tx/lease": 1_000,  # ms: one that stands still must not fill the centre's socket
 }
 PATIENT: Final[dict[str, Any]] = {
@@ -111,21 +109,20 @@ class ZenohLine:
         self._born, self._tokens = time.time_ns(), 0
         self._token: Any = None
         self._rack = rack
+        self._is_open = True
         self._back = session.declare_publisher(
             f"{BACK}/{process}", express=True, congestion_control=zenoh.CongestionControl.BLOCK
         )
         self._out = session.declare_subscriber(f"{OUT}/{process}", zenoh.handlers.FifoChannel(MOST_OUT))
-        self._bell = Bell(rack.loop, self._on_bell)
-        self._cycles: deque[bytes] = deque()
-        self._receiver = threading.Thread(target=self._receive, name=f"ring:{process}", daemon=True)
-        self._receiver.start()
         rack.connect(self._announce, self._back.put)
+        assert isinstance(rack.loop, SharedLoop)
+        self._turn = rack.loop.turn
+        rack.loop.invite(f"ring:{process}", self._receive)
 
     def close(self) -> None:
+        self._is_open = False
         self._rack.disconnect()
         endpoint.close(self._session)
-        self._receiver.join()
-        self._bell.close()
 
     def _announce(self, stations: Stations) -> None:
         """The new token is there before the old one goes."""
@@ -137,48 +134,18 @@ class ZenohLine:
         if former is not None:
             former.undeclare()
 
-    def _on_bell(self) -> None:
-        while self._cycles:
-            self._rack.on_spread(self._cycles.popleft())
-
     def _receive(self) -> None:
-        """A thread's whole life."""
-        receive, add, ring = self._out.recv, self._cycles.append, self._bell.ring
+        """A guest's whole life."""
+        receive, turn, on_spread = self._out.recv, self._turn, self._rack.on_spread
         while True:
             try:
-                sample = receive()
+                message = receive().payload.to_bytes()
             except zenoh.ZError:  # the session was closed
                 return
-            add(sample.payload.to_bytes())
-            ring()
-
-
-class Bell:
-    """Calls the loop from a thread: by an eventfd where there is one, which takes less than the loop's own way."""
-
-    def __init__(self, loop: asyncio.AbstractEventLoop, action: Callable[[], None]) -> None:
-        self._loop, self._action = loop, action
-        self._fd = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC) if hasattr(os, "eventfd") else None
-        if self._fd is not None:
-            loop.add_reader(self._fd, self._on_ring)
-
-    def ring(self) -> None:
-        """From any thread, until it is closed."""
-        if self._fd is not None:
-            os.write(self._fd, _ONE)
-        else:
-            _hand_over(self._loop, self._action)
-
-    def close(self) -> None:
-        if self._fd is not None:
-            self._loop.remove_reader(self._fd)
-            os.close(self._fd)
-            self._fd = None
-
-    def _on_ring(self) -> None:
-        assert self._fd is not None
-        os.read(self._fd, 8)
-        self._action()
+            with turn:
+                if not self._is_open:
+                    return
+                on_spread(message)
 
 
 class RingZenohSettings(RingStarSettings):
@@ -192,6 +159,7 @@ class RingZenohSettings(RingStarSettings):
 
 class RingZenoh(RingStar):
     about: ClassVar[str] = "SERCOS fibre ring, in real time over Zenoh"
+    has_guests: ClassVar[bool] = True
     # What comes in is taken up by the thread that reads it: half the wake-ups.  With `app` in it too, or `tx`,
     # messages are lost in bursts.
     environment: ClassVar[Mapping[str, str]] = {
