@@ -20,7 +20,7 @@ _ARMED_LATER = -1  # while timers are being called: arm once, when all are done
 
 
 class RealClock:
-    """All methods belong to the loop's thread."""
+    """All methods belong to whoever has the loop's turn: its thread, or a guest of a `SharedLoop`."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop

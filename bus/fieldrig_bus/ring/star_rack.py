@@ -25,7 +25,7 @@ class _Station:
 
 
 class Rack:
-    """All methods belong to the loop's thread."""
+    """All methods belong to whoever has the loop's turn."""
 
     def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
