@@ -12,7 +12,7 @@ from typing import Any
 
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.message import Cycle, RingMessage, decode
-from fieldrig_bus.ring.star import Stations
+from fieldrig_bus.ring.star import MOST_BEHIND, Stations
 from fieldrig_bus.ring.star_wire import decode_spread, encode_back
 
 log = logging.getLogger(__name__)
@@ -44,6 +44,7 @@ class Rack:
     def connect(self, announce: Callable[[Stations], None], reply: Callable[[bytes], None]) -> None:
         """There is a centre: tell it who is here, now and when that changes."""
         self._announce, self._reply = announce, reply
+        self._sequence = 0
         self._left.clear()
         self._tell()
 
@@ -76,6 +77,9 @@ class Rack:
             answers: RingMessage | None = decode(spread.answers) if spread.answers else None
         except ValueError as fault:
             log.debug("%s: %s", self._bus, fault)
+            return
+        if 0 < self._sequence - spread.sequence < MOST_BEHIND:  # further behind: the master began anew
+            log.debug("%s: cycle %d was overtaken on the way", self._bus, spread.sequence)
             return
         self._sequence = spread.sequence
         self._is_coming_back = True  # when all are done, not after each

@@ -1,16 +1,19 @@
 """`ring.zenoh`: the fibre ring in real time over Zenoh, also between machines.
 
 Sessions of its own, in a star on the master's: no scouting, no gossip, no time stamps, no shared memory, one priority,
-low latency.  One put a cycle reaches all processes, on a key with a star in it; one comes back from each.  A liveliness
-token tells who is there and which stations it has; it is gone the instant the process is.  At the centre what comes
-back waits in Zenoh for the next MST.  In a drive's process a guest of the loop waits for cycles and handles them: a
-sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when it is called back.
+low latency.  One put a cycle reaches all processes, on a key that all know: for one with a star in it Zenoh would look
+every time who is meant.  Only while a process stands still each of the others is sent its own.  One comes back from
+each.  A liveliness token tells who is there and which stations it has; it is gone the instant the process is.  At the
+centre what comes back waits in Zenoh for the next MST.  In a drive's process guests of the loop wait for cycles and
+handle them: a sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when a callback
+sends something.
 """
 
 import asyncio
 import logging
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
 from typing import Any, ClassVar, Final
 
 import zenoh
@@ -26,7 +29,7 @@ from fieldrig_bus.ring.star_rack import Rack
 
 log = logging.getLogger(__name__)
 
-OUT, BACK, HERE = "out", "back", "here"
+ALL, OUT, BACK, HERE = "all", "out", "back", "here"
 OBSERVER: Final = "observer"
 LONGEST_PATH: Final = 100
 """Of a Unix socket; the system's limit is 108, and Zenoh adds to it for its lock."""
@@ -53,7 +56,7 @@ class ZenohSpokes:
         self._session, self._star, self._loop = session, star, star.loop
         self._here: dict[str, dict[tuple[int, int], Stations]] = {}
         """Of each process, its tokens by age: the newest holds."""
-        self._all = self._publisher(f"{OUT}/*")
+        self._all = self._publisher(ALL)
         self._each: dict[str, zenoh.Publisher] = {}
         self._back = session.declare_subscriber(f"{BACK}/*", zenoh.handlers.FifoChannel(MOST_BACK))
         self._life = session.liveliness().declare_subscriber(f"{HERE}/**", _directly(self._on_life), history=True)
@@ -113,11 +116,12 @@ class ZenohLine:
         self._back = session.declare_publisher(
             f"{BACK}/{process}", express=True, congestion_control=zenoh.CongestionControl.BLOCK
         )
-        self._out = session.declare_subscriber(f"{OUT}/{process}", zenoh.handlers.FifoChannel(MOST_OUT))
         rack.connect(self._announce, self._back.put)
         assert isinstance(rack.loop, SharedLoop)
         self._turn = rack.loop.turn
-        rack.loop.invite(f"ring:{process}", self._receive)
+        for key in (ALL, f"{OUT}/{process}"):
+            out = session.declare_subscriber(key, zenoh.handlers.FifoChannel(MOST_OUT))
+            rack.loop.invite(f"ring:{key}", partial(self._receive, out.recv))
 
     def close(self) -> None:
         self._is_open = False
@@ -134,9 +138,9 @@ class ZenohLine:
         if former is not None:
             former.undeclare()
 
-    def _receive(self) -> None:
+    def _receive(self, receive: Callable[[], zenoh.Sample]) -> None:
         """A guest's whole life."""
-        receive, turn, on_spread = self._out.recv, self._turn, self._rack.on_spread
+        turn, on_spread = self._turn, self._rack.on_spread
         while True:
             try:
                 message = receive().payload.to_bytes()

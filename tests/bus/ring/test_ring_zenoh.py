@@ -13,6 +13,8 @@ from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, zenoh
 
 from fieldrig import endpoint
 from fieldrig.errors import BusError
+from fieldrig_bus.ring.message import Cycle
+from fieldrig_bus.ring.star_wire import encode_spread
 from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings, _stations_of, _token_of
 
 pytestmark = pytest.mark.system
@@ -53,7 +55,12 @@ def test_strangers_say_what_they_like(ring: StarRing) -> None:
         tokens: list[Any] = [
             session.liveliness().declare_token(f"here/{token}") for token in ("x", "x/y/z/a=1", "x/1/1/a=b")
         ]
-        for key, data in (("back/belt", b"\xff"), ("back/nobody", b"\0" * 12), ("out/belt", b"nonsense")):
+        for key, data in (
+            ("back/belt", b"\xff"),
+            ("back/nobody", b"\0" * 12),
+            ("all", b"nonsense"),
+            ("out/belt", b"nonsense"),
+        ):
             session.put(key, data)
         assert hearing(ring) == ALL_WELL
         for token in tokens:
@@ -72,6 +79,14 @@ def test_who_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) 
     ring.clock.handle(ring.master.begin)
     ring.pump(lambda: len(ring.drives["belt"].heard) > heard["belt"])
     assert len(ring.drives["lift"].heard) == heard["lift"]
+
+
+def test_a_cycle_that_another_has_overtaken_is_not_heard_any_more(ring: StarRing) -> None:
+    belt, rack = ring.drives["belt"], ring.buses["belt"].rack(ring.at["belt"])
+    before = len(belt.heard)
+    for number in (100, 99, 101, 1):  # 1: another master
+        rack.on_spread(encode_spread(number, 0, [(Cycle(number, b"\xff\x04", b""), ["belt"])], b"", 1))
+    assert [cycle.number for cycle in belt.heard[before:] if isinstance(cycle, Cycle)] == [100, 101, 1]
 
 
 def test_an_address_that_others_can_reach_asks_for_a_token(ring: StarRing, monkeypatch: pytest.MonkeyPatch) -> None:
