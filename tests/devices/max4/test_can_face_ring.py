@@ -50,12 +50,13 @@ def test_a_foreign_master_homes_an_axis_and_drives_it_to_a_position(bench: CanFa
     assert not bench.axis("belt").is_controlled
 
 
-def enable(bench: CanFaceBench, node: Any, mode: int) -> None:
-    node.sdo[0x6860].raw = mode
+def enable(bench: CanFaceBench, node: Any, mode: int, axis: int = 1) -> None:
+    first = 0x6000 + 0x800 * axis
+    node.sdo[first + 0x60].raw = mode
     for word in (0x06, 0x07, 0x0F):
-        node.sdo[0x6840].raw = word
+        node.sdo[first + 0x40].raw = word
     bench.run(300)
-    assert node.sdo[0x6841].raw & 0x6F == 0x27
+    assert node.sdo[first + 0x41].raw & 0x6F == 0x27
 
 
 @pytest.mark.parametrize("mode", [3, 9])
@@ -146,10 +147,7 @@ def test_6072_limits_the_torque_of_the_drive_whatever_moves_it() -> None:
         node.sdo[0x6072].raw = most
     bench.run(500)
     assert bench.rig.get("max4", "belt.TorqueLimit") == 150
-    node.sdo[0x6060].raw = 3
-    for word in (0x06, 0x07, 0x0F):
-        node.sdo[0x6040].raw = word
-    bench.run(300)
+    enable(bench, node, 3, axis=0)
     node.sdo[0x6083].raw = 2_000_000_000
     node.sdo[0x60FF].raw = 60_000_000
     torques = [bench.run(4).axis("belt").torque for _ in range(30)]
