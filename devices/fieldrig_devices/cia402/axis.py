@@ -61,8 +61,10 @@ class Cia402Axis(Service):
         self.on_home: Callable[[float], None] = lambda origin: None
         """Hears of each new origin, in increments."""
         self._reported = 0
-        self.last_error = 0
+        self._last_error = 0
         """Since power-on; resetting the fault doesn't change it (603Fh)."""
+        self._most_torque = objects.FULL_TORQUE
+        """As the motor was told; at first that is its own affair."""
         self._context.on_home = lambda origin: self.on_home(origin)
         self._connect()
 
@@ -71,8 +73,8 @@ class Cia402Axis(Service):
     def reset(self, scope: Reset) -> None:
         self._numbers.reload()
         self._context.refresh()
-        if self._numbers[objects.MAX_TORQUE] != objects.FULL_TORQUE:  # it was stored
-            self._motor.limit_torque(self._numbers[objects.MAX_TORQUE])
+        if self._numbers[objects.MAX_TORQUE] != self._most_torque:
+            self._limit_torque(self._numbers[objects.MAX_TORQUE])
         if scope is Reset.NODE:
             self.restart()
         else:
@@ -95,7 +97,7 @@ class Cia402Axis(Service):
         """Power-on, or another motor: nothing is enabled."""
         if self.machine.state in _ON:
             self.drive.disable()
-        self._reported = self.last_error = 0
+        self._reported = self._last_error = 0
         self._is_woken = True
         self.drive.restart()
         self._probes.restart()
@@ -125,12 +127,12 @@ class Cia402Axis(Service):
         numbers.on_write(objects.CONTROL_WORD, self._on_control)
         numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
-        numbers.on_write(objects.MAX_TORQUE, self._motor.limit_torque)
+        numbers.on_write(objects.MAX_TORQUE, self._limit_torque)
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)
         self._connect_modes()
         show(numbers, self._context, self._motor, self.drive)
-        numbers.read_by(objects.ERROR_CODE, lambda: self.last_error)
+        numbers.read_by(objects.ERROR_CODE, lambda: self._last_error)
         numbers.read_by(objects.STATUS_WORD, lambda: self.status_word)
 
     def _connect_modes(self) -> None:
@@ -162,6 +164,10 @@ class Cia402Axis(Service):
         self.drive.mode.control(self.machine.control_word, 0)
         self._show()
 
+    def _limit_torque(self, most: int) -> None:
+        self._most_torque = most
+        self._motor.limit_torque(most)
+
     def _on_outputs(self, _written: int) -> None:
         numbers = self._numbers.numbers
         self._motor.set_outputs(numbers[objects.OUTPUTS, 1], numbers[objects.OUTPUTS, 2])
@@ -188,7 +194,7 @@ class Cia402Axis(Service):
         error = self.drive.error if self.machine.state in _FAULTS else 0
         if error != self._reported:
             self._reported = error
-            self.last_error = error or self.last_error
+            self._last_error = error or self._last_error
             self.on_error(error)
 
     @property

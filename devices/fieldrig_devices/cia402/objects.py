@@ -96,9 +96,9 @@ DEVICE_TYPE: Final = 0x67FF
 SERVO_DRIVE: Final = 0x0002_0192
 """67FFh: profile 402, type servo drive."""
 NO_WINDOW: Final = 0xFFFF_FFFF
-FULL_TORQUE: Final = 4_000
-"""0.1 % of the rated torque, at first."""
 """6065h and 6067h: not watched."""
+FULL_TORQUE: Final = 4_000
+"""6072h at first, in 0.1 % of the rated torque."""
 BUFFER_SIZE: Final = 64
 
 

@@ -155,6 +155,9 @@ def test_6072_limits_the_torque_of_the_drive_whatever_moves_it() -> None:
     node.sdo[0x6072].raw = 60_000  # more than a drive has
     bench.run(500)
     assert bench.rig.get("max4", "belt.TorqueLimit") == 10_000
+    node.nmt.state = "RESET"  # nothing was stored
+    bench.run(500)
+    assert (node.sdo[0x6072].raw, bench.rig.get("max4", "belt.TorqueLimit")) == (4_000, 4_000)
 
 
 SWITCHES = {"I_bNeg": (-(2**40), -300_000), "I_bPos": (400_000, 2**40), "I_bHome": (50_000, 100_000)}
