@@ -27,7 +27,6 @@ from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
-from fieldrig_devices.sercos.telegram import CONFIGURED, STANDARD, Telegrams
 
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
@@ -265,20 +264,13 @@ class RingSide:
         self._slack_ns = self._cycle_ns // 2
         machine.cycle_steps = self._cycle_ns // INNER_NS
         machine.rearrange()
-        telegrams = self._telegrams()
+        telegrams = self.slave.telegrams
         self._places = {idn: place for place, idn in enumerate(telegrams.mdt, HEAD_VALUES)}
         self._feedback = Feedback(machine, table, telegrams.at, self._number_of)
 
     def _number_of(self, idn: int) -> Number:
         datum = self._table[idn]
         return self._numbers.get(idn) or (lambda: datum.number)
-
-    def _telegrams(self) -> Telegrams:
-        table = self._table
-        kind = table[15].number & 7
-        if kind == CONFIGURED:
-            return Telegrams(tuple(table[24].numbers), tuple(table[16].numbers))
-        return STANDARD.get(kind, STANDARD[0])
 
     def on_ring_failure(self) -> None:
         self._machine.fail(Code.RING)
@@ -288,7 +280,7 @@ class RingSide:
         mode = self._table[32].number
         if phase == 3:
             return []
-        mdt = self._telegrams().mdt
+        mdt = self.slave.telegrams.mdt
         is_given = not mdt or idns.MODE_COMMANDS.get(mode & 7) in mdt
         return [] if mode in idns.MODES and is_given else [32]
 

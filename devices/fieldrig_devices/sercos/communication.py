@@ -58,8 +58,7 @@ class Layout(NamedTuple):
     mdt_length: int
     """Of the MDT's data, without the address."""
     mdt: tuple[str, ...]
-    at: tuple[str, ...]
-    """Codes of the values in the records."""
+    """Codes of the values in a record of it."""
 
 
 class Communication:
@@ -130,8 +129,13 @@ class Communication:
     def count_mdt_failure(self) -> None:
         self._mdt_failures.set(min(self._mdt_failures.number + 1, 0xFFFF))
 
-    def telegrams(self) -> Telegrams | None:
-        """As S-0-0015 picks them; None if there is no such type."""
+    @property
+    def telegrams(self) -> Telegrams:
+        """As S-0-0015 picks them, once that is right."""
+        return self._telegrams() or STANDARD[0]
+
+    def _telegrams(self) -> Telegrams | None:
+        """None if there is no such type."""
         kind = self._table[15].number & 7
         if kind == CONFIGURED:
             return Telegrams(tuple(self._table[24].numbers), tuple(self._table[16].numbers))
@@ -139,9 +143,8 @@ class Communication:
 
     def layout(self) -> Layout:
         """Of what `invalid` has found right."""
-        telegrams = self.telegrams() or STANDARD[0]
-        mdt, at = ([code_of(self._table, idn) for idn in idns] for idns in telegrams)
-        return Layout(self._table[9].number, self._table[10].number, tuple(mdt), tuple(at))
+        mdt = tuple(code_of(self._table, idn) for idn in self.telegrams.mdt)
+        return Layout(self._table[9].number, self._table[10].number, mdt)
 
     def invalid(self) -> list[int]:
         """The IDNs of CP2 whose values can't be."""
@@ -163,7 +166,7 @@ class Communication:
         return sorted({*invalid, *self._invalid_records(value[9], value[10])})
 
     def _invalid_records(self, position: int, mdt_length: int) -> list[int]:
-        telegrams = self.telegrams()
+        telegrams = self._telegrams()
         if telegrams is None:
             return [15]
         mdt, at = ([code_of(self._table, idn) for idn in idns] for idns in telegrams)

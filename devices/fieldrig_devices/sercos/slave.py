@@ -18,7 +18,7 @@ from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
-from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, record
+from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, Telegrams, record
 
 MOST_MISSED: Final = 2
 """Telegrams in a row that end CP3 and CP4."""
@@ -103,6 +103,11 @@ class SercosSlave:
         self._patience_ns: int = getattr(link, "patience_ns", 0)
         """That a ring in real time has with a computer that is busy."""
         link.on_receive(self._on_message, [["drive", address]])
+
+    @property
+    def telegrams(self) -> Telegrams:
+        """IDNs in its records; from CP3 on they stay."""
+        return self._data.telegrams
 
     def clear_failures(self) -> None:
         """S-0-0099, reset of class 1 diagnostics."""
