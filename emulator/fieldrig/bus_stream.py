@@ -40,6 +40,12 @@ class BusStream:
         self._data = control.stream(f"trace/{bus.name}", self._on_data_wanted)
         self._text = control.stream(f"watch/{bus.name}", self._on_text_wanted)
 
+    def begin(self, epoch_ns: int) -> None:
+        """From now on messages may come; whoever has listened since before the answer to our last question gets all."""
+        self.epoch_ns = epoch_ns
+        self._data.look()
+        self._text.look()
+
     def add(self, delivery: Delivery[Any]) -> None:
         self._pending.append((delivery.time_ns, delivery.sender, delivery.message))
         if len(self._pending) >= FULL:

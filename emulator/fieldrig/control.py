@@ -96,18 +96,13 @@ class Control:
         life = self.session.liveliness()
         self._keep(life.declare_subscriber(key(self.rig, path), _directly(on_sample), history=True))
 
-    def stream(self, path: str, on_listeners: Callable[[bool], None]) -> zenoh.Publisher:
-        """A publisher that knows whether anybody listens: `on_listeners` is called whenever that changes."""
-        publisher = self.session.declare_publisher(key(self.rig, path))
-
-        def on_matching(status: zenoh.MatchingStatus) -> None:
-            self._hand_over(on_listeners, status.matching)
-
-        self._keep(publisher, publisher.declare_matching_listener(_directly(on_matching)))
-        # The binding calls it a bool in its stubs; it is a MatchingStatus.
-        status: Any = publisher.matching_status
-        on_listeners(status.matching)
-        return publisher
+    def stream(self, path: str, on_listeners: Callable[[bool], None]) -> "Stream":
+        """What knows whether anybody listens: `on_listeners` is called now, and whenever that may have changed."""
+        stream = Stream(self.session.declare_publisher(key(self.rig, path)), on_listeners)
+        on_matching = _directly(lambda _status: self._hand_over(stream.look))
+        self._keep(stream, stream.publisher.declare_matching_listener(on_matching))
+        stream.look()
+        return stream
 
     async def ask(self, path: str, message: Any, timeout_s: float) -> Any:
         """The answer to one query.  ControlError if it is negative, or nobody answers in time."""
@@ -158,6 +153,27 @@ class Control:
         task = self._loop.create_task(_answer(query, place, answer))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+
+class Stream:
+    """Says something whenever it has to, and knows whether anybody listens."""
+
+    def __init__(self, publisher: zenoh.Publisher, on_listeners: Callable[[bool], None]) -> None:
+        self.publisher = publisher
+        self._on_listeners = on_listeners
+
+    def put(self, message: str) -> None:
+        self.publisher.put(message)
+
+    def look(self) -> None:
+        """Whether anybody listens at this moment.
+
+        Zenoh tells of a listener some milliseconds after it knew.  Who was there before an answer was given is known
+        to this session when the answer comes.
+        """
+        # The binding calls it a bool in its stubs; it is a MatchingStatus.
+        status: Any = self.publisher.matching_status
+        self._on_listeners(status.matching)
 
 
 async def _answer(query: zenoh.Query, place: str, answer: Answer) -> None:

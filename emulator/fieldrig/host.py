@@ -96,7 +96,7 @@ class Host:
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         terms = await self._join(control)
         for stream in self._streams:
-            stream.epoch_ns = terms["epoch_ns"]
+            stream.begin(terms["epoch_ns"])
         await process.attach(self._config.start_timeout_s)
         process.start()
         for device_name, device in process.devices.items():

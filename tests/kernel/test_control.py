@@ -158,6 +158,24 @@ def test_a_stream_knows_whether_anybody_listens(endpoint: str) -> None:
     asyncio.run(run())
 
 
+def test_after_an_answer_a_stream_knows_who_listened_before_it_was_given(endpoint: str) -> None:
+    async def run() -> None:
+        rig = Control(endpoints.listen(endpoint), "lab")
+        rig.listen_to("trace/*", lambda _bus, _batch: None)
+        rig.serve("rig/*", echo)
+        for _ in range(10):
+            process = Control(endpoints.connect(endpoint), "lab")
+            listeners: list[bool] = []
+            stream = process.stream("trace/can0", listeners.append)
+            await process.ask("rig/join", {}, 5.0)
+            stream.look()
+            assert listeners[-1]
+            await process.close()
+        await rig.close()
+
+    asyncio.run(run())
+
+
 def test_a_tool_asks_one_or_all(endpoint: str) -> None:
     async def run() -> None:
         async with rig_and_process(endpoint) as (rig, process):
