@@ -51,6 +51,7 @@ class RingEnd:
         self._bus, self.at = bus, at
         self.patience_ns = bus.settings.patience_ms * MS
         """Devices at both ends forgive as much."""
+        self.common = bus.rack(at).common
 
     def send(self, message: RingMessage) -> None:
         if isinstance(message, bytes):

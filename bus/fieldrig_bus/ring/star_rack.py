@@ -30,6 +30,8 @@ class Rack:
     def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
         self._bus = bus
+        self.common: dict[type, Any] = {}
+        """See `fieldrig.link.shared`."""
         self._stations: dict[str, _Station] = {}
         self._places: dict[str, int] = {}
         self._announce: Callable[[Stations], None] | None = None

@@ -62,12 +62,22 @@ class Application(Protocol):
         """IDNs whose values don't allow this phase, 3 or 4."""
 
 
+class StandIn(Protocol):
+    """Has the ATs of a drive that has no other part in a cycle."""
+
+    def take(self, cycle: Cycle) -> bytes | None:
+        """The AT of this cycle; None: the drive has to see to it itself, from now on."""
+
+    def end(self) -> None:
+        """The drive sees to it itself, from now on: its `stand_in` is None, and `take_up` was called."""
+
+
 class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
         "_heard_before", "_info", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
         "_missed_msts", "_offset", "_patience_ns", "_service", "_values", "_values_of",
-        "_waits_for_0", "_watch", "_word", "address", "failures", "phase", "table",
+        "_waits_for_0", "_watch", "_word", "address", "failures", "layout", "phase", "stand_in", "table", "then",
     )  # fmt: skip
 
     def __init__(
@@ -91,6 +101,8 @@ class SercosSlave:
         self._waits_for_0 = True
         """After power-on and after a failure: it joins when the master begins anew."""
         self._is_fast = False
+        self.layout = self._data.layout()
+        """Of its record in the MDT; from CP3 on it stays."""
         self._offset, self._mdt_length = 0, 0
         self._values_of = record(()).unpack_from
         self._word = self._info = 0
@@ -100,6 +112,10 @@ class SercosSlave:
         """Cycles."""
         self._heard_before = -1
         self._watch: Timer | None = None
+        self.stand_in: StandIn | None = None
+        """Takes the cycles of CP4 in its place."""
+        self.then: Callable[[bytes, Cycle], None] | None = None
+        """Called once, with the AT that was left and its cycle."""
         self._patience_ns: int = getattr(link, "patience_ns", 0)
         """That a ring in real time has with a computer that is busy."""
         link.on_receive(self._on_message, [["drive", address]])
@@ -118,6 +134,12 @@ class SercosSlave:
     def _on_message(self, message: RingMessage) -> None:
         if message.__class__ is not Cycle:
             return
+        if self.stand_in is not None:
+            at = self.stand_in.take(message)
+            if at is not None:
+                self._heard += 1
+                self._leave(at)
+                return
         mdt = message.mdt
         if not self._is_fast or message.mst != RUNNING_MST or len(mdt) != self._mdt_length or mdt[0] != BROADCAST:
             self._on_cycle(message)
@@ -133,7 +155,15 @@ class SercosSlave:
         word = status | self._change_bit | service.status
         if word != self._word or service.info != self._info:
             self._lay_head(word, service.info)
-        self._leave(self._at_head + feedback)
+        at = self._at_head + feedback
+        self._leave(at)
+        if self.then is not None:
+            then, self.then = self.then, None
+            then(at, message)
+
+    def take_up(self, mdt: bytes) -> None:
+        """Go on where the stand-in has ended, which has heard this MDT last."""
+        self._values = self._values_of(mdt, self._offset)
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
@@ -168,6 +198,7 @@ class SercosSlave:
         if self.phase == 4:
             go_on = self._application.on_cycle if is_heard else self._application.on_missed_cycle
             self._send(*go_on(self._values))
+            self.then = None
         elif self.phase == 3:
             self._send(self._application.status(), self._application.feedback())
 
@@ -266,7 +297,7 @@ class SercosSlave:
         self._application.on_phase(phase)
 
     def _lay_out(self) -> None:
-        layout = self._data.layout()
+        self.layout = layout = self._data.layout()
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
         self._values_of = record(layout.mdt).unpack_from
         self._values = (0,) * (HEAD_VALUES + len(layout.mdt))
@@ -282,6 +313,8 @@ class SercosSlave:
 
     def _on_command_end(self, has_ended: bool) -> None:
         self._change_bit = words.COMMAND_CHANGED if has_ended else 0
+        if self.stand_in is not None:
+            self.stand_in.end()
 
     def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
         """Make the datum `idn` a procedure command of the application's."""

@@ -13,6 +13,8 @@ RUN: Final = 0x2000
 """Halt/restart: 1 lets the drive follow its command values."""
 IPOSYNC: Final = 0x0400
 MODE_MASK: Final = 0x0300
+APPLICATION_MASK: Final = DRIVE_ON | ENABLE | RUN | MODE_MASK
+"""What of it is the drive's affair, not the interface's."""
 REAL_TIME_2: Final = 0x0080
 REAL_TIME_1: Final = 0x0040
 # status word

@@ -8,6 +8,7 @@ from fieldrig.clock import VirtualClock
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.ring.message import Cycle, RingMessage
 from fieldrig_devices.sercos import words
+from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import Attribute, Code, Format, Length, ServiceError
 from fieldrig_devices.sercos.service import ServiceClient
@@ -32,9 +33,10 @@ class Bare:
         self.failures = 0
         self.heard: list[tuple[int, ...]] = []
         self.missed = 0
+        self.missed_after: tuple[int, ...] = ()
         self.slave = SercosSlave(VirtualClock(), self.link, ADDRESS, self.table, self)
         self.client = ServiceClient()
-        self._number = 0
+        self.number = 0
         for idn, value in TIMES.items():
             self.table[idn].set(value)
 
@@ -46,6 +48,7 @@ class Bare:
 
     def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         self.missed += 1
+        self.missed_after = values[2:]
         return words.POWERED, bytes(4)
 
     def status(self) -> int:
@@ -67,8 +70,8 @@ class Bare:
 
     def cycle(self, phase: int | None, mdt: bytes = b"") -> bytes:
         """The AT that it left.  None: no MST came."""
-        self._number += 1
-        self.link.deliver(Cycle(self._number, b"" if phase is None else bytes((0xFF, phase)), mdt))
+        self.number += 1
+        self.link.deliver(Cycle(self.number, b"" if phase is None else bytes((0xFF, phase)), mdt))
         sent = self.link.take()
         at = sent[0] if sent else b""
         assert isinstance(at, bytes)
@@ -227,3 +230,62 @@ def test_data_without_an_end_are_refused() -> None:
         if server.status & 4:
             break
     assert (server.status & 4, server.info) == (4, Code.TOO_LONG)
+
+
+class Understudy:
+    """Has so many ATs, and then no more."""
+
+    def __init__(self, bare: Bare, count: int) -> None:
+        self._bare, self._left = bare, count
+
+    def take(self, cycle: Cycle) -> bytes | None:
+        if not self._left:
+            self.end()
+            return None
+        self._left -= 1
+        return b"\5stand-in"
+
+    def end(self) -> None:
+        self._bare.slave.stand_in = None
+        self._bare.slave.take_up(MDT[:5] + bytes.fromhex("07000000"))
+
+
+def test_stand_in_gives_the_at_until_it_has_none_and_the_drive_takes_up() -> None:
+    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
+    heard = len(bare.heard)
+    bare.slave.stand_in = Understudy(bare, 2)
+    assert [bare.cycle(4, MDT) for _ in range(2)] == [b"\5stand-in"] * 2
+    assert len(bare.heard) == heard
+    assert bare.cycle(4, b"")[:1] == bytes((ADDRESS,)), "its own: there is no stand-in any more"
+    assert (bare.missed, bare.missed_after) == (1, (7,)), "the last MDT is that of the stand-in"
+    assert bare.cycle(4, MDT)[:1] == bytes((ADDRESS,))
+    assert len(bare.heard) == heard + 1
+
+
+def test_command_that_ends_meanwhile_is_shown_by_the_drive_itself() -> None:
+    bare = Bare()
+    commands: list[Command] = []
+    bare.table.add(Datum(170, "probing cycle", Attribute(Length.TWO, is_command=True), 0))
+    bare.slave.command(170, commands.append)
+    bare.in_phase(4)
+    assert bare.write(170, b"\3\0") == b""
+    bare.slave.stand_in = Understudy(bare, 10)
+    commands[0].finish()
+    assert int.from_bytes(bare.cycle(4, MDT)[1:3], "little") & words.COMMAND_CHANGED
+
+
+def test_what_comes_then_is_told_the_at_and_its_cycle_once() -> None:
+    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
+    told: list[tuple[bytes, int]] = []
+    bare.slave.then = lambda at, cycle: told.append((at, cycle.number))
+    at = bare.cycle(4, MDT)
+    bare.cycle(4, MDT)
+    assert told == [(at, bare.number - 1)]
+
+
+def test_what_comes_then_is_not_told_a_disturbed_cycle_nor_kept_for_the_next() -> None:
+    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
+    bare.slave.then = lambda at, cycle: pytest.fail("told")
+    bare.cycle(4, b"")
+    bare.cycles([4] * 3, MDT)
+    assert bare.slave.phase == 4
