@@ -15,6 +15,7 @@ from typing import Final
 
 from fieldrig_devices.mc4.folded import (
     INNER_S,
+    Arrangement,
     Following,
     Gains,
     Limits,
@@ -91,6 +92,15 @@ class Axis:
         self._most_way = most_way_of(limits, cycle_steps)
         self._cycle = folded(plant, gains, limits, cycle_steps, self._dry_nm)
         self._stir()
+
+    @property
+    def arrangement(self) -> Arrangement:
+        return Arrangement(self._plant, self._gains, self._limits, self._cycle_steps, self._dry_nm, self._lead_gain)
+
+    @property
+    def is_stiff(self) -> bool:
+        """The load has no coupling that twists."""
+        return self._plant.elastic is None
 
     @property
     def limits(self) -> Limits:
@@ -181,8 +191,7 @@ class Axis:
         """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it."""
         if not self._is_folded:
             return None
-        arrangement = self._plant, self._gains, self._limits, self._cycle_steps, self._dry_nm
-        return following(*arrangement, self._lead_gain, numbers)
+        return following(self.arrangement, numbers)
 
     def cycle(self) -> None:
         """One cycle further."""

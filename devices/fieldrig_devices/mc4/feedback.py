@@ -12,7 +12,17 @@ from fieldrig_devices.sercos.telegram import code_of
 
 
 class Feedback:
-    __slots__ = ("_codes", "_idns", "_machine", "_moving", "_moving_record", "_numbers", "_standing_record", "standing")
+    __slots__ = (
+        "_codes",
+        "_idns",
+        "_machine",
+        "_moving",
+        "_moving_record",
+        "_numbers",
+        "_standing_record",
+        "size",
+        "standing",
+    )
 
     def __init__(
         self, machine: Machine, table: IdnTable, idns: Sequence[int], number_of: Callable[[int], Number]
@@ -27,16 +37,23 @@ class Feedback:
         self._idns, self._codes = tuple(idns[:first]), "".join(codes[:first])
         self._moving_record = struct.Struct("<" + self._codes)
         self._moving: Callable[[], tuple[int, ...]] = lambda: tuple(number() for number in numbers[:first])
-        if self._is_of_the_axis:
+        if self.is_of_the_axis:
             self._moving = moving_numbers(machine, self._idns)
         self._numbers = numbers[first:]
         self._standing_record = struct.Struct("<" + "".join(codes[first:]))
+        self.size = self._moving_record.size + self._standing_record.size
+        """Bytes."""
         self.standing = b""
         """The last values: they only change when the machine is looked at."""
         self.refresh()
 
     @property
-    def _is_of_the_axis(self) -> bool:
+    def moving(self) -> tuple[tuple[int, ...], str]:
+        """IDNs of what the axis moves, and their codes."""
+        return self._idns, self._codes
+
+    @property
+    def is_of_the_axis(self) -> bool:
         """Nothing else is among what moves."""
         return all(idn in MOVING for idn in self._idns)
 
@@ -49,6 +66,6 @@ class Feedback:
 
     def following(self, axis: Axis) -> Following | None:
         """A cycle of the axis that gives what comes before `standing`; None: there is more than it knows."""
-        if not self._is_of_the_axis:
+        if not self.is_of_the_axis:
             return None
         return axis.following(following_numbers(self._machine, self._idns, self._codes))

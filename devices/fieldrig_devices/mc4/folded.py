@@ -14,8 +14,7 @@ nothing is limited a cycle of n steps is M^n, whose rows are written out as Pyth
 over lists).  Whether anything could have been limited on the way is seen from how far the state is from the steady one
 of this set speed: `reach` bounds set torque and speeds over all steps of the cycle.
 
-Forty axes as arrays of numpy were tried in its place, from MDT to ATs: in a running rig the calls for a cycle of all
-took 80 us, as long as forty axes here, and they don't take less for ten.
+Many axes of a process go by the same map as arrays (`axis_array`).
 """
 
 import struct
@@ -214,6 +213,19 @@ Following = Callable[[Moving, int, float], bytes | None]
 None, and nothing is done, at rest, if a limit may be met, or the following error comes to the last argument, in rad."""
 
 
+class Arrangement(NamedTuple):
+    """What an axis is made of, and goes by, cycle for cycle."""
+
+    plant: Plant
+    gains: Gains
+    limits: Limits
+    steps: int
+    """In a cycle."""
+    dry_nm: float
+    lead_gain: float
+    """Set torque, in N m, per increment by which the way of a cycle is longer than that of the one before."""
+
+
 class Numbers(NamedTuple):
     """What of a cycle is to be told."""
 
@@ -235,10 +247,9 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
 
 
 @lru_cache(maxsize=256)
-def following(
-    plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float, lead_gain: float, numbers: Numbers
-) -> Following:
+def following(arrangement: Arrangement, numbers: Numbers) -> Following:
     """`folded` and what comes after it, in one."""
+    plant, gains, limits, steps, dry_nm, lead_gain = arrangement
     most_way = most_way_of(limits, steps)
     lines = [
         "def following(axis, wanted, most_error):",
@@ -267,7 +278,7 @@ def most_way_of(limits: Limits, steps: int) -> int:
 
 def _moving(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float, *, refusal: str) -> list[str]:
     """The states after a cycle, as `new_e` and so on."""
-    rows_of_states, weights = _fold(plant, gains, limits, steps)
+    rows_of_states, weights = fold(plant, gains, limits, steps)
     names = ["e", "v", "i", "t", "w", "l"][: len(weights)]
     bound = " + ".join(
         f"{weight!r} * ({name} if {name} > 0.0 else -{name})"
@@ -315,7 +326,7 @@ def _kept(plant: Plant) -> list[str]:
 
 
 @lru_cache(maxsize=256)
-def _fold(plant: Plant, gains: Gains, limits: Limits, steps: int) -> tuple[Matrix, Row]:
+def fold(plant: Plant, gains: Gains, limits: Limits, steps: int) -> tuple[Matrix, Row]:
     """Of all steps together: what the states come to, and what part of a limit their distances may take up."""
     states = 6 if plant.elastic else 4
     step = step_matrix(plant, gains)

@@ -12,32 +12,34 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import US, Clock
-from fieldrig.link import Link
+from fieldrig.link import Link, shared
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS
+from fieldrig_devices.mc4.axis import INCREMENTS, Axis
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.folded import INNER_NS, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
+from fieldrig_devices.mc4.seat import Groups, Seat, Shape, Telling
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
+from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, size
 
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
-CONTROL_BITS: Final = words.DRIVE_ON | words.ENABLE | words.RUN | words.MODE_MASK
+CONTROL_BITS: Final = words.APPLICATION_MASK
 
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error", "_numbers", "_place",
-        "_places", "_slack_ns", "_states_seen", "_status", "_steady_control", "_table", "_until_ns", "_value",
-        "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_groups", "_machine", "_most_error", "_numbers",
+        "_place", "_places", "_seat", "_seats", "_slack_ns", "_states_seen", "_status", "_steady_control", "_table",
+        "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave", "telling",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -60,8 +62,15 @@ class RingSide:
         self._numbers |= {134: lambda: self._control, 135: lambda: self._status}
         for idn, number in self._numbers.items():
             self._show(idn, number)
-        self.on_moved: Callable[[], None] | None = None
+        self.on_moved: Callable[[Axis], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
+        self.telling: Telling | None = None
+        """How `on_moved` tells others, if they need not be told as long as they know it."""
+        self._groups = shared(ring, Groups)
+        self._seats: dict[tuple[Shape, int], Seat] = {}
+        """By what they are for, and where the record lies in the MDT."""
+        self._seat: Seat | None = None
+        """Among the drives of this process that have the same telegrams."""
         self._feedback = Feedback(machine, table, (), self._number_of)
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
@@ -85,25 +94,27 @@ class RingSide:
     def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         control = values[0]
         now_ns, machine = self._clock.now_ns(), self._machine
+        if now_ns >= self._until_ns:
+            self._look_at_slow_things()
         at_ns = machine.at_ns + self._cycle_ns
         lead_ns = now_ns - at_ns
         is_late = lead_ns and not -self._slack_ns < lead_ns < self._slack_ns
         if is_late or control & CONTROL_BITS != self._steady_control:
             return self._look(values, lead_ns)
-        if now_ns >= self._until_ns:
-            self._look_at_slow_things()
         machine.at_ns = at_ns
-        axis, value = machine.axis, values[self._place]
+        axis, value = machine.axis_alone, values[self._place]
         if self._following is not None:
             moved = self._following(axis, value, self._most_error)
             if moved is not None:
                 if self.on_moved is not None:
-                    self.on_moved()
+                    self.on_moved(axis)
+                if self._seat is not None and self._seat.gathers:
+                    self.slave.then = self._seat.gather
                 return self._status, moved + self._feedback.standing
         axis.cycle()
         self._value(value)
         if self.on_moved is not None:
-            self.on_moved()
+            self.on_moved(axis)
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         return self._status, self.feedback()
@@ -133,14 +144,16 @@ class RingSide:
     def feedback(self) -> bytes:
         return self._feedback.encode()
 
-    def _look_at_slow_things(self) -> None:
-        machine = self._machine
+    def _look_at_slow_things(self) -> bool:
+        """Whether all else is as before."""
+        machine, status = self._machine, self._status
         is_otherwise = machine.look_at_slow_things()
         self._until_ns = machine.next_slow_ns
         if is_otherwise:
-            machine.look()
+            self._steady_control = -1
         elif machine.thermal.warnings != self._warnings or self._table[98].number:
             self._status = self._status_word()
+        return not is_otherwise and self._status == status
 
     def _on_control(self, control: int) -> None:
         before, self._control = self._control, control
@@ -182,6 +195,9 @@ class RingSide:
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
         self._feedback.refresh()
+        if self._seat is not None:
+            is_settled = self._steady_control >= 0 and (self.on_moved is None or self.telling is not None)
+            self._seat.offer(is_settled and self._following is not None and axis.is_stiff, self._most_error)
 
     # ---- status
 
@@ -267,6 +283,24 @@ class RingSide:
         telegrams = self.slave.telegrams
         self._places = {idn: place for place, idn in enumerate(telegrams.mdt, HEAD_VALUES)}
         self._feedback = Feedback(machine, table, telegrams.at, self._number_of)
+        self._seat = self._find_seat()
+
+    def _find_seat(self) -> Seat | None:
+        place, layout = self._places.get(idns.MODE_COMMANDS[3], 0), self.slave.layout
+        if not place or not self._feedback.is_of_the_axis:
+            return None
+        shape = Shape(
+            self._cycle_ns // US,
+            1 + layout.mdt_length,
+            HEAD_BYTES + size(layout.mdt[: place - HEAD_VALUES]),
+            AT_HEAD.size + self._feedback.size,
+            *self._feedback.moving,
+        )
+        key = shape, layout.position
+        if key not in self._seats:
+            group, look = self._groups.of(shape), self._look_at_slow_things
+            self._seats[key] = Seat(group, self._clock, self._machine, self.slave, look, self.telling)
+        return self._seats[key]
 
     def _number_of(self, idn: int) -> Number:
         datum = self._table[idn]
