@@ -4,20 +4,23 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from device_of import device_of
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
+from fieldrig_devices.mc4.drive import Mc4
+from fieldrig_devices.mc4.seat import FEWEST
 
 PLATE = Path(__file__).parents[2] / "configs/plates/sm-100-30-080.yaml"
 DRIVES = {"belt": 3, "lift": 1, "knife": 2}
+MANY = {f"axis{address}": address for address in range(1, FEWEST + 3)}
 Line = tuple[int, str, str, bytes]
 
 
-def trace_of(seed: int, processes: str) -> list[Line]:
-    """From power-on to a ring in operation, through distortion by chance, a break and its healing."""
-    rig = {
+def line_of(drives: dict[str, int], seed: int, processes: str) -> dict[str, Any]:
+    return {
         "time": "virtual",
         "seed": seed,
         "processes": processes,
@@ -26,7 +29,7 @@ def trace_of(seed: int, processes: str) -> list[Line]:
             "max4": {
                 "kind": "max4",
                 "links": {"ring": "ring0", "wires": "wires"},
-                "drives": {name: {"ring_address": address} for name, address in DRIVES.items()},
+                "drives": {name: {"ring_address": address} for name, address in drives.items()},
             },
             **{
                 name: {
@@ -35,16 +38,21 @@ def trace_of(seed: int, processes: str) -> list[Line]:
                     "motor": {"name_plate": str(PLATE)},
                     "links": {"ring": "ring0", "wires": "wires"},
                 }
-                for name, address in DRIVES.items()
+                for name, address in drives.items()
             },
         },
     }
-    lines: list[Line] = []
 
-    def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:
-        lines.append((delivery.time_ns, bus.name, delivery.sender, bus.encode(delivery.message)))
 
-    with Rig(from_dict(rig), on_delivery) as running:
+class Lines(list[Line]):
+    def on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        self.append((delivery.time_ns, bus.name, delivery.sender, bus.encode(delivery.message)))
+
+
+def trace_of(seed: int, processes: str) -> list[Line]:
+    """From power-on to a ring in operation, through distortion by chance, a break and its healing."""
+    lines = Lines()
+    with Rig(from_dict(line_of(DRIVES, seed, processes)), lines.on_delivery) as running:
         running.run_until(1_800 * MS)
         running.add_fault("ring0", {"what": "distort", "station": "lift", "telegram": "at", "probability": 0.3})
         running.run_until(1_900 * MS)
@@ -60,6 +68,33 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
     assert len(first) > 1_000
     assert first == trace_of(7, "one")
     assert first != trace_of(8, "one")
+
+
+def many_at_work(processes: str) -> tuple[list[Line], int]:
+    """Enabled, pulled at, asked; and how many of them are moved together in the end."""
+    lines = Lines()
+    with Rig(from_dict(line_of(MANY, 7, processes)), lines.on_delivery) as running:
+        running.run_until(2_400 * MS)
+        for name in MANY:
+            running.set("max4", f"{name}.ControllerEnable", True)
+        running.run_until(3_200 * MS)
+        for torque_nm, name in enumerate(list(MANY)[:6]):
+            running.set(name, "load_torque", torque_nm / 3)
+            running.run_until(running.now_ns + 9 * MS)
+        running.add_fault("ring0", {"what": "distort", "station": "axis9", "telegram": "mdt", "count": 1})
+        running.run_until(running.now_ns + 70 * MS)
+        riding = 0
+        if processes == "one":
+            riding = sum(device_of(running, name, Mc4).machine.ride is not None for name in MANY)
+    return lines, riding
+
+
+@pytest.mark.system
+def test_drives_moved_together_in_one_process_say_what_each_says_in_its_own() -> None:
+    together, riding = many_at_work("one")
+    alone, _ = many_at_work("each")
+    assert riding >= FEWEST
+    assert together == alone
 
 
 @pytest.mark.system
