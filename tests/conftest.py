@@ -1,5 +1,11 @@
+import signal
+
 import addresses
 import pytest
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # a shell turns it off for what it starts in the background; rigs would take that for the user's wish
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
 
