@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from report import Report, progress
 from running_rig import RunningRig, until
@@ -24,6 +25,7 @@ from fieldrig.clock import S
 from fieldrig.config import from_dict
 from fieldrig.control import Client
 from fieldrig.rig import Rig
+from fieldrig_devices.mc4 import seat
 
 HERE = Path(__file__).parent
 DEVICES = HERE / "ring_devices.py"
@@ -33,6 +35,8 @@ SECONDS = 10.0
 SETTLING_S = 0.5
 """After all processes were asked how they are: with smaps, that takes each of them the better part of a cycle."""
 VIRTUAL_S = 2.0
+ALONE = "full, each moved alone"
+"""Not together as arrays."""
 CAN_BE_REALTIME = hasattr(os, "geteuid") and os.geteuid() == 0
 
 
@@ -153,14 +157,15 @@ def _sum(processes: dict[str, Any], what: str) -> float:
     return sum(float(process[what] or 0) for process in processes.values())
 
 
-def virtual(*, is_full: bool) -> float:
+def virtual(drives: str) -> float:
     """Simulated seconds in one of the wall, at 4 ms in one process."""
     rig = {
         "time": "virtual",
         "buses": {"ring0": {"kind": "ring.virtual", "mbaud": 16}},
-        "devices": devices(4_000, 1_000, DRIVES, is_full=is_full),
+        "devices": devices(4_000, 1_000, DRIVES, is_full=drives != "empty"),
     }
-    with Rig(from_dict(rig, HERE)) as running:
+    fewest = DRIVES + 1 if drives == ALONE else seat.FEWEST
+    with patch.object(seat, "FEWEST", fewest), Rig(from_dict(rig, HERE)) as running:
         running.run_until(12 * S)  # all swing
         assert running.get("max4", "moving") == DRIVES
         start_s, start_ns = time.perf_counter(), running.now_ns
@@ -183,9 +188,9 @@ def run() -> Report:
             for drives, measured_ones in outcomes.items():
                 report.add(case.what + load, drives, *measured_ones[number].cells())
     progress("ring: virtual time")
-    for drives in ("full", "empty"):
+    for drives in ("full", ALONE, "empty"):
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # memory is in order there
-            speed = fresh.submit(virtual, is_full=drives == "full").result()
+            speed = fresh.submit(virtual, drives).result()
         report.add("virtual time, one process, 4 ms", drives, f"{speed:.1f} s in a second", *"----")
     return report
 
