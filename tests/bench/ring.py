@@ -34,7 +34,7 @@ DRIVES = 40
 SECONDS = 10.0
 SETTLING_S = 0.5
 """After all processes were asked how they are: with smaps, that takes each of them the better part of a cycle."""
-VIRTUAL_S = 2.0
+VIRTUAL_SECONDS = 60
 ALONE = "full, each moved alone"
 """Not together as arrays."""
 CAN_BE_REALTIME = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -158,7 +158,7 @@ def _sum(processes: dict[str, Any], what: str) -> float:
 
 
 def virtual(drives: str) -> float:
-    """Simulated seconds in one of the wall, at 4 ms in one process."""
+    """Simulated seconds in one of the wall, at 4 ms in one process; of the fastest, for others share the cores."""
     rig = {
         "time": "virtual",
         "buses": {"ring0": {"kind": "ring.virtual", "mbaud": 16}},
@@ -168,10 +168,14 @@ def virtual(drives: str) -> float:
     with patch.object(seat, "FEWEST", fewest), Rig(from_dict(rig, HERE)) as running:
         running.run_until(12 * S)  # all swing
         assert running.get("max4", "moving") == DRIVES
-        start_s, start_ns = time.perf_counter(), running.now_ns
-        while (spent_s := time.perf_counter() - start_s) < VIRTUAL_S:
-            running.run_until(running.now_ns + S)
-        return (running.now_ns - start_ns) / S / spent_s
+        return 1 / min(_second(running) for _ in range(VIRTUAL_SECONDS))
+
+
+def _second(running: Rig) -> float:
+    """What a simulated one takes."""
+    start_s = time.perf_counter()
+    running.run_until(running.now_ns + S)
+    return time.perf_counter() - start_s
 
 
 def run() -> Report:
@@ -191,7 +195,7 @@ def run() -> Report:
     for drives in ("full", ALONE, "empty"):
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # memory is in order there
             speed = fresh.submit(virtual, drives).result()
-        report.add("virtual time, one process, 4 ms", drives, f"{speed:.1f} s in a second", *"----")
+        report.add("virtual time, one process, 4 ms, the fastest second", drives, f"{speed:.1f} s in a second", *"----")
     return report
 
 
