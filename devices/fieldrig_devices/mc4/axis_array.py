@@ -5,9 +5,8 @@ operations in the same order, so that what a drive sends doesn't depend on who s
 50 calls, which take as long for four axes as for forty.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from math import tau
 from typing import Any, Final
 
 import numpy as np
@@ -15,8 +14,7 @@ import numpy.typing as npt
 
 from fieldrig.clock import S
 from fieldrig_devices.mc4.axis import INCREMENTS, RAD, Axis
-from fieldrig_devices.mc4.folded import INNER_S, Arrangement, E, T, V, fold, most_way_of
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
+from fieldrig_devices.mc4.folded import Arrangement, E, T, V, error_of_speed, fold, most_way_of, speed_of_way
 from fieldrig_devices.mc4.seat import Course
 from fieldrig_devices.mc4.values import SPEED_UNIT
 
@@ -79,12 +77,13 @@ class AxisArray:
         self._low = self._whole.view("<i4")[::2]
         self._follow = np.zeros(size, np.int32)
         self._idns = idns
-        factors = [_FACTORS[idn] for idn in idns if idn in _FACTORS]
-        self._sources = [source for source, *_ in factors]
-        self._factors = np.array([[factor] for _, factor, _, _ in factors])
-        self._divisors = np.repeat([[divisor] for _, _, divisor, _ in factors], size, 1) if factors else np.zeros(0)
-        self._least, self._most = (np.array([[float(one[-1][end])] for one in factors]) for end in (0, 1))
-        self._scaled = np.zeros((len(factors), size))
+        scaled = [idn for idn in idns if idn in _FACTORS]
+        self._torques = [row for row, idn in enumerate(scaled) if idn == 84]
+        self._sources = [_FACTORS[idn][0] for idn in scaled]
+        self._factors = _column(_FACTORS[idn][1] for idn in scaled)
+        self._divisors = np.repeat(_column(_FACTORS[idn][2] for idn in scaled), size, 1)
+        self._least, self._most = (_column(_FACTORS[idn][3][end] for idn in scaled) for end in (0, 1))
+        self._scaled = np.zeros((len(scaled), size))
         for column in range(size):
             self.clear(column)
 
@@ -98,9 +97,7 @@ class AxisArray:
         self._now.all[:, column] = changing
         constants.all[:, column] = _constants_of(arrangement)
         constants.load[column], constants.most_error[column] = axis.load_nm, most_error
-        for row, idn in enumerate(idn for idn in self._idns if idn in _FACTORS):
-            if idn == 84:
-                self._divisors[row, column] = standstill_nm
+        self._divisors[self._torques, column] = standstill_nm
         most = most_way_of(arrangement.limits, arrangement.steps)
         self._least_way[column], self._most_way[column] = max(-most, _INT32[0]), min(most, _INT32[1])
         self._is_dry[column] = arrangement.dry_nm != 0
@@ -130,7 +127,7 @@ class AxisArray:
         self._now.sums[:, column] = self._sums[:, column]
 
     def clear(self, column: int) -> None:
-        """Nobody is there; it stays still, and bothers nobody."""
+        """Nobody is there; it stays still, and is never refused."""
         self._now.all[:, column] = self._before.all[:, column] = 0.0
         constants = self._constants
         constants.all[:, column] = 0.0
@@ -228,17 +225,18 @@ class AxisArray:
         return columns
 
 
+def _column(numbers: Iterable[float]) -> Floats:
+    return np.array(list(numbers), np.float64).reshape(-1, 1)
+
+
 @lru_cache(maxsize=256)
 def _constants_of(arrangement: Arrangement) -> Floats:
     plant, gains, limits, steps, dry_nm, lead_gain = arrangement
     rows, weights = fold(plant, gains, limits, steps)
     constants = _Constants(1)
-    column = constants.all
-    column[:16, 0] = [factor for row in rows for factor in row]
-    column[16:20, 0] = weights
-    column[20:22, 0] = limits.torque, limits.speed
+    constants.map[:, :, 0], constants.weights[:, 0] = rows, weights
+    constants.limits[:, 0] = limits.torque, limits.speed
     constants.viscous[0], constants.dry[0] = plant.viscous, dry_nm
-    constants.left[0] = (1 - gains.ff) / gains.kv if gains.kv else 0.0
-    constants.speed_of_way[0] = tau / INCREMENTS_PER_TURN / (steps * INNER_S)
+    constants.left[0], constants.speed_of_way[0] = error_of_speed(gains), speed_of_way(steps)
     constants.lead_gain[0], constants.gear_ratio[0] = lead_gain, 1.0
-    return column[:, 0]
+    return constants.all[:, 0]

@@ -40,7 +40,6 @@ class Convoy:
         self._ending = np.zeros(size, np.uint16)
         """Bits of the control word that end a ride when they change: none where nobody rides."""
         self._steady_control = np.zeros(size, np.uint16)
-        self._rides = np.zeros(size, np.bool_)
         self._ats = np.zeros((size, shape.at_length), np.uint8)
         self._moving = self._columns()
         self._riding: list[Seat] = []
@@ -78,7 +77,6 @@ class Convoy:
         self.cycle, self._mdt_before, self._mdt = cycle, self._mdt, cycle.mdt
         self._at_ns += self._cycle_ns
         self._answer()
-        refused &= self._rides
         for number in np.flatnonzero(refused).tolist() if refused.any() else ():
             self._seats[number].end()
         for number in self.axes.astray(now_ns):
@@ -133,7 +131,7 @@ class Convoy:
         self.axes.put(number, axis, machine.true_motor.standstill_torque_nm, seat.most_error, seat.course)
         self._ats[number] = np.frombuffer(seat.template, np.uint8)
         self._steady_control[number] = int.from_bytes(self._mdt[seat.offset : seat.offset + 2], "little") & ENDING
-        self._ending[number], self._rides[number] = ENDING, True
+        self._ending[number] = ENDING
         self._riding.append(seat)
         seat.begin(self, lead_ns)
 
@@ -144,7 +142,6 @@ class Convoy:
         self.axes.give(seat.number, seat.machine.axis_alone, before=is_pending)
         self.axes.clear(seat.number)
         self._ending[seat.number] = self._steady_control[seat.number] = 0
-        self._rides[seat.number] = False
         at_ns, mdt = (self._at_ns - self._cycle_ns, self._mdt_before) if is_pending else (self._at_ns, self._mdt)
         seat.machine.at_ns = at_ns + seat.lead_ns
         seat.slave.take_up(mdt)

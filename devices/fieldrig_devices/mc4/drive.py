@@ -25,7 +25,7 @@ from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import RAD, Axis
+from fieldrig_devices.mc4.axis import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.points import limited_load, points_of
@@ -145,7 +145,7 @@ class Mc4(Device):
         if self._wires is not None:
             self._tell("ready", self.machine.is_ready)
             self._tell("brake", self.machine.chain.is_brake_lifted)
-            self._tell_positions(self.machine.axis)
+            self._tell_positions()
 
     # ---- wires
 
@@ -159,9 +159,9 @@ class Mc4(Device):
         told = self._courses["position"]
         return Course(told, settings.position_tolerance, settings.load.gear_ratio, self.machine.shaft_offset)
 
-    def _tell_positions(self, axis: Axis) -> None:
-        gear = self._settings.load.gear_ratio
-        shaft = (axis.position + self.machine.shaft_offset) * RAD
+    def _tell_positions(self) -> None:
+        axis, gear = self.machine.axis, self._settings.load.gear_ratio
+        shaft = self.machine.shaft_increments * RAD
         if self._tells_shaft:
             self._tell_course("shaft", shaft, axis.v)
         self._tell_course("position", (shaft - axis.twist) / gear, (axis.load_speed if axis.twist else axis.v) / gear)

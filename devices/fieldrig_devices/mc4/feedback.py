@@ -13,16 +13,8 @@ from fieldrig_devices.sercos.telegram import code_of
 
 class Feedback:
     __slots__ = (
-        "_codes",
-        "_idns",
-        "_machine",
-        "_moving",
-        "_moving_record",
-        "_numbers",
-        "_standing_record",
-        "size",
-        "standing",
-    )
+        "_codes", "_idns", "_machine", "_moving", "_moving_record", "_numbers", "_standing_record", "size", "standing",
+    )  # fmt: skip
 
     def __init__(
         self, machine: Machine, table: IdnTable, idns: Sequence[int], number_of: Callable[[int], Number]

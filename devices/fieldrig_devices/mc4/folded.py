@@ -276,6 +276,16 @@ def most_way_of(limits: Limits, steps: int) -> int:
     return int(limits.speed * steps * INNER_S * INCREMENTS_PER_TURN / tau)
 
 
+def speed_of_way(steps: int) -> float:
+    """rad/s of one increment in a cycle."""
+    return tau / INCREMENTS_PER_TURN / (steps * INNER_S)
+
+
+def error_of_speed(gains: Gains) -> float:
+    """The following error that is left at a steady set speed, in rad for a rad/s."""
+    return (1 - gains.ff) / gains.kv if gains.kv else 0.0
+
+
 def _moving(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float, *, refusal: str) -> list[str]:
     """The states after a cycle, as `new_e` and so on."""
     rows_of_states, weights = fold(plant, gains, limits, steps)
@@ -290,11 +300,10 @@ def _moving(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: floa
         name: " + ".join([_sum(row, names), *([steady[name]] if name in steady else [])])
         for name, row in zip(names, rows_of_states, strict=True)
     }
-    speed_of_way = tau / INCREMENTS_PER_TURN / (steps * INNER_S)
     lines = [
         "    e, v, i, t = axis.e, (old_v := axis.v), axis.i, axis.t",
         "    way, a, d = axis.way, axis.lead, axis.load_nm",
-        f"    s = way * {speed_of_way!r}",
+        f"    s = way * {speed_of_way(steps)!r}",
     ]
     if plant.elastic:
         lines += ["    w, l = axis.twist, axis.load_speed", f"    f = {dry_nm!r} if v > 0.0 else {-dry_nm!r}"]
@@ -352,7 +361,7 @@ def _weights(plant: Plant, gains: Gains, limits: Limits, step: Matrix, steps: in
 
 def _steady(plant: Plant, gains: Gains) -> dict[str, str]:
     """The state in which this set speed stays as it is, where it isn't 0; the map turns the distance from it."""
-    left = (1 - gains.ff) / gains.kv if gains.kv else 0.0
+    left = error_of_speed(gains)
     states = {"v": "s", "i": "b", "t": "q"}
     if left:
         states["e"] = f"{left!r} * s"

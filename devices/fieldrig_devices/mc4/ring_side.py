@@ -15,7 +15,7 @@ from fieldrig.clock import US, Clock
 from fieldrig.link import Link, shared
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS, Axis
+from fieldrig_devices.mc4.axis import INCREMENTS
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
@@ -62,7 +62,7 @@ class RingSide:
         self._numbers |= {134: lambda: self._control, 135: lambda: self._status}
         for idn, number in self._numbers.items():
             self._show(idn, number)
-        self.on_moved: Callable[[Axis], None] | None = None
+        self.on_moved: Callable[[], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
         self.telling: Telling | None = None
         """How `on_moved` tells others, if they need not be told as long as they know it."""
@@ -107,14 +107,14 @@ class RingSide:
             moved = self._following(axis, value, self._most_error)
             if moved is not None:
                 if self.on_moved is not None:
-                    self.on_moved(axis)
+                    self.on_moved()
                 if self._seat is not None and self._seat.gathers:
                     self.slave.then = self._seat.gather
                 return self._status, moved + self._feedback.standing
         axis.cycle()
         self._value(value)
         if self.on_moved is not None:
-            self.on_moved(axis)
+            self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         return self._status, self.feedback()

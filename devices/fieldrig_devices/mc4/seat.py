@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from fieldrig.clock import Clock
 from fieldrig_bus.ring.message import Cycle
 from fieldrig_bus.wires import Motion
-from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.sercos.slave import SercosSlave
 
@@ -36,7 +35,7 @@ class Course(NamedTuple):
 class Telling(NamedTuple):
     """How others are told of it."""
 
-    tell: Callable[[Axis], None]
+    tell: Callable[[], None]
     course: Callable[[], Course]
     """What they were told last."""
 
@@ -153,11 +152,16 @@ class Seat:
             self._look_before(convoy)
         at, self.at = self.at, None
         if at is not None and self.is_astray and self._telling is not None:
-            self.is_astray = False
-            convoy.axes.give(self.number, self.machine.axis_alone)
-            self._telling.tell(self.machine.axis_alone)
-            convoy.axes.tell(self.number, self._telling.course())
+            self._tell(convoy, self._telling)
         return at
+
+    def _tell(self, convoy: "Convoy", telling: Telling) -> None:
+        self.is_astray = False
+        convoy.axes.give(self.number, self.machine.axis_alone)
+        self.machine.ride = None  # the axis is asked for, and goes on riding
+        telling.tell()
+        self.machine.ride = self
+        convoy.axes.tell(self.number, telling.course())
 
     def _look_before(self, convoy: "Convoy") -> None:
         """See to what is slow, as the drive does before it goes a cycle."""

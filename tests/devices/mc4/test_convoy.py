@@ -11,15 +11,15 @@ from typing import Any
 
 import pytest
 from device_of import device_of
+from ring_lab import Follower
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
-from fieldrig_devices.max4.axis import Axis, Mode
 from fieldrig_devices.max4.controller import Max4
 from fieldrig_devices.mc4 import convoy, seat
-from fieldrig_devices.mc4.axis import Mode as MotorMode
+from fieldrig_devices.mc4.axis import Mode
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.ring_side import RingSide
 
@@ -33,19 +33,9 @@ class Swing:
 
     width: float
     cycles_a_turn: float
-    mode: Mode = Mode.POSITION
-    start: float = 0.0
-    cycles: int = 0
 
-    def begin(self, axis: Axis) -> None:
-        self.start, self.cycles = axis.position, 0
-
-    def next(self) -> float:
-        self.cycles += 1
-        return round(self.start + self.width * (1 - cos(tau * self.cycles / self.cycles_a_turn)))
-
-    def end(self) -> None:
-        """Nothing to do."""
+    def at(self, cycles: float) -> float:
+        return self.width * (1 - cos(tau * cycles / self.cycles_a_turn))
 
 
 @dataclass
@@ -89,7 +79,7 @@ class Line:
     def swing(self, random: Random) -> None:
         for axis in self.max4.axes.values():
             self.swings.append(Swing(random.choice([2e4, 3e5, 8e5]), random.uniform(300, 800)))
-            axis.follow(self.swings[-1])
+            axis.follow(Follower(self.swings[-1].at, 1))
 
     def run(self, cycles: int) -> None:
         self.rig.run_until(self.rig.now_ns + cycles * CYCLE_NS)
@@ -192,7 +182,7 @@ def test_drive_that_was_looked_at_since_its_turn_goes_alone() -> None:
     line = Line(seat.FEWEST + 1)
     first, second = line.drives[:2]
     assert second._side is not None
-    second._side.on_moved = lambda _axis: first.machine.look()  # as if a wire had said something
+    second._side.on_moved = lambda: first.machine.look()  # as if a wire had said something
     second.machine.look()
     for drive in line.drives:
         assert drive.machine.axis.is_stiff  # who is asked rides no more
@@ -206,12 +196,12 @@ def test_drive_whose_time_is_another_rides_if_it_is_near(late_ns: int, rides: bo
     line = Line(seat.FEWEST + 1)
     other, machine = (drive.machine for drive in line.drives[2:4])
     for one in (other, machine):
-        assert one.axis.mode is MotorMode.POSITION  # who is asked rides no more
+        assert one.axis.mode is Mode.POSITION  # who is asked rides no more
     machine.at_ns -= late_ns
     line.run(10)
     assert line.riding == seat.FEWEST + rides
     for one in (other, machine):
-        assert one.axis.mode is MotorMode.POSITION
+        assert one.axis.mode is Mode.POSITION
     assert other.at_ns - machine.at_ns == late_ns
 
 
