@@ -65,7 +65,9 @@ class RealClock:
         now_ns = time.monotonic_ns()
         if not now_ns - STALL_NS < instant_ns <= now_ns:
             instant_ns = now_ns
-        self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
+        if instant_ns < self._latest_ns:
+            instant_ns = self._latest_ns
+        self._instant_ns = self._latest_ns = instant_ns
         try:
             action(*arguments)
         finally:

@@ -41,6 +41,15 @@ class Station:
         self.more: dict[int, bytes] = {}
         """What lies in those of its other addresses."""
 
+    def lay(self, at: bytes) -> None:
+        """An AT into its buffer."""
+        if at and at[0] == self.address:
+            self.at = at
+        elif at and at[0] in self.addresses:
+            self.more[at[0]] = at
+        else:
+            log.debug("%s has no address %s", self.name, at[:1].hex())
+
     def taken(self) -> list[bytes]:
         """What lies in its buffers, out of them."""
         first, self.at = self.at, None
@@ -131,13 +140,7 @@ class Fibre:
 
     def leave_at(self, name: str, at: bytes) -> None:
         """Lay an AT into the buffer of a station."""
-        station = self.stations[name]
-        if at and at[0] == station.address:
-            station.at = at
-        elif at and at[0] in station.addresses:
-            station.more[at[0]] = at
-        else:
-            log.debug("%s has no address %s", name, at[:1].hex())
+        self.stations[name].lay(at)
 
     # ---- cycles
 
@@ -158,7 +161,7 @@ class Fibre:
             ats, errors, held = self._taken_with_care(now_ns, mst.number, layout)
             late += held
         self._open = mst
-        lengths = [len(at) for at in ats]
+        lengths = list(map(len, ats))
         if lengths != self._lengths:
             self._lengths, self._slots_ns = lengths, answers_ns(lengths, self._mbaud)
         self.until_ns = now_ns + self._slots_ns

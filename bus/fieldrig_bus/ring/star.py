@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 from fieldrig.bus import Attachment
 from fieldrig.clock import MS
 from fieldrig.errors import refusals
-from fieldrig_bus.ring.fibre import Fibre
+from fieldrig_bus.ring.fibre import Fibre, Station
 from fieldrig_bus.ring.message import Answers, Mdt, Mst, RingMessage, encode
 from fieldrig_bus.ring.model import RING
 from fieldrig_bus.ring.star_wire import decode_back, encode_spread
@@ -59,16 +59,13 @@ class _Spoke:
 
     def __init__(self, sequence: int) -> None:
         self.names: list[str] = []
-        self.done = self.sent = sequence
-        self.ats: dict[str, bytes] = {}
-        """What its stations left last, while the ring is patient."""
+        self.stations: list[Station | None] = []
+        """Of these names; None: another process has it now."""
+        self.ats: dict[Station, bytes] = {}
+        """What they left last, while the ring is patient."""
+        self.done = sequence
         self.late_ns: int | None = None
         """Since when it is late."""
-
-    @property
-    def is_done(self) -> bool:
-        """With all that it was sent; it may even have found what it wasn't woken for."""
-        return self.done - self.sent & _32 < 2**31
 
 
 class Star:
@@ -94,7 +91,10 @@ class Star:
         self._owners: dict[str, _Spoke] = {}
         self._sequence = 0
         self._answers: Answers | None = None
-        self._hung: set[str] = set()
+        self._awaited: dict[str, _Spoke] = {}
+        """Those that are not done with this cycle."""
+        self._hung: dict[str, int] = {}
+        """Those that stand still, and the last cycle that each was sent."""
         self._late: dict[str, int] = {}
         self._most_behind = self._late_cycles = 0
         self._spread_ns = self._done_ns = 0
@@ -128,23 +128,29 @@ class Star:
             if name == self._at.member:
                 log.warning("%s: %s is the master of the ring, and no drive of %s", self._bus, name, who)
                 continue
-            if name not in self._owners:
+            former = self._owners.get(name)
+            if former is None:
                 self._fibre.join(name)
+            elif former is not process:
+                former.ats.pop(self._fibre.stations[name], None)
             self._owners[name] = process
             self._fibre.listen(name, None if addresses is None else [["drive", address] for address in addresses])
+        for one in self._processes.values():
+            one.stations = [self._fibre.stations[name] if self._owners.get(name) is one else None for name in one.names]
 
     def lose(self, who: str) -> None:
         """A process is gone."""
         process = self._processes.pop(who, None)
-        self._hung.discard(who)
+        self._hung.pop(who, None)
+        self._awaited.pop(who, None)
         if process is not None:
             for name in process.names:
                 self._forget(name, process)
 
     def _forget(self, name: str, process: _Spoke) -> None:
-        process.ats.pop(name, None)
         if self._owners.get(name) is process:  # it may have come back in another one
             del self._owners[name]
+            process.ats.pop(self._fibre.stations[name], None)
             self._fibre.leave(name)
 
     def take(self, who: str, data: bytes) -> None:
@@ -153,18 +159,22 @@ class Star:
         if process is None:
             return
         try:
-            back = decode_back(data)
+            process.done, instant_ns, ats = decode_back(data)
         except ValueError as fault:
             log.debug("%s: %s: %s", self._bus, who, fault)
             return
-        process.done = back.sequence
-        self._done_ns = max(self._done_ns, back.instant_ns)
-        owners, names = self._owners, process.names
-        for place, at in back.ats:
-            if place < len(names) and owners.get(names[place]) is process:
-                self._fibre.leave_at(names[place], at)
+        if instant_ns > self._done_ns:
+            self._done_ns = instant_ns
+        if process.done == self._sequence:
+            self._awaited.pop(who, None)
+            process.late_ns = None
+        stations = process.stations
+        for place, at in ats:
+            station = stations[place] if place < len(stations) else None
+            if station is not None:
+                station.lay(at)
                 if self._patience_ns:
-                    process.ats[names[place]] = at
+                    process.ats[station] = at
 
     # ---- cycles
 
@@ -196,9 +206,7 @@ class Star:
         self._spread_ns, self._done_ns = time.monotonic_ns(), 0
         observed = encode(self._answers) if self._fibre.observers and self._answers is not None else b""
         message = encode_spread(self._sequence, self._at.clock.now_ns(), heard, observed, self._fibre.station_count)
-        for who, process in self._processes.items():
-            if who not in self._hung:
-                process.sent = self._sequence
+        self._awaited = self._processes.copy()
         if self._spokes is not None:
             self._spokes.spread(message, self._hung)
         if self._local is not None and self._local[0] in self._processes:
@@ -216,48 +224,52 @@ class Star:
         if self._hung:
             self._look_after_hung()
         late, sequence = 0, self._sequence
-        for who, process in self._processes.items():
-            if process.done == sequence:
-                continue
-            self._most_behind = max(self._most_behind, sequence - process.done & _32)
+        for who, process in self._awaited.items():
+            behind = sequence - process.done & _32
+            self._most_behind = max(self._most_behind, behind)
             for name in process.names:
                 self._late[name] = self._late.get(name, 0) + 1
             late += len(process.names)
-            if who not in self._hung and process.sent - process.done & _32 >= MOST_BEHIND:
+            if who not in self._hung and behind >= MOST_BEHIND:
                 log.debug("%s: %s is %d cycles behind; it is left alone", self._bus, who, MOST_BEHIND)
-                self._hung.add(who)
+                self._hung[who] = sequence
         return late
 
     def _forgive(self, mst: Mst) -> None:
         """For an AT that is late the last one stands in: its service channel goes on where it was."""
-        now_ns, is_operating = self._at.clock.now_ns(), mst.data[1] & 7 >= OPERATION
-        for process in self._processes.values():
-            if not is_operating:
+        if mst.data[1] & 7 < OPERATION:
+            for process in self._processes.values():
                 process.ats.clear()
-            if process.done == self._sequence:
-                process.late_ns = None
-                continue
+        now_ns = self._at.clock.now_ns()
+        for process in self._awaited.values():
             if process.late_ns is None:
                 process.late_ns = now_ns
             if now_ns - process.late_ns <= self._patience_ns:
-                for name, at in process.ats.items():
-                    self._fibre.leave_at(name, at)
+                for station, at in process.ats.items():
+                    station.lay(at)
 
     def _look_after_hung(self) -> None:
         """Whether one that stood still has done what it was sent."""
-        for who in tuple(self._hung):
+        for who, sent in tuple(self._hung.items()):
             process = self._processes[who]
-            if process.is_done:
+            if self._is_done(process, sent):
                 log.debug("%s: %s is back", self._bus, who)
-                self._hung.discard(who)
-                process.done = process.sent = self._sequence
+                del self._hung[who]
+                self._awaited.pop(who, None)
+                process.done, process.late_ns = self._sequence, None
+
+    @staticmethod
+    def _is_done(process: _Spoke, sent: int) -> bool:
+        """With all that it was sent; it may even have found what it wasn't woken for."""
+        return process.done - sent & _32 < 2**31
 
     # ---- for people
 
     def awaited(self) -> list[str]:
         """Processes that are not done with what they were sent."""
         self._gather()
-        return [who for who, process in self._processes.items() if not process.is_done]
+        sequence, hung = self._sequence, self._hung
+        return [who for who, one in self._awaited.items() if not self._is_done(one, hung.get(who, sequence))]
 
     @property
     def is_observed(self) -> bool:

@@ -51,15 +51,16 @@ class RingEnd:
         self._bus, self.at = bus, at
         self.patience_ns = bus.settings.patience_ms * MS
         """Devices at both ends forgive as much."""
-        self.common = bus.rack(at).common
+        self._rack, self._member = bus.rack(at), at.member
+        self.common = self._rack.common
 
     def send(self, message: RingMessage) -> None:
         if isinstance(message, bytes):
-            self._bus.rack(self.at).leave(self.at.member, message)
-        elif self._bus.master == self.at.member and self._bus.star is not None:
+            self._rack.leave(self._member, message)
+        elif self._bus.master == self._member and self._bus.star is not None:
             self._bus.star.send(message)
         else:
-            log.debug("%s is not the master of the ring", self.at.member)
+            log.debug("%s is not the master of the ring", self._member)
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
         if interest is not None and MASTER in interest:

@@ -6,6 +6,7 @@ one message.  What a drive leaves at other times follows at the end of that turn
 
 import asyncio
 import logging
+import struct
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,9 +14,11 @@ from typing import Any
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.message import Cycle, RingMessage, decode
 from fieldrig_bus.ring.star import MOST_BEHIND, Stations
-from fieldrig_bus.ring.star_wire import decode_spread, encode_back
+from fieldrig_bus.ring.star_wire import HEAD, decode_spread, encode_back
 
 log = logging.getLogger(__name__)
+
+Deliver = Callable[[Callable[[Any], None], Any, int], None]
 
 
 class _Station:
@@ -33,6 +36,8 @@ class Rack:
         self.common: dict[type, Any] = {}
         """See `fieldrig.link.shared`."""
         self._stations: dict[str, _Station] = {}
+        self._drives: tuple[tuple[Deliver, Callable[[Any], None]], ...] = ()
+        """Those of the stations that don't only observe: how each is told, and what it does."""
         self._places: dict[str, int] = {}
         self._announce: Callable[[Stations], None] | None = None
         self._reply: Callable[[bytes], None] | None = None
@@ -75,16 +80,35 @@ class Rack:
     def on_spread(self, data: bytes) -> None:
         """A cycle."""
         try:
+            sequence, instant_ns, number, mst_end, is_more = HEAD.unpack_from(data)
+        except struct.error:
+            log.debug("%s: not even the head of a cycle: %s", self._bus, data.hex())
+            return
+        if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master began anew
+            log.debug("%s: cycle %d was overtaken on the way", self._bus, sequence)
+            return
+        if is_more or not HEAD.size <= mst_end <= len(data):
+            self._on_special(data)
+            return
+        self._sequence = sequence
+        self._is_coming_back = True  # when all are done, not after each
+        try:
+            cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
+            for deliver, handler in self._drives:
+                deliver(handler, cycle, instant_ns)
+        finally:
+            self._come_back()
+
+    def _on_special(self, data: bytes) -> None:
+        """A cycle that not all hear alike, or that somebody observes."""
+        try:
             spread = decode_spread(data)
             answers: RingMessage | None = decode(spread.answers) if spread.answers else None
         except ValueError as fault:
             log.debug("%s: %s", self._bus, fault)
             return
-        if 0 < self._sequence - spread.sequence < MOST_BEHIND:  # further behind: the master began anew
-            log.debug("%s: cycle %d was overtaken on the way", self._bus, spread.sequence)
-            return
         self._sequence = spread.sequence
-        self._is_coming_back = True  # when all are done, not after each
+        self._is_coming_back = True
         try:
             if len(spread.heard) == 1 and not spread.heard[0][1]:
                 self._tell_all(spread.heard[0][0], answers, spread.instant_ns)
@@ -118,6 +142,11 @@ class Rack:
             self._reply(encode_back(self._sequence, time.monotonic_ns(), left))
 
     def _tell(self) -> None:
+        self._drives = tuple(
+            (station.at.deliver, station.handler)
+            for station in self._stations.values()
+            if station.addresses is not None
+        )
         self._places = {name: place for place, name in enumerate(self._stations)}
         if self._announce is not None:
             self._announce([(name, station.addresses) for name, station in self._stations.items()])

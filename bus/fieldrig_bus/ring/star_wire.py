@@ -11,8 +11,9 @@ from typing import Final, NamedTuple
 from fieldrig_bus.ring.fibre import Heard
 from fieldrig_bus.ring.message import Cycle
 
-_OUT: Final = struct.Struct("<IqIBHHBH")
-"""Sequence, instant, number, lengths of MST, MDT and answers, whether stations are listed, and their length."""
+HEAD: Final = struct.Struct("<IqIHB")
+"""Of a cycle: sequence, instant, number, where the MST ends, and 0 if all else is the MDT; so it is in nearly all."""
+_MORE: Final = struct.Struct("<HH?")  # lengths of MDT and answers, and whether stations are listed behind them
 _LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
 _BACK: Final = struct.Struct("<Iq")  # sequence, instant
 _AT: Final = struct.Struct("<BH")  # place of the station in its process, length
@@ -37,9 +38,11 @@ def encode_spread(sequence: int, instant_ns: int, heard: Sequence[Heard], answer
     mst = next((cycle.mst for cycle, _ in heard if cycle.mst), b"")
     mdt = next((cycle.mdt for cycle, _ in heard if cycle.mdt), b"")
     is_listed = len(heard) != 1 or len(heard[0][1]) != stations
-    listed = _listed(heard) if is_listed else b""
-    lengths = len(mst), len(mdt), len(answers), is_listed, len(listed)
-    return _OUT.pack(sequence & 0xFFFF_FFFF, instant_ns, number, *lengths) + mst + mdt + answers + listed
+    is_more = bool(is_listed or answers)
+    head = HEAD.pack(sequence & 0xFFFF_FFFF, instant_ns, number, HEAD.size + len(mst), is_more) + mst
+    if not is_more:
+        return head + mdt
+    return head + _MORE.pack(len(mdt), len(answers), is_listed) + mdt + answers + (_listed(heard) if is_listed else b"")
 
 
 def _listed(heard: Sequence[Heard]) -> bytes:
@@ -55,17 +58,20 @@ def _listed(heard: Sequence[Heard]) -> bytes:
 def decode_spread(data: bytes) -> Spread:
     """ValueError for anything that `encode_spread` doesn't write."""
     try:
-        sequence, instant_ns, number, mst_length, mdt_length, answers_length, is_listed, listed_length = (
-            _OUT.unpack_from(data)
-        )
-        mdt_start = _OUT.size + mst_length
-        answers_start = mdt_start + mdt_length
-        listed_start = answers_start + answers_length
-        if listed_start + listed_length != len(data):
-            raise ValueError(f"a cycle of {len(data)} bytes says it has {listed_start + listed_length}")
-        mst, mdt = data[_OUT.size : mdt_start], data[mdt_start:answers_start]
-        heard = _heard(number, mst, mdt, data[listed_start:]) if is_listed else [(Cycle(number, mst, mdt), ())]
-        return Spread(sequence, instant_ns, heard, data[answers_start:listed_start])
+        sequence, instant_ns, number, mst_end, is_more = HEAD.unpack_from(data)
+        if not HEAD.size <= mst_end <= len(data):
+            raise ValueError(f"a cycle of {len(data)} bytes has an MST that ends at {mst_end}")
+        mst = data[HEAD.size : mst_end]
+        if not is_more:
+            return Spread(sequence, instant_ns, [(Cycle(number, mst, data[mst_end:]), ())], b"")
+        mdt_length, answers_length, is_listed = _MORE.unpack_from(data, mst_end)
+        mdt_end = mst_end + _MORE.size + mdt_length
+        answers_end = mdt_end + answers_length
+        if answers_end > len(data) or (answers_end < len(data) and not is_listed):
+            raise ValueError(f"a cycle of {len(data)} bytes has an MDT of {mdt_length} and answers of {answers_length}")
+        mdt = data[mdt_end - mdt_length : mdt_end]
+        heard = _heard(number, mst, mdt, data[answers_end:]) if is_listed else [(Cycle(number, mst, mdt), ())]
+        return Spread(sequence, instant_ns, heard, data[mdt_end:answers_end])
     except struct.error as cause:
         raise ValueError("a cycle is cut short") from cause
 
@@ -85,18 +91,16 @@ def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
     ]
 
 
-class Back(NamedTuple):
-    """What a process answers."""
-
-    sequence: int
-    instant_ns: int
-    """When it was done, by the clock of its machine."""
-    ats: list[tuple[int, bytes]]
-    """With the place of the station in its process."""
+Back = tuple[int, int, list[tuple[int, bytes]]]
+"""What a process answers: with which cycle it is done, when, by the clock of its machine, and the ATs, with the places
+of the stations in their process."""
 
 
 def encode_back(sequence: int, instant_ns: int, ats: Iterable[tuple[int, bytes]]) -> bytes:
-    return _BACK.pack(sequence, instant_ns) + b"".join(_AT.pack(place, len(at)) + at for place, at in ats)
+    message = _BACK.pack(sequence, instant_ns)
+    for place, at in ats:
+        message += _AT.pack(place, len(at)) + at
+    return message
 
 
 def decode_back(data: bytes) -> Back:
@@ -104,14 +108,14 @@ def decode_back(data: bytes) -> Back:
     try:
         sequence, instant_ns = _BACK.unpack_from(data)
         ats: list[tuple[int, bytes]] = []
-        start = _BACK.size
-        while start < len(data):
-            place, length = _AT.unpack_from(data, start)
-            end = start + _AT.size + length
-            if end > len(data):
-                raise ValueError("an AT is cut short")
-            ats.append((place, data[start + _AT.size : end]))
-            start = end
+        end, length = _BACK.size, len(data)
+        while end < length:
+            place, size = _AT.unpack_from(data, end)
+            start = end + _AT.size
+            end = start + size
+            ats.append((place, data[start:end]))
     except struct.error as cause:
         raise ValueError("an answer is cut short") from cause
-    return Back(sequence, instant_ns, ats)
+    if end > length:
+        raise ValueError("an AT is cut short")
+    return sequence, instant_ns, ats

@@ -75,9 +75,9 @@ class StandIn(Protocol):
 class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
-        "_heard_before", "_info", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
-        "_missed_msts", "_offset", "_patience_ns", "_service", "_values", "_values_of",
-        "_waits_for_0", "_watch", "_word", "address", "failures", "layout", "phase", "stand_in", "table", "then",
+        "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
+        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_values", "_values_of",
+        "_waits_for_0", "_watch", "address", "failures", "layout", "phase", "stand_in", "table", "then",
     )  # fmt: skip
 
     def __init__(
@@ -105,9 +105,9 @@ class SercosSlave:
         """Of its record in the MDT; from CP3 on it stays."""
         self._offset, self._mdt_length = 0, 0
         self._values_of = record(()).unpack_from
-        self._word = self._info = 0
-        self._at_head = AT_HEAD.pack(address, 0, 0)
-        """With that status word and service channel."""
+        self._status: int | None = None
+        """Status word that the head of the AT was laid with; None: the service channel or a command has changed."""
+        self._at_head = b""
         self._heard = 0
         """Cycles."""
         self._heard_before = -1
@@ -147,14 +147,11 @@ class SercosSlave:
         self._heard += 1
         self._values = values = self._values_of(mdt, self._offset)
         control = values[0]
-        service = self._service
         if (control ^ self._control_seen) & CONTROL_MASK:
-            self._control_seen = control
-            service.step(control, values[1])
+            self._on_service(control, values[1])
         status, feedback = self._application.on_cycle(values)
-        word = status | self._change_bit | service.status
-        if word != self._word or service.info != self._info:
-            self._lay_head(word, service.info)
+        if status != self._status:
+            self._lay_head(status)
         at = self._at_head + feedback
         self._leave(at)
         if self.then is not None:
@@ -205,15 +202,16 @@ class SercosSlave:
     def _on_service(self, control: int, info: int) -> None:
         self._control_seen = control
         self._service.step(control, info)
+        self._status = None
 
     def _send(self, status: int, feedback: bytes) -> None:
-        service = self._service
-        self._lay_head(status | self._change_bit | service.status, service.info)
+        self._lay_head(status)
         self._leave(self._at_head + feedback)
 
-    def _lay_head(self, word: int, info: int) -> None:
-        self._word, self._info = word, info
-        self._at_head = AT_HEAD.pack(self.address, word, info)
+    def _lay_head(self, status: int) -> None:
+        service = self._service
+        self._status = status
+        self._at_head = AT_HEAD.pack(self.address, status | self._change_bit | service.status, service.info)
 
     # ---- failures
 
@@ -313,6 +311,7 @@ class SercosSlave:
 
     def _on_command_end(self, has_ended: bool) -> None:
         self._change_bit = words.COMMAND_CHANGED if has_ended else 0
+        self._status = None
         if self.stand_in is not None:
             self.stand_in.end()
 

@@ -74,8 +74,7 @@ def test_who_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) 
     spokes = ring.star._spokes
     assert spokes is not None
     heard = {name: len(drive.heard) for name, drive in ring.drives.items()}
-    ring.star._hung.add("rack")
-    ring.star._processes["rack"].sent += 20
+    ring.star._hung["rack"] = ring.star._sequence + 20
     ring.clock.handle(ring.master.begin)
     ring.pump(lambda: len(ring.drives["belt"].heard) > heard["belt"])
     assert len(ring.drives["lift"].heard) == heard["lift"]

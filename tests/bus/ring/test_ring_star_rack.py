@@ -1,0 +1,94 @@
+"""The drives of one process: whatever comes, they hear what the wire says, and all answer at once."""
+
+from typing import Any, cast
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig.bus import Attachment
+from fieldrig_bus.ring.message import Answers, Cycle, encode
+from fieldrig_bus.ring.star_rack import Rack
+from fieldrig_bus.ring.star_wire import HEAD, decode_back, decode_spread, encode_spread
+
+MST, MDT = b"\xff\x04", b"\xff\x0b\xc0"
+ANSWERS = encode(Answers(7, (b"\x03\x08\xc0",), True))
+NAMES = ("belt", "lift", "door")
+BYTES = st.sampled_from([b"", MST, MDT])
+
+
+class _At:
+    def __init__(self, member: str) -> None:
+        self.member = member
+        self.heard: list[Any] = []
+
+    def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
+        handler(message)
+        self.heard.append(message)
+
+
+class _Process:
+    """A belt and a lift, which leave an AT in every cycle, and somebody who observes."""
+
+    def __init__(self) -> None:
+        self.rack = Rack("ring0", cast(Any, None))
+        self.backs: list[bytes] = []
+        self.at = {name: _At(name) for name in ("belt", "lift", "scope")}
+        for address, name in enumerate(("belt", "lift"), 1):
+            self.rack.listen(cast(Attachment, self.at[name]), self._reaction(name, address), [["drive", address]])
+        self.rack.listen(cast(Attachment, self.at["scope"]), lambda _message: None, None)
+        self.rack.connect(lambda _stations: None, self.backs.append)
+
+    def _reaction(self, name: str, address: int) -> Any:
+        return lambda _message: self.rack.leave(name, bytes((address, 8)))
+
+    def heard(self) -> dict[str, list[Any]]:
+        return {name: at.heard for name, at in self.at.items()}
+
+
+def as_the_wire_says(data: bytes) -> dict[str, list[Any]]:
+    try:
+        spread = decode_spread(data)
+    except ValueError:
+        return {"belt": [], "lift": [], "scope": []}
+    if len(spread.heard) == 1 and not spread.heard[0][1]:
+        told = {name: [spread.heard[0][0]] for name in ("belt", "lift")}
+    else:
+        told = {name: [cycle for cycle, names in spread.heard if name in names][-1:] for name in ("belt", "lift")}
+    cycles = list(dict.fromkeys(cycle for cycle, _ in spread.heard))
+    return {**told, "scope": [Answers(7, (b"\x03\x08\xc0",), True), *cycles] if spread.answers else []}
+
+
+@given(st.lists(st.tuples(BYTES, BYTES), max_size=3), st.sampled_from([b"", ANSWERS]), st.data())
+def test_each_hears_what_the_wire_says(cycles: list[tuple[bytes, bytes]], answers: bytes, data: st.DataObject) -> None:
+    groups: dict[Cycle, list[str]] = {}
+    for name, (mst, mdt) in zip(NAMES, cycles, strict=False):
+        groups.setdefault(Cycle(5, mst, mdt), []).append(name)
+    stations = data.draw(st.integers(len(cycles), 4))
+    process = _Process()
+    message = encode_spread(1, 2, list(groups.items()), answers, stations) if groups else b""
+    process.rack.on_spread(message)
+    assert process.heard() == as_the_wire_says(message)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, 60), st.integers(0, 2), st.binary(max_size=40))
+def test_of_a_cycle_with_any_head_each_hears_what_the_wire_says(mst_end: int, is_more: int, rest: bytes) -> None:
+    process = _Process()
+    message = HEAD.pack(1, 2, 5, mst_end, is_more) + rest
+    process.rack.on_spread(message)
+    assert process.heard() == as_the_wire_says(message)
+
+
+@given(st.binary(max_size=40))
+def test_bytes_that_are_no_cycle_are_passed_over(data: bytes) -> None:
+    process = _Process()
+    process.rack.on_spread(data)
+    assert process.heard() == as_the_wire_says(data)
+
+
+def test_all_answers_of_a_cycle_go_back_in_one_message() -> None:
+    process = _Process()
+    process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt", "lift"])], b"", 2))
+    (back,) = process.backs
+    sequence, _, ats = decode_back(back)
+    assert (sequence, ats) == (9, [(0, b"\x01\x08"), (1, b"\x02\x08")])
