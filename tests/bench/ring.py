@@ -2,6 +2,7 @@
 
 Each ring is measured twice in one run: with full drives (an MC-4 with motor, plate and load, which swings), and with
 empty ones (a whole slave of the ring that echoes).  A cycle is kept when all 40 ATs of the cycle before are there.
+Beside a process per drive over Zenoh stands what Zenoh alone leaves of such a cycle (`ring_floor`).
 """
 
 import json
@@ -19,6 +20,7 @@ from typing import Any
 from unittest.mock import patch
 
 from report import Report, progress
+from ring_floor import Floor
 from running_rig import RunningRig, until
 
 from fieldrig.clock import S
@@ -149,6 +151,25 @@ def measured(rig: RunningRig) -> Outcome:
     )
 
 
+def floor() -> list[tuple[str, ...]]:
+    """Rows of Zenoh alone, idle and, where it is asked for, loaded."""
+    with Floor(SECONDS) as alone:
+        found = [alone.measured()]
+        if CASES[0].is_loaded_too:
+            with busy_cores():
+                found.append(alone.measured())
+    return [
+        (
+            f"{one['kept_percent']:.2f} %",
+            "-",
+            f"{one['p50_us']:,.0f} / {one['p99_us']:,.0f} us",
+            f"{one['cores']:.2f} cores",
+            "-",
+        )
+        for one in found
+    ]
+
+
 def _processes(client: Client) -> dict[str, Any]:
     return client.ask_all("process/*/status")
 
@@ -187,10 +208,14 @@ def run() -> Report:
     )
     for case in CASES:
         progress(f"ring: {case.what}")
-        outcomes = {drives: measure(case, is_full=drives == "full") for drives in ("full", "empty")}
+        rows = {
+            drives: [one.cells() for one in measure(case, is_full=drives == "full")] for drives in ("full", "empty")
+        }
+        if case is CASES[0]:
+            rows["none, Zenoh alone"] = floor()
         for number, load in enumerate(("", ", cores loaded")[: 1 + case.is_loaded_too]):
-            for drives, measured_ones in outcomes.items():
-                report.add(case.what + load, drives, *measured_ones[number].cells())
+            for drives, measured_ones in rows.items():
+                report.add(case.what + load, drives, *measured_ones[number])
     progress("ring: virtual time")
     for drives in ("full", ALONE, "empty"):
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # memory is in order there
