@@ -34,6 +34,7 @@ def conflicts(
     yield from _same_ports([(("control",), control), *texts] if control is not None else texts)
     yield from _same_paths(texts)
     yield from _same_node_ids(buses, {**written, **devices})
+    yield from _wrong_members(buses)
 
 
 def _same_ports(texts: list[Text]) -> Iterator[Finding]:
@@ -82,6 +83,13 @@ def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) 
             if other != name:
                 what = f"node {node_id} on {bus} is {other} already"
                 yield Finding(("devices", name, "node_id"), what, "give each node of a bus a number of its own")
+
+
+def _wrong_members(buses: "Mapping[str, BusEntry]") -> Iterator[Finding]:
+    """What buses say of devices that are not theirs."""
+    for name, entry in buses.items():
+        for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members]):
+            yield Finding(("buses", name, *wrong.path), wrong.what, wrong.remedy)
 
 
 def _node_of(device: Any) -> tuple[Any, set[Any]]:

@@ -3,11 +3,19 @@
 A bus or device names its model by the annotation of its `settings` parameter.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
+
+
+class WrongKey(NamedTuple):
+    """One mistake that settings found in themselves, and the keys that lead to it from where they stand."""
+
+    path: tuple[str | int, ...]
+    what: str
+    remedy: str = ""
 
 
 class Settings(BaseModel):
@@ -15,12 +23,12 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
+    def wrong_for(self, members: Sequence[str]) -> Iterator[WrongKey]:
+        """Of a bus: what can't be meant, now that it is known which devices of the rig file are linked to it.
 
-class WrongKey(NamedTuple):
-    """One mistake that a validator found, and the keys that lead to it from where the validator stands."""
-
-    path: tuple[str | int, ...]
-    what: str
+        A bus that outsiders join under names of their own can't refuse a name that it doesn't know.
+        """
+        yield from ()
 
 
 class WrongSettingsError(ValueError):

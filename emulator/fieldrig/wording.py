@@ -45,7 +45,9 @@ def explain(
         deeper.update(path[:length] for length in range(len(path)))
         several = one.get("ctx", {}).get("error")
         if isinstance(several, WrongSettingsError):
-            found |= {(*path, *wrong.path): Finding((*path, *wrong.path), wrong.what, "") for wrong in several.wrong}
+            found |= {
+                (*path, *wrong.path): Finding((*path, *wrong.path), wrong.what, wrong.remedy) for wrong in several.wrong
+            }
         elif path not in found:
             found[path] = _finding(dict(one), path, data, schema, other_keys)
     # A union complains of each of its choices; what lies deepest belongs to the choice that was meant.

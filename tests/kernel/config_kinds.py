@@ -1,5 +1,6 @@
 """Kinds for the tests of the configuration; a module of its own, because a rig file names classes by module."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from random import Random
 from typing import Any, ClassVar, Literal
@@ -11,7 +12,7 @@ from fieldrig.clock import Clock
 from fieldrig.device import Device
 from fieldrig.errors import RigError
 from fieldrig.link import Link
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import ConfigFile, Settings, WrongKey
 from fieldrig.store import Store
 
 
@@ -34,6 +35,11 @@ class LineSettings(Settings):
     listen: str | None = None
     connect: str | None = None
     also: list[str] = Field(default_factory=list)
+    first: str | None = None
+
+    def wrong_for(self, members: Sequence[str]) -> Iterator[WrongKey]:
+        if self.first is not None and self.first not in members:
+            yield WrongKey(("first",), f"{self.first} is not here", f"here are: {', '.join(members)}")
 
 
 class _Line(ModelBus[Any]):

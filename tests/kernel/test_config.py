@@ -356,6 +356,24 @@ def test_two_buses_cannot_have_one_pty(refused: Refused) -> None:
 READER = 'kind: "config_kinds:Reader", links: {words: words}'
 
 
+def test_what_a_bus_says_of_its_devices_must_be_true(refused: Refused) -> None:
+    text = (
+        LINES.replace('WordLine"', 'WordLine", first: dave') + f"      alice: {{{READER}}}\n      bob: {{{READER}}}\n"
+    )
+    assert refused(text + '      dave: {kind: "config_kinds:Idle"}\n') == [
+        "rig.yaml:4: buses.words.first: dave is not here\n    here are: alice, bob"
+    ]
+
+
+def test_a_bus_hears_also_of_devices_that_are_wrong_in_themselves_or_elsewhere(
+    loaded: Loaded, refused: Refused
+) -> None:
+    text = LINES.replace('WordLine"', 'WordLine", first: alice') + f"      bob: {{{READER}}}\n"
+    assert loaded(text + f"      alice: {{{READER}}}\n", only={"bob"}).buses.keys() == {"words"}
+    (mistake,) = refused(text + f"      alice: {{{READER}, speed: 1}}\n")
+    assert "devices.alice.speed: " in mistake
+
+
 def test_devices_start_after_those_they_name_else_in_the_order_of_the_file(loaded: Loaded) -> None:
     text = LINES + f"      d: {{{READER}, after: [b, a]}}\n      c: {{{READER}, after: d}}\n"
     text += f"      b: {{{READER}}}\n      a: {{{READER}}}\n"

@@ -7,6 +7,7 @@ its own, `lift` and `knife` in a rack, `door` in the master's; as far as a bus c
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,6 +26,7 @@ from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, enc
 from fieldrig_bus.ring.shm import RingShm
 from fieldrig_bus.ring.star import Star
 from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
+from fieldrig_bus.ring.virtual import RingSettings, RingVirtual
 from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings
 
 MST, MDT = bytes.fromhex("FF 04"), bytes.fromhex("FF 00 C0 00 00")
@@ -93,8 +95,10 @@ def hearing(ring: Ring) -> dict[str, tuple[bool, bool]]:
 class VirtualRing:
     def __init__(self, **settings: Any) -> None:
         self.trace: list[tuple[str, bytes]] = []
-        ring = {"kind": "ring.virtual", **settings}
-        self.rig = Rig(from_dict({"time": "virtual", "seed": 7, "buses": {"ring0": ring}}), self._on_delivery)
+        config = from_dict({"time": "virtual", "seed": 7, "buses": {"ring0": {"kind": "ring.virtual"}}})
+        ring = RingVirtual("ring0", RingSettings(**settings))  # stations that it names are in no rig file
+        entry = replace(config.buses["ring0"], bus=ring)
+        self.rig = Rig(replace(config, buses={"ring0": entry}), self._on_delivery)
         self.master = Master(self.rig.attach("max4").link("ring0"))
         self.drives: dict[str, Drive] = {}
 

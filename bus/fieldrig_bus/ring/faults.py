@@ -63,6 +63,12 @@ TEXTS: Final = frozenset({"what", "after", "station", "telegram"})
 """Keys whose values are texts, even where YAML would see a number."""
 
 
+def place_of(fault: RingFault) -> tuple[str, str]:
+    """The key that says where, and the station that it names."""
+    key = "station" if getattr(fault, "after", None) is None else "after"
+    return key, getattr(fault, key)
+
+
 def fault_of(given: Mapping[str, Any]) -> RingFault:
     """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
     return cast(RingFault, faults.fault_of(given, MODELS, TEXTS))

@@ -14,7 +14,8 @@ from random import Random
 from typing import Any, Final
 
 from fieldrig.faults import Fault, Faults
-from fieldrig_bus.ring.faults import MASTER, Break, Distort, Late, Off, RingFault, fault_of
+from fieldrig.wording import closest
+from fieldrig_bus.ring.faults import MASTER, Break, Distort, Late, Off, RingFault, fault_of, place_of
 from fieldrig_bus.ring.message import Answers, Cycle, Mst
 from fieldrig_bus.ring.timing import GAP_NS, answers_ns, telegram_ns
 
@@ -306,10 +307,12 @@ class Fibre:
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         settings = fault_of(fault)
-        place = getattr(settings, "after", None) or getattr(settings, "station", None)
-        stations = [one.name for one in self._ring()]
-        if place not in {MASTER, self.master, *stations, *self.stations}:
-            raise ValueError(f"the ring has no station {place!r}\nthere are: {', '.join([MASTER, *stations])}")
+        key, place = place_of(settings)
+        known = [one.name for one in self._ring()]
+        if key == "after":
+            known.insert(0, MASTER)
+        if place not in known and (key, place) != ("after", self.master):
+            raise ValueError(f"the ring has no station {place!r}\n{closest(place, known)}")
         self._layout = None
         return self.faults.add(now_ns, settings).number
 

@@ -192,6 +192,12 @@ def test_chance_is_the_same_for_the_same_seed() -> None:
     ("fault", "wrong"),
     [
         ({"what": "break", "after": "door"}, "no station 'door'\nthere are: master, belt, lift, knife"),
+        ({"what": "break", "after": "lfit"}, "no station 'lfit'\ndid you mean lift"),
+        ({"what": "break", "after": ""}, "no station ''\nthere are: master"),
+        ({"what": "off", "station": "door"}, "no station 'door'\nthere are: belt, lift, knife"),
+        ({"what": "off", "station": "max4"}, "no station 'max4'\nthere are: belt, lift, knife"),
+        ({"what": "late", "station": "master"}, "no station 'master'\nthere are: belt, lift, knife"),
+        ({"what": "distort", "station": "max4"}, "no station 'max4'\nthere are: belt, lift, knife"),
         ({"what": "melt"}, "no fault 'melt'"),
         ({"what": "distort"}, "give either after, a segment, or station"),
         ({"what": "break"}, "after"),
