@@ -44,7 +44,7 @@ from fieldrig_devices.max4.modbus_client_settings import (
     ReadSettings,
     WriteSettings,
 )
-from fieldrig_devices.max4.modbus_settings import ModbusFaceSettings
+from fieldrig_devices.max4.modbus_settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
@@ -73,7 +73,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),
     "Keys of drives, boot and load": {"drives": DriveSettings, "boot": BootTimes, "load": ProcessTimes},
-    "Keys of the Modbus server": {"modbus": ModbusFaceSettings},
+    "Keys of the Modbus server": {"modbus": ModbusFaceSettings, "limits": AxisLimits},
     "Keys of a value": {"value": Element},
     "Keys of the Modbus client": {
         "modbus_client": ModbusClientSettings,

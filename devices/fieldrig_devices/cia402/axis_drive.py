@@ -152,8 +152,8 @@ class AxisDrive:
         self._motor.reset(done)
 
     def _begin_mode(self) -> None:
-        self.mode.is_halted = self._is_halted = self._context.is_limited = False
-        self._context.switches.release()
+        self.mode.is_halted = self._is_halted = False
+        self._context.travel.release()
         self.mode.begin()
         self.halt(self._is_halt_wanted)
 
@@ -188,8 +188,7 @@ class AxisDrive:
         """Bits 10 to 13 of the status word, under power."""
         if self.shown_mode == NO_MODE:
             return 0
-        context = self._context
-        limit = INTERNAL_LIMIT if context.is_limited or context.switches.held else 0
+        limit = INTERNAL_LIMIT if self._context.travel.is_held_back else 0
         return limit | (self.mode.status if self.is_moving else self.mode.halted_status)
 
     @property

@@ -6,12 +6,12 @@ from typing import Final
 from fieldrig.clock import S
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
-from fieldrig_devices.cia402.limit_switches import NEGATIVE, POSITIVE, LimitSwitches
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.units import BITS_32, Direction, Units, turn_of, units_of
 from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.motion.travel import Travel
 
 SMALLEST: Final = 1e-3
 """In place of a speed of 0, with which no way comes to an end."""
@@ -21,10 +21,10 @@ class Context:
     def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int) -> None:
         self.objects, self.motor = numbers, motor
         self.motion = Motion()
-        self.switches = LimitSwitches(motor)
+        self.travel = Travel(motor)
+        """Its software limits are 607Dh in increments, corrected by the home offset; none at first, or if min is not
+        below max.  That it is limited is bit 11 of the status word."""
         self.on_home: Callable[[float], None] = lambda origin: None
-        self.is_limited = False
-        """A set value is held back: bit 11 of the status word."""
         self.units = Units()
         self.turn = BITS_32
         self.threshold = 0.0
@@ -33,8 +33,6 @@ class Context:
         """606Dh, likewise."""
         self.largest_speed = 0.0
         """607Fh, likewise."""
-        self.range: tuple[float, float] | None = None
-        """607Dh in increments, corrected by the home offset; None: no limits, at first or if min is not below max."""
         self.use(cycle_ns, None)
 
     def use(self, cycle_ns: int, origin: float | None) -> None:
@@ -64,7 +62,7 @@ class Context:
         self.threshold = self.way(numbers[objects.THRESHOLD, 0])
         self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_unit
         self.largest_speed = self.way(numbers[objects.MAX_VELOCITY, 0])
-        self.range = self._range()
+        self.travel.range = self._range()
 
     def set_home(self, home: float) -> None:
         """607Ch: the user's zero lies by the home offset beyond the home position."""
@@ -116,22 +114,6 @@ class Context:
         offset = numbers[objects.HOME_OFFSET, 0]
         ends = self.units.increments(low - offset), self.units.increments(high - offset)
         return min(ends), max(ends)
-
-    def within(self, position: float) -> float:
-        """`position`, or the software limit that it is beyond."""
-        ends = self.range
-        if ends is None or ends[0] <= position <= ends[1]:
-            return position
-        self.is_limited = True
-        return min(max(position, ends[0]), ends[1])
-
-    def is_barred(self, direction: float) -> bool:
-        """By a limit switch, or, for who goes by no positions, by a software limit."""
-        others, ends = 0, self.range
-        if ends is not None:
-            position = self.motor.position
-            others = (POSITIVE if position > ends[1] else 0) | (NEGATIVE if position < ends[0] else 0)
-        return self.switches.bars(direction, others)
 
     def held_back(self, before: float, wanted: float) -> float:
         """The speed of this cycle, where `wanted` is barred: what a quick stop leaves of the speed `before`."""

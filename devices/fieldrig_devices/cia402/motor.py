@@ -4,6 +4,8 @@ from collections.abc import Callable
 from enum import Enum, IntEnum, auto
 from typing import Protocol
 
+from fieldrig_devices.motion.travel import NEGATIVE, POSITIVE
+
 
 class Kind(Enum):
     """What a set value is."""
@@ -19,8 +21,8 @@ class Kind(Enum):
 class Switch(IntEnum):
     """Bits of 60FDh."""
 
-    NEGATIVE_LIMIT = 0x1
-    POSITIVE_LIMIT = 0x2
+    NEGATIVE_LIMIT = NEGATIVE
+    POSITIVE_LIMIT = POSITIVE
     HOME = 0x4
 
 

@@ -18,6 +18,7 @@ from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.max4 import can_face_cells
 from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.axis_inputs import check_terminals, terminals_in
 from fieldrig_devices.max4.can_face_errors import error_of, register_of
 from fieldrig_devices.max4.can_face_motor import AxisMotor
 from fieldrig_devices.max4.can_face_objects import EDS
@@ -25,7 +26,6 @@ from fieldrig_devices.max4.can_face_origins import Origins
 from fieldrig_devices.max4.can_face_settings import AxisTerminals, CanFaceSettings
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.diagnosis import ERROR_CLASSES
-from fieldrig_devices.max4.tree import ObjectTree, Parameter
 
 log = logging.getLogger(__name__)
 
@@ -69,13 +69,11 @@ class CanFace:
                 f"{len(controller.axes)} axes, and node_ids has room for {room}: one node for each "
                 f"{settings.axes_per_node} axes would be right"
             )
-        for name, terminals in settings.terminals.items():
-            if name not in controller.axes:
-                there = ", ".join(controller.axes) or "none"
-                raise ValueError(f"terminals: there is no axis {name}; there are {there}")
-            for symbol in (*terminals.all_inputs.values(), *terminals.all_outputs.values()):
-                if _terminal(controller.tree, symbol) is None:
-                    raise ValueError(f"terminals of {name}: there is no input or output {symbol}")
+        named = {
+            name: (*terminals.all_inputs.values(), *terminals.all_outputs.values())
+            for name, terminals in settings.terminals.items()
+        }
+        check_terminals(controller, "terminals", named)
 
     def _on_boot(self) -> None:
         axes = list(self._controller.axes.values())
@@ -146,7 +144,7 @@ class FaceNode:
             axis = axes[place] if place < len(axes) else None
             name = axis.name if axis is not None else ""
             terminals = self._settings.terminals.get(name, AxisTerminals())
-            motor.bind(axis, _bound(tree, terminals.all_inputs), _bound(tree, terminals.all_outputs))
+            motor.bind(axis, terminals_in(tree, terminals.all_inputs), terminals_in(tree, terminals.all_outputs))
             self.axes[place].use(self._controller.cycle_ns, self._origins.of(name))
         self._stepped = list(zip(self.motors, self.axes, strict=True))[: len(axes)]
         self._told.clear()
@@ -199,16 +197,3 @@ class FaceNode:
         for code, one in present.items():
             self.node.emcy.raise_error(code, register_of(code), INFO.pack(one.code, CONTROLLER, 0, 0), CONTROLLER)
         self._told = set(present)
-
-
-def _terminal(tree: ObjectTree, symbol: str) -> Parameter | None:
-    try:
-        return tree.parameter(f"{symbol}.Value")
-    except KeyError:
-        return None
-
-
-def _bound(tree: ObjectTree, symbols: dict[int, str]) -> dict[int, Parameter]:
-    """Those that the present configuration has."""
-    found = {bit: _terminal(tree, symbol) for bit, symbol in symbols.items()}
-    return {bit: parameter for bit, parameter in found.items() if parameter is not None}

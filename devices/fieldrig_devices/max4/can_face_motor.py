@@ -10,6 +10,7 @@ from typing import Final, Protocol
 
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.max4.axis import INCREMENTS, Axis, AxisState, Mode
+from fieldrig_devices.max4.axis_inputs import AxisInputs
 from fieldrig_devices.max4.can_face_errors import error_of
 from fieldrig_devices.max4.torque_limit import TorqueLimit
 from fieldrig_devices.max4.tree import Parameter
@@ -32,7 +33,7 @@ class AxisMotor:
         self._quit_all = quit_all
         self._axis: Axis | None = None
         self.guide: Guide | None = None
-        self._inputs: dict[int, Parameter] = {}
+        self._inputs = AxisInputs({})
         self._outputs: dict[int, Parameter] = {}
         self._shown_outputs = 0
         self._resetting: Callable[[], None] | None = None
@@ -48,7 +49,7 @@ class AxisMotor:
         """After a boot; parameters by bits of 60FDh and 60FEh."""
         if self._axis is not None:
             self._axis.watchers.remove(self._on_change)
-        self._axis, self._inputs, self._outputs = axis, inputs, outputs
+        self._axis, self._inputs, self._outputs = axis, AxisInputs(inputs), outputs
         if axis is not None:
             axis.watchers.append(self._on_change)
         self._torque_limit.bind(axis)
@@ -118,9 +119,7 @@ class AxisMotor:
 
     @property
     def inputs(self) -> int:
-        if not self._inputs:
-            return 0
-        return sum(1 << bit for bit, parameter in self._inputs.items() if parameter.value)
+        return self._inputs.inputs
 
     def enable(self, is_on: bool) -> None:
         axis = self._axis

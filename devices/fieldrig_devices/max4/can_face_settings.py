@@ -6,14 +6,13 @@ from pydantic import Field, model_validator
 
 from fieldrig.settings import Settings
 from fieldrig_devices.cia402.objects import AXES
+from fieldrig_devices.max4.axis_inputs import SwitchSettings
 from fieldrig_devices.max4.configuration import Symbol
 
 
-class AxisTerminals(Settings):
+class AxisTerminals(SwitchSettings):
     """Digital inputs and outputs of the controller that belong to an axis, by their symbolic names."""
 
-    negative_limit: str = Field(default="", description="input: negative limit switch (60FDh bit 0)")
-    positive_limit: str = Field(default="", description="input: positive limit switch (bit 1)")
     home: str = Field(default="", description="input: home switch (bit 2)")
     inputs: list[Symbol] = Field(default_factory=list, max_length=16, description="60FDh from bit 16 on")
     outputs: list[Symbol] = Field(default_factory=list, max_length=16, description="60FEh from bit 16 on")
@@ -21,9 +20,8 @@ class AxisTerminals(Settings):
     @property
     def all_inputs(self) -> dict[int, str]:
         """By their bits."""
-        switches = {0: self.negative_limit, 1: self.positive_limit, 2: self.home}
-        named = switches | dict(enumerate(self.inputs, 16))
-        return {bit: symbol for bit, symbol in named.items() if symbol}
+        home = {2: self.home} if self.home else {}
+        return self.switches | home | dict(enumerate(self.inputs, 16))
 
     @property
     def all_outputs(self) -> dict[int, str]:

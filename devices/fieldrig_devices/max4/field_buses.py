@@ -31,11 +31,13 @@ class FieldBuses:
         """ValueError, with what would be right, if a bus is missing that the settings speak of."""
         self._controller = controller
         io_map = IoMap(controller, settings.io_map_ms)
-        self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus)
+        client, master, axes = settings.modbus_client, settings.can_master, settings.can_axes
+        terminals = axes.terminals if axes is not None else {}
+        switches = {name: one.switches for name, one in terminals.items()}
+        self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus, switches)
         self.modbus_client: ModbusClient | None = None
         self.can_master: CanopenMaster | None = None
         self._client_place = -1
-        client, master = settings.modbus_client, settings.can_master
         if client is not None:
             if client.link > len(modbus):
                 raise ValueError(f"modbus_client: link {client.link}, but links.modbus has {len(modbus)} buses")
@@ -45,7 +47,6 @@ class FieldBuses:
             if can is None:
                 raise ValueError("can_master: links.can would be right beside it")
             self.can_master = CanopenMaster(clock, controller, can.share(), master, io_map)
-        axes = settings.can_axes
         self.can_face: CanFace | None = None
         if axes is not None:
             if can is None:

@@ -12,8 +12,10 @@ from typing import Final
 from fieldrig.device import Value
 from fieldrig_devices.max4.axis import Axis, Mode
 from fieldrig_devices.max4.modbus_cells import Entry, whole
+from fieldrig_devices.max4.modbus_settings import NO_LIMITS
 from fieldrig_devices.max4.positioning import Positioner
 from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.motion.travel import NEGATIVE, POSITIVE, Switches, Travel
 
 FIRST: Final = 1000
 SIZE: Final = 100
@@ -48,14 +50,27 @@ class Status(IntFlag):
     ERROR = 0x0020
     SIMULATED = 0x0040
     FOREIGN = 0x0080
+    NEGATIVE_LIMIT = 0x0100
+    """The switch is on."""
+    POSITIVE_LIMIT = 0x0200
+    LIMITED = 0x0400
+    """Something ends its way before it is where it is to go."""
 
 
 class AxisRegisters:
     """Of axis `number`, from 0 on.  A unit of length is `per_unit` increments."""
 
-    def __init__(self, number: int, axis: Axis, per_unit: int, cycle_ns: int) -> None:
-        self.axis, self._per_unit = axis, per_unit
-        self.positioner = Positioner(axis, cycle_ns)
+    def __init__(
+        self,
+        number: int,
+        axis: Axis,
+        per_unit: int,
+        cycle_ns: int,
+        switches: Switches,
+        software_limits: tuple[int, int],
+    ) -> None:
+        self.axis, self._per_unit, self._switches = axis, per_unit, switches
+        self.positioner = Positioner(axis, cycle_ns, Travel(switches))
         self._base = FIRST + number * SIZE
         self._values: dict[str, int] = {
             "operation": Operation.POSITION,
@@ -66,7 +81,10 @@ class AxisRegisters:
             "target_velocity": 0,
             "target_torque": 0,
             "command": Command.NOTHING,
+            "min_position": software_limits[0],
+            "max_position": software_limits[1],
         }
+        self._limit()
 
     def entries(self) -> Iterator[Entry]:
         return whole([*self._set_values(), *self._state()], SIZE)
@@ -96,6 +114,8 @@ class AxisRegisters:
             base + 13, "command", "u16", lambda: command["command"], self._command, self._check_command,
             about="acts each time it is written",
         )  # fmt: skip
+        yield self._kept(14, "min_position", "s32", unit="units", about="software limit", then=self._limit)
+        yield self._kept(16, "max_position", "s32", unit="units", about="software limit", then=self._limit)
 
     def _state(self) -> Iterator[Entry]:
         axis = self.axis
@@ -126,11 +146,13 @@ class AxisRegisters:
         check: Callable[[Value], None] | None = None,
         unit: str = "",
         about: str = "",
+        then: Callable[[], None] = lambda: None,
     ) -> Entry:
         values = self._values
 
         def write(value: Value) -> None:
             values[name] = int(value)
+            then()
 
         entry = Entry(self._base + offset, name, type, lambda: values[name], write, unit=unit, about=about)
         return entry if check is None else entry.checked_by(check)
@@ -173,7 +195,13 @@ class AxisRegisters:
             case Operation.VELOCITY:
                 self.positioner.run(values["target_velocity"] * self._per_unit, limits)
             case Operation.TORQUE:
-                self.positioner.push(values["target_torque"])
+                self.positioner.push(values["target_torque"], limits)
+
+    def _limit(self) -> None:
+        """As 607Dh: the ends of 32 bits, or a lower one that is not below, are none."""
+        low, high = self._values["min_position"], self._values["max_position"]
+        are_there = low < high and (low, high) != NO_LIMITS
+        self.positioner.travel.range = (low * self._per_unit, high * self._per_unit) if are_there else None
 
     @property
     def _limits(self) -> Limits:
@@ -196,6 +224,9 @@ class AxisRegisters:
             Status.ERROR: axis.is_in_error,
             Status.SIMULATED: axis.is_simulated,
             Status.FOREIGN: axis.set_values is not None and not is_ours,
+            Status.NEGATIVE_LIMIT: bool(self._switches.inputs & NEGATIVE),
+            Status.POSITIVE_LIMIT: bool(self._switches.inputs & POSITIVE),
+            Status.LIMITED: is_ours and positioner.travel.is_held_back,
         }
         return sum(bit for bit, is_on in bits.items() if is_on)
 

@@ -5,18 +5,20 @@ are those of fieldrig_bus.modbus.server.  It answers from the end of a boot on; 
 it is silent.  Holding and input registers are the same.  Left out: queues (function 24).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.modbus.message import CONNECTIONS, ModbusEvent, ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
+from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.axis_inputs import AxisInputs, check_terminals, terminals_in
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus_axis import AxisRegisters
 from fieldrig_devices.max4.modbus_cells import Entry, LiveBits, LiveRegisters
 from fieldrig_devices.max4.modbus_map import Window, controller_entries, inputs, outputs, status_of
-from fieldrig_devices.max4.modbus_settings import ModbusFaceSettings
+from fieldrig_devices.max4.modbus_settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.modbus_port import ModbusPort
 
 REFUSALS = {"server_failure": SERVER_DEVICE_FAILURE, "illegal_value": ILLEGAL_DATA_VALUE}
@@ -46,8 +48,21 @@ class _Unit:
 
 class ModbusFace:
     def __init__(
-        self, clock: Clock, controller: Controller, links: Sequence[Link[ModbusEvent]], settings: ModbusFaceSettings
+        self,
+        clock: Clock,
+        controller: Controller,
+        links: Sequence[Link[ModbusEvent]],
+        settings: ModbusFaceSettings,
+        switches: Mapping[str, Mapping[int, str]],
     ) -> None:
+        """`switches` are limit switches of axes as others know them: names of inputs by their bits.
+
+        ValueError, with what would be right, if the settings don't fit the controller's configuration.
+        """
+        check_terminals(
+            controller, "modbus.limits", {name: one.switches.values() for name, one in settings.limits.items()}
+        )
+        self._switches = switches
         self._clock, self._controller, self._settings = clock, controller, settings
         self._axes: list[AxisRegisters] = []
         self._asked_ns = clock.now_ns()
@@ -73,20 +88,30 @@ class ModbusFace:
     def _on_boot(self) -> None:
         """Axes and tree are others now."""
         controller, settings = self._controller, self._settings
-        self._axes = [
-            AxisRegisters(
-                number, axis, settings.units.get(axis.name, settings.increments_per_unit), controller.cycle_ns
-            )
-            for number, axis in enumerate(controller.axes.values())
-        ]
+        self._axes = [self._registers(number, axis) for number, axis in enumerate(controller.axes.values())]
         for port in self._ports:
             unit = _Unit(controller, self._axes, settings)
             port.servers = {settings.unit_id: ModbusServer(unit, settings.identification)}
+
+    def _registers(self, number: int, axis: Axis) -> AxisRegisters:
+        controller, settings = self._controller, self._settings
+        limits = settings.limits.get(axis.name, AxisLimits())
+        switches = {**self._switches.get(axis.name, {}), **limits.switches}
+        return AxisRegisters(
+            number,
+            axis,
+            settings.units.get(axis.name, settings.increments_per_unit),
+            controller.cycle_ns,
+            AxisInputs(terminals_in(controller.tree, switches)),
+            limits.software,
+        )
 
     def _on_asked(self) -> None:
         self._asked_ns = self._clock.now_ns()
 
     def _on_cycle(self) -> None:
+        for axis in self._axes:
+            axis.positioner.watch()
         watchdog_ns = self._settings.watchdog_ms * MS
         if watchdog_ns and self._clock.now_ns() - self._asked_ns > watchdog_ns:
             self._on_asked()

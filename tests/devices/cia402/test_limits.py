@@ -210,3 +210,22 @@ def test_a_cyclic_mode_that_begins_in_motion_comes_to_rest_until_it_is_led(bench
     bench.cycles(1)
     assert bench.motor.velocity == pytest.approx(300_000 - 20_000)  # the mean of the cycle
     assert bench.cycles(10).motor.velocity == 0
+
+
+def test_pv_who_stops_at_a_software_limit_may_turn_round(bench: Cia402Bench) -> None:
+    """2 000 000 a second and 6084h at first: 2 s and 2 000 000 increments to rest."""
+    bench.put(0x607D, -2_000_000, 1).put(0x607D, 3_000_000, 2).put(0x6084, 1_000_000).put(0x60FF, SPEED)
+    bench.motor.switches = lambda position: 0
+    bench.enabled(PV)
+    bench.cycles_until(lambda: bench.status(0x0800) != 0)
+    assert bench.motor.velocity > 0
+    bench.put(0x60FF, -100_000).cycles(600)
+    assert (bench.motor.velocity, bench.status(0x0800)) == (-100_000, 0)
+
+
+@pytest.mark.parametrize("ahead", [0, 1_000, 30_000, 60_000])
+def test_pv_a_software_limit_near_by_is_not_overrun(bench: Cia402Bench, ahead: int) -> None:
+    bench.put(0x607D, -200_000, 1).put(0x607D, ahead, 2).put(0x6083, 50_000_000).put(0x6084, 50_000_000)
+    bench.put(0x60FF, SPEED).enabled(PV)
+    places = [bench.cycles(1).motor.position for _ in range(250)]
+    assert max(places) == places[-1] == ahead

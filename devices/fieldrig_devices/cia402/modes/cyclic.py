@@ -61,7 +61,7 @@ class CyclicPosition(LinePosition):
     def status(self) -> int:
         if self.is_halted:
             return self.halted_status
-        return 0 if self.context.switches.held else FOLLOWS
+        return 0 if self.context.travel.held else FOLLOWS
 
 
 class CyclicVelocity(Mode):
@@ -95,7 +95,7 @@ class CyclicVelocity(Mode):
         context = self.context
         wanted = context.units.speed(velocity + context.objects[objects.VELOCITY_OFFSET])
         most = context.largest_speed
-        context.is_limited = abs(wanted) > most
+        context.travel.is_limited = abs(wanted) > most
         self._line.go(self._velocity, min(max(wanted, -most), most), context.interpolation_s)
         self._is_led = True
 
@@ -112,7 +112,9 @@ class CyclicVelocity(Mode):
     def step(self) -> None:
         context = self.context
         wanted, before = self._line.step(context.cycle_s), self._velocity
-        self._velocity = context.held_back(before, wanted) if context.is_barred(wanted) else wanted
+        self._velocity = (
+            context.held_back(before, wanted) if context.travel.is_barred(wanted, context.motor.position) else wanted
+        )
         context.track(self._velocity)
 
     @property
@@ -123,4 +125,4 @@ class CyclicVelocity(Mode):
     def status(self) -> int:
         if self.is_halted:
             return self.halted_status
-        return 0 if self.context.switches.held else FOLLOWS
+        return 0 if self.context.travel.held else FOLLOWS

@@ -81,5 +81,5 @@ class InterpolatedPosition(LinePosition):
     def status(self) -> int:
         if self.is_halted:
             return self.halted_status
-        is_there = self._line.is_done and not self._buffer and not self.context.switches.held
+        is_there = self._line.is_done and not self._buffer and not self.context.travel.held
         return (ACTIVE if self._is_active else 0) | (TARGET_REACHED if is_there else 0)

@@ -39,9 +39,9 @@ class LinePosition(Mode):
 
     def _aim(self, position: int) -> float:
         context = self.context
-        context.is_limited = False
+        context.travel.is_limited = False
         offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
-        return context.within(context.absolute(position, Direction.SHORTEST) + offset)
+        return context.travel.within(context.absolute(position, Direction.SHORTEST) + offset)
 
     def _follow(self, place: float) -> None:
         """In this cycle, as fast as 607Fh and limit switches allow."""
@@ -49,8 +49,8 @@ class LinePosition(Mode):
         most = context.largest_speed * context.cycle_s
         way = place - motion.position
         if abs(way) > most:
-            context.is_limited = True
+            context.travel.is_limited = True
             way = min(max(way, -most), most)
-        if context.switches.bars(way):
+        if context.travel.bars(way):
             way = context.held_back(motion.speed, way / context.cycle_s) * context.cycle_s
         motion.follow(motion.position + way, context.cycle_s)

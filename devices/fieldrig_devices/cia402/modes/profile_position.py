@@ -101,13 +101,13 @@ class ProfilePosition(Mode):
 
     def _start(self, set_point: SetPoint, seconds: float = 0.0) -> None:
         context = self.context
-        context.is_limited = False
+        context.travel.is_limited = False
         target = (
             self._base() + context.units.distance(set_point.position)
             if set_point.is_relative
             else context.absolute(set_point.position, set_point.direction)
         )
-        self._target, self._limits = context.within(target), set_point.limits
+        self._target, self._limits = context.travel.within(target), set_point.limits
         self._is_moving, self._is_stopped, self._is_reached = True, False, False
         self._window.reset()
         if not self.is_halted:
@@ -138,7 +138,7 @@ class ProfilePosition(Mode):
         context = self.context
         motion = context.motion
         is_driving = self._is_moving and not self.is_halted
-        if is_driving and context.switches.bars(self._target - motion.position) and not self._is_stopped:
+        if is_driving and context.travel.bars(self._target - motion.position) and not self._is_stopped:
             self._give_up()
         motion.step(context.cycle_s)
         if self.is_halted or self._is_stopped or not motion.is_done:

@@ -12,7 +12,7 @@ from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.window import Window
-from fieldrig_devices.motion.profile import change_speed, move
+from fieldrig_devices.motion.profile import change_speed
 
 SPEED_IS_0: Final = BIT_12
 _WINDOW_TIME: Final = (objects.VELOCITY_TIME, 0)
@@ -25,8 +25,8 @@ class ProfileVelocity(Mode):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._is_active = False
-        self._end: float | None = None
-        """The software limit that is driven to."""
+        self._is_ending = False
+        """At a software limit."""
         self._wanted = 0.0
         self._is_stopped = False
         """By a limit switch."""
@@ -54,9 +54,9 @@ class ProfileVelocity(Mode):
 
     def _run(self) -> None:
         context = self.context
-        self._end, self._is_stopped = None, False
+        self._is_ending = self._is_stopped = False
         limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
-        context.is_limited = abs(self._asked) > limits.speed
+        context.travel.is_limited = abs(self._asked) > limits.speed
         self._wanted = min(max(self._asked, -limits.speed), limits.speed)
         context.motion.start(change_speed(context.motion.speed, self._wanted, limits))
 
@@ -73,7 +73,7 @@ class ProfileVelocity(Mode):
 
     def _watch_switches(self) -> None:
         context = self.context
-        if not context.switches.bars(context.motion.speed or self._wanted):
+        if not context.travel.bars(context.motion.speed or self._wanted):
             if self._is_stopped:
                 self._run()
             self._watch_limits()
@@ -84,16 +84,13 @@ class ProfileVelocity(Mode):
     def _watch_limits(self) -> None:
         """So that the stop at a software limit begins in time."""
         context, motion = self.context, self.context.motion
-        ends = context.range
-        if ends is None or self._end is not None or motion.speed == 0:
+        if context.travel.range is None or self._is_ending:
             return
-        end = ends[1] if motion.speed > 0 else ends[0]
-        limits = context.profile_limits(max(abs(motion.speed) / context.units.per_unit, 1))
-        stopping = motion.speed * abs(motion.speed) / (2 * limits.deceleration) + motion.speed * context.cycle_s
-        if (end - motion.position - stopping) * motion.speed <= 0:
-            self._end = end
-            context.is_limited = True
-            motion.start(move(end - motion.position, motion.speed, limits))
+        limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
+        way = context.travel.stop_ahead(motion.position, motion.speed, self._wanted, limits, context.cycle_s)
+        if way is not None:
+            self._is_ending = True
+            motion.start(way)
 
     def _compare(self) -> None:
         """606Dh to 6070h.  What holds and has held long enough goes on to."""

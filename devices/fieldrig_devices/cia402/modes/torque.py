@@ -34,7 +34,7 @@ class ProfileTorque(Mode):
 
     def step(self) -> None:
         context, wanted = self.context, self._wanted()
-        if context.is_barred(self._speed() or wanted):
+        if context.travel.is_barred(self._speed() or wanted, context.motor.position):
             self._hold()
         else:
             context.track(context.motor.velocity)
@@ -65,7 +65,7 @@ class ProfileTorque(Mode):
         numbers = self.context.objects
         target = 0 if self.is_halted else numbers[objects.TARGET_TORQUE] + self._offset()
         most = numbers[objects.MAX_TORQUE]
-        self.context.is_limited = abs(target) > most
+        self.context.travel.is_limited = abs(target) > most
         return min(max(target, -most), most)
 
     def _offset(self) -> int:
