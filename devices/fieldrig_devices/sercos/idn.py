@@ -70,8 +70,7 @@ class Code(IntEnum):
     BELOW_MINIMUM = 0x7006
     ABOVE_MAXIMUM = 0x7007
     INVALID = 0x7008
-    COMMAND_ACTIVE = 0x700B
-    COMMAND_IMPOSSIBLE = 0x700C
+    COMMAND_ACTIVE = 0x7010
 
 
 class ServiceError(Exception):

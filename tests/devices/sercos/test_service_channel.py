@@ -134,7 +134,7 @@ def test_a_procedure_command_is_set_awaited_and_cleared() -> None:
     channel.step(OPEN | 1, COMMAND)
     assert channel.step(0x3E, 3) == (0, 0)
     assert channel.step(0x0D) == (1, 0x0007)  # under way
-    assert channel.step(0x3E, 3) == (4, 0x700B)  # and not a second time
+    assert channel.step(0x3E, 3) == (4, 0x7010)  # and not a second time
     channel.started[0].finish()
     assert channel.ended == [True]
     channel.step(OPEN | 1, COMMAND)
