@@ -5,6 +5,7 @@ element, and writes 0 to clear it.
 """
 
 from collections.abc import Callable
+from copy import copy
 
 from fieldrig_devices.sercos.datum import Datum
 from fieldrig_devices.sercos.idn import Code, ServiceError
@@ -22,16 +23,19 @@ class Command:
         on_change: Callable[[bool], None],
         cancel: Callable[[], None] | None = None,
     ) -> None:
-        """`start` ends, now or later, with `finish`; it may raise ServiceError.
+        """`start` ends, now or later, with `finish`.
 
         `on_change` tells whether the command has ended and is not yet cleared.
         """
         self._datum, self._start, self._on_change, self._cancel = datum, start, on_change, cancel
+        self._run: Command | None = None
+        """What `start` was given last: a command of its own, so that what was begun before can't end it."""
+        self._is_over = False
         datum.writer = self._write
 
     @property
     def is_active(self) -> bool:
-        return self._datum.status == self.ACTIVE
+        return self._datum.status == self.ACTIVE and not self._is_over
 
     def finish(self, *, is_good: bool = True) -> None:
         if self.is_active:
@@ -42,19 +46,26 @@ class Command:
         """The ring went down: nothing is asked for any more."""
         if self.is_active and self._cancel is not None:
             self._cancel()
-        self._datum.data, self._datum.status = b"\0\0", self.CLEARED
+        self._leave(b"\0\0", self.CLEARED)
+
+    def _leave(self, data: bytes, status: int) -> None:
+        if self._run is not None:
+            self._run._is_over = True
+        self._datum.data, self._datum.status = data, status
 
     def _write(self, data: bytes) -> None:
         match data[0] & 3:
             case 3:
                 if self.is_active:
                     raise ServiceError(Code.COMMAND_ACTIVE)
-                self._datum.data, self._datum.status = data, self.ACTIVE
-                self._start(self)
+                self._leave(data, self.ACTIVE)
+                self._run = copy(self)
+                self._start(self._run)
             case 1:
-                self._datum.data, self._datum.status = data, self.INTERRUPTED
+                if self.is_active:
+                    self._leave(data, self.INTERRUPTED)
             case _:
                 if self.is_active and self._cancel is not None:
                     self._cancel()
-                self._datum.data, self._datum.status = data, self.CLEARED
+                self._leave(data, self.CLEARED)
                 self._on_change(False)

@@ -144,6 +144,38 @@ def test_a_procedure_command_is_set_awaited_and_cleared() -> None:
     assert channel.ended == [True, False]
 
 
+def test_what_a_command_began_before_it_was_cleared_does_not_end_it_later() -> None:
+    channel = Channel()
+    for control in (OPEN | 1, 0x3E, 0x3F, 0x3E):
+        channel.step(control, {OPEN | 1: COMMAND, 0x3E: 3, 0x3F: 0}[control])
+    first, second = channel.started
+    first.finish()
+    assert (first.is_active, second.is_active) == (False, True)
+    assert channel.step(0x0D) == (1, 0x0007)
+    assert channel.ended == [False]
+    second.finish()
+    assert channel.step(0x0C) == (0, 0x0003)
+
+
+def test_a_command_that_was_interrupted_is_active_when_it_is_enabled_again() -> None:
+    channel = Channel()
+    channel.step(OPEN | 1, COMMAND)
+    channel.step(0x3E, 3)
+    channel.step(0x3F, 1)
+    assert channel.step(0x0C) == (0, 0x0005)  # set, not enabled, not yet executed
+    channel.step(0x3F, 3)
+    assert channel.step(0x0C) == (0, 0x0007)
+
+
+def test_a_command_that_has_ended_can_not_be_interrupted() -> None:
+    channel = Channel()
+    channel.step(OPEN | 1, COMMAND)
+    channel.step(0x3E, 3)
+    channel.started[0].finish()
+    channel.step(0x3F, 1)
+    assert channel.step(0x0C) == (0, 0x0003)
+
+
 def test_a_command_that_fails_says_so() -> None:
     channel = Channel()
     channel.step(OPEN | 1, COMMAND)
