@@ -142,6 +142,8 @@ class Datum:
             raise ServiceError(Code.TOO_LONG)
         if len(data) < 4 + actual or actual % self.attribute.length.bytes:
             raise ServiceError(Code.TOO_SHORT)
+        if len(data) > 4 + actual + actual % 2:  # a step has two bytes
+            raise ServiceError(Code.TOO_LONG)
         data = data[4 : 4 + actual]
         if self.attribute.format is not Format.TEXT:
             self._check_limits(self.decoded(data))

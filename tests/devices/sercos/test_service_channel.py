@@ -11,6 +11,7 @@ from fieldrig_devices.sercos.service import ServiceClient, ServiceServer
 
 GAIN = 104
 VERSION = 30
+NOTE = 142
 LIST = 16
 COMMAND = 99
 
@@ -34,6 +35,7 @@ def table() -> IdnTable:
                 "V00.15",
                 largest=16,
             ),
+            Datum(NOTE, "note", Attribute(Length.LIST_OF_BYTES, Format.TEXT), "", largest=16),
             Datum(LIST, "list", Attribute(Length.LIST_OF_WORDS, Format.IDN), (51, 40), largest=8),
             Datum(36, "velocity", Attribute(Length.FOUR, Format.SIGNED), -2, minimum=-1_000, maximum=1_000),
             Datum(COMMAND, "reset", Attribute(Length.TWO, Format.BINARY, is_command=True)),
@@ -89,6 +91,30 @@ OPEN = 0x0E
         pytest.param(36, [(0x3E, 5, 0x4, 0x7002)], id="too short"),
         pytest.param(VERSION, [(0x3E, 5, 0x4, 0x7004)], id="read only"),
         pytest.param(LIST, [(0x3A, 10, 0, 0), (0x3F, 10, 0x5, 0x7003)], id="longer than the list may be"),
+        pytest.param(
+            LIST,
+            [(0x3A, 2, 0, 0), (0x3B, 8, 1, 0), (0x3A, 47, 0, 0), (0x3F, 36, 0x5, 0x7003)],
+            id="more than announced",
+        ),
+        pytest.param(LIST, [(0x3A, 4, 0, 0), (0x3B, 8, 1, 0), (0x3E, 47, 0x4, 0x7002)], id="less than announced"),
+        pytest.param(
+            LIST,
+            [(0x3A, 0, 0, 0), (0x3F, 8, 1, 0), (0x38, 0, 0, 0), (0x3D, 0, 1, 8)],
+            id="an empty list is its two lengths",
+        ),
+        pytest.param(
+            NOTE,
+            [(0x3A, 3, 0, 0), (0x3B, 16, 1, 0), (0x3A, 0x6261, 0, 0), (0x3F, 0xFF63, 1, 0), (0x38, 0, 0, 3)],
+            id="a text of three bytes has a fourth to fill the step",
+        ),
+        pytest.param(
+            LIST,
+            [(0x3A, 2, 0, 0), (0x39, 0, 1, 4), (0x3A, 2, 0, 0), (0x3B, 8, 1, 0), (0x3E, 47, 0, 0)],
+            id="writing that a reading has interrupted begins anew",
+        ),
+        pytest.param(
+            LIST, [(0x38, 0, 0, 4), (0x11, 0, 1, 4), (0x38, 0, 0, 4)], id="reading that another has interrupted as well"
+        ),
         pytest.param(GAIN, [(0x16, 5, 0x4, 0x2004)], id="a name is not written"),
         pytest.param(36, [(0x24, 0, 0x4, 0x4001)], id="there is no unit"),
         pytest.param(7, [(0x14, 0, 0x4, 0x2001)], id="there is no name"),
