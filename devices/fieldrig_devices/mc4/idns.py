@@ -6,11 +6,12 @@ with the resolution S-0-0079), velocities 0.0001 1/min, torques 0.1 % of the mot
 AxisState in its high byte and MC4State in its low one, so that both may be cyclic.
 """
 
+from functools import partial
 from typing import Final, NamedTuple
 
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, MotorData
 from fieldrig_devices.sercos.datum import Datum, IdnTable
-from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Format, Length, p
+from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Format, Length, ServiceError, p
 
 MC4_STATE: Final = p(1)
 AXIS_STATE: Final = p(2)
@@ -208,7 +209,14 @@ def _datum(row: Row) -> Datum:
     )
     if row.idn in (32, 33, 34, 35):
         datum.minimum, datum.maximum = min(MODES), max(MODES)
+        datum.writer = partial(_take_mode, datum)
     return datum
+
+
+def _take_mode(datum: Datum, data: bytes) -> None:
+    if datum.decoded(data)[0] not in MODES:
+        raise ServiceError(Code.INVALID)
+    datum.data = data
 
 
 def show_motor(table: IdnTable, motor: MotorData | None) -> None:

@@ -118,6 +118,17 @@ def test_what_it_refuses(bench: DriveBench, idn: int, data: bytes, code: int) ->
     assert refused.code == code
 
 
+def test_operation_mode_that_it_has_not_is_refused_when_it_is_written() -> None:
+    datum = idn_table()[33]
+    for mode in (0x0001, 0x0002, 0x0003, 0x000B):
+        datum.write(mode.to_bytes(2, "little"), 2)
+        assert datum.number == mode
+    for mode, code in ((0, "7006"), (4, "7008"), (0x000A, "7008"), (0x000C, "7007")):
+        with pytest.raises(ServiceError, match=code):
+            datum.write(mode.to_bytes(2, "little"), 2)
+    assert datum.number == 0x000B
+
+
 def test_gain_that_was_written_counts() -> None:
     bench = DriveBench({"parameters": {"idns": {"S-0-0104": 120, "S-0-0032": 3}}}).up().enable()
     bench.follow(lambda cycle: 400 * cycle)
