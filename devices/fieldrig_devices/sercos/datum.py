@@ -4,7 +4,7 @@ Source: IEC 61491 by its public facts.  Numbers go over the ring low byte first;
 and largest length in bytes.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 
 from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Element, Format, ServiceError
 
@@ -167,6 +167,8 @@ class IdnTable:
 
     def __init__(self, data: Iterable[Datum] = ()) -> None:
         self._data: dict[int, Datum] = {}
+        self.cyclic: Container[int] = ()
+        """IDNs that come with the MDT, from CP3 on."""
         for datum in data:
             self.add(datum)
 

@@ -70,6 +70,8 @@ class Code(IntEnum):
     BELOW_MINIMUM = 0x7006
     ABOVE_MAXIMUM = 0x7007
     INVALID = 0x7008
+    CYCLIC = 0x700A
+    """It comes with the telegrams."""
     COMMAND_ACTIVE = 0x7010
 
 

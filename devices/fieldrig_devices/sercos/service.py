@@ -93,6 +93,8 @@ class ServiceServer:
     def _write(self, datum: Datum, element: Element, is_last: bool, info: int) -> None:
         if element is not Element.DATA:
             raise ServiceError(element << 12 | Code.READ_ONLY & 0xFFF)
+        if self._phase() >= 3 and datum.idn in self._table.cyclic:
+            raise ServiceError(Code.CYCLIC)
         if self._element is not element or not self._is_write:
             self._begin(element, is_write=True)
         self._buffer += info.to_bytes(2, "little")

@@ -110,6 +110,7 @@ def test_times_and_coast_options_are_the_controllers_to_write() -> None:
         (51, bytes(4), Code.READ_ONLY),
         (32, b"\x0b\x00", Code.PROTECTED_NOW),
         (0x8FFF, b"", Code.NO_IDN),
+        (47, bytes(4), 0x700A),  # it comes with every MDT
     ],
 )
 def test_what_it_refuses(bench: DriveBench, idn: int, data: bytes, code: int) -> None:
