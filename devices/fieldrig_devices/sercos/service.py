@@ -27,6 +27,8 @@ STATUS_MASK: Final = 0x07
 
 PATIENCE_CYCLES: Final = 10
 """For an answer in the handshake."""
+BUSY_CYCLES: Final = 5_000
+"""That a drive may be busy with one step; our choice."""
 TIMED_OUT: Final = 0x0002
 """No message of the drive's: it did not answer; our number beside the service channel error messages."""
 RING_DOWN: Final = 0x0003
@@ -136,7 +138,7 @@ class ServiceClient:
         self._waiting: deque[_Request] = deque()
         self._present: _Request | None = None
         self._steps: Generator[_Step, int, bytes] | None = None
-        self._patience = 0
+        self._patience = self._busy = 0
         self.more_patience = 0
         """Cycles beyond `PATIENCE_CYCLES`."""
         self._attributes: dict[int, Attribute] = {}
@@ -167,6 +169,8 @@ class ServiceClient:
         """Once a cycle, with the status word of the AT; not needed while idle."""
         if self._steps is None:
             self._begin()
+        elif status & BUSY and self._busy < BUSY_CYCLES:
+            self._busy += 1
         elif status & BUSY or (status ^ self.control) & AHS:
             self.wait()
         elif status & ERROR:
@@ -198,7 +202,7 @@ class ServiceClient:
         word = step.element << ELEMENT_SHIFT | (WRITE if step.is_write else 0) | (LAST if step.is_last else 0)
         self.control = word | (~self.control & MHS)
         self.info = step.info
-        self._patience = PATIENCE_CYCLES + self.more_patience
+        self._patience, self._busy = PATIENCE_CYCLES + self.more_patience, 0
 
     def _end(self, outcome: bytes | ServiceError) -> None:
         request, self._present, self._steps = self._present, None, None

@@ -262,6 +262,30 @@ def test_a_drive_that_does_not_answer_is_given_up() -> None:
     assert [str(one) for one in got] == ["service channel error 0002h"]
 
 
+def test_a_drive_that_is_busy_is_waited_for() -> None:
+    """It has heard: its handshake may have turned already, the step goes on."""
+    channel, client = Channel(), ServiceClient()
+    got: list[bytes | ServiceError] = []
+    client.read(GAIN, Element.DATA, got.append)
+    for _ in range(3):  # IDN, attribute
+        client.step(channel.server.status, channel.server.info)
+        channel.server.step(client.control, client.info)
+    for cycle in range(500):
+        client.step(channel.server.status ^ (cycle & 1) | 0x2, 0)
+    assert got == []
+    run(channel, client)
+    assert got == [b"\x64\0"]
+
+
+def test_a_drive_that_is_busy_for_ever_is_given_up() -> None:
+    client = ServiceClient()
+    got: list[bytes | ServiceError] = []
+    client.read(GAIN, Element.DATA, got.append)
+    for _ in range(6_000):
+        client.step(0x2, 0)
+    assert [str(one) for one in got] == ["service channel error 0002h"]
+
+
 def test_a_ring_that_goes_down_ends_everything() -> None:
     client = ServiceClient()
     got: list[bytes | ServiceError] = []
