@@ -119,7 +119,9 @@ class Requests:
         return self.eeprom.counter.to_bytes(3, "big")
 
     def _on_increase_counter(self, _now_ns: int, _data: bytes) -> bytes:
-        self.eeprom.counter = (self.eeprom.counter + 1) % COUNTS
+        if self.eeprom.counter == COUNTS - 1:
+            raise RefusedError(Status.COUNTER)
+        self.eeprom.counter += 1
         self._on_change()
         return b""
 

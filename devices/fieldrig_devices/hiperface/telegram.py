@@ -4,7 +4,8 @@ The protocol is SICK STEGMANN's; its description is not at hand, so this stands 
 
 - commands, their names, code 0 = 55h as delivered, temperature at channel 48h: SICK DME4000 operating instructions 9.7
 - 9600 baud, 8E1, address 40h, broadcast FFh, XOR checksum, examples: wiki of Nilab (reverso encoder)
-- status codes: SICK SEK34/SEL34 product information; B&R's help on ACOPOS error 7013
+- status codes: SICK SEK34/SEL34 product information; B&R's help on ACOPOS error 7013; a counter at its end stays there,
+  with an error: SICK HIPERFACE DSL manual 8.9
 - lengths of 42h, 43h, 4Ah to 4Dh, 52h, bit 7 of the command, a refusal is the status telegram 50h, times that a drive
   waits: two drives whose firmware is public (Phase Motion Control AxM-E, Servotronix CDHD); 44h, 46h, 4Bh and the rules
   of data fields: Kübler Sendix S36 manual 5.1.2
@@ -63,6 +64,7 @@ class Status(IntEnum):
     I2C_BUS = 0x05
     MEMORY_CHECKSUM = 0x06
     WATCHDOG = 0x07
+    COUNTER = 0x08
     PARITY = 0x09
     CHECKSUM = 0x0A
     COMMAND = 0x0B
@@ -88,6 +90,7 @@ ABOUT: Final[Mapping[int, str]] = {
     Status.I2C_BUS: "bus to the memory out of order",
     Status.MEMORY_CHECKSUM: "checksum of the memory wrong",
     Status.WATCHDOG: "reset by the program's watchdog",
+    Status.COUNTER: "counter at its end",
     Status.PARITY: "parity error",
     Status.CHECKSUM: "checksum of the telegram wrong",
     Status.COMMAND: "unknown command",

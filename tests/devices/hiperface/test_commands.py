@@ -112,8 +112,13 @@ def test_counter_has_24_bits() -> None:
     bench = EncoderBench()
     bench.encoder.eeprom.counter = 0xFFFFFF
     assert bench.ask("46") == "46 ff ff ff"
-    bench.ask("47")
-    assert bench.ask("46") == "46 00 00 00"
+    kept = len(bench.kept)
+    assert bench.ask("47") == "50 08"  # counter overflow; it stays where it is
+    assert bench.ask("46") == "46 ff ff ff"
+    assert len(bench.kept) == kept
+    assert bench.ask("49 55") == "49"
+    assert bench.ask("47") == "47"
+    assert bench.ask("46") == "46 00 00 01"
 
 
 @pytest.mark.manual("PD-170")
