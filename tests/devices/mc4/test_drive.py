@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mc4_bench import BRAKE_PLATE, ENABLED, PLAIN_PLATE, SMALL_PLATE, DriveBench
 
 from fieldrig_bus.wires import Motion, Signal
-from fieldrig_devices.mc4.idns import STANDSTILL_TORQUE
+from fieldrig_devices.mc4.idns import READ_PLATE, STANDSTILL_TORQUE
 
 BRAKED = {"motor": {"name_plate": BRAKE_PLATE}}
 LOADED = {**BRAKED, "load": {"inertia_kg_m2": 0.02}}
@@ -437,6 +437,10 @@ def test_simulated_drive_is_where_it_is_told_and_has_no_errors() -> None:
     bench.rig.add_fault("d1", {"what": "dc_bus"})
     bench.run(100)
     assert bench.code() == 0
+    bench.control = 0
+    bench.run(100)
+    assert bench.command(READ_PLATE), "there is none, and none is needed"
+    assert (bench.code(), bench.states()) == (0, (1, 0x10))
 
 
 @pytest.mark.manual("PD-176")
