@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
-from fieldrig.clock import Clock
+from fieldrig.clock import Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_devices.hiperface.client import Failure, Motor, MotorError, read_motor, read_position
@@ -21,6 +21,7 @@ from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
 from fieldrig_devices.mc4.motor import MotorData
 
 T = TypeVar("T")
+Action = Callable[[], None]
 SHARED: Final = tuple(MotorData.__dataclass_fields__)
 """Fields of a motor's data, which all are fields of a plate."""
 
@@ -44,7 +45,7 @@ class EncoderEnd:
         """A plate of another motor than that of `motor_type` and `serial_number` is refused, if they are given."""
         self._clock, self._link, self._address = clock, link, address
         self._wanted = (motor_type, serial_number)
-        self._waiting: deque[tuple[Conversation[Any], Callable[[Conversation[Any]], None]]] = deque()
+        self._waiting: deque[tuple[Conversation[Any], Callable[[Conversation[Any]], None], Action | None]] = deque()
         self.motor: Motor | None = None
         """As it was read last."""
         self.failure: Failure | None = None
@@ -55,8 +56,9 @@ class EncoderEnd:
     def start(self) -> None:
         self._link.send(FORM)
 
-    def ask(self, script: Script[T], done: Callable[[Conversation[T]], None]) -> None:
-        self._waiting.append((Conversation(script, self._address), done))
+    def ask(self, script: Script[T], done: Callable[[Conversation[T]], None], on_asked: Action | None = None) -> None:
+        """`on_asked` is called when the encoder has heard a request."""
+        self._waiting.append((Conversation(script, self._address), done, on_asked))
         self._seat.wake()
 
     def read_motor(self, done: Callable[[Motor | Failure], None]) -> None:
@@ -74,8 +76,8 @@ class EncoderEnd:
         """None: `failure` says why."""
         self.read_motor(lambda found: done(motor_data(found.plate) if isinstance(found, Motor) else None))
 
-    def read_position(self, done: Callable[[int | None], None]) -> None:
-        """In increments, to within a step of the encoder; None: no answer."""
+    def read_position(self, done: Callable[[int | None], None], on_asked: Action | None = None) -> None:
+        """In increments, to within a step of the encoder, at the instant of `on_asked`; None: no answer."""
 
         def ended(conversation: Conversation[int]) -> None:
             try:
@@ -84,7 +86,7 @@ class EncoderEnd:
                 steps = None
             done(None if steps is None else increments_of(steps))
 
-        self.ask(read_position(), ended)
+        self.ask(read_position(), ended, on_asked)
 
     # ---- what its seat asks
 
@@ -94,9 +96,11 @@ class EncoderEnd:
 
     def due(self, now_ns: int) -> bytes:
         while self._waiting:
-            conversation, done = self._waiting[0]
+            conversation, done, on_asked = self._waiting[0]
             sent = conversation.due(now_ns)
             if not conversation.is_done:
+                if sent and on_asked is not None:
+                    self._clock.call_at(now_ns + len(sent) * FORM.bits_per_character * S // FORM.baud, on_asked)
                 return sent
             self._waiting.popleft()
             done(conversation)

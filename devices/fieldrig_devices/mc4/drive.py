@@ -86,8 +86,8 @@ class Mc4(Device):
         if plate is None:
             return EncoderEnd(self._clock, InternalLine(self._clock).ends[0])
 
-        def shaft(_now_ns: int) -> Turning:
-            return Turning(machine.shaft_increments / INCREMENTS_PER_TURN, machine.axis.v / tau)
+        def shaft(now_ns: int) -> Turning:
+            return Turning(machine.shaft_at(now_ns) / INCREMENTS_PER_TURN, machine.axis.v / tau)
 
         kind = TYPES["multi_turn" if plate.is_multi_turn else "single_turn"]
         return built_in(self._clock, HiperfaceEncoder(kind, eeprom_with(plate), shaft), wanted)

@@ -10,7 +10,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.mc4 import idns, tuning
-from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode
+from fieldrig_devices.mc4.axis import INCREMENTS, Axis, IdealAxis, Mode
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
@@ -49,7 +49,7 @@ class Ride(Protocol):
 class Machine:
     __slots__ = (
         "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_is_dc_dead",
-        "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_shown_mode", "_slow_due_ns",
+        "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_readings", "_shown_mode", "_slow_due_ns",
         "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis_alone", "chain",
         "controller", "cycle_steps", "dc", "diagnosis", "enable_bit", "encoder", "faults", "inverter_enable",
         "is_cyclic", "load_nm", "motor", "operation_mode", "overload_position", "ride", "runs", "settings",
@@ -109,6 +109,8 @@ class Machine:
         self._slow_ns = self.at_ns = clock.now_ns()
         self._slow_due_ns = self._slow_ns + SLOW_NS
         self._is_dc_dead = self._is_enable_lost = False
+        self._readings = 0
+        """Of the name plate, that are under way."""
         self._given = self._causes = 0
         self._is_motor_given = true_motor is not None
         self.shaft_offset = 0.0
@@ -131,7 +133,8 @@ class Machine:
             self.faults.add(fault)
         if self.settings.simulated:
             self.dc.volt = self.dc.full_v
-            self._adopt(MotorData(), 0)
+            self._adopt(MotorData(), 0, self.shaft_increments)
+            self.look()
         else:
             self.read_plate()
 
@@ -142,24 +145,33 @@ class Machine:
             return
         encoder = self.encoder
         assert encoder is not None
+        self._readings += 1
+        then = 0.0
+
+        def end(is_good: bool) -> None:
+            self._readings -= 1
+            self.look()
+            done(is_good)
+
+        def on_asked() -> None:
+            nonlocal then
+            then = self.shaft_at(self._clock.now_ns())
 
         def on_plate(motor: MotorData | None) -> None:
             if motor is None or self._is_plate_bad:
                 self.motor = None
                 idns.show_motor(self._table, None)
                 self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
-                self.look()
-                done(False)
+                end(False)
             else:
-                encoder.read_position(lambda increments: on_position(motor, increments))
+                encoder.read_position(lambda increments: on_position(motor, increments), on_asked)
 
         def on_position(motor: MotorData, increments: int | None) -> None:
             if increments is None:
                 self.diagnosis.raise_(Code.ENCODER_SIGNAL)
-                self.look()
             else:
-                self._adopt(motor, increments)
-            done(increments is not None)
+                self._adopt(motor, increments, then)
+            end(increments is not None)
 
         encoder.read_plate(on_plate)
 
@@ -172,8 +184,8 @@ class Machine:
     def _is_plate_bad(self) -> bool:
         return self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
 
-    def _adopt(self, motor: MotorData, increments: int) -> None:
-        """Automatic motor recognition (manual 520)."""
+    def _adopt(self, motor: MotorData, increments: int, then: float) -> None:
+        """Automatic motor recognition (manual 520).  The encoder said `increments` when the shaft was at `then`."""
         self.diagnosis.end(Code.ENCODER_MEMORY)
         self.diagnosis.end(Code.ENCODER_SIGNAL)
         self.motor = motor
@@ -185,15 +197,15 @@ class Machine:
             self.rearrange()
         else:
             self._build(motor)
-        self._place(increments, motor.range_turns * INCREMENTS_PER_TURN, true)
-        self.look()
+        self._place(increments, motor.range_turns * INCREMENTS_PER_TURN, then, true)
 
-    def _place(self, increments: int, span: int, true: float) -> None:
-        """The absolute position, as the encoder tells it in steps and its analog signals between them."""
+    def _place(self, increments: int, span: int, then: float, true: float) -> None:
+        """The absolute position, as the encoder tells it in steps and its analog signals between them and since."""
         position = (increments + span // 2) % span - span // 2
-        finer = (round(true) - position + span // 2) % span - span // 2
+        finer = (round(then) - position + span // 2) % span - span // 2
         if abs(finer) <= STEP:
             position += finer
+        position += round(true) - round(then)
         self.axis.put(position)
         self.shaft_offset = true - position
 
@@ -201,6 +213,11 @@ class Machine:
     def shaft_increments(self) -> float:
         """Where the shaft is; the encoder may be offset."""
         return self.axis.position + self.shaft_offset
+
+    def shaft_at(self, now_ns: int) -> float:
+        """The same, between two steps too."""
+        self.catch_up()
+        return self.shaft_increments + self.axis.v * INCREMENTS * (now_ns - self.at_ns) / 1e9
 
     def _build(self, motor: MotorData) -> None:
         """The plant anew, with this motor."""
@@ -357,7 +374,8 @@ class Machine:
 
     @property
     def can_start(self) -> bool:
-        return self.motor is not None and self.dc.is_charged and not self._is_dc_dead and not self.diagnosis.has_error
+        is_powered = self.dc.is_charged and not self._is_dc_dead
+        return self.motor is not None and not self._readings and is_powered and not self.diagnosis.has_error
 
     def look_at_slow_things(self) -> bool:
         """Whether anything has come of it that needs a `look`."""

@@ -73,5 +73,5 @@ class Encoder(Protocol):
     def read_plate(self, done: Callable[[MotorData | None], None]) -> None:
         """None: there is no plate that could be read."""
 
-    def read_position(self, done: Callable[[int | None], None]) -> None:
-        """Absolute, in increments, from 0; None: no answer."""
+    def read_position(self, done: Callable[[int | None], None], on_asked: Callable[[], None]) -> None:
+        """Absolute, in increments, from 0, at the instant at which `on_asked` is called; None: no answer."""

@@ -314,6 +314,43 @@ def test_absolute_position_is_known_at_power_on(plate: str, turns: float, positi
     assert bench.feedback()[0] == position
 
 
+def off_by(bench: DriveBench) -> float:
+    """Increments between what the drive calls its position and where the load is, which is stiff and without a gear."""
+    return float(bench.get("position") - bench.get("load_position") / tau * 1_000_000)
+
+
+@pytest.mark.manual("PD-174")
+def test_position_is_right_though_the_shaft_turns_while_the_encoder_answers() -> None:
+    """The answer is of the instant at which the encoder was asked, some 9 ms before."""
+    bench = DriveBench({"load": {"torque_nm": 0.2}, "initial_turns": 12.25})
+    bench.up(2_000)
+    assert bench.get("speed") < -1_000, "it has fallen from the start on"
+    assert off_by(bench) == pytest.approx(0, abs=2)
+
+
+def test_name_plate_that_is_read_again_in_motion_leaves_the_position() -> None:
+    bench = DriveBench({}).up().enable()
+    bench.follow(lambda cycle: 8_000 * cycle)
+    bench.run(600)
+    bench.control = 0x8000  # free
+    bench.run(40)
+    assert bench.get("speed") > 100
+    assert bench.command(READ_PLATE)
+    assert off_by(bench) == pytest.approx(0, abs=2)
+
+
+def test_drive_is_not_enabled_while_its_name_plate_is_read() -> None:
+    bench = DriveBench({}).up()
+    ended: list[bool] = []
+    bench.master.command(1, READ_PLATE, ended.append)
+    bench.run(40)
+    bench.control = ENABLED
+    bench.run(160)
+    assert (bench.states(), ended) == ((1, 0x10), [])
+    bench.run(800)
+    assert (bench.states(), ended) == ((3, 0x21), [True])
+
+
 @pytest.mark.manual("PD-007", "PD-170", "PD-177")
 def test_drive_configures_itself_from_the_name_plate() -> None:
     bench = DriveBench({}, {"motor": {"name_plate": SMALL_PLATE}}).up()
