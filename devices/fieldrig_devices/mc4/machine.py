@@ -19,6 +19,7 @@ from fieldrig_devices.mc4.faults import (
     DriveFaults,
     EnableLost,
     EncoderMemory,
+    EncoderSignal,
     StuckBrake,
     WrongMotor,
 )
@@ -153,32 +154,35 @@ class Machine:
             self.look()
             done(is_good)
 
+        def fail(code: Code) -> None:
+            self.motor = None
+            idns.show_motor(self._table, None)
+            self.diagnosis.raise_(code, stays=True)
+            end(False)
+
         def on_asked() -> None:
             nonlocal then
             then = self.shaft_at(self._clock.now_ns())
 
         def on_plate(motor: MotorData | None) -> None:
             if motor is None or self._is_plate_bad:
-                self.motor = None
-                idns.show_motor(self._table, None)
-                self.diagnosis.raise_(Code.ENCODER_MEMORY, stays=True)
-                end(False)
+                fail(Code.ENCODER_MEMORY)
             else:
                 encoder.read_position(lambda increments: on_position(motor, increments), on_asked)
 
         def on_position(motor: MotorData, increments: int | None) -> None:
             if increments is None:
-                self.diagnosis.raise_(Code.ENCODER_SIGNAL)
+                fail(Code.ENCODER_SIGNAL)
             else:
                 self._adopt(motor, increments, then)
-            end(increments is not None)
+                end(True)
 
         encoder.read_plate(on_plate)
 
     @property
     def lacks_plate(self) -> bool:
-        """It could not be read, and nothing has been done about it since."""
-        return self.motor is None and Code.ENCODER_MEMORY in self.diagnosis.pending
+        """It or the position could not be read, and nothing has been done about it since."""
+        return self.motor is None and not {Code.ENCODER_MEMORY, Code.ENCODER_SIGNAL}.isdisjoint(self.diagnosis.pending)
 
     @property
     def _is_plate_bad(self) -> bool:
@@ -187,7 +191,8 @@ class Machine:
     def _adopt(self, motor: MotorData, increments: int, then: float) -> None:
         """Automatic motor recognition (manual 520).  The encoder said `increments` when the shaft was at `then`."""
         self.diagnosis.end(Code.ENCODER_MEMORY)
-        self.diagnosis.end(Code.ENCODER_SIGNAL)
+        if self.faults.find(EncoderSignal) is None:
+            self.diagnosis.end(Code.ENCODER_SIGNAL)
         self.motor = motor
         idns.show_motor(self._table, motor)
         tuning.tune(self._table, self.settings, motor)

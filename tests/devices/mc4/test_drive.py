@@ -463,6 +463,40 @@ def test_quitting_tries_to_read_the_name_plate_again() -> None:
     assert (bench.code(), bench.get("motor_type")) == (0, "SM-100/30/080/P1/45/M0")
 
 
+def test_encoder_that_tells_its_plate_and_no_position_is_asked_again_by_quitting() -> None:
+    links = {"ring": "ring", "encoder": "line"}
+    encoder = {
+        "kind": "fieldrig_devices.hiperface.device:SmEncoder",
+        "name_plate": PLAIN_PLATE,
+        "links": {"line": "line"},
+    }
+    bench = DriveBench({"motor": None, "links": links}, line={"kind": "serial.virtual", "parity": "E"}, sm=encoder)
+    silent = bench.rig.add_fault("sm", {"what": "silent", "start_ms": 448})  # just before the last question
+    bench.up(6_000)
+    assert bench.code() == 1105
+    assert not bench.command(99)
+    bench.run(8)
+    assert bench.code() in (1105, 1117), "it still does not answer"
+    bench.rig.clear_fault("sm", silent)
+    assert bench.command(99)
+    assert (bench.code(), bench.get("motor_type")) == (0, "SM-100/30/080/P1/45/M0")
+    bench.enable()
+    assert bench.states() == (3, 0x21)
+
+
+def test_reading_the_name_plate_does_not_mend_the_encoders_signals() -> None:
+    bench = DriveBench({}).up()
+    number = bench.rig.add_fault("d1", {"what": "encoder_signal"})
+    bench.run(200)
+    assert bench.code() == 1105
+    assert bench.command(READ_PLATE)
+    assert not bench.command(99)
+    assert bench.code() == 1105
+    bench.rig.clear_fault("d1", number)
+    assert bench.command(99)
+    assert bench.code() == 0
+
+
 @pytest.mark.manual("PD-030")
 def test_simulated_drive_is_where_it_is_told_and_has_no_errors() -> None:
     bench = DriveBench({"simulated": True, "motor": None}).up().enable()
