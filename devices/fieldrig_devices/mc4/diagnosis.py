@@ -43,7 +43,7 @@ class Code(IntEnum):
 class Message:
     de: str
     en: str
-    class_1_bit: int | None
+    class_1_bit: int
     """In S-0-0011 (IEC 61491); 15: it stands in S-0-0129 alone."""
     reaction: Reaction | None = None
     """None: by its class."""
@@ -65,7 +65,7 @@ MESSAGES: Final[Mapping[Code, Message]] = {
     Code.OVERLOAD: Message("Überlast", "overload", 0, Reaction.OVERLOAD),
     Code.AMPLIFIER_TEMPERATURE: Message("Endstufentemperatur zu hoch", "amplifier temperature too high", 1),
     Code.FOLLOWING_ERROR: Message("Schleppfehler zu groß", "following error too large", 11),
-    Code.SUPPLY_24V: Message("Externe 24V-Versorgung zu niedrig", "external 24 V supply too low", None),
+    Code.SUPPLY_24V: Message("Externe 24V-Versorgung zu niedrig", "external 24 V supply too low", 4),
 }
 LIMITS: Final = {Limit.STOP_TIME: Code.STOP_TIME_LIMIT, Limit.OVERLOAD_STOP_TIME: Code.OVERLOAD_STOP_TIME}
 
@@ -114,7 +114,11 @@ class Diagnosis:
     @property
     def has_error(self) -> bool:
         """Something is pending that the drive reacts to."""
-        return any(self.reaction_to(code) is not Reaction.NONE for code in self._pending)
+        return bool(self._errors)
+
+    @property
+    def _errors(self) -> list[Code]:
+        return [code for code in self._pending if self.reaction_to(code) is not Reaction.NONE]
 
     @property
     def pending(self) -> tuple[Code, ...]:
@@ -136,18 +140,16 @@ class Diagnosis:
 
     @property
     def class_1(self) -> int:
-        """S-0-0011."""
+        """S-0-0011: what shuts the drive down."""
         word = 0
-        for code in self._pending:
-            bit = MESSAGES[code].class_1_bit
-            if bit is not None:
-                word |= 1 << bit
+        for code in self._errors:
+            word |= 1 << MESSAGES[code].class_1_bit
         return word
 
     @property
     def manufacturer_class_1(self) -> int:
         """S-0-0129: a bit for each message that has no other of its own."""
-        return sum(bit for code, bit in MANUFACTURER_BITS.items() if code in self._pending)
+        return sum(bit for code, bit in MANUFACTURER_BITS.items() if code in self._errors)
 
 
 MANUFACTURER_BITS: Final = {

@@ -100,6 +100,17 @@ def test_class_1_diagnostics_have_the_bits_of_the_standard(diagnosis: Diagnosis)
     assert diagnosis.manufacturer_class_1 == MANUFACTURER_BITS[Code.STOP_TIME_LIMIT]
 
 
+@pytest.mark.manual("PD-097")
+def test_class_1_diagnostics_follow_the_class_that_was_given(reactions: list[Reaction]) -> None:
+    """They are errors that shut the drive down: neither a notice, nor an error without its bit."""
+    diagnosis = Diagnosis(reactions.append, {7134: 2, 3117: 6, 2106: 7})
+    diagnosis.raise_(Code.MOTOR_TEMPERATURE)
+    diagnosis.raise_(Code.DC_BUS_CONTROLLER)
+    assert (diagnosis.has_error, diagnosis.class_1, diagnosis.manufacturer_class_1) == (False, 0, 0)
+    diagnosis.raise_(Code.SUPPLY_24V)
+    assert (diagnosis.has_error, diagnosis.class_1) == (True, 1 << 4), "control voltage error"
+
+
 def test_table_is_whole() -> None:
     assert set(MESSAGES) == set(Code)
     assert all(message.de and message.en for message in MESSAGES.values())
