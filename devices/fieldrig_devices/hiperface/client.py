@@ -10,7 +10,7 @@ from typing import Final
 from fieldrig_devices.hiperface.conversation import AnsweredError, NoAnswerError, Request, Script
 from fieldrig_devices.hiperface.memory import CREATED, WRITABLE, size_of, status_for
 from fieldrig_devices.hiperface.plate import HEAD, NamePlate, PlateError, Wrong, plate_length
-from fieldrig_devices.hiperface.shaft import BY_CODE
+from fieldrig_devices.hiperface.shaft import BY_CODE, INCREMENTS
 from fieldrig_devices.hiperface.telegram import (
     FACTORY_CODE,
     LARGEST_FIELD,
@@ -100,6 +100,8 @@ def _check(identity: Identity, plate: NamePlate, motor_type: str | None, serial_
     kind = BY_CODE.get(identity.type_code)
     if kind is None:
         raise MotorError(Failure.FOREIGN, f"type code {identity.type_code:02X}h")
+    if plate.encoder_increments != INCREMENTS:
+        raise MotorError(Failure.FOREIGN, f"it counts {plate.encoder_increments} increments a turn, not {INCREMENTS}")
     if plate.is_multi_turn != (kind.turns > 1):
         raise MotorError(Failure.SWAPPED, f"it has no encoder of type {identity.type_code:02X}h")
     for is_there, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):

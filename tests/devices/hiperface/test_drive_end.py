@@ -128,7 +128,12 @@ def renew(there: HiperfaceEncoder) -> None:
     there.eeprom.fields[0].data[:100] = body + crc16(body)
 
 
-@pytest.mark.manual("PD-171")
+def count_otherwise(there: HiperfaceEncoder) -> None:
+    """A right plate of a resolver (manual 6933), which the drive can't count by."""
+    there.eeprom.fields[0].data[:] = PLATE.model_copy(update={"encoder_increments": 65_000}).encode()
+
+
+@pytest.mark.manual("PD-171", "PD-173")
 @pytest.mark.parametrize(
     ("do", "failure"),
     [
@@ -143,6 +148,7 @@ def renew(there: HiperfaceEncoder) -> None:
         (rewrite, Failure.FOREIGN),
         (renew, Failure.FOREIGN),
         (shrink, Failure.FOREIGN),
+        (count_otherwise, Failure.FOREIGN),
     ],
 )
 def test_what_is_wrong_has_a_name(do: Callable[[HiperfaceEncoder], None], failure: Failure) -> None:
