@@ -160,7 +160,7 @@ class Communication:
             invalid.append(6)
         if value[89] < value[6] + table[4].number:
             invalid.append(89)
-        if value[8] <= value[89]:
+        if value[8] < value[89] + table[90].number:
             invalid.append(8)
         if value[7] > cycle_us - table[5].number:
             invalid.append(7)

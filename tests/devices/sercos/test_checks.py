@@ -49,6 +49,8 @@ def test_right_values_are_found_right() -> None:
         ({"s6": 395}, [89]),  # less than tATMT, 10, before the MDT
         ({"s6": 390}, []),
         ({"s8": 400}, [8]),  # the command value counts before it is there
+        ({"s8": 429}, [8]),  # tMTSG, 30, to take it over
+        ({"s8": 430}, []),
         ({"s7": 3_901}, [7]),  # t4min is 100
         ({"s7": 3_900}, []),
         ({"s89": 4_000, "s8": 4_001}, [8, 89]),
