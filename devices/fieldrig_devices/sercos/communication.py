@@ -30,7 +30,7 @@ _TIMES: Final = {
     89: "MDT transmission starting time (t2)",
 }
 _OWN_TIMES: Final = {
-    3: ("shortest AT transmission starting time (t1min)", 20),
+    3: ("shortest AT transmission starting time (t1min)", 10),
     4: ("transmit/receive transition time (tATMT)", 10),
     5: ("minimum feedback processing time (t4min)", 100),
     87: ("transmit/transmit recovery time (tATAT)", 10),
@@ -155,12 +155,12 @@ class Communication:
         cycle_us = value[2]
         if value[1] % (cycle_us or 1):
             invalid.append(1)
-        invalid += [number for number in (6, 7, 8, 89) if value[number] >= cycle_us]
+        invalid += [number for number in (6, 7) if value[number] >= cycle_us]
         if value[6] < table[3].number:
             invalid.append(6)
-        if value[89] < value[6] + table[4].number:
+        if not value[6] + table[4].number <= value[89] <= cycle_us - table[88].number:
             invalid.append(89)
-        if value[8] < value[89] + table[90].number:
+        if not value[89] + table[90].number <= value[8] <= cycle_us:
             invalid.append(8)
         if value[7] > cycle_us - table[5].number:
             invalid.append(7)

@@ -1,4 +1,7 @@
-"""When each telegram of a cycle begins, and what lies where in the MDT (IEC 61491, S-0-0001 to S-0-0010)."""
+"""When each telegram of a cycle begins, and what lies where in the MDT (IEC 61491, S-0-0001 to S-0-0010).
+
+A drive is told times that are counted from the end of the MST, which is all that it hears of the cycle's begin.
+"""
 
 import struct
 from collections.abc import Sequence
@@ -19,7 +22,7 @@ class RingPlan:
     def timing(self, drive: Drive, own: dict[int, int]) -> dict[int, int]:
         """S-0-0001 and on for one drive, in microseconds and bytes; `own` are S-0-0003 and 5, as it told them."""
         cycle_us = self.cycle_ns // US
-        at_ns = telegram_ns(MST_BYTES, self._mbaud)
+        mst_ns, at_ns = telegram_ns(MST_BYTES, self._mbaud), 0
         for other in self._order:
             at_ns += GAP_NS
             if other is drive:
@@ -35,8 +38,8 @@ class RingPlan:
             1: cycle_us,
             2: cycle_us,
             6: max(at_ns // US, own[3]),
-            89: mdt_ns // US,
-            8: (end_ns + self._settling_ns) // US,
+            89: (mdt_ns - mst_ns) // US,
+            8: (end_ns - mst_ns + self._settling_ns) // US,
             7: max(cycle_us - own[5] - 1, 1),
             9: position,
             10: length,

@@ -44,8 +44,8 @@ def test_right_values_are_found_right() -> None:
         ({"s1": 0, "s2": 0}, [1, 2, 6, 7, 8, 89]),
         ({"s1": 2_000, "s2": 4_000}, [1]),  # not a multiple
         ({"s1": 4_000, "s2": 2_000, "s7": 1_900}, []),
-        ({"s6": 19}, [6]),  # t1min is 20
-        ({"s6": 20}, []),
+        ({"s6": 9}, [6]),  # t1min is 10
+        ({"s6": 10}, []),
         ({"s6": 395}, [89]),  # less than tATMT, 10, before the MDT
         ({"s6": 390}, []),
         ({"s8": 400}, [8]),  # the command value counts before it is there
@@ -54,6 +54,8 @@ def test_right_values_are_found_right() -> None:
         ({"s7": 3_901}, [7]),  # t4min is 100
         ({"s7": 3_900}, []),
         ({"s89": 4_000, "s8": 4_001}, [8, 89]),
+        ({"s8": 4_000}, []),  # with the end of the cycle at the latest
+        ({"s89": 3_981, "s8": 4_000}, [8, 89]),  # tMTSY, 20, before the next MST
         ({"s15": 8 + 6}, []),  # of more bits the low three pick the telegram
         ({"s9": 18}, [9, 10]),  # 8 bytes do not fit behind byte 17 of 24
         ({"s9": 17}, []),

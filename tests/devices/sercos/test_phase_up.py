@@ -52,7 +52,7 @@ def test_cp2_reads_what_the_drive_needs_over_the_service_channel() -> None:
     bench = RingBench(5).up(2)
     lines = telegrams(bench, 2)
     start = lines.index("MDT 05 0f 00 03 00")
-    # S-0-0003: IDN; attribute 7011 0001h (never written, unsigned, two bytes, factor 1); 20 us.  Then S-0-0004
+    # S-0-0003: IDN; attribute 7011 0001h (never written, unsigned, two bytes, factor 1); 10 us.  Then S-0-0004
     assert lines[start : start + 10] == [
         "MDT 05 0f 00 03 00",
         "AT 05 01 40 00 00",
@@ -61,7 +61,7 @@ def test_cp2_reads_what_the_drive_needs_over_the_service_channel() -> None:
         "MDT 05 1d 00 00 00",
         "AT 05 01 40 11 70",
         "MDT 05 3c 00 00 00",
-        "AT 05 00 40 14 00",
+        "AT 05 00 40 0a 00",
         "MDT 05 0f 00 04 00",
         "AT 05 01 40 00 00",
     ]
@@ -73,8 +73,10 @@ def test_cp2_writes_the_timing_and_lets_the_drive_check_it() -> None:
     assert [table[number].number for number in (1, 2, 9, 10, 15)] == [4000, 4000, 1, 8, 7]
     assert (table[24].numbers, table[16].numbers) == ([47], [51])
     # MST 54 bits, AT of 9 bytes 88 bits and 17 stuffed and 16, MDT of 9 bytes the same, at 4 MBaud with gaps of 10 us
-    assert table[6].number == 23  # 13.5 + 10
-    assert table[89].number == 63  # + 30.25 + 10
+    # all counted from the end of the MST
+    assert table[6].number == 10
+    assert table[89].number == 50  # + 30.25 + 10
+    assert table[8].number == 180  # + 30.25 + 100
     lines = telegrams(bench, 2)
     start = lines.index("MDT 05 0f 00 7f 00") if "MDT 05 0f 00 7f 00" in lines else lines.index("MDT 05 0e 00 7f 00")
     assert any("MDT 05 3e 00 03 00" in line or "MDT 05 3f 00 03 00" in line for line in lines[start:])
