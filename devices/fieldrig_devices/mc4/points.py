@@ -92,7 +92,11 @@ def _power_points(machine: Machine) -> dict[str, Point]:
         machine.dc.is_mains_on = _truth(value)
 
     def set_ambient(value: Value) -> None:
-        machine.thermal.ambient_c = _number(value, "a temperature in degC")
+        right = "a temperature from -273 to 10000 degC"
+        degc = _number(value, right)
+        if not -273 <= degc <= 10_000:
+            raise ValueError(right)
+        machine.thermal.ambient_c = degc
 
     return {
         "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "of this drive"),

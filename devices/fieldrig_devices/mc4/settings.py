@@ -70,7 +70,7 @@ class AmplifierSettings(Settings):
     model_config = ConfigDict(allow_inf_nan=False)
 
     type: str = "MC-4/11/22/400"
-    continuous_current_a: float = Field(default=10.0, gt=0, description="for 250 % of it, one second")
+    continuous_current_a: float = Field(default=10.0, gt=0, le=100_000, description="for 250 % of it, one second")
     mains_v: float = Field(default=400.0, ge=100, le=500)
 
 

@@ -35,6 +35,10 @@ MOVING: Final = {
 """Of the axis, by IDN: expressions in Python, with names for `place` (the set position, in increments) and so on."""
 
 
+def _tenths(degc: float) -> int:
+    return min(round(degc * 10), 0x7FFF)
+
+
 def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tuple[int, ...]]:
     """All values of these IDNs of `MOVING`."""
     names = {
@@ -82,8 +86,8 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
         129: lambda: machine.diagnosis.manufacturer_class_1,
         182: lambda: machine.chain.axis_state << 8 | machine.chain.mc4_state,
         380: lambda: min(round(machine.dc.volt), 32_767),
-        383: lambda: round(machine.thermal.motor_c * 10),
-        384: lambda: round(machine.thermal.amplifier_c * 10),
+        383: lambda: _tenths(machine.thermal.motor_c),
+        384: lambda: _tenths(machine.thermal.amplifier_c),
         390: lambda: int(machine.diagnosis.code),
         110: lambda: round(settings.amplifier.continuous_current_a * 2500),
         112: lambda: round(settings.amplifier.continuous_current_a * 1000),

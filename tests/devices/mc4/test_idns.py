@@ -5,7 +5,7 @@ import re
 import pytest
 from mc4_bench import ENABLED, DriveBench
 
-from fieldrig.errors import ConfigError
+from fieldrig.errors import ConfigError, ControlError
 from fieldrig_devices.mc4.idns import (
     BACKUP,
     COAST_OPTION,
@@ -164,6 +164,16 @@ def test_class_3_says_what_it_does() -> None:
     bench.follow(lambda cycle: 2_000 * cycle)
     bench.run(500)
     assert bench.number(13) & 0b10 == 0
+
+
+def test_temperature_that_no_word_can_hold_is_the_most_that_it_can(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mc4_bench.FEEDBACK", (51, 182, 390, 383, 384))
+    bench = DriveBench({}).up()
+    bench.rig.set("d1", "ambient", 4_000.0)
+    bench.run(40)
+    assert bench.feedback()[3:] == (32_767, 32_767)
+    with pytest.raises(ControlError, match="from -273 to 10000 degC"):
+        bench.rig.set("d1", "ambient", 1e308)
 
 
 def test_versions() -> None:
