@@ -171,7 +171,9 @@ class Machine:
                 encoder.read_position(lambda increments: on_position(motor, increments), on_asked)
 
         def on_position(motor: MotorData, increments: int | None) -> None:
-            if increments is None:
+            if self._is_plate_bad:  # since
+                fail(Code.ENCODER_MEMORY)
+            elif increments is None:
                 fail(Code.ENCODER_SIGNAL)
             else:
                 self._adopt(motor, increments, then)

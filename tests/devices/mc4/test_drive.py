@@ -484,6 +484,14 @@ def test_encoder_that_tells_its_plate_and_no_position_is_asked_again_by_quitting
     assert bench.states() == (3, 0x21)
 
 
+@pytest.mark.parametrize("start_ms", range(440, 466, 5))
+def test_memory_that_fails_at_any_instant_of_the_start_is_not_quitted(start_ms: int) -> None:
+    """Type label, plate and position are read until 460 ms."""
+    bench = DriveBench({"faults": [{"what": "encoder_memory", "start_ms": start_ms}]}).up()
+    assert (bench.code(), bench.get("motor_type")) == (1117, "")
+    assert not bench.command(99)
+
+
 def test_reading_the_name_plate_does_not_mend_the_encoders_signals() -> None:
     bench = DriveBench({}).up()
     number = bench.rig.add_fault("d1", {"what": "encoder_signal"})
