@@ -260,9 +260,11 @@ def test_a_request_on_a_ring_that_goes_down_is_answered() -> None:
 
 
 def test_same_seed_same_telegrams() -> None:
-    runs = [
-        RingBench(3, 1, faults=[{"what": "distort", "station": "drive0", "telegram": "at", "probability": 0.01}]).up()
-        for _ in range(2)
-    ]
+    runs = [RingBench(3, 1) for _ in range(2)]
+    fault = {"what": "distort", "station": "drive0", "telegram": "at", "probability": 0.01}
+    for run in runs:
+        run.up(ms=1).rig.add_fault("ring0", fault)
+        run.run(3_000)
     assert runs[0].trace == runs[1].trace
+    assert runs[0].master.wrong_fcs > 0
     assert any(isinstance(message, Mdt | Cycle) for _, _, message in runs[0].trace)
