@@ -227,14 +227,14 @@ class RingSide:
 
     @property
     def states(self) -> int:
-        """S-0-0013: bit 0 speed as told, 1 standing, 3 torque at its limit, 6 in position."""
+        """S-0-0013: bit 0 speed as told, 1 standing, 4 torque at its limit, 6 in position."""
         machine = self._machine
         axis = machine.axis
         speed = abs(axis.v)
         window = self._table[124].number * SPEED_UNIT
         is_in_position = abs(axis.e) * INCREMENTS <= self._table[57].number
         at_limit = abs(axis.t) >= 0.999 * axis.limits.torque
-        return (abs(axis.v - axis.set_speed) <= window) | (speed <= window) << 1 | at_limit << 3 | is_in_position << 6
+        return (abs(axis.v - axis.set_speed) <= window) | (speed <= window) << 1 | at_limit << 4 | is_in_position << 6
 
     @property
     def message(self) -> str:

@@ -83,10 +83,11 @@ class Communication:
         self._mst_failures = table.add(Datum(28, "error counter MST", _WORD))
         self._mdt_failures = table.add(Datum(29, "error counter MDT", _WORD))
         table.add(Datum(96, "slave arrangement", Attribute(Length.TWO, Format.HEX, protected=READ_ONLY)))
+        self.commands: list[Command] = []
         for number, phase in ((127, 3), (128, 4)):
             attribute = Attribute(Length.TWO, Format.BINARY, is_command=True)
             datum = table.add(Datum(number, f"CP{phase} transition check", attribute))
-            Command(datum, partial(check, phase), on_command_end)
+            self.commands.append(Command(datum, partial(check, phase), on_command_end))
 
     def _add_records(self) -> None:
         late = Attribute(Length.TWO, protected=_PROTECTED_LATE)
@@ -122,6 +123,11 @@ class Communication:
     @property
     def cycle_us(self) -> int:
         return self._table[2].number
+
+    def clear_counters(self) -> None:
+        """S-0-0028 and S-0-0029 count from CP3 on."""
+        self._mst_failures.set(0)
+        self._mdt_failures.set(0)
 
     def count_mst_failure(self) -> None:
         self._mst_failures.set(min(self._mst_failures.number + 1, 0xFFFF))

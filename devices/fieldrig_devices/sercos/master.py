@@ -188,15 +188,16 @@ class SercosMaster:
 
     def _in_operation(self, answers: Answers) -> None:
         drives = self.drives
-        ats = answers.ats
+        ats, heard = answers.ats, 0
         for at in ats:
             drive = drives.get(at[0])
             if drive is not None and len(at) == drive.at_length:
                 drive.values = drive.values_of(at, 1)
+                heard += 1
         if self._settling:
             self._settle(ats)
-        elif len(ats) != len(self._order):
-            self._miss({at[0] for at in ats})
+        elif heard != len(self._order):
+            self._miss(ats)
         elif self._had_missed:
             self._forget_missed()
         if self._busy:
@@ -241,11 +242,13 @@ class SercosMaster:
             if client.is_idle and drive in self._busy:
                 self._busy.remove(drive)
 
-    def _miss(self, heard: set[int]) -> None:
+    def _miss(self, ats: Sequence[bytes]) -> None:
+        """An AT of another length is none."""
+        lengths = {at[0]: len(at) for at in ats}
         self._had_missed = True
         is_down = False
         for drive in self._order:
-            if drive.address in heard:
+            if lengths.get(drive.address) == drive.at_length:
                 drive.missed = 0
                 continue
             drive.missed += 1

@@ -8,6 +8,7 @@ diagnostic.  Left out: phase 5 (firmware download), and multiplexed data.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final, Protocol
 
 from fieldrig.clock import US, Clock, Timer
@@ -16,7 +17,7 @@ from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
-from fieldrig_devices.sercos.datum import IdnTable
+from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
 from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, Telegrams, record
 
@@ -74,9 +75,9 @@ class StandIn(Protocol):
 
 class SercosSlave:
     __slots__ = (
-        "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_heard",
-        "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
-        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_values", "_values_of",
+        "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
+        "_heard", "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
+        "_missed_msts", "_offset", "_patience_ns", "_places", "_service", "_status", "_values", "_values_of",
         "_waits_for_0", "_watch", "address", "failures", "layout", "phase", "stand_in", "table", "then",
     )  # fmt: skip
 
@@ -88,10 +89,12 @@ class SercosSlave:
         self._application = application
         self.phase = 0
         self.failures = 0
-        """Bits of S-0-0014 beside the phase, until `clear_failures`."""
+        """Bits of S-0-0014 beside the phase, until `clear_failures`; the phase stays as it was with the first."""
         self._service = ServiceServer(table, lambda: self.phase)
-        self._data = Communication(table, lambda: self.phase | self.failures, self._check, self._on_command_end)
-        self._commands: list[Command] = []
+        self._failed_in = 0
+        """The phase in which the first of them came."""
+        self._data = Communication(table, self._interface_status, self._check, self._on_command_end)
+        self._commands = list(self._data.commands)
         self._change_bit = 0
         self._control_seen = 0
         self._values: tuple[int, ...] = (0, 0)
@@ -104,6 +107,8 @@ class SercosSlave:
         self.layout = self._data.layout()
         """Of its record in the MDT; from CP3 on it stays."""
         self._offset, self._mdt_length = 0, 0
+        self._places: dict[int, int] = {}
+        """Of the command values in `_values`, by IDN."""
         self._values_of = record(()).unpack_from
         self._status: int | None = None
         """Status word that the head of the AT was laid with; None: the service channel or a command has changed."""
@@ -124,6 +129,10 @@ class SercosSlave:
     def telegrams(self) -> Telegrams:
         """IDNs in its records; from CP3 on they stay."""
         return self._data.telegrams
+
+    def _interface_status(self) -> int:
+        """S-0-0014."""
+        return self._failed_in | self.failures if self.failures else self.phase
 
     def clear_failures(self) -> None:
         """S-0-0099, reset of class 1 diagnostics."""
@@ -180,7 +189,8 @@ class SercosSlave:
         """CP1 and CP2: an MDT for one drive, and its AT."""
         mdt = cycle.mdt
         if cycle.mst and len(mdt) == 1 + HEAD_BYTES and mdt[0] == self.address:
-            self._on_service(int.from_bytes(mdt[1:3], "little"), int.from_bytes(mdt[3:5], "little"))
+            if self.phase == 2:
+                self._on_service(int.from_bytes(mdt[1:3], "little"), int.from_bytes(mdt[3:5], "little"))
             self._send(self._application.status(), b"")
 
     def _on_late_cycle(self, cycle: Cycle) -> None:
@@ -219,9 +229,8 @@ class SercosSlave:
         self._is_fast = False
         self._missed_msts += 1
         if self.phase >= 3:
-            if self._missed_msts < MOST_MISSED:
-                self._data.count_mst_failure()
-            else:
+            self._data.count_mst_failure()
+            if self._missed_msts >= MOST_MISSED:
                 self._fail(words.MST_FAILED)
         elif self.phase >= 1 and self._missed_msts >= MOST_MISSED_EARLY:
             self._enter(0)
@@ -230,13 +239,15 @@ class SercosSlave:
         """Whether the ring still stands."""
         self._is_fast = False
         self._missed_mdts += 1
+        self._data.count_mdt_failure()
         if self._missed_mdts < MOST_MISSED:
-            self._data.count_mdt_failure()
             return True
         self._fail(words.MDT_FAILED)
         return False
 
     def _fail(self, failure: int) -> None:
+        if not self.failures:
+            self._failed_in = self.phase
         self.failures |= failure
         self._waits_for_0 = True
         was_in_use = self.phase >= 3
@@ -288,6 +299,7 @@ class SercosSlave:
             self._control_seen = self._change_bit = 0
             self._is_checked = {3: False, 4: False}
         elif phase == 3:
+            self._data.clear_counters()
             self._lay_out()
             self._heard_before = -1
             if self._watch is None:
@@ -299,14 +311,26 @@ class SercosSlave:
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
         self._values_of = record(layout.mdt).unpack_from
         self._values = (0,) * (HEAD_VALUES + len(layout.mdt))
+        self._places = {idn: place for place, idn in enumerate(self.telegrams.mdt, HEAD_VALUES)}
+        for idn in self._places:
+            datum = self.table[idn]
+            datum.reader = partial(self._told, datum)
+
+    def _told(self, datum: Datum) -> bytes:
+        """A command value: that of the last MDT, if it has it."""
+        place = self._places.get(datum.idn) if self.phase >= 3 else None
+        return datum.data if place is None else datum.encoded(self._values[place])
 
     def _check(self, phase: int, command: Command) -> None:
-        """S-0-0127 and S-0-0128."""
+        """S-0-0127 and S-0-0128, for the phase that follows."""
+        if self.phase != phase - 1:
+            command.finish(is_good=False)
+            return
         invalid = self._application.check(phase)
         if phase == 3:
             invalid = sorted({*invalid, *self._data.invalid()})
         self._data.show_invalid(phase, invalid)
-        self._is_checked[phase] = not invalid and self.phase == phase - 1
+        self._is_checked[phase] = not invalid
         command.finish(is_good=self._is_checked[phase])
 
     def _on_command_end(self, has_ended: bool) -> None:

@@ -249,11 +249,18 @@ def test_class_2_change_bit_is_masked(mask: int) -> None:
 
 def test_class_3_tells_when_the_torque_is_at_its_limit() -> None:
     bench = DriveBench({}).up().enable()
-    assert not bench.number(13) & 0x0008
+    assert not bench.number(13) & 0x0010  # bit 3 is for S-0-0126, the torque threshold, which there is not
     bench.write(92, (10).to_bytes(2, "little"))  # 1 %
     bench.rig.set("d1", "load_torque", 0.5)
     bench.run(40)
-    assert bench.number(13) & 0x0008
+    assert bench.number(13) & 0x0018 == 0x0010
+
+
+def test_command_values_of_the_mdt_can_be_read_over_the_service_channel() -> None:
+    bench = DriveBench({}).up().enable()
+    bench.raw = (ENABLED | 0x0100, 1_234_567, 600_000, -50)
+    bench.run(40)
+    assert (bench.number(47), bench.number(36), bench.number(80)) == (1_234_567, 600_000, 0x10000 - 50)
 
 
 def test_reset_clears_the_failures_of_the_interface() -> None:

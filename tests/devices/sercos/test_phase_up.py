@@ -8,6 +8,7 @@ from ring_bench import RingBench
 
 from fieldrig.clock import MS
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt
+from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Element, ServiceError
 from fieldrig_devices.sercos.ring_drive import Event
 
@@ -268,3 +269,12 @@ def test_same_seed_same_telegrams() -> None:
     assert runs[0].trace == runs[1].trace
     assert runs[0].master.wrong_fcs > 0
     assert any(isinstance(message, Mdt | Cycle) for _, _, message in runs[0].trace)
+
+
+def test_answer_of_a_wrong_length_is_none() -> None:
+    bench = RingBench(3, 1).up()
+    bench.drives[1].on_cycle = lambda values: (words.POWERED, b"")  # type: ignore[method-assign]
+    bench.events.clear()
+    bench.run(40)
+    assert [(event.address, event.code) for event in bench.seen(Event.AT_FAILED)] == [(1, 1), (1, 2)]
+    assert bench.master.phase == 0

@@ -289,3 +289,41 @@ def test_what_comes_then_is_not_told_a_disturbed_cycle_nor_kept_for_the_next() -
     bare.cycle(4, b"")
     bare.cycles([4] * 3, MDT)
     assert bare.slave.phase == 4
+
+
+def test_both_of_two_telegrams_that_bring_it_down_are_counted() -> None:
+    """S-0-0028 and S-0-0029: of more than two in a row the first two."""
+    assert Bare().in_phase(4).cycles([None] * 4, MDT).table[28].number == 2
+    assert Bare().in_phase(4).cycles([4] * 4, b"").table[29].number == 2
+
+
+def test_counters_begin_anew_with_cp3() -> None:
+    bare = Bare()
+    bare.table[28].set(7)
+    bare.table[29].set(8)
+    bare.in_phase(3)
+    assert (bare.table[28].number, bare.table[29].number) == (0, 0)
+
+
+def test_interface_status_keeps_the_phase_of_a_failure_until_that_is_quitted() -> None:
+    bare = Bare().in_phase(4).cycles([None] * 2, MDT)
+    assert bare.table[14].number == words.MST_FAILED | 4
+    bare.cycles([0, 1])
+    assert bare.table[14].number == words.MST_FAILED | 4
+    bare.slave.clear_failures()
+    assert bare.table[14].number == 1
+
+
+def test_transition_checks_are_cleared_when_the_ring_goes_down() -> None:
+    bare = Bare().in_phase(2)
+    bare.write(127, b"\3\0")
+    assert bare.table[127].status == Command.DONE
+    bare.cycles([0, 1, 2])
+    assert (bare.table[127].status, bare.table[127].data) == (Command.CLEARED, b"\0\0")
+
+
+def test_service_channel_is_dead_in_cp1() -> None:
+    """It is set up in CP2; a drive that is called in CP1 only says that it is there."""
+    bare = Bare().in_phase(1)
+    at = bare.cycle(1, bytes.fromhex("05 0f00 2f00"))  # MHS, write, last, element 1: S-0-0047
+    assert (at[0], at[1] & 7, at[3:5]) == (ADDRESS, 0, b"\0\0")
