@@ -1,6 +1,7 @@
 """An ARP card seen from CAN: what a program would move is moved by the test, frames are text."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from canopen_bench import parse, show
@@ -16,7 +17,7 @@ from fieldrig_devices.arp.can.face import CanFace
 from fieldrig_devices.arp.faults import Faults
 from fieldrig_devices.arp.language.instructions import WRITABLE
 from fieldrig_devices.arp.outside import CardState
-from fieldrig_devices.arp.parameters import Parameters
+from fieldrig_devices.arp.parameters import Parameters, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram
 
 NODE_ID = 10  # the default of @Par[5]
@@ -76,6 +77,17 @@ class OutsideCard:
     def save_parameter(self, group: int, number: int, raw: int) -> bool:
         self.asked.append(f"save {group}/{number}")
         return self.parameters.set_flash(group, number, raw) and self.parameters.set_ram(group, number, raw)
+
+    def save_parameters(self, values: ParameterValues) -> bool:
+        with self.saving(values):
+            return True
+
+    @contextmanager
+    def saving(self, values: ParameterValues) -> Iterator[None]:
+        yield
+        for (group, number), raw in values.items():
+            self.asked.append(f"save {group}/{number}")
+            self.parameters.set_flash(group, number, raw)
 
     def run_program(self) -> bool:
         return self._command("run")

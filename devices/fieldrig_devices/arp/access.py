@@ -25,7 +25,8 @@ class Access:
         self.position, self.speed = parts.axes.position, parts.axes.speed
         self.tracking_error = parts.axes.tracking_error
         self.analog_input = parts.analog_inputs.read
-        self.save_parameter = operation.save_parameter
+        self.save_parameter, self.save_parameters = operation.save_parameter, operation.save_parameters
+        self.saving = operation.saving
         self.run_program, self.stop_program = operation.run_program, operation.stop_program
         self.reset, self.load = operation.reset, operation.load
 

@@ -9,6 +9,8 @@ it was, for whoever looks.
 import hashlib
 import json
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from fieldrig_devices.arp import faults as codes
@@ -16,7 +18,7 @@ from fieldrig_devices.arp.files import ArpObject, ObjectError, decode
 from fieldrig_devices.arp.fixed import MEMORY_BLANK
 from fieldrig_devices.arp.memory import MemoryFaultError
 from fieldrig_devices.arp.outside import CardState, RefusedError
-from fieldrig_devices.arp.parameters import PARAMETERS
+from fieldrig_devices.arp.parameters import PARAMETERS, ParameterValues
 from fieldrig_devices.arp.parts import Parts
 from fieldrig_devices.arp.permanent import Ram
 from fieldrig_devices.arp.program_side import ProgramSide
@@ -204,15 +206,38 @@ class Operation:
     # ---- memory
 
     def save_parameter(self, group: int, number: int, raw: int) -> bool:
-        parts = self._parts
-        if group not in range(len(PARAMETERS)) or not parts.parameters.takes(group, number, raw):
-            return False
-        table = parts.memory.content.parameters[group]
-        before, table[number] = table[number], raw
-        if not self._write():
-            table[number] = before
-            return False
-        return parts.parameters.set_ram(group, number, raw)
+        parameters = self._parts.parameters
+        is_right = group in range(len(PARAMETERS)) and parameters.takes(group, number, raw)
+        return is_right and self._keep({(group, number): raw}) and parameters.set_ram(group, number, raw)
+
+    def save_parameters(self, values: ParameterValues) -> bool:
+        """See `Outside.save_parameters`."""
+        return not values or self._keep(values)
+
+    @contextmanager
+    def saving(self, values: ParameterValues) -> Iterator[None]:
+        """See `Outside.saving`; the node's section lies in the same memory, which is written as a whole."""
+        before = self._put(values)
+        try:
+            yield
+        except Exception:
+            self._put(before)
+            raise
+
+    def _keep(self, values: ParameterValues) -> bool:
+        before = self._put(values)
+        if self._write():
+            return True
+        self._put(before)
+        return False
+
+    def _put(self, values: ParameterValues) -> ParameterValues:
+        """Into the content of the memory, not yet into the store; what was there before."""
+        tables = self._parts.memory.content.parameters
+        before = {(group, number): tables[group][number] for group, number in values}
+        for (group, number), raw in values.items():
+            tables[group][number] = raw
+        return before
 
     def load(self, data: bytes) -> None:
         """See `Outside.load`."""

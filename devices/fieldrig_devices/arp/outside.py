@@ -5,11 +5,12 @@ Source: digest chapters 10 and 17.  Values are raw integers.  Nothing here raise
 """
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from enum import IntEnum
 from typing import Protocol
 
 from fieldrig_devices.arp.faults import Faults
-from fieldrig_devices.arp.parameters import Parameters
+from fieldrig_devices.arp.parameters import Parameters, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram
 
 
@@ -70,6 +71,12 @@ class Outside(Protocol):
 
     def save_parameter(self, group: int, number: int, raw: int) -> bool:
         """The copies in flash and in RAM."""
+
+    def save_parameters(self, values: ParameterValues) -> bool:
+        """The copies in flash, in one step: all or none.  Nothing is written if there are none."""
+
+    def saving(self, values: ParameterValues) -> AbstractContextManager[None]:
+        """The copies in flash, with what the node writes within, in the same step; none if that fails."""
 
     def run_program(self) -> bool:
         """After the reset command, a stop, or its end: from the first instruction; after a pause it goes on."""

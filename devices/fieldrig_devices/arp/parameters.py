@@ -164,6 +164,10 @@ def defaults(group: int) -> list[int]:
     return [0, *(table[number].default for number in sorted(table))]
 
 
+ParameterValues = Mapping[tuple[int, int], int]
+"""Raw values by group and number."""
+
+
 class Parameters:
     """Flash and RAM, by group and number."""
 

@@ -1,14 +1,17 @@
 """The CAN face of a MAx-4: nodes, the manufacturer's objects, errors; axes are simulated."""
 
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
 from can_face_bench import NODE, CanFaceBench
 from canopen.sdo.exceptions import SdoAbortedError
+from cut_store import CutStore, Killed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.errors import RigError
+from fieldrig.store import MemoryStore
 from fieldrig_devices.canopen.eds import load
 from fieldrig_devices.canopen.eds_check import check_eds
 from fieldrig_devices.conformance.description import Description
@@ -227,6 +230,23 @@ def test_inputs_are_limit_switches_and_touch_probes() -> None:
     node.sdo[0x68FF].raw = -1_000_000
     bench.run(200)
     assert bench.axis("knife").velocity == -1_000_000
+
+
+@pytest.mark.parametrize("allowed", [0, 1])
+def test_parameters_are_stored_in_one_step(allowed: int) -> None:
+    """A process that is killed meanwhile leaves all old ones or all new ones; 1010h takes one write."""
+    store = CutStore()
+    bench = CanFaceBench(simulated=("belt", "knife"), store=store).run(200)
+    node = bench.master()
+    for index in (0x6081, 0x6085, 0x6881, 0x6885):
+        node.sdo[index].raw = 12_345
+    store.saves, store.allowed = 0, allowed
+    with nullcontext() if allowed else pytest.raises(Killed):
+        node.sdo[0x1010][1].raw = 0x65766173
+    again = CanFaceBench(simulated=("belt", "knife"), store=MemoryStore(store.load())).run(200).master()
+    found = [again.sdo[index].raw == 12_345 for index in (0x6081, 0x6085, 0x6881, 0x6885)]
+    assert found == [bool(allowed)] * 4
+    assert store.saves == allowed
 
 
 def test_the_origin_is_kept_over_power_off() -> None:

@@ -4,13 +4,13 @@ Source: ours (docs/arp-can.md); digest chapter 20 (control word), CiA 301 7.5.2.
 A command acts each time it is written; a bit of the control byte when it rises, since PDOs repeat themselves.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from enum import IntEnum, IntFlag
 from typing import Final
 
 from fieldrig_devices.arp.can import objects
 from fieldrig_devices.arp.outside import Outside
-from fieldrig_devices.arp.parameters import PARAMETERS
+from fieldrig_devices.arp.parameters import PARAMETERS, ParameterValues
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.parameters import RESTORE, STORE
@@ -46,8 +46,8 @@ def connect(dictionary: Dictionary, card: Outside) -> None:
     control = dictionary.find(objects.CONTROL, 0)
     control.writer = lambda data: _on_control(card, control, data)
     for subindex in WITH_OURS:
-        _also(dictionary.find(STORE, subindex), lambda: _save(card))
-        _also(dictionary.find(RESTORE, subindex), lambda: _load_defaults(card))
+        _with_ours(dictionary.find(STORE, subindex), card, _in_ram)
+        _with_ours(dictionary.find(RESTORE, subindex), card, _defaults)
 
 
 def _do(card: Outside, command: Command) -> None:
@@ -58,8 +58,8 @@ def _do(card: Outside, command: Command) -> None:
         is_done = card.stop_program()
     elif command is Command.RESET:
         card.reset()
-    else:
-        _save(card)
+    elif not card.save_parameters(_in_ram(card)):
+        raise Abort(Code.HARDWARE)
     if not is_done:
         raise Abort(Code.DEVICE_STATE)
 
@@ -72,40 +72,28 @@ def _on_control(card: Outside, control: Variable, data: bytes) -> None:
             _do(card, command)
 
 
-def _also(entry: Variable, act: Callable[[], None]) -> None:
-    """After the node has checked the signature and done its part."""
+def _with_ours(entry: Variable, card: Outside, values: Callable[[Outside], ParameterValues]) -> None:
+    """The node checks the signature and writes; ours go with that, so that all is kept or nothing."""
     first = entry.writer
     assert first is not None, "the node stores parameters"
 
     def write(data: bytes) -> None:
-        first(data)
-        act()
+        with card.saving(values(card)):
+            first(data)
 
     entry.writer = write
 
 
-def _numbers() -> Iterator[tuple[int, int]]:
-    for group, table in enumerate(PARAMETERS):
-        for number in table:
-            yield group, number
+def _in_ram(card: Outside) -> ParameterValues:
+    return _other_than_in_flash(card, lambda group, number: card.parameters.ram[group][number])
 
 
-def _save(card: Outside) -> None:
-    ram, flash = card.parameters.ram, card.parameters.flash
-    for group, number in _numbers():
-        if ram[group][number] != flash[group][number]:
-            _keep(card, group, number, ram[group][number])
-
-
-def _load_defaults(card: Outside) -> None:
+def _defaults(card: Outside) -> ParameterValues:
     """CiA 301: in force from the next start; until then RAM stays as it is."""
-    for group, number in _numbers():
-        present, default = card.parameters.ram[group][number], PARAMETERS[group][number].default
-        if card.parameters.flash[group][number] != default:
-            _keep(card, group, number, default)
-            card.set_parameter(group, number, present)
+    return _other_than_in_flash(card, lambda group, number: PARAMETERS[group][number].default)
 
 
-def _keep(card: Outside, group: int, number: int, raw: int) -> None:
-    if not card.save_parameter(group, number, raw):
-        raise Abort(Code.HARDWARE)
+def _other_than_in_flash(card: Outside, value: Callable[[int, int], int]) -> ParameterValues:
+    flash = card.parameters.flash
+    wanted = {(group, number): value(group, number) for group, table in enumerate(PARAMETERS) for number in table}
+    return {(group, number): raw for (group, number), raw in wanted.items() if flash[group][number] != raw}
