@@ -26,4 +26,7 @@ class Origins:
 
     def put(self, name: str, origin: float) -> None:
         self._origins[name] = origin
-        self._store.save(json.dumps(self._origins).encode())
+        try:
+            self._store.save(json.dumps(self._origins).encode())
+        except OSError as wrong:
+            log.warning("the origin of %s holds until power-off: %s", name, wrong)

@@ -71,8 +71,13 @@ class FlashDisk:
         before = _on_disk(self._files[name]) if name in self._files else 0
         if _on_disk(data) - before > self.free:
             raise ValueError(f"the flash disk has {self.free} bytes left, {name} needs {_on_disk(data)}")
-        self._files[name] = bytes(data)
-        self._save()
+        files = self._files
+        self._files = {**files, name: bytes(data)}
+        try:
+            self._save()
+        except OSError:
+            self._files = files
+            raise
 
     def _save(self) -> None:
         self._store.save(_packed(self._files))
@@ -87,7 +92,11 @@ class _Section:
         return self._disk.hidden(self._name)
 
     def save(self, data: bytes) -> None:
-        self._disk.put_hidden(self._name, data)
+        """OSError if the disk is full."""
+        try:
+            self._disk.put_hidden(self._name, data)
+        except ValueError as full:
+            raise OSError(str(full)) from full
 
     def buffered_ram(self, size: int) -> memoryview:
         """Not buffered: the controller has 1 kB of that in all."""

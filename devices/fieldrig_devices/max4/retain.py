@@ -38,7 +38,7 @@ class UpsMemory:
             return
         try:
             self._disk.save((writes + 1).to_bytes(_COUNT, "little") + bytes(self._data))
-        except ValueError as full:
+        except OSError as full:
             log.warning("retain data were not kept: %s", full)
 
     def restore(self) -> None:
