@@ -22,7 +22,7 @@ from fieldrig_devices.cia402.modes.mode import HALT
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.shown import show
 from fieldrig_devices.cia402.state_machine import StateMachine
-from fieldrig_devices.cia402.states import State
+from fieldrig_devices.cia402.states import Command, State
 from fieldrig_devices.cia402.touch_probe import TouchProbes
 
 # Status word, besides the state's bits and the mode's
@@ -107,17 +107,17 @@ class Cia402Axis(Service):
         self._show()
 
     def _lose_connection(self) -> None:
-        """6007h; only an axis under power has something to lose."""
-        if self.machine.state not in _ON:
-            return
+        """6007h.  A fault is for an axis under power; any other does nothing more that was ordered."""
         self._is_woken = True
         match self._numbers[objects.ABORT_CONNECTION]:
-            case AbortConnection.FAULT_SIGNAL:
+            case AbortConnection.FAULT_SIGNAL if self.machine.has_power:
                 self.drive.own_error = COMMUNICATION_LOST
+            case AbortConnection.FAULT_SIGNAL:
+                self.machine.forget()
             case AbortConnection.DISABLE_VOLTAGE:
-                self.machine.disable_voltage()
+                self.machine.act(Command.DISABLE_VOLTAGE)
             case AbortConnection.QUICK_STOP:
-                self.machine.quick_stop()
+                self.machine.act(Command.QUICK_STOP)
 
     # ---- objects
 

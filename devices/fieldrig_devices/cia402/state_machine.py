@@ -45,18 +45,21 @@ class StateMachine:
             self._drive.reset_fault(self._on_reset)
         self._obey()
 
-    def quick_stop(self) -> None:
-        """As by command, for a reason of the drive's own: the command that stands counts no more."""
-        self._order(None)
-        if self.state is State.OPERATION_ENABLED:
-            self._quick_stop()
+    @property
+    def has_power(self) -> bool:
+        """Also if it is just being given it."""
+        return self._is_enabling or self.state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
 
-    def disable_voltage(self) -> None:
-        """Likewise; transition 7, 9, 10 or 12."""
-        self._order(None)
-        number = TRANSITIONS.get((self.state, Command.DISABLE_VOLTAGE))
+    def act(self, command: Command) -> None:
+        """For a reason of the drive's own: the command that stands counts no more."""
+        self.forget()
+        number = TRANSITIONS.get((self.state, command))
         if number is not None:
-            self._disable(number)
+            self._begin(number)
+
+    def forget(self) -> None:
+        """The command that stands is nobody's any more."""
+        self._order(None)
 
     def step(self) -> None:
         """Time has passed, and the drive may be in another state."""

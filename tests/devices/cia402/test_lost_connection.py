@@ -1,0 +1,52 @@
+"""A master that is lost, or takes the node down, in the middle of something (6007h of CiA 402-2)."""
+
+import pytest
+from cia402_bench import Cia402Bench
+
+pytestmark = pytest.mark.long
+
+PP, PV = 1, 3
+NO_ACTION, FAULT_SIGNAL, DISABLE_VOLTAGE, QUICK_STOP = range(4)
+STOP, START, RESET_NODE = "000#02 05", "000#01 05", "000#81 05"
+
+
+@pytest.fixture
+def bench() -> Cia402Bench:
+    return Cia402Bench()
+
+
+def stopped(bench: Cia402Bench, cycles: int) -> Cia402Bench:
+    """The master stops the node, and looks again later."""
+    bench.send(STOP)
+    bench.cycles(cycles)
+    bench.send(START)
+    return bench
+
+
+@pytest.mark.parametrize(("option", "status"), [(FAULT_SIGNAL, 0x08), (DISABLE_VOLTAGE, 0x40), (QUICK_STOP, 0x40)])
+def test_an_axis_that_is_being_enabled_loses_its_master_too(bench: Cia402Bench, option: int, status: int) -> None:
+    """The brake takes 25 cycles, and the master is gone after 3."""
+    bench.motor.lifting = 25
+    bench.put(0x6007, option).put(0x6060, PP).control(0x06).control(0x0F).cycles(3)
+    assert stopped(bench, 40).status(0x6F) == status
+    assert not bench.motor.is_following
+
+
+def test_no_action_lets_an_axis_be_enabled_to_the_end(bench: Cia402Bench) -> None:
+    bench.motor.lifting = 25
+    bench.put(0x6007, NO_ACTION).put(0x6060, PP).control(0x06).control(0x0F).cycles(3)
+    assert stopped(bench, 40).status(0x6F) == 0x27
+
+
+# Transitions 7 and 10 by command; a fault is for an axis under power.
+@pytest.mark.parametrize(("option", "status"), [(FAULT_SIGNAL, 0x21), (DISABLE_VOLTAGE, 0x40), (QUICK_STOP, 0x40)])
+def test_power_that_comes_back_finds_no_command_of_a_lost_master(bench: Cia402Bench, option: int, status: int) -> None:
+    bench.motor.is_ready = False
+    bench.put(0x6007, option).put(0x6060, PP).control(0x06).control(0x0F).cycles(3)
+    bench.send(STOP)
+    bench.cycles(3)
+    bench.motor.is_ready = True
+    bench.cycles(3)
+    bench.send(START)
+    assert bench.status(0x6F) == status
+    assert not bench.motor.is_following
