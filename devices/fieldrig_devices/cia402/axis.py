@@ -95,8 +95,7 @@ class Cia402Axis(Service):
 
     def restart(self) -> None:
         """Power-on, or another motor: nothing is enabled."""
-        if self.machine.state in _ON:
-            self.drive.disable()
+        self.drive.disable()
         self._reported = self._last_error = 0
         self._is_woken = True
         self.drive.restart()

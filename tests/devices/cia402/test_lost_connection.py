@@ -50,3 +50,20 @@ def test_power_that_comes_back_finds_no_command_of_a_lost_master(bench: Cia402Be
     bench.send(START)
     assert bench.status(0x6F) == status
     assert not bench.motor.is_following
+
+
+def test_reset_node_takes_enabling_back(bench: Cia402Bench) -> None:
+    bench.motor.lifting = 25
+    bench.put(0x6060, PP).control(0x06).control(0x0F).cycles(3)
+    bench.send(RESET_NODE)
+    assert bench.cycles(40).status(0x6F) == 0x40
+    assert not bench.motor.is_following
+
+
+def test_reset_node_in_a_fault_reaction_takes_power_away(bench: Cia402Bench) -> None:
+    bench.put(0x605E, 1).put(0x6065, 10_000).put(0x60FF, 5_000_000).enabled(PV).cycles(200)
+    bench.motor.lag = 20_000
+    assert bench.cycles(3).status(0x4F) == 0x0F
+    bench.send(RESET_NODE)
+    assert bench.cycles(40).status(0x6F) == 0x40
+    assert not bench.motor.is_following
