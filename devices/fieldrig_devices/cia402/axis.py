@@ -71,6 +71,7 @@ class Cia402Axis(Service):
     # ---- the node
 
     def reset(self, scope: Reset) -> None:
+        self._was_lost = False
         self._numbers.reload()
         self._context.refresh()
         if self._numbers[objects.MAX_TORQUE] != self._most_torque:

@@ -67,3 +67,14 @@ def test_reset_node_in_a_fault_reaction_takes_power_away(bench: Cia402Bench) -> 
     bench.send(RESET_NODE)
     assert bench.cycles(40).status(0x6F) == 0x40
     assert not bench.motor.is_following
+
+
+def test_a_heartbeat_is_watched_anew_after_a_reset(bench: Cia402Bench) -> None:
+    for _ in range(2):
+        bench.put(0x1016, 0x0063_0064, 1).put(0x6007, QUICK_STOP).put(0x605A, 6).enabled(PP)
+        bench.send("763#05")
+        bench.after(101)
+        assert bench.cycles(1).status(0x6F) == 0x07
+        bench.send(RESET_NODE)
+        bench.send(START)
+        bench.cycles(2)
