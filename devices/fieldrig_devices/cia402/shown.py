@@ -20,7 +20,7 @@ def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive)
         (objects.TORQUE_DEMAND, lambda: round(drive.set_value) if drive.kind is Kind.TORQUE else 0),
         (objects.RATED_TORQUE, lambda: motor.rated_torque_mnm),
         (objects.TORQUE_ACTUAL, lambda: motor.torque),
-        (objects.FOLLOWING_ERROR, lambda: round(drive.following_error / context.units.per_unit)),
+        (objects.FOLLOWING_ERROR, lambda: context.units.length(drive.following_error)),
         (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(context.motion.position))),
         (objects.INPUTS, lambda: motor.inputs),
         (objects.SUPPORTED_MODES, lambda: sum(1 << (number - 1) for number in drive.supported)),

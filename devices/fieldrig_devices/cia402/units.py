@@ -35,6 +35,10 @@ class Units:
         """In user units, over 32 bits and beyond."""
         return round(self.sign * (increments - self.origin) / self.per_unit)
 
+    def length(self, way: float) -> int:
+        """In user units, of a way in increments."""
+        return round(self.sign * way / self.per_unit)
+
     def velocity(self, increments_per_s: float) -> int:
         return round(self.velocity_sign * increments_per_s / self.per_unit)
 

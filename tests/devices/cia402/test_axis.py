@@ -257,6 +257,17 @@ def test_the_polarity_turns_positions_and_velocities(bench: Cia402Bench) -> None
     assert bench.get(0x6064) == -bench.motor.position > 0
 
 
+@pytest.mark.parametrize(("polarity", "following_error"), [(0x00, 20_000), (0x80, -20_000)])
+def test_the_following_error_has_the_sign_of_the_users_positions(
+    bench: Cia402Bench, polarity: int, following_error: int
+) -> None:
+    """It is 6062h less 6064h; the motor lags behind on its way up."""
+    bench.put(0x607E, polarity).put(0x60FF, 1_000_000).enabled(PV)
+    bench.motor.lag = 20_000
+    bench.cycles(2)
+    assert bench.get(0x60F4) == bench.get(0x6062) - bench.get(0x6064) == following_error
+
+
 def test_positions_count_on_over_32_bits(bench: Cia402Bench) -> None:
     bench.motor.position = 0x7FFF_FF00
     bench.put(0x607A, 0x200).enabled(1).control(0x5F).cycles(100)  # relative, over the end
