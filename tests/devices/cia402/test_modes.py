@@ -196,6 +196,16 @@ def test_pt_follows_the_slope(bench: Cia402Bench) -> None:
     assert (bench.motor.torque, bench.status(0x0400)) == (0, 0x0400)
 
 
+def test_pt_a_halt_is_over_when_the_axis_stands(bench: Cia402Bench) -> None:
+    """Bit 10 with bit 8 of the control word: the velocity is 0; an axis without torque runs on."""
+    bench.put(0x6087, 100_000).put(0x6071, 500).enabled(PT).cycles(5)
+    bench.motor.velocity = 500_000.0
+    bench.control(0x010F).cycles(5)
+    assert (bench.motor.torque, bench.status(0x0400)) == (0, 0)
+    bench.motor.velocity = 0.0
+    assert bench.cycles(1).status(0x0400) == 0x0400
+
+
 def test_the_motor_is_told_of_6072_in_every_mode(bench: Cia402Bench) -> None:
     bench.enabled(CSP)
     assert bench.motor.most_torque is None

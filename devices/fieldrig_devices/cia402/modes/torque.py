@@ -77,6 +77,8 @@ class ProfileTorque(Mode):
 
     @property
     def status(self) -> int:
+        if self.is_halted:
+            return self.halted_status
         is_there = self.torque == self._wanted() and self.gives is Kind.TORQUE
         return TARGET_REACHED if is_there else 0
 
