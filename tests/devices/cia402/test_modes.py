@@ -349,6 +349,17 @@ def test_ip_plays_its_buffer_one_period_each(bench: Cia402Bench) -> None:
     assert bench.status(0x0400) == 0x0400
 
 
+@pytest.mark.parametrize(("mode", "word"), [(CSP, 0x0F), (IP, 0x06), (IP, 0x07)])
+def test_ip_takes_set_points_when_it_is_enabled_only(bench: Cia402Bench, mode: int, word: int) -> None:
+    """A master whose RPDO has control word and set-point sends both from its start on."""
+    bench.put(0x60C2, 4, 1).put(0x6060, mode).control(0x06).control(word).cycles(1)
+    for place in range(70):
+        bench.put(0x60C1, place, 1).cycles(1)
+    assert bench.get(0x60C4, 4) == 0
+    bench.enabled(IP).control(0x1F).put(0x60C1, 1_000, 1)
+    assert bench.cycles(1).motor.position == 1_000
+
+
 def test_ip_begins_where_the_axis_is(bench: Cia402Bench) -> None:
     bench.motor.position = 5_000
     bench.put(0x60C2, 8, 1).enabled(IP).put(0x60C1, 6_000, 1).control(0x1F)

@@ -2,6 +2,7 @@
 
 Source: CiA 402-2, chapter 'interpolated position mode'; sub mode 0, buffer organisation FIFO.  Bit 4 of the control
 word lets it run.  An empty buffer holds the axis at its last set-point; what doesn't fit into a full one is refused.
+Set-points are taken in 'operation enabled' only: cyclic masters send them from their start on, with the control word.
 """
 
 from collections import deque
@@ -39,6 +40,8 @@ class InterpolatedPosition(LinePosition):
         self._is_enabled = bool(word & ENABLE)
 
     def _on_record(self, position: int) -> None:
+        if not self._is_begun:
+            return
         numbers = self.context.objects.numbers
         if not numbers[_CLEAR]:
             raise Abort(Code.DEVICE_STATE)
