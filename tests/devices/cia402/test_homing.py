@@ -238,7 +238,16 @@ def test_an_axis_that_is_homed_says_so_when_the_mode_comes_back(bench: Cia402Ben
     assert bench.status(0x3400) == 0x1400
 
 
-@pytest.mark.parametrize("method", [15, 16, 31, 32, 36, 38, 0, -1])
+def test_method_0_is_no_homing_and_leaves_the_origin_where_it_is(bench: Cia402Bench) -> None:
+    """What a master writes for an axis that needs none, as one with an absolute encoder."""
+    home(bench, 35, 12_345)
+    bench.control(0x06).cycles(1)
+    bench.motor.position = 20_000
+    bench.put(0x6098, 0).enabled(HM).control(0x1F).cycles(2)
+    assert (bench.status(0x3400), bench.get(0x6064)) == (0x1400, 20_000 - 12_345)
+
+
+@pytest.mark.parametrize("method", [15, 16, 31, 32, 36, 38, -1])
 def test_a_method_that_is_not_there_is_refused(bench: Cia402Bench, method: int) -> None:
     assert bench.try_put(0x6098, method) == "06090030"
 

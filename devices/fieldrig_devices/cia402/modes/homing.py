@@ -17,6 +17,8 @@ from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, M
 from fieldrig_devices.cia402.motor import passed_zero
 from fieldrig_devices.motion.profile import Limits, brake, change_speed
 
+NO_HOMING: Final = 0
+"""Of 6098h: none is required.  The origin stays, and there is nothing to search for."""
 START: Final = 0x0010
 ATTAINED: Final = BIT_12
 ERROR: Final = BIT_13
@@ -67,7 +69,11 @@ class Homing(Mode):
 
     def _start(self) -> None:
         context = self.context
-        self._method = METHODS.get(context.objects[objects.HOMING_METHOD], ())
+        number = context.objects[objects.HOMING_METHOD]
+        if number == NO_HOMING:
+            self._stop(Stage.STOPPING)
+            return
+        self._method = METHODS.get(number, ())
         context.is_homed = False
         self.stage = Stage.UNDER_WAY
         if not self.is_halted:
@@ -163,5 +169,5 @@ class Homing(Mode):
 
 
 def _check(method: int) -> None:
-    if method not in METHODS:
+    if method not in METHODS and method != NO_HOMING:
         raise Abort(Code.INVALID_VALUE)
