@@ -103,6 +103,8 @@ _COMMUNICATION: Final = Table(
         Row(0x1011, 1, "Restore all default parameters", U32, "rw", 1),
         Row(0x1011, 2, "Restore communication default parameters", U32, "rw", 1),
         Row(0x1011, 3, "Restore application default parameters", U32, "rw", 1),
+        Row(0x100C, None, "Guard time", U16, "rw"),
+        Row(0x100D, None, "Life time factor", U8, "rw"),
         Row(0x1014, None, "COB-ID EMCY", U32, "rw", "$NODEID+0x80"),
         Row(0x1015, None, "Inhibit time EMCY", U16, "rw"),
         Row(0x1016, 1, "Consumer heartbeat time 1", U32, "rw"),

@@ -78,3 +78,14 @@ def test_a_heartbeat_is_watched_anew_after_a_reset(bench: Cia402Bench) -> None:
         bench.send(RESET_NODE)
         bench.send(START)
         bench.cycles(2)
+
+
+def test_a_master_that_guards_is_watched(bench: Cia402Bench) -> None:
+    """100Ch x 100Dh: 30 ms.  The answer has the NMT state and a toggle bit."""
+    bench.put(0x100C, 10).put(0x100D, 3).put(0x6007, QUICK_STOP).put(0x605A, 6).enabled(PP)
+    assert bench.send("705#R")[0] == "705#05"
+    bench.after(29)
+    assert bench.send("705#R")[0] == "705#85"
+    assert bench.cycles(1).status(0x6F) == 0x27
+    bench.after(31)
+    assert bench.cycles(1).status(0x6F) == 0x07
