@@ -7,7 +7,7 @@ until the axis is to go the other way or nowhere.  The unit of length is the cal
 
 from typing import Final, Protocol
 
-from fieldrig_devices.motion.profile import Limits, Profile, move
+from fieldrig_devices.motion.profile import Limits, Profile, brake, move
 
 NEGATIVE, POSITIVE = 0x1, 0x2
 """Bits of limit switches, as in 60FDh."""
@@ -60,7 +60,8 @@ class Travel:
     def stop_ahead(
         self, position: float, speed: float, wanted: float, limits: Limits, cycle_s: float
     ) -> Profile | None:
-        """For who comes to a speed and keeps it: the way to the software limit ahead, from when it is time for that."""
+        """For who comes to a speed and keeps it: the way to the software limit ahead, from when it is time for that; to
+        rest, if it lies behind already."""
         ends, direction = self.range, speed or wanted
         if ends is None or direction == 0 or speed * wanted < 0:  # who turns round stops by himself
             return None
@@ -69,6 +70,8 @@ class Travel:
         if way > soon * soon / (2 * limits.deceleration) + soon * cycle_s:
             return None
         self.is_limited = True
+        if way <= 0:
+            return brake(speed, limits)
         return move(way if direction > 0 else -way, speed, limits._replace(speed=abs(wanted or speed)))
 
     def release(self) -> None:

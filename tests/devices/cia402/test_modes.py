@@ -178,6 +178,16 @@ def test_pv_stops_at_the_software_limit(bench: Cia402Bench) -> None:
     assert bench.motor.position < 3_000_000
 
 
+@pytest.mark.parametrize(("begin", "direction"), [(3_500_000, 1), (3_000_000, 1), (-500_000, -1)])
+def test_pv_outside_of_the_software_limits_goes_inwards_only(bench: Cia402Bench, begin: int, direction: int) -> None:
+    bench.motor.position = begin
+    bench.put(0x607D, 0, 1).put(0x607D, 3_000_000, 2).put(0x60FF, direction * 1_000_000).enabled(PV).cycles(100)
+    assert (bench.motor.position, bench.status(0x0800)) == (begin, 0x0800)
+    bench.put(0x60FF, -direction * 1_000_000).cycles(100)
+    assert bench.motor.velocity == -direction * 1_000_000
+    assert bench.status(0x0800) == 0
+
+
 def test_pv_keeps_to_the_largest_velocity(bench: Cia402Bench) -> None:
     bench.put(0x607F, 300_000).put(0x60FF, 2_000_000).enabled(PV).cycles(100)
     assert (bench.get(0x606C), bench.status(0x0800)) == (300_000, 0x0800)
