@@ -139,9 +139,7 @@ NAMES: Final = {
     OUTPUTS: "Digital outputs",
 }
 """Of objects with sub-indices."""
-ARRAYS: Final = frozenset(
-    {POSITION_RANGE, POSITION_LIMIT, DATA_RECORD, SYNC_DEFINITION, HOMING_METHODS, OUTPUTS, HOMING_SPEED}
-)
+ARRAYS: Final = frozenset(NAMES) - {INTERPOLATION_TIME, BUFFER}
 """Those of them whose members are all alike; the others are records."""
 
 ROWS: Final = [

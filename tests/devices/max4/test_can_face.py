@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from can_face_bench import NODE, CanFaceBench
+from canopen.objectdictionary import ODArray, ODRecord, import_od
 from canopen.sdo.exceptions import SdoAbortedError
 from cut_store import CutStore, Killed
 from hypothesis import given, settings
@@ -36,6 +37,20 @@ def node(bench: CanFaceBench) -> Any:
 def test_the_eds_is_what_the_tables_say_and_has_no_fault() -> None:
     assert EDS.read_text() == eds_text()
     assert check_eds(EDS) == []
+
+
+# Object codes of CiA 402-2: members of one type are an array.
+@pytest.mark.parametrize(
+    ("indices", "kind"),
+    [
+        ((0x607B, 0x607D, 0x608F, 0x6091, 0x6092, 0x6099, 0x60C1, 0x60C3, 0x60E3, 0x60FE), ODArray),
+        ((0x60C2, 0x60C4), ODRecord),
+    ],
+)
+@pytest.mark.parametrize("axis", [0, 7])
+def test_objects_with_sub_indices_are_arrays_or_records(indices: tuple[int, ...], kind: type, axis: int) -> None:
+    dictionary = import_od(str(EDS), NODE)
+    assert {index: type(dictionary[index + axis * 0x800]) for index in indices} == dict.fromkeys(indices, kind)
 
 
 @pytest.mark.manual("PD-301")
