@@ -169,7 +169,7 @@ class ProfilePosition(Mode):
         window = context.objects[objects.POSITION_WINDOW]
         if window == objects.NO_WINDOW:
             return True
-        is_inside = abs(self._target - context.motor.position) <= window * context.units.per_unit
+        is_inside = abs(round(self._target) - context.motor.position) <= window * context.units.per_unit
         return self._window.update(is_inside, context.objects[objects.POSITION_TIME], context.cycle_ns)
 
     @property
