@@ -57,6 +57,14 @@ class Travel:
         self.is_limited = True
         return min(max(position, ends[0]), ends[1])
 
+    def no_further(self, position: float, now: float) -> float:
+        """Likewise, for who is there in the next moment: an axis that is beyond a limit is not thrown back to it."""
+        ends = self.range
+        if ends is None or ends[0] <= position <= ends[1]:
+            return position
+        self.is_limited = True
+        return min(max(position, min(ends[0], now)), max(ends[1], now))
+
     def stop_ahead(
         self, position: float, speed: float, wanted: float, limits: Limits, cycle_s: float
     ) -> Profile | None:

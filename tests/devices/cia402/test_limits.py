@@ -229,3 +229,21 @@ def test_pv_a_software_limit_near_by_is_not_overrun(bench: Cia402Bench, ahead: i
     bench.put(0x60FF, SPEED).enabled(PV)
     places = [bench.cycles(1).motor.position for _ in range(250)]
     assert max(places) == places[-1] == ahead
+
+
+@pytest.mark.parametrize("mode", [CSP, IP])
+def test_cyclic_set_points_bring_an_axis_back_into_the_software_limits_at_their_own_pace(
+    bench: Cia402Bench, mode: int
+) -> None:
+    """It stands 50 000 beyond one; no set-point of the master is a jump."""
+    bench.motor.switches = lambda position: 0
+    bench.motor.position = 250_000
+    bench.put(0x607D, -200_000, 1).put(0x607D, 200_000, 2).put(0x60C2, 4, 1).enabled(mode).control(0x1F)
+    for place, stands, limit in ((250_000, 250_000, 0x0800), (251_000, 250_000, 0x0800), (249_000, 249_000, 0x0800)):
+        bench.put(*((0x607A, place) if mode == CSP else (0x60C1, place, 1))).cycles(1)
+        assert (bench.motor.position, bench.status(0x0800)) == (stands, limit)
+    for place in range(248_000, 198_000, -1_000):
+        bench.put(*((0x607A, place) if mode == CSP else (0x60C1, place, 1))).cycles(1)
+    assert (bench.motor.position, bench.status(0x0800)) == (199_000, 0)
+    bench.put(*((0x607A, 201_000) if mode == CSP else (0x60C1, 201_000, 1))).cycles(1)
+    assert (bench.motor.position, bench.status(0x0800)) == (200_000, 0x0800)

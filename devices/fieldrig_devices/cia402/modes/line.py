@@ -41,7 +41,8 @@ class LinePosition(Mode):
         context = self.context
         context.travel.is_limited = False
         offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
-        return context.travel.within(context.absolute(position, Direction.SHORTEST) + offset)
+        wanted = context.absolute(position, Direction.SHORTEST) + offset
+        return context.travel.no_further(wanted, context.motion.position)
 
     def _follow(self, place: float) -> None:
         """In this cycle, as fast as 607Fh and limit switches allow."""
