@@ -46,6 +46,9 @@ class Probe:
             self.status = 0
         elif not self.function & ENABLE:
             self.status = ENABLED
+        for edge, bit in EDGES.items():
+            if not function & bit:
+                self.status &= ~STORED[edge]
         self.function = function
 
     def look(self, inputs: int, before: int, zero: int | None, position: int) -> None:

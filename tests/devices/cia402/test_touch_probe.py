@@ -43,6 +43,20 @@ def test_a_probe_that_is_disabled_keeps_its_values_and_is_ready_again(bench: Cia
     assert bench.get(0x60BA) > value + 100_000
 
 
+def test_an_edge_that_is_disabled_and_enabled_again_is_looked_for_again(bench: Cia402Bench) -> None:
+    """CiA 402-2, timing diagram of the touch probe: bit 4 falls, so 60B9h bit 1 falls and 60BAh keeps its value."""
+    turn(bench).put(0x60B8, 0x0031).cycles(20)
+    value = bench.get(0x60BA)
+    assert bench.get(0x60B9) == 0x0007
+    bench.put(0x60B8, 0x0021)
+    assert (bench.get(0x60B9), bench.get(0x60BA)) == (0x0005, value)
+    bench.put(0x60B8, 0x0031)
+    assert (bench.get(0x60B9), bench.get(0x60BA)) == (0x0005, value)
+    bench.cycles(25)
+    assert bench.get(0x60B9) == 0x0007
+    assert bench.get(0x60BA) == pytest.approx(value + 100_000, abs=STEP)
+
+
 def test_a_probe_that_is_told_the_same_again_keeps_what_it_has(bench: Cia402Bench) -> None:
     turn(bench).put(0x60B8, 0x0011).cycles(10)
     value = bench.get(0x60BA)
