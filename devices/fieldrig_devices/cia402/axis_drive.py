@@ -58,6 +58,16 @@ class AxisDrive:
         kinds = self._motor.kinds
         return {mode.number for mode in self.modes.values() if mode.kind in kinds}
 
+    @property
+    def position_demand(self) -> float:
+        """In increments; where the axis is, if it is not told to be anywhere."""
+        return self._context.motion.position if self.is_moving or self.is_ramp else self._motor.position
+
+    @property
+    def velocity_demand(self) -> float:
+        """In increments per second, likewise."""
+        return self._context.motion.speed if self.is_moving or self.is_ramp else 0.0
+
     def restart(self) -> None:
         """Power-on: no mode, no error."""
         self.mode.end()

@@ -151,6 +151,14 @@ def test_the_axis_does_not_jump_when_it_is_enabled_again_elsewhere(bench: Cia402
     assert bench.get(0x6062) == 123_456
 
 
+def test_without_power_the_demand_is_where_the_axis_is(bench: Cia402Bench) -> None:
+    bench.put(0x60FF, 5_000_000).enabled(PV).cycles(200).control(0x00)
+    assert (bench.status(0x6F), bench.get(0x606B)) == (0x40, 0)
+    bench.cycles(5)
+    bench.motor.position = 123_456
+    assert (bench.get(0x6062), bench.get(0x60FC), bench.get(0x606B)) == (123_456, 123_456, 0)
+
+
 def test_an_error_of_the_motor_is_a_fault_until_it_is_reset(bench: Cia402Bench) -> None:
     errors: list[int] = []
     bench.axis.on_error = errors.append
