@@ -76,6 +76,7 @@ class Cia402Axis(Service):
         self._context.refresh()
         if self._numbers[objects.MAX_TORQUE] != self._most_torque:
             self._limit_torque(self._numbers[objects.MAX_TORQUE])
+        self._set_outputs()
         if scope is Reset.NODE:
             self.restart()
         else:
@@ -129,7 +130,7 @@ class Cia402Axis(Service):
         numbers.on_write(objects.MODE, self._on_mode)
         numbers.on_write(objects.MAX_TORQUE, self._limit_torque)
         for subindex in (1, 2):
-            numbers.on_write(objects.OUTPUTS, self._on_outputs, subindex)
+            numbers.on_write(objects.OUTPUTS, lambda _written: self._set_outputs(), subindex)
         self._connect_modes()
         show(numbers, self._context, self._motor, self.drive)
         numbers.read_by(objects.ERROR_CODE, lambda: self._last_error)
@@ -168,7 +169,7 @@ class Cia402Axis(Service):
         self._most_torque = most
         self._motor.limit_torque(most)
 
-    def _on_outputs(self, _written: int) -> None:
+    def _set_outputs(self) -> None:
         numbers = self._numbers.numbers
         self._motor.set_outputs(numbers[objects.OUTPUTS, 1], numbers[objects.OUTPUTS, 2])
 

@@ -320,6 +320,14 @@ def test_inputs_and_outputs(bench: Cia402Bench) -> None:
     assert bench.motor.outputs == 0x0002_0000
 
 
+def test_reset_node_puts_outputs_back_with_their_object(bench: Cia402Bench) -> None:
+    bench.put(0x60FE, 0x0003_0000, 2).put(0x60FE, 0x0002_0000, 1)
+    bench.send("000#82 05")
+    assert (bench.get(0x60FE, 1), bench.motor.outputs) == (0x0002_0000, 0x0002_0000)
+    bench.send("000#81 05")
+    assert (bench.get(0x60FE, 1), bench.motor.outputs) == (0, 0)
+
+
 def test_the_motor_tells_its_torque(bench: Cia402Bench) -> None:
     bench.motor.torque = -1_234
     assert (bench.get(0x6077), bench.get(0x6076)) == (-1_234, 2_500)
