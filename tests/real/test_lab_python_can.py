@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import can
 import pytest
+from can.interfaces.slcan import slcanBus
 from canopen_network import BusOf
 from lab_masters import CanopenMaster, canopen_master, socketcand
 from lab_process import LabProcess
@@ -66,6 +67,8 @@ def test_remote_frames_cross_between_the_pty_and_tcp(lab: LabProcess) -> None:
         can.Message(arbitration_id=0x1ABCDEF1, is_remote_frame=True, dlc=0),
     ]
     with can.Bus(**slcan_pty(lab)) as there, can.Bus(**slcan_tcp(lab), can_filters=NO_NODES) as here:
+        assert isinstance(here, slcanBus)
+        assert here.get_version(10) != (None, None)  # it has heard the command to open, which is not answered
         for message in messages:
             there.send(message)
         heard = [here.recv(10) for _ in messages]
