@@ -3,9 +3,10 @@ import signal
 import addresses
 import pytest
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # a shell turns it off for what it starts in the background; rigs would take that for the user's wish
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# What a shell, or nohup, turns off for what it starts in the background rigs would take for the user's wish.
+for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, handler)
 
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
 
