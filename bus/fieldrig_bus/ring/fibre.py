@@ -139,10 +139,6 @@ class Fibre:
             self.observers.append(name)
         self._layout = None
 
-    def leave_at(self, name: str, at: bytes) -> None:
-        """Lay an AT into the buffer of a station."""
-        self.stations[name].lay(at)
-
     # ---- cycles
 
     def begin_cycle(self, now_ns: int, mst: Mst, late: int = 0) -> Answers:

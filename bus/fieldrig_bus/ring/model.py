@@ -46,10 +46,10 @@ class RingModel(BusModel[RingMessage]):
         fibre = self.fibre
         if message.__class__ is bytes:
             station = fibre.stations[member]
-            if message and message[0] == station.address:  # as `leave_at` does; there are many
+            if message and message[0] == station.address:  # as `lay` does; there are many
                 station.at = message
             else:
-                fibre.leave_at(member, message)
+                station.lay(message)
         elif member != fibre.master:
             log.debug("%s is not the master of the ring", member)
         elif isinstance(message, Mst):

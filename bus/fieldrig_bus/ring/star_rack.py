@@ -87,35 +87,25 @@ class Rack:
         if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master began anew
             log.debug("%s: cycle %d was overtaken on the way", self._bus, sequence)
             return
+        spread = answers = None
         if is_more or not HEAD.size <= mst_end <= len(data):
-            self._on_special(data)
-            return
+            try:
+                spread = decode_spread(data)
+                answers = decode(spread.answers) if spread.answers else None
+            except ValueError as fault:
+                log.debug("%s: %s", self._bus, fault)
+                return
         self._sequence = sequence
         self._is_coming_back = True  # when all are done, not after each
         try:
-            cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
-            for deliver, handler in self._drives:
-                deliver(handler, cycle, instant_ns)
-        finally:
-            self._come_back()
-
-    def _on_special(self, data: bytes) -> None:
-        """A cycle that not all hear alike, or that somebody observes."""
-        try:
-            spread = decode_spread(data)
-            answers: RingMessage | None = decode(spread.answers) if spread.answers else None
-        except ValueError as fault:
-            log.debug("%s: %s", self._bus, fault)
-            return
-        self._sequence = spread.sequence
-        self._is_coming_back = True
-        try:
-            if len(spread.heard) == 1 and not spread.heard[0][1]:
-                self._tell_all(spread.heard[0][0], answers, spread.instant_ns)
+            if spread is None:
+                cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
+                for deliver, handler in self._drives:
+                    deliver(handler, cycle, instant_ns)
+            elif len(spread.heard) == 1 and not spread.heard[0][1]:
+                self._tell_all(spread.heard[0][0], answers, instant_ns)
             else:
-                self._tell_some(
-                    {name: cycle for cycle, names in spread.heard for name in names}, answers, spread.instant_ns
-                )
+                self._tell_some({name: cycle for cycle, names in spread.heard for name in names}, answers, instant_ns)
         finally:
             self._come_back()
 

@@ -69,7 +69,8 @@ class ModbusFace:
         turnaround_ns = round(settings.turnaround_ms * MS)
         self._ports = [ModbusPort(clock, link, {}, turnaround_ns, self._on_asked) for link in links]
         controller.on_boot(self._on_boot)
-        controller.each_cycle(self._on_cycle)
+        if links:
+            controller.each_cycle(self._on_cycle)
 
     def hear(self, place: int, message: ModbusEvent) -> None:
         """A request that has come on link `place`."""

@@ -38,7 +38,7 @@ CONTROL_BITS: Final = words.APPLICATION_MASK
 class RingSide:
     __slots__ = (
         "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_groups", "_machine", "_most_error", "_numbers",
-        "_place", "_places", "_seat", "_seats", "_slack_ns", "_states_seen", "_status", "_steady_control", "_table",
+        "_place", "_seat", "_seats", "_slack_ns", "_states_seen", "_status", "_steady_control", "_table",
         "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave", "telling",
     )  # fmt: skip
 
@@ -50,7 +50,6 @@ class RingSide:
         """Control bits under which nothing but the axis goes on; -1: everything has to be looked at."""
         self._until_ns = 0
         self._cycle_ns = self._slack_ns = 0
-        self._places: dict[int, int] = {}
         self._place = 0
         """Of the command value that counts, among the values of the MDT; 0: none does."""
         self._value: Callable[[int], None] = _no_value
@@ -179,7 +178,7 @@ class RingSide:
         machine = self._machine
         axis, task = machine.axis, machine.chain.task
         mode = machine.operation_mode & 7
-        self._place = self._places.get(idns.MODE_COMMANDS.get(mode, 0), 0)
+        self._place = self.slave.places.get(idns.MODE_COMMANDS.get(mode, 0), 0)
         self._value, self._following = _no_value, None
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
@@ -280,13 +279,11 @@ class RingSide:
         self._slack_ns = self._cycle_ns // 2
         machine.cycle_steps = self._cycle_ns // INNER_NS
         machine.rearrange()
-        telegrams = self.slave.telegrams
-        self._places = {idn: place for place, idn in enumerate(telegrams.mdt, HEAD_VALUES)}
-        self._feedback = Feedback(machine, table, telegrams.at, self._number_of)
+        self._feedback = Feedback(machine, table, self.slave.telegrams.at, self._number_of)
         self._seat = self._find_seat()
 
     def _find_seat(self) -> Seat | None:
-        place, layout = self._places.get(idns.MODE_COMMANDS[3], 0), self.slave.layout
+        place, layout = self.slave.places.get(idns.MODE_COMMANDS[3], 0), self.slave.layout
         if not place or not self._feedback.is_of_the_axis:
             return None
         shape = Shape(

@@ -49,21 +49,17 @@ class Travel:
             others = (POSITIVE if position > ends[1] else 0) | (NEGATIVE if position < ends[0] else 0)
         return self.bars(direction, others)
 
-    def within(self, position: float) -> float:
-        """`position`, or the software limit that it is beyond."""
-        ends = self.range
-        if ends is None or ends[0] <= position <= ends[1]:
-            return position
-        self.is_limited = True
-        return min(max(position, ends[0]), ends[1])
+    def within(self, position: float, now: float | None = None) -> float:
+        """`position`, or the software limit that it is beyond.
 
-    def no_further(self, position: float, now: float) -> float:
-        """Likewise, for who is there in the next moment: an axis that is beyond a limit is not thrown back to it."""
+        `now` is for who is to be there in the next moment: an axis that is beyond a limit is not thrown back to it.
+        """
         ends = self.range
         if ends is None or ends[0] <= position <= ends[1]:
             return position
         self.is_limited = True
-        return min(max(position, min(ends[0], now)), max(ends[1], now))
+        low, high = ends if now is None else (min(ends[0], now), max(ends[1], now))
+        return min(max(position, low), high)
 
     def stop_ahead(
         self, position: float, speed: float, wanted: float, limits: Limits, cycle_s: float

@@ -148,9 +148,8 @@ class Communication:
         return STANDARD.get(kind)
 
     def layout(self) -> Layout:
-        """Of what `invalid` has found right; from now on."""
-        self._table.cyclic = idns = self.telegrams.mdt
-        mdt = tuple(code_of(self._table, idn) for idn in idns)
+        """Of what `invalid` has found right."""
+        mdt = tuple(code_of(self._table, idn) for idn in self.telegrams.mdt)
         return Layout(self._table[9].number, self._table[10].number, mdt)
 
     def invalid(self) -> list[int]:

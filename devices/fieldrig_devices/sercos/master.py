@@ -215,10 +215,10 @@ class SercosMaster:
         What one left in CP2 was for one cycle, and only from the drive that was addressed.
         """
         self._settling -= 1
-        lengths = {at[0]: len(at) for at in ats}
+        heard = self._heard(ats)
         is_missed = False
         for drive in self._order:
-            is_here = lengths.get(drive.address) == drive.at_length
+            is_here = drive.address in heard
             is_missed |= not is_here
             drive.missed = int(not is_here and self._settling > 0)  # its service channel waits
         self._had_missed = is_missed
@@ -243,12 +243,11 @@ class SercosMaster:
                 self._busy.remove(drive)
 
     def _miss(self, ats: Sequence[bytes]) -> None:
-        """An AT of another length is none."""
-        lengths = {at[0]: len(at) for at in ats}
+        heard = self._heard(ats)
         self._had_missed = True
         is_down = False
         for drive in self._order:
-            if lengths.get(drive.address) == drive.at_length:
+            if drive.address in heard:
                 drive.missed = 0
                 continue
             drive.missed += 1
@@ -259,6 +258,10 @@ class SercosMaster:
         if is_down:
             self._go_down()
             self._target = 0
+
+    def _heard(self, ats: Sequence[bytes]) -> set[int]:
+        """Addresses of the drives whose AT is there; one of another length is none."""
+        return {at[0] for at in ats if at[0] in self.drives and len(at) == self.drives[at[0]].at_length}
 
     def _forget_missed(self) -> None:
         self._had_missed = False

@@ -77,8 +77,8 @@ class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
         "_heard", "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
-        "_missed_msts", "_offset", "_patience_ns", "_places", "_service", "_status", "_values", "_values_of",
-        "_waits_for_0", "_watch", "address", "failures", "layout", "phase", "stand_in", "table", "then",
+        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_values", "_values_of",
+        "_waits_for_0", "_watch", "address", "failures", "layout", "phase", "places", "stand_in", "table", "then",
     )  # fmt: skip
 
     def __init__(
@@ -107,8 +107,8 @@ class SercosSlave:
         self.layout = self._data.layout()
         """Of its record in the MDT; from CP3 on it stays."""
         self._offset, self._mdt_length = 0, 0
-        self._places: dict[int, int] = {}
-        """Of the command values in `_values`, by IDN."""
+        self.places: dict[int, int] = {}
+        """Of the command values among those of an MDT, by IDN; from CP3 on they stay."""
         self._values_of = record(()).unpack_from
         self._status: int | None = None
         """Status word that the head of the AT was laid with; None: the service channel or a command has changed."""
@@ -311,14 +311,14 @@ class SercosSlave:
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
         self._values_of = record(layout.mdt).unpack_from
         self._values = (0,) * (HEAD_VALUES + len(layout.mdt))
-        self._places = {idn: place for place, idn in enumerate(self.telegrams.mdt, HEAD_VALUES)}
-        for idn in self._places:
+        self.table.cyclic = self.places = {idn: place for place, idn in enumerate(self.telegrams.mdt, HEAD_VALUES)}
+        for idn in self.places:
             datum = self.table[idn]
             datum.reader = partial(self._told, datum)
 
     def _told(self, datum: Datum) -> bytes:
         """A command value: that of the last MDT, if it has it."""
-        place = self._places.get(datum.idn) if self.phase >= 3 else None
+        place = self.places.get(datum.idn) if self.phase >= 3 else None
         return datum.data if place is None else datum.encoded(self._values[place])
 
     def _check(self, phase: int, command: Command) -> None:

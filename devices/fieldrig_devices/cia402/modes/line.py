@@ -42,7 +42,7 @@ class LinePosition(Mode):
         context.travel.is_limited = False
         offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
         wanted = context.absolute(position, Direction.SHORTEST) + offset
-        return context.travel.no_further(wanted, context.motion.position)
+        return context.travel.within(wanted, context.motion.position)
 
     def _follow(self, place: float) -> None:
         """In this cycle, as fast as 607Fh and limit switches allow."""
