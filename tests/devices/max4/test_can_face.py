@@ -264,18 +264,23 @@ def test_parameters_are_stored_in_one_step(allowed: int) -> None:
     assert store.saves == allowed
 
 
-def test_a_full_flash_disk_refuses_to_store_and_nothing_else_happens(bench: CanFaceBench, node: Any) -> None:
-    disk = bench.max4.disk
-    disk.write("\\BIG.DAT", bytes(disk.free // 512 * 512))
-    names = set(disk._files)
-    with pytest.raises(SdoAbortedError, match="0x06060000"):
-        node.sdo[0x1010][1].raw = 0x65766173
+def home(bench: CanFaceBench, node: Any) -> None:
+    """By the method that is set, from switched off."""
     node.sdo[0x6060].raw = 6
     for word in (0x06, 0x07, 0x0F):
         node.sdo[0x6040].raw = word
     bench.run(200)
     node.sdo[0x6040].raw = 0x1F
     bench.run(20)
+
+
+def test_a_full_flash_disk_refuses_to_store_and_nothing_else_happens(bench: CanFaceBench, node: Any) -> None:
+    disk = bench.max4.disk
+    disk.write("\\BIG.DAT", bytes(disk.free // 512 * 512))
+    names = set(disk._files)
+    with pytest.raises(SdoAbortedError, match="0x06060000"):
+        node.sdo[0x1010][1].raw = 0x65766173
+    home(bench, node)
     assert node.sdo[0x6041].raw & 0x3400 == 0x1400  # homed, until power-off
     assert set(disk._files) == names
 
@@ -284,12 +289,7 @@ def test_the_origin_is_kept_over_power_off() -> None:
     bench = CanFaceBench(simulated=("belt",)).run(200)
     node = bench.master()
     node.sdo[0x607C].raw = 5_000
-    node.sdo[0x6060].raw = 6
-    for word in (0x06, 0x07, 0x0F):
-        node.sdo[0x6040].raw = word
-    bench.run(200)
-    node.sdo[0x6040].raw = 0x1F
-    bench.run(20)
+    home(bench, node)
     assert node.sdo[0x6064].raw == -5_000
     again = CanFaceBench(simulated=("belt",), store=bench.store).run(200)
     assert again.master().sdo[0x6064].raw == -5_000

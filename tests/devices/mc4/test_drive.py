@@ -446,14 +446,19 @@ def test_encoder_without_a_plate_is_1117() -> None:
     assert bench.get("plate") != "read"
 
 
-def test_quitting_tries_to_read_the_name_plate_again() -> None:
+def with_encoder() -> DriveBench:
+    """A drive whose encoder `sm` is a device of its own, on a serial line."""
     links = {"ring": "ring", "encoder": "line"}
     encoder = {
         "kind": "fieldrig_devices.hiperface.device:SmEncoder",
         "name_plate": PLAIN_PLATE,
         "links": {"line": "line"},
     }
-    bench = DriveBench({"motor": None, "links": links}, line={"kind": "serial.virtual", "parity": "E"}, sm=encoder)
+    return DriveBench({"motor": None, "links": links}, line={"kind": "serial.virtual", "parity": "E"}, sm=encoder)
+
+
+def test_quitting_tries_to_read_the_name_plate_again() -> None:
+    bench = with_encoder()
     silent = bench.rig.add_fault("sm", {"what": "silent"})
     bench.up(6_000)
     assert bench.code() == 1117
@@ -464,13 +469,7 @@ def test_quitting_tries_to_read_the_name_plate_again() -> None:
 
 
 def test_encoder_that_tells_its_plate_and_no_position_is_asked_again_by_quitting() -> None:
-    links = {"ring": "ring", "encoder": "line"}
-    encoder = {
-        "kind": "fieldrig_devices.hiperface.device:SmEncoder",
-        "name_plate": PLAIN_PLATE,
-        "links": {"line": "line"},
-    }
-    bench = DriveBench({"motor": None, "links": links}, line={"kind": "serial.virtual", "parity": "E"}, sm=encoder)
+    bench = with_encoder()
     silent = bench.rig.add_fault("sm", {"what": "silent", "start_ms": 448})  # just before the last question
     bench.up(6_000)
     assert bench.code() == 1105
