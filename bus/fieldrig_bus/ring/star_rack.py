@@ -1,7 +1,8 @@
 """The drives of one process, as the centre of a star has them: they share an end of the ring.
 
 A cycle comes as one message; each drive reacts, in the order in which they began to listen; then their ATs go back in
-one message.  What a drive leaves at other times follows at the end of that turn of the loop.
+one message.  What a drive leaves at other times follows at the end of that turn of the loop.  A drive that has lent its
+`Straight` gets cycles that way as long as they are like nearly all.
 """
 
 import asyncio
@@ -9,22 +10,25 @@ import logging
 import struct
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final
 
 from fieldrig.bus import Attachment
-from fieldrig_bus.ring.message import Cycle, RingMessage, decode
+from fieldrig_bus.ring.message import Cycle, RingMessage, Straight, decode
 from fieldrig_bus.ring.star import MOST_BEHIND, Stations
 from fieldrig_bus.ring.star_wire import HEAD, decode_spread, encode_back
 
 log = logging.getLogger(__name__)
 
-Deliver = Callable[[Callable[[Any], None], Any, int], None]
+MST_END: Final = HEAD.size + 2
+"""Where it ends in a cycle in which it is as it should be."""
 
 
 class _Station:
     def __init__(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
         self.at, self.handler = at, handler
         self.addresses = None if interest is None else [int(word[1]) for word in interest]
+        self.place = 0
+        self.straight: Straight | None = None
 
 
 class Rack:
@@ -36,9 +40,8 @@ class Rack:
         self.common: dict[type, Any] = {}
         """See `fieldrig.link.shared`."""
         self._stations: dict[str, _Station] = {}
-        self._drives: tuple[tuple[Deliver, Callable[[Any], None]], ...] = ()
-        """Those of the stations that don't only observe: how each is told, and what it does."""
-        self._places: dict[str, int] = {}
+        self._drives: tuple[_Station, ...] = ()
+        """Those that don't only observe."""
         self._announce: Callable[[Stations], None] | None = None
         self._reply: Callable[[bytes], None] | None = None
         self._sequence = 0
@@ -66,13 +69,19 @@ class Rack:
         if self._stations.pop(member, None) is not None:
             self._tell()
 
+    def lend(self, member: str, straight: Straight | None) -> None:
+        """From now on; it is called outside of events."""
+        station = self._stations.get(member)
+        if station is not None:
+            station.straight = straight
+
     def leave(self, member: str, at: bytes) -> None:
         """Leave an AT for the next cycle."""
-        place = self._places.get(member)
-        if place is None:
+        station = self._stations.get(member)
+        if station is None:
             log.debug("%s is not listening to %s", member, self._bus)
             return
-        self._left.append((place, at))
+        self._left.append((station.place, at))
         if not self._is_coming_back:
             self._is_coming_back = True
             self.loop.call_soon(self._come_back)
@@ -99,15 +108,26 @@ class Rack:
         self._is_coming_back = True  # when all are done, not after each
         try:
             if spread is None:
-                cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
-                for deliver, handler in self._drives:
-                    deliver(handler, cycle, instant_ns)
+                self._tell_drives(instant_ns, number, data, mst_end)
             elif len(spread.heard) == 1 and not spread.heard[0][1]:
                 self._tell_all(spread.heard[0][0], answers, instant_ns)
             else:
                 self._tell_some({name: cycle for cycle, names in spread.heard for name in names}, answers, instant_ns)
         finally:
             self._come_back()
+
+    def _tell_drives(self, instant_ns: int, number: int, data: bytes, mst_end: int) -> None:
+        cycle = None
+        for station in self._drives:
+            straight = station.straight
+            if straight is not None and mst_end == MST_END:
+                at = straight(instant_ns, data, HEAD.size)
+                if at is not None:
+                    self._left.append((station.place, at))
+                    continue
+            if cycle is None:
+                cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
+            station.at.deliver(station.handler, cycle, instant_ns)
 
     def _tell_all(self, cycle: Cycle, answers: RingMessage | None, instant_ns: int) -> None:
         for station in tuple(self._stations.values()):
@@ -132,11 +152,8 @@ class Rack:
             self._reply(encode_back(self._sequence, time.monotonic_ns(), left))
 
     def _tell(self) -> None:
-        self._drives = tuple(
-            (station.at.deliver, station.handler)
-            for station in self._stations.values()
-            if station.addresses is not None
-        )
-        self._places = {name: place for place, name in enumerate(self._stations)}
+        self._drives = tuple(station for station in self._stations.values() if station.addresses is not None)
+        for place, station in enumerate(self._stations.values()):
+            station.place = place
         if self._announce is not None:
             self._announce([(name, station.addresses) for name, station in self._stations.items()])

@@ -15,15 +15,12 @@ from fieldrig.clock import US
 from fieldrig_bus.ring.message import BROADCAST, Cycle
 from fieldrig_devices.mc4.axis_array import MOST_PLACE, AxisArray
 from fieldrig_devices.mc4.seat import FEWEST, Seat, Shape
-from fieldrig_devices.sercos import words
-from fieldrig_devices.sercos.service import CONTROL_MASK
+from fieldrig_devices.mc4.straight import ENDING
 from fieldrig_devices.sercos.slave import RUNNING_MST
 from fieldrig_devices.sercos.telegram import AT_HEAD
 
 FEWER: Final = FEWEST * 3 // 4
 """With so few a convoy is given up."""
-ENDING: Final = words.APPLICATION_MASK | CONTROL_MASK
-"""What ends a ride when it changes in the control word."""
 
 
 class Convoy:

@@ -234,6 +234,15 @@ class Numbers(NamedTuple):
     codes: str
     """For `struct`."""
 
+    @property
+    def packed(self) -> str:
+        """An expression for their bytes, with `pack`."""
+        return f"pack({', '.join(f'({expression})' for expression in self.expressions)})"
+
+    @property
+    def pack(self) -> Callable[..., bytes]:
+        return struct.Struct(f"<{self.codes}").pack
+
 
 @lru_cache(maxsize=256)
 def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float = 0.0) -> Cycle:
@@ -243,21 +252,31 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
     """
     lines = ["def cycle(axis):", *_moving(plant, gains, limits, steps, dry_nm, refusal="False"), *_kept(plant)]
     lines += ["    axis.set_increments += way", "    axis.moved, axis.way = way, 0", "    return True"]
-    return cast(Cycle, _compiled("\n".join(lines), "cycle"))
+    return cast(Cycle, compiled("\n".join(lines), "cycle"))
 
 
 @lru_cache(maxsize=256)
 def following(arrangement: Arrangement, numbers: Numbers) -> Following:
     """`folded` and what comes after it, in one."""
+    lines = ["def following(axis, wanted, most_error):", *following_lines(arrangement)]
+    lines.append(f"    return {numbers.packed}")
+    return cast(Following, compiled("\n".join(lines), "following", pack=numbers.pack))
+
+
+def following_lines(arrangement: Arrangement, checks: Sequence[str] = ()) -> list[str]:
+    """From `axis`, `wanted` and `most_error` to the new states; None is returned if the map doesn't hold.
+
+    `checks` are lines that may return before anything has changed; `new_e` and so on are known there.
+    """
     plant, gains, limits, steps, dry_nm, lead_gain = arrangement
     most_way = most_way_of(limits, steps)
-    lines = [
-        "def following(axis, wanted, most_error):",
+    return [
         "    if axis.is_at_rest:",
         "        return None",
         *_moving(plant, gains, limits, steps, dry_nm, refusal="None"),
         "    if not -most_error < new_e < most_error:",
         "        return None",
+        *checks,
         *_kept(plant),
         "    axis.set_increments = place = axis.set_increments + way",
         "    axis.moved = way",
@@ -266,9 +285,7 @@ def following(arrangement: Arrangement, numbers: Numbers) -> Following:
         f"        follow = {most_way} if follow > 0 else {-most_way}",
         "    axis.way = follow",
         f"    axis.lead = {lead_gain!r} * (follow - way)",
-        f"    return pack({', '.join(f'({expression})' for expression in numbers.expressions)})",
     ]
-    return cast(Following, _compiled("\n".join(lines), "following", pack=struct.Struct(f"<{numbers.codes}").pack))
 
 
 def most_way_of(limits: Limits, steps: int) -> int:
@@ -374,7 +391,8 @@ def _sum(row: Row, names: Sequence[str]) -> str:
     return " + ".join(f"{factor!r} * {name}" for factor, name in zip(row, names, strict=True))
 
 
-def _compiled(text: str, name: str, **others: Callable[..., object]) -> Callable[..., object]:
+def compiled(text: str, name: str, **others: Callable[..., object]) -> Callable[..., object]:
+    """The function `name` of this Python text, which knows `others` and little else."""
     space: dict[str, Callable[..., object]] = {}
     exec(text, {"abs": abs, "max": max, "min": min, "round": round, **others, "__builtins__": {}}, space)
     return space[name]

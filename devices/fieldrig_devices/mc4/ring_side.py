@@ -13,7 +13,7 @@ from typing import Final
 
 from fieldrig.clock import US, Clock
 from fieldrig.link import Link, shared
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.message import Cycle, RingMessage, Straight
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import INCREMENTS
 from fieldrig_devices.mc4.diagnosis import Code
@@ -23,11 +23,12 @@ from fieldrig_devices.mc4.folded import INNER_NS, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.seat import Groups, Seat, Shape, Telling
+from fieldrig_devices.mc4.straight import Frame, straight
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
-from fieldrig_devices.sercos.slave import HEAD_VALUES, SercosSlave
+from fieldrig_devices.sercos.slave import HEAD_VALUES, RUNNING_MST, SercosSlave
 from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, size
 
 FOLLOWS: Final = 0x0008
@@ -37,9 +38,10 @@ CONTROL_BITS: Final = words.APPLICATION_MASK
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_groups", "_machine", "_most_error", "_numbers",
-        "_place", "_seat", "_seats", "_slack_ns", "_states_seen", "_status", "_steady_control", "_table",
-        "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave", "telling",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_groups", "_lay", "_machine", "_most_error",
+        "_numbers", "_place", "_seat", "_seats", "_slack_ns", "_states_seen", "_status", "_steady_control",
+        "_table", "_then", "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
+        "telling",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -55,6 +57,10 @@ class RingSide:
         self._value: Callable[[int], None] = _no_value
         self._following: Following | None = None
         """All that a cycle asks of an axis that only follows its set position."""
+        self._then: Callable[[bytes, Cycle], None] | None = None
+        """What comes after such a cycle."""
+        self._lay: Callable[..., Straight] | None = None
+        """Makes the straight way of the next; None: it has to be found first."""
         self._most_error = 0.0
         self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
@@ -107,8 +113,7 @@ class RingSide:
             if moved is not None:
                 if self.on_moved is not None:
                     self.on_moved()
-                if self._seat is not None and self._seat.gathers:
-                    self.slave.then = self._seat.gather
+                self.slave.then = self._then
                 return self._status, moved + self._feedback.standing
         axis.cycle()
         self._value(value)
@@ -117,6 +122,28 @@ class RingSide:
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         return self._status, self.feedback()
+
+    def _go_straight(self, at: bytes, _cycle: Cycle) -> None:
+        """After a cycle in which it left `at`, and only followed: as long as nothing else is to be done."""
+        machine, slave = self._machine, self.slave
+        axis, layout = machine.axis_alone, slave.layout
+        if self._lay is None:
+            frame = Frame(
+                self._cycle_ns,
+                len(RUNNING_MST) + 1 + layout.mdt_length,
+                len(RUNNING_MST) + layout.position,
+                self._place,
+            )
+            numbers, is_told = self._feedback.following_numbers, self.telling is not None
+            self._lay = straight(axis.arrangement, numbers, frame, is_told=is_told)
+        course = None if self.telling is None else self.telling.course()
+        head, standing = at[: AT_HEAD.size], self._feedback.standing
+        slave.go_straight(
+            self._lay(
+                axis, machine, slave, slave.values_of, slave.values[0], self._until_ns, self._most_error, head,
+                standing, course,
+            )
+        )  # fmt: skip
 
     def _look(self, values: tuple[int, ...], lead_ns: int) -> tuple[int, bytes]:
         machine, control = self._machine, values[0]
@@ -194,9 +221,14 @@ class RingSide:
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
         self._feedback.refresh()
+        self.slave.go_straight(None)
+        is_settled = self._steady_control >= 0 and (self.on_moved is None or self.telling is not None)
+        is_simple = is_settled and self._following is not None
+        self._lay, self._then = None, self._go_straight if is_simple else None
         if self._seat is not None:
-            is_settled = self._steady_control >= 0 and (self.on_moved is None or self.telling is not None)
-            self._seat.offer(is_settled and self._following is not None and axis.is_stiff, self._most_error)
+            self._seat.offer(is_simple and axis.is_stiff, self._most_error)
+            if self._seat.gathers:
+                self._then = self._seat.gather
 
     # ---- status
 
@@ -245,13 +277,17 @@ class RingSide:
 
     def _read_warnings(self) -> bytes:
         self._warnings_seen = self._machine.thermal.warnings
-        self._status = self._status_word()
+        self._tell_anew()
         return self._table[12].encoded(self._warnings_seen)
 
     def _read_states(self) -> bytes:
         self._states_seen = self.states
-        self._status = self._status_word()
+        self._tell_anew()
         return self._table[13].encoded(self._states_seen)
+
+    def _tell_anew(self) -> None:
+        self._status = self._status_word()
+        self.slave.go_straight(None)
 
     def _show(self, idn: int, number: Number) -> None:
         datum = self._table[idn]

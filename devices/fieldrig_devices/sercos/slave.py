@@ -13,7 +13,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import US, Clock, Timer
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage
+from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage, Straight
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
@@ -76,9 +76,9 @@ class StandIn(Protocol):
 class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
-        "_heard", "_heard_before", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts",
-        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_values", "_values_of",
-        "_waits_for_0", "_watch", "address", "failures", "layout", "phase", "places", "stand_in", "table", "then",
+        "_heard_before", "_is_checked", "_is_fast", "_leave", "_lend", "_mdt_length", "_missed_mdts", "_missed_msts",
+        "_offset", "_patience_ns", "_service", "_status", "_straight", "_waits_for_0", "_watch", "address", "failures",
+        "heard", "layout", "phase", "places", "stand_in", "table", "then", "values", "values_of",
     )  # fmt: skip
 
     def __init__(
@@ -97,7 +97,7 @@ class SercosSlave:
         self._commands = list(self._data.commands)
         self._change_bit = 0
         self._control_seen = 0
-        self._values: tuple[int, ...] = (0, 0)
+        self.values: tuple[int, ...] = (0, 0)
         """Of the last MDT: control word, service channel, command values."""
         self._missed_msts = self._missed_mdts = 0
         self._is_checked = {3: False, 4: False}
@@ -109,16 +109,19 @@ class SercosSlave:
         self._offset, self._mdt_length = 0, 0
         self.places: dict[int, int] = {}
         """Of the command values among those of an MDT, by IDN; from CP3 on they stay."""
-        self._values_of = record(()).unpack_from
+        self.values_of = record(()).unpack_from
+        """Its record of an MDT."""
         self._status: int | None = None
         """Status word that the head of the AT was laid with; None: the service channel or a command has changed."""
         self._at_head = b""
-        self._heard = 0
+        self.heard = 0
         """Cycles."""
         self._heard_before = -1
         self._watch: Timer | None = None
         self.stand_in: StandIn | None = None
         """Takes the cycles of CP4 in its place."""
+        self._straight: Straight | None = None
+        self._lend: Callable[[Straight | None], None] = getattr(link, "lend", _to_nobody)
         self.then: Callable[[bytes, Cycle], None] | None = None
         """Called once, with the AT that was left and its cycle."""
         self._patience_ns: int = getattr(link, "patience_ns", 0)
@@ -146,15 +149,21 @@ class SercosSlave:
         if self.stand_in is not None:
             at = self.stand_in.take(message)
             if at is not None:
-                self._heard += 1
+                self.heard += 1
                 self._leave(at)
                 return
+        if self._straight is not None:
+            at = self._straight(self._clock.now_ns(), message.mst + message.mdt, 0)
+            if at is not None:
+                self._leave(at)
+                return
+            self.go_straight(None)
         mdt = message.mdt
         if not self._is_fast or message.mst != RUNNING_MST or len(mdt) != self._mdt_length or mdt[0] != BROADCAST:
             self._on_cycle(message)
             return
-        self._heard += 1
-        self._values = values = self._values_of(mdt, self._offset)
+        self.heard += 1
+        self.values = values = self.values_of(mdt, self._offset)
         control = values[0]
         if (control ^ self._control_seen) & CONTROL_MASK:
             self._on_service(control, values[1])
@@ -167,13 +176,22 @@ class SercosSlave:
             then, self.then = self.then, None
             then(at, message)
 
+    def go_straight(self, straight: Straight | None) -> None:
+        """In CP4, from now on, until a cycle that it gives no AT for or until None.
+
+        It sees to all that `_on_message` does, and to `values` and `heard`; the head of its AT is that of the last one.
+        """
+        if straight is not self._straight:
+            self._straight = straight
+            self._lend(straight)
+
     def take_up(self, mdt: bytes) -> None:
         """Go on where the stand-in has ended, which has heard this MDT last."""
-        self._values = self._values_of(mdt, self._offset)
+        self.values = self.values_of(mdt, self._offset)
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
-        self._heard += 1
+        self.heard += 1
         if cycle.mst:
             self._missed_msts = 0
             self._on_phase_told(cycle.mst[1] & 7 if len(cycle.mst) > 1 else 0)
@@ -197,14 +215,14 @@ class SercosSlave:
         is_heard = bool(cycle.mst) and len(cycle.mdt) == self._mdt_length and cycle.mdt[0] == BROADCAST
         if is_heard:
             self._missed_mdts = 0
-            self._values = self._values_of(cycle.mdt, self._offset)
-            self._on_service(self._values[0], self._values[1])
+            self.values = self.values_of(cycle.mdt, self._offset)
+            self._on_service(self.values[0], self.values[1])
         elif cycle.mst and not self._miss_mdt():
             return
         self._is_fast = self.phase == 4 and is_heard
         if self.phase == 4:
             go_on = self._application.on_cycle if is_heard else self._application.on_missed_cycle
-            self._send(*go_on(self._values))
+            self._send(*go_on(self.values))
             self.then = None
         elif self.phase == 3:
             self._send(self._application.status(), self._application.feedback())
@@ -260,11 +278,11 @@ class SercosSlave:
         if self.phase < 3:
             self._watch = None
             return
-        if self._heard == self._heard_before:
+        if self.heard == self._heard_before:
             self._fail(words.MST_FAILED | words.MDT_FAILED)
             self._watch = None
         else:
-            self._heard_before = self._heard
+            self._heard_before = self.heard
             watch_ns = WATCH_CYCLES * self._data.cycle_us * US + self._patience_ns
             self._watch = self._clock.call_at(self._clock.now_ns() + watch_ns, self._look)
 
@@ -291,6 +309,7 @@ class SercosSlave:
     def _enter(self, phase: int) -> None:
         self.phase = phase
         self._is_fast = False
+        self.go_straight(None)
         self._missed_mdts = 0
         if phase <= 1:
             self._service.reset()
@@ -309,8 +328,8 @@ class SercosSlave:
     def _lay_out(self) -> None:
         self.layout = layout = self._data.layout()
         self._offset, self._mdt_length = layout.position, 1 + layout.mdt_length
-        self._values_of = record(layout.mdt).unpack_from
-        self._values = (0,) * (HEAD_VALUES + len(layout.mdt))
+        self.values_of = record(layout.mdt).unpack_from
+        self.values = (0,) * (HEAD_VALUES + len(layout.mdt))
         self.table.cyclic = self.places = {idn: place for place, idn in enumerate(self.telegrams.mdt, HEAD_VALUES)}
         for idn in self.places:
             datum = self.table[idn]
@@ -319,7 +338,7 @@ class SercosSlave:
     def _told(self, datum: Datum) -> bytes:
         """A command value: that of the last MDT, if it has it."""
         place = self.places.get(datum.idn) if self.phase >= 3 else None
-        return datum.data if place is None else datum.encoded(self._values[place])
+        return datum.data if place is None else datum.encoded(self.values[place])
 
     def _check(self, phase: int, command: Command) -> None:
         """S-0-0127 and S-0-0128, for the phase that follows."""
@@ -336,6 +355,7 @@ class SercosSlave:
     def _on_command_end(self, has_ended: bool) -> None:
         self._change_bit = words.COMMAND_CHANGED if has_ended else 0
         self._status = None
+        self.go_straight(None)
         if self.stand_in is not None:
             self.stand_in.end()
 
@@ -344,3 +364,7 @@ class SercosSlave:
         command = Command(self.table[idn], start, self._on_command_end, cancel)
         self._commands.append(command)
         return command
+
+
+def _to_nobody(_straight: Straight | None) -> None:
+    """The ring leaves it to the drive."""

@@ -86,6 +86,39 @@ def test_bytes_that_are_no_cycle_are_passed_over(data: bytes) -> None:
     assert process.heard() == as_the_wire_says(data)
 
 
+@given(st.integers(0, 5), st.binary(max_size=6), st.booleans(), st.booleans())
+def test_drive_that_lent_its_straight_way_answers_in_its_place(mst: int, rest: bytes, takes: bool, belt: bool) -> None:
+    """In a cycle with an MST of two bytes; else, and where it has no AT, it is told."""
+    name, address = ("belt", 1) if belt else ("lift", 2)
+    asked: list[tuple[int, bytes, int]] = []
+
+    def straight(now_ns: int, data: bytes, start: int) -> bytes | None:
+        asked.append((now_ns, data[start:], start))
+        return bytes((address, 8)) if takes else None
+
+    long, short = _Process(), _Process()
+    short.rack.lend(name, straight)
+    message = HEAD.pack(1, 2, 5, HEAD.size + mst, 0) + bytes(mst) + rest
+    for process in (long, short):
+        process.rack.on_spread(message)
+    assert asked == ([(2, bytes(mst) + rest, HEAD.size)] if mst == 2 else [])
+    if takes and asked:
+        assert long.heard().pop(name) == [Cycle(5, bytes(mst), rest)]
+        assert short.heard().pop(name) == []
+    else:
+        assert long.heard() == short.heard()
+    assert [decode_back(back)[2] for back in short.backs] == [decode_back(back)[2] for back in long.backs]
+
+
+def test_straight_way_is_taken_back_and_nobody_else_can_lend_one() -> None:
+    process = _Process()
+    process.rack.lend("stranger", lambda *_: b"never")
+    process.rack.lend("belt", lambda *_: b"\1lent")
+    process.rack.lend("belt", None)
+    process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt", "lift"])], b"", 2))
+    assert decode_back(process.backs[0])[2] == [(0, b"\x01\x08"), (1, b"\x02\x08")]
+
+
 def test_all_answers_of_a_cycle_go_back_in_one_message() -> None:
     process = _Process()
     process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt", "lift"])], b"", 2))

@@ -2,147 +2,14 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import cos, tau
-from pathlib import Path
 from random import Random
-from typing import Any
 
 import pytest
-from device_of import device_of
-from ring_lab import Follower
+from drive_line import CYCLE_NS, Line, course
 
-from fieldrig.bus import Bus, Delivery
-from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
-from fieldrig_devices.max4.controller import Max4
 from fieldrig_devices.mc4 import convoy, seat
 from fieldrig_devices.mc4.axis import Mode
-from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.ring_side import RingSide
-
-PLATE = Path(__file__).parents[3] / "configs/plates/sm-100-30-080.yaml"
-CYCLE_NS = 4 * MS
-
-
-@dataclass
-class Swing:
-    """To and fro from where it stood."""
-
-    width: float
-    cycles_a_turn: float
-
-    def at(self, cycles: float) -> float:
-        return self.width * (1 - cos(tau * cycles / self.cycles_a_turn))
-
-
-@dataclass
-class Line:
-    """A controller and its drives; where they are mixed, each second one has a gear and dry friction."""
-
-    count: int
-    wires: bool = False
-    is_mixed: bool = False
-    said: list[str] = field(default_factory=list)
-    swings: list[Swing] = field(default_factory=list)
-    rides: int = 0
-
-    def __post_init__(self) -> None:
-        links = {"ring": "ring", "wires": "wires"} if self.wires else {"ring": "ring"}
-        drive = {"kind": "mc4", "motor": {"name_plate": str(PLATE)}, "links": links}
-        geared = {"coulomb_nm": 0.05, "gear_ratio": 7.5, "viscous_nm_s_per_rad": 0.001} if self.is_mixed else {}
-        names = {f"d{number}": {"ring_address": number} for number in range(1, self.count + 1)}
-        config = {
-            "time": "virtual",
-            "buses": {"ring": {"kind": "ring.virtual"}, "wires": {"kind": "wires.virtual"}},
-            "devices": {
-                "max4": {"kind": "max4", "links": {"ring": "ring"}, "cycle_ms": 4, "drives": names},
-                **{
-                    name: {**drive, **address, "load": geared if address["ring_address"] % 2 else {}}
-                    for name, address in names.items()
-                },
-            },
-        }
-        self.rig = Rig(from_dict(config), self._on_delivery)
-        self.rig.run_until(5 * S)
-        for name in names:
-            self.rig.set("max4", f"{name}.ControllerEnable", True)
-        self.rig.run_until(5500 * MS)
-        self.max4 = device_of(self.rig, "max4", Max4)
-        self.drives = [device_of(self.rig, name, Mc4) for name in names]
-
-    def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
-        self.said.append(f"{bus.name} {delivery.time_ns} {delivery.sender} {delivery.message!r}")
-
-    def swing(self, random: Random) -> None:
-        for axis in self.max4.axes.values():
-            self.swings.append(Swing(random.choice([2e4, 3e5, 8e5]), random.uniform(300, 800)))
-            axis.follow(Follower(self.swings[-1].at, 1))
-
-    def run(self, cycles: int) -> None:
-        self.rig.run_until(self.rig.now_ns + cycles * CYCLE_NS)
-        self.rides += self.riding
-
-    @property
-    def riding(self) -> int:
-        return sum(drive.machine.ride is not None for drive in self.drives)
-
-    def states(self) -> list[tuple[object, ...]]:
-        machines = [drive.machine for drive in self.drives]
-        return [
-            (
-                one.at_ns,
-                axis.set_increments,
-                axis.e,
-                axis.v,
-                axis.i,
-                axis.t,
-                axis.heats,
-                axis.works,
-                one.thermal.motor_c,
-            )
-            for one in machines
-            for axis in [one.axis]
-        ]
-
-
-def events(line: Line, random: Random) -> list[Callable[[], object]]:
-    number = random.randrange(line.count)
-    name, axis = f"d{number + 1}", list(line.max4.axes.values())[number]
-    wide = random.choice([0.0, 2e3, 8e5, 8e6])
-    telegram = random.choice(["mst", "mdt", "at"])
-    distort = {"what": "distort", "station": name, "telegram": telegram, "count": 1}
-
-    def note(answer: object) -> None:
-        line.said.append(f"{line.rig.now_ns} {answer!r}")
-
-    return [
-        lambda: setattr(line.swings[number], "width", wide),
-        lambda: line.rig.set(name, "load_torque", random.uniform(-2, 2)),
-        lambda: note(line.rig.get(name, random.choice(["speed", "motor_temperature"]))),
-        lambda: axis.read(random.choice([51, 40, 383, 13, 11]), note),
-        lambda: axis.write(104, random.randrange(500, 3000).to_bytes(2, "little"), note),
-        lambda: line.rig.add_fault("ring", distort),
-        lambda: line.rig.add_fault("ring", {"what": "break", "after": name, "duration_ms": 3}),
-        lambda: line.rig.add_fault("ring", {"what": "off", "station": name, "duration_ms": 3}),
-        lambda: line.rig.add_fault(name, {"what": "enable_lost", "duration_ms": 20}),
-        lambda: line.rig.set("max4", f"{name}.ControllerEnable", random.random() < 0.5),
-        lambda: line.rig.set("max4", "DiagQuit", True),
-        lambda: None,
-    ]
-
-
-def course(seed: int, wires: bool) -> Line:
-    random = Random(seed)
-    line = Line(5, wires, is_mixed=True)
-    line.swing(random)
-    line.run(20)
-    for _ in range(40):
-        random.choice(events(line, random))()
-        line.run(random.randrange(1, 18))
-    return line
 
 
 @pytest.mark.parametrize(("seed", "wires"), [(1, False), (2, True), (3, False), (4, True)])

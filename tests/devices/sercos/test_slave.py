@@ -20,7 +20,7 @@ MDT = bytes.fromhex("ff 0000 0000 10270000")  # position 10 000
 
 
 class Bare:
-    def __init__(self) -> None:
+    def __init__(self, link: RecordedLink[RingMessage] | None = None) -> None:
         signed = Attribute(Length.FOUR, Format.SIGNED)
         self.table = IdnTable(
             [
@@ -29,7 +29,7 @@ class Bare:
                 Datum(100, "gains", Attribute(Length.LIST_OF_WORDS), (), largest=8, maximum=1_000),
             ]
         )
-        self.link = RecordedLink[RingMessage]()
+        self.link = link or RecordedLink[RingMessage]()
         self.failures = 0
         self.heard: list[tuple[int, ...]] = []
         self.missed = 0
@@ -260,6 +260,61 @@ def test_stand_in_gives_the_at_until_it_has_none_and_the_drive_takes_up() -> Non
     assert (bare.missed, bare.missed_after) == (1, (7,)), "the last MDT is that of the stand-in"
     assert bare.cycle(4, MDT)[:1] == bytes((ADDRESS,))
     assert len(bare.heard) == heard + 1
+
+
+class Short:
+    """A straight way to so many ATs."""
+
+    def __init__(self, bare: Bare, count: int) -> None:
+        self._bare, self._left = bare, count
+        self.asked: list[tuple[int, bytes, int]] = []
+
+    def __call__(self, now_ns: int, data: bytes, start: int) -> bytes | None:
+        self.asked.append((now_ns, data, start))
+        self._left -= 1
+        if self._left < 0:
+            return None
+        self._bare.slave.heard += 1
+        return b"\5straight"
+
+
+def test_straight_way_gives_the_at_until_it_has_none() -> None:
+    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
+    heard, short = len(bare.heard), Short(bare, 2)
+    bare.slave.go_straight(short)
+    assert [bare.cycle(4, MDT) for _ in range(2)] == [b"\5straight"] * 2
+    assert len(bare.heard) == heard
+    assert [bare.cycle(4, MDT)[0] for _ in range(2)] == [ADDRESS] * 2
+    assert len(bare.heard) == heard + 2
+    assert short.asked == [(0, b"\xff\x04" + MDT, 0)] * 3
+
+
+def test_straight_way_ends_with_the_phase() -> None:
+    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
+    short = Short(bare, 5)
+    bare.slave.go_straight(short)
+    for _ in range(2):
+        bare.slave._look()  # no cycle has come since
+    assert bare.slave.phase == 0
+    bare.cycle(4, MDT)
+    assert not short.asked
+
+
+def test_straight_way_is_lent_to_a_ring_that_takes_it() -> None:
+    lent: list[object] = []
+
+    class Lender(RecordedLink[RingMessage]):
+        lend = staticmethod(lent.append)
+
+    bare = Bare(Lender()).in_phase(4).cycles([4] * 2, MDT)
+    first, second = Short(bare, 1), Short(bare, 5)
+    bare.slave.go_straight(first)
+    bare.cycles([4] * 2, MDT)
+    bare.slave.go_straight(second)
+    assert lent == [first, None, second]
+    for _ in range(2):
+        bare.slave.go_straight(None)
+        assert lent == [first, None, second, None]
 
 
 def test_command_that_ends_meanwhile_is_shown_by_the_drive_itself() -> None:
