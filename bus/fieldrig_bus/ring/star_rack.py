@@ -15,7 +15,7 @@ from typing import Any, Final
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.message import Cycle, RingMessage, Straight, decode
 from fieldrig_bus.ring.star import MOST_BEHIND, Stations
-from fieldrig_bus.ring.star_wire import HEAD, decode_spread, encode_back
+from fieldrig_bus.ring.star_wire import HEAD, decode_spread, encode_back, encode_only
 
 log = logging.getLogger(__name__)
 
@@ -42,6 +42,8 @@ class Rack:
         self._stations: dict[str, _Station] = {}
         self._drives: tuple[_Station, ...] = ()
         """Those that don't only observe."""
+        self._only: _Station | None = None
+        """Of the drives, if there is one."""
         self._announce: Callable[[Stations], None] | None = None
         self._reply: Callable[[bytes], None] | None = None
         self._sequence = 0
@@ -96,6 +98,8 @@ class Rack:
         if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master began anew
             log.debug("%s: cycle %d was overtaken on the way", self._bus, sequence)
             return
+        if not is_more and mst_end == MST_END and self._goes_straight(sequence, instant_ns, data):
+            return
         spread = answers = None
         if is_more or not HEAD.size <= mst_end <= len(data):
             try:
@@ -115,6 +119,18 @@ class Rack:
                 self._tell_some({name: cycle for cycle, names in spread.heard for name in names}, answers, instant_ns)
         finally:
             self._come_back()
+
+    def _goes_straight(self, sequence: int, instant_ns: int, data: bytes) -> bool:
+        """The only drive's way of nearly all cycles."""
+        only, reply = self._only, self._reply
+        if only is None or only.straight is None or self._left or reply is None:
+            return False
+        at = only.straight(instant_ns, data, HEAD.size)
+        if at is None:
+            return False
+        self._sequence = sequence
+        reply(encode_only(sequence, time.monotonic_ns(), only.place, at))
+        return True
 
     def _tell_drives(self, instant_ns: int, number: int, data: bytes, mst_end: int) -> None:
         cycle = None
@@ -153,6 +169,7 @@ class Rack:
 
     def _tell(self) -> None:
         self._drives = tuple(station for station in self._stations.values() if station.addresses is not None)
+        self._only = self._drives[0] if len(self._drives) == 1 else None
         for place, station in enumerate(self._stations.values()):
             station.place = place
         if self._announce is not None:
