@@ -36,7 +36,7 @@ DRIVES = 40
 SECONDS = 10.0
 ROUNDS = 3
 MOST_ROUNDS = 9
-"""As long as none has kept `ENOUGH`: others share the cores, and at times leave little of them."""
+"""As long as none has kept `ENOUGH_PERCENT`: others share the cores, and at times leave little of them."""
 ENOUGH_PERCENT = 99.9
 SETTLING_S = 0.5
 """After all processes were asked how they are: with smaps, that takes each of them the better part of a cycle."""

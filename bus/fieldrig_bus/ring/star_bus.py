@@ -63,7 +63,7 @@ class RingEnd:
             log.debug("%s is not the master of the ring", self._member)
 
     def lend(self, straight: Straight | None) -> None:
-        """For cycles like nearly all; until another is lent, or None."""
+        """For cycles like nearly all; until it has no AT, or until another is lent, or None."""
         self._rack.lend(self._member, straight)
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:

@@ -72,7 +72,7 @@ class Rack:
             self._tell()
 
     def lend(self, member: str, straight: Straight | None) -> None:
-        """From now on; it is called outside of events."""
+        """It is asked, outside of events, until it has no AT, or until another is lent."""
         station = self._stations.get(member)
         if station is not None:
             station.straight = straight
@@ -127,6 +127,7 @@ class Rack:
             return False
         at = only.straight(instant_ns, data, HEAD.size)
         if at is None:
+            only.straight = None
             return False
         self._sequence = sequence
         reply(encode_only(sequence, time.monotonic_ns(), only.place, at))
@@ -141,6 +142,7 @@ class Rack:
                 if at is not None:
                     self._left.append((station.place, at))
                     continue
+                station.straight = None
             if cycle is None:
                 cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
             station.at.deliver(station.handler, cycle, instant_ns)
