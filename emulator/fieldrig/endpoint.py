@@ -6,7 +6,6 @@ loopback both ends need the same token (`shared_token`).
 
 import asyncio
 import hashlib
-import ipaddress
 import json
 import socket
 import tempfile
@@ -17,6 +16,7 @@ from typing import Any, Final
 import zenoh
 
 from fieldrig.errors import ControlError, RigError
+from fieldrig.net import is_loopback
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
@@ -35,11 +35,7 @@ def is_local(endpoint: str) -> bool:
     protocol, _, address = endpoint.partition("/")
     if protocol == "unixsock-stream":
         return True
-    host = address.partition("?")[0].rpartition(":")[0].strip("[]")
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
+    return is_loopback(address.partition("?")[0].rpartition(":")[0].strip("[]"))
 
 
 def is_guarded(endpoint: str) -> bool:

@@ -4,11 +4,11 @@ import os
 import stat
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
-import yaml
 
-from fieldrig import endpoint
+from fieldrig import endpoint, yaml_source
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, make_token, proof, token
 
@@ -133,9 +133,13 @@ def test_a_proof_is_that_of_rfc_2104_over_all_that_it_is_for() -> None:
 
 def test_no_token_is_published_for_containers() -> None:
     folder = Path(__file__).parents[2] / "docker"
-    part = yaml.safe_load((folder / "service.yaml").read_text())["services"]["part"]
+    part = _yaml(folder / "service.yaml")["services"]["part"]
     assert part["environment"][TOKEN_VARIABLE] is None  # that of the shell, if it has one
     volume, _, place = part["volumes"][0].partition(":")
     assert Path(part["environment"][FILE_VARIABLE]).parent == Path(place)
     for path in folder.glob("compose*.yaml"):
-        assert volume in yaml.safe_load(path.read_text())["volumes"], path
+        assert volume in _yaml(path)["volumes"], path
+
+
+def _yaml(path: Path) -> Any:
+    return yaml_source.read(path.read_text(), path.name).data
