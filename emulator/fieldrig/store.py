@@ -11,6 +11,7 @@ refusal of an outage is logged, and so is its end; `trouble` says for `fieldrig 
 import logging
 import mmap
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from errno import EINVAL, EOPNOTSUPP
@@ -63,6 +64,17 @@ class Store(Protocol):
         A SIGKILL never tears an aligned word of 4 bytes.  The same bytes are given at every call.  StoreError if the
         disk has no room for them.
         """
+
+
+class Part(ABC):
+    """Base of a part of another store: the checksum and the previous version are those of the whole."""
+
+    @abstractmethod
+    def load(self) -> bytes | None: ...
+
+    def versions(self) -> Sequence[Version]:
+        data = self.load()
+        return [] if data is None else [Version("its part of the memory", data)]
 
 
 class Restored(NamedTuple, Generic[T]):
