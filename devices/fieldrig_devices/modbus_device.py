@@ -3,7 +3,7 @@
 Source: Modbus application protocol V1.1b3; the answers are those of fieldrig_bus.modbus.server.  A request takes effect
 when it arrives, its response leaves `turnaround_ms` later.  Each bus has its own communication counters and its own
 listen only mode, as each port of a real device has.  What is marked `retained` in a table is in the non-volatile
-memory before the response to the write leaves.
+memory before the write takes effect; a write that can't be kept is answered by exception 04 and changes nothing.
 """
 
 import json
@@ -13,12 +13,14 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig import store_format
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
-from fieldrig.store import Store
+from fieldrig.store import Store, restore
+from fieldrig.untrusted import field, read_json, typed
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
@@ -91,8 +93,6 @@ class ModbusDevice(Device):
         """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
         turnaround_ns = round(settings.turnaround_ms * MS)
         self._store, self._wires = store, wires
-        self.is_unsaved = False
-        """Something that is retained has changed."""
         self._warned: set[str] = set()
         by_unit = settings.by_unit()
         self._units = {
@@ -101,7 +101,7 @@ class ModbusDevice(Device):
                 settings.out_of_range,
                 settings.exception_status if unit.exception_status is None else unit.exception_status,
                 self._drive,
-                self._note_unsaved,
+                self._keep,
             )
             for unit_id, unit in by_unit.items()
         }
@@ -116,7 +116,7 @@ class ModbusDevice(Device):
                 )
                 for unit_id, unit in by_unit.items()
             }
-            port = ModbusPort(clock, link, servers, turnaround_ns, self.save)
+            port = ModbusPort(clock, link, servers, turnaround_ns)
             link.on_receive(port.on_message, list(servers))
         self._listen_to_wires()
 
@@ -127,11 +127,9 @@ class ModbusDevice(Device):
     def points(self) -> Mapping[str, Point]:
         if len(self._units) == 1:
             (unit,) = self._units.values()
-            return self._saving(unit.points())
+            return unit.points()
         by_unit = {unit_id: unit.points() for unit_id, unit in self._units.items()}
-        return self._saving(
-            {f"{unit_id}/{key}": point for unit_id in by_unit for key, point in by_unit[unit_id].items()}
-        )
+        return {f"{unit_id}/{key}": point for unit_id in by_unit for key, point in by_unit[unit_id].items()}
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Any]) -> list[Tool]:
@@ -141,41 +139,29 @@ class ModbusDevice(Device):
         by_unit: dict[int, UnitSettings] = settings.by_unit()
         return [tool for unit_id, unit in by_unit.items() for tool in lines_for(load_table(unit.table), unit_id, buses)]
 
-    def save(self) -> None:
-        """Put what is retained into the store, if anything of it has changed."""
-        if self.is_unsaved:
-            kept = {str(unit_id): unit.retained() for unit_id, unit in self._units.items()}
-            self._store.save(json.dumps(kept).encode())
-            self.is_unsaved = False
+    def _keep(self) -> None:
+        """Put what is retained into the store.  StoreError if it can't be kept."""
+        kept = {
+            str(unit_id): {name: raw.hex() for name, raw in unit.retained.items()}
+            for unit_id, unit in self._units.items()
+        }
+        self._store.save(json.dumps(kept).encode())
 
     def _restore(self) -> None:
-        data = self._store.load()
-        if data is None:
-            return
-        try:
-            for unit_id, kept in json.loads(data).items():
-                unit = self._units.get(int(unit_id))
-                if unit is not None:
-                    unit.restore(kept)
-        except (ValueError, AttributeError, TypeError) as fault:
-            log.warning("the non-volatile memory can't be read, registers start anew: %s", fault)
+        found = restore(self._store, self._decode).content
+        for unit_id, kept in (found or {}).items():
+            self._units[unit_id].restore(kept)
 
-    def _note_unsaved(self) -> None:
-        self.is_unsaved = True
-
-    def _saving(self, points: Mapping[str, Point]) -> dict[str, Point]:
-        return {key: self._saving_point(point) for key, point in points.items()}
-
-    def _saving_point(self, point: Point) -> Point:
-        inner = point.write
-        if inner is None:
-            return point
-
-        def write(value: bool | int | float | str) -> None:
-            inner(value)
-            self.save()
-
-        return Point(point.read, write, point.unit, point.about)
+    def _decode(self, data: bytes) -> dict[int, dict[str, bytes]]:
+        """Raw values by unit and name.  ValueError for what `_keep` doesn't write, and for values beyond limits."""
+        kept = typed(read_json(data, store_format.LONGEST), dict)
+        return {
+            unit_id: unit.usable(
+                {name: bytes.fromhex(typed(raw, str, name)) for name, raw in field(kept, str(unit_id), dict).items()}
+            )
+            for unit_id, unit in self._units.items()
+            if str(unit_id) in kept
+        }
 
     def _drive(self, signal: Signal) -> None:
         """A register may read back what another one drives: a bus does not tell a driver its own signal."""

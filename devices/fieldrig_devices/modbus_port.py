@@ -18,7 +18,7 @@ class ModbusPort:
         link: Link[Any],
         servers: Mapping[int, ModbusServer],
         turnaround_ns: int,
-        on_done: Callable[[], None],
+        on_done: Callable[[], None] = lambda: None,
     ) -> None:
         """`on_done` is called when a request has taken effect, before its response leaves."""
         self._clock, self.servers, self._on_done = clock, servers, on_done

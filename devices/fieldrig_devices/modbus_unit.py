@@ -1,11 +1,12 @@
 """One unit of a Modbus device: the data model of its register table, and its values by name."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Point
 from fieldrig.errors import RigError
-from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ModbusError
+from fieldrig.store import StoreError
+from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.register_image import Area, BitImage, RegisterImage
 from fieldrig_devices.register_table import (
@@ -48,7 +49,8 @@ class FifoQueue:
 class ModbusUnit:
     """Keeps the `DataModel` protocol of fieldrig_bus.modbus.server.
 
-    `drive` is called with what goes out by a wire, `on_retained` when something non-volatile has changed.
+    `drive` is called with what goes out by a wire, `keep` before a change of `retained` takes effect; its StoreError
+    refuses the change.
     """
 
     def __init__(
@@ -57,12 +59,16 @@ class ModbusUnit:
         out_of_range: OutOfRange,
         exception_status: int | Sequence[str],
         drive: Callable[[Signal], None],
-        on_retained: Callable[[], None],
+        keep: Callable[[], None],
     ) -> None:
-        self._table, self._drive, self._on_retained = table, drive, on_retained
-        self.coils = BitImage(_areas("coils", table.coils))
+        self._table, self._drive, self._keep = table, drive, keep
+        self.retained: dict[str, bytes] = {}
+        """Raw values by name, as they are, or are about to be, in the non-volatile memory."""
+        self._stored: Mapping[str, bytes] = {}
+        """Those that are known to be there."""
+        self.coils = BitImage(_areas("coils", table.coils), self._commit)
         self.discrete_inputs = BitImage(_areas("discrete_inputs", table.discrete_inputs))
-        self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers))
+        self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers), self._commit)
         self.input_registers = RegisterImage(_areas("input_registers", table.input_registers))
         self.values: dict[str, AnyValue] = {}
         for space, image in (("coils", self.coils), ("discrete_inputs", self.discrete_inputs)):
@@ -101,15 +107,19 @@ class ModbusUnit:
             if value.entry.wire is not None and value.direction == "to_wire":
                 self._drive_one(value)
 
-    def retained(self) -> dict[str, str]:
-        return {name: value.raw().hex() for name, value in self.values.items() if value.entry.retained}
+    def usable(self, kept: Mapping[str, bytes]) -> dict[str, bytes]:
+        """Without what the table no longer has, or has otherwise.  ValueError for a value that nobody can write."""
+        found = {name: raw for name, raw in kept.items() if len(raw) == len(self.retained.get(name, b""))}
+        for name, raw in found.items():
+            self.values[name].check(raw)
+        return found
 
-    def restore(self, kept: dict[str, str]) -> None:
-        """What the table no longer has, or has otherwise, keeps its initial value.  ValueError for what is no hex."""
+    def restore(self, kept: Mapping[str, bytes]) -> None:
+        """What `usable` returned."""
         for name, raw in kept.items():
-            value = self.values.get(name)
-            if value is not None and value.entry.retained and len(raw) == len(value.raw().hex()):
-                value.restore(bytes.fromhex(raw))
+            self.values[name].restore(raw)
+        self.retained |= kept
+        self._stored = kept
 
     def points(self) -> dict[str, Point]:
         points = {name: self._point(value) for name, value in self.values.items()}
@@ -127,13 +137,33 @@ class ModbusUnit:
 
     def _add(self, value: AnyValue, is_watched: bool = False) -> None:
         self.values[value.name] = value
+        if value.entry.retained:
+            self.retained[value.name] = value.raw()
         drives = value.entry.wire is not None and value.direction == "to_wire"
         if is_watched or drives or value.entry.retained:
             value.watch(lambda: self._on_changed(value))
 
+    def _commit(self, values: Sequence[AnyValue]) -> None:
+        """ModbusError if the new values can't be kept."""
+        try:
+            self._retain(values)
+        except StoreError as cause:
+            raise ModbusError(SERVER_DEVICE_FAILURE) from cause
+
+    def _retain(self, values: Sequence[AnyValue]) -> None:
+        """A half-written value of several registers is not kept: only those in `values` are new."""
+        changed = {value.name: value.raw() for value in values if value.entry.retained}
+        if changed.items() <= self._stored.items():
+            return
+        before, self.retained = self.retained, self.retained | changed
+        try:
+            self._keep()
+        except StoreError:
+            self.retained = before
+            raise
+        self._stored = self.retained
+
     def _on_changed(self, value: AnyValue) -> None:
-        if value.entry.retained:
-            self._on_retained()
         if value.entry.wire is not None and value.direction == "to_wire":
             self._drive_one(value)
 
@@ -144,7 +174,13 @@ class ModbusUnit:
 
     def _point(self, value: AnyValue) -> Point:
         def write(new: Value) -> None:
+            before = value.raw()
             value.put(new)
+            try:
+                self._retain([value])
+            except StoreError as cause:
+                value.restore(before)
+                raise ValueError(f"{value.name} can't be stored: {cause.strerror}\nthe old value is kept") from cause
             self._on_changed(value)
 
         is_heard = value.entry.wire is not None and value.direction == "from_wire"

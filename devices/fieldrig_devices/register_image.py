@@ -5,7 +5,7 @@ when its last register, the one with the highest address, is written; until then
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ModbusError
 
@@ -19,6 +19,13 @@ class Area(NamedTuple):
     is_writable: bool
 
 
+class BitWatcher(Protocol):
+    """One bit that has more to it than its value."""
+
+    def on_written(self) -> None:
+        """A client has written it."""
+
+
 class Watcher(Protocol):
     """One value in registers that has more to it than its bytes."""
 
@@ -27,6 +34,15 @@ class Watcher(Protocol):
 
     def on_written(self) -> None:
         """A client has written it."""
+
+
+Commit = Callable[[Sequence[Any]], None]
+"""Called with the watchers of what is about to be written, when the new values are in place.  ModbusError if they can't
+be kept: then the old ones come back, and nobody is told."""
+
+
+def _commit_nothing(_watchers: Sequence[Any]) -> None:
+    pass
 
 
 class _Map:
@@ -50,7 +66,8 @@ class _Map:
 
 
 class RegisterImage:
-    def __init__(self, areas: Sequence[Area]) -> None:
+    def __init__(self, areas: Sequence[Area], commit: Commit = _commit_nothing) -> None:
+        self._commit = commit
         self._map = _Map(areas)
         self._base, self._end, self._readable = self._map.base, self._map.end, self._map.readable
         self._image = bytes(2 * (self._end - self._base))  # not a bytearray: there are more reads than writes
@@ -85,6 +102,8 @@ class RegisterImage:
         try:
             for last, first, watcher in complete:
                 self.put(first, watcher.limited(self.get(first, last - first + 1)))
+            if complete:
+                self._commit([watcher for _, _, watcher in complete])
         except ModbusError:
             self._image = before
             raise
@@ -95,13 +114,14 @@ class RegisterImage:
 class BitImage:
     """Bits are kept as the digits 0 and 1, because `int(digits, 2)` packs them all at once."""
 
-    def __init__(self, areas: Sequence[Area]) -> None:
+    def __init__(self, areas: Sequence[Area], commit: Commit = _commit_nothing) -> None:
+        self._commit = commit
         self._map = _Map(areas)
         self._digits = bytearray(b"0" * (self._map.end - self._map.base))
-        self._watched: dict[int, Callable[[], None]] = {}
+        self._watched: dict[int, BitWatcher] = {}
 
-    def watch(self, address: int, on_written: Callable[[], None]) -> None:
-        self._watched[address] = on_written
+    def watch(self, address: int, watcher: "BitWatcher") -> None:
+        self._watched[address] = watcher
 
     def get(self, address: int) -> bool:
         return self._digits[address - self._map.base] == ord("1")
@@ -118,8 +138,15 @@ class BitImage:
     def write(self, address: int, quantity: int, packed: bytes) -> None:
         start = self._map.start(address, quantity, self._map.writable)
         value = int.from_bytes(packed, "little") & (1 << quantity) - 1
-        self._digits[start : start + quantity] = f"{value:0{quantity}b}".encode()[::-1]
-        for written in range(address, address + quantity):
-            on_written = self._watched.get(written)
-            if on_written is not None:
-                on_written()
+        place, watched = slice(start, start + quantity), self._watched
+        before = self._digits[place]
+        self._digits[place] = f"{value:0{quantity}b}".encode()[::-1]
+        complete = [watched[written] for written in range(address, address + quantity) if written in watched]
+        if complete:
+            try:
+                self._commit(complete)
+            except ModbusError:
+                self._digits[place] = before
+                raise
+        for watcher in complete:
+            watcher.on_written()

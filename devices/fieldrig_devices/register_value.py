@@ -18,6 +18,7 @@ class BitValue:
         self.name, self.entry, self.direction = name, entry, direction
         self.unit = ""
         self._address, self._image = address, image
+        self._on_written: Callable[[], None] | None = None
         image.put(address, entry.initial)
 
     def read(self) -> Value:
@@ -36,14 +37,22 @@ class BitValue:
     def raw(self) -> bytes:
         return bytes((self._image.get(self._address),))
 
-    def restore(self, raw: bytes) -> None:
+    def check(self, raw: bytes) -> None:
         """ValueError for what `raw` didn't give."""
         if raw not in (b"\x00", b"\x01"):
             raise ValueError(f"{self.name} is no bit: {raw.hex()}")
+
+    def restore(self, raw: bytes) -> None:
+        """What `check` accepts."""
         self._image.put(self._address, raw == b"\x01")
 
     def watch(self, on_written: Callable[[], None]) -> None:
-        self._image.watch(self._address, on_written)
+        self._on_written = on_written
+        self._image.watch(self._address, self)
+
+    def on_written(self) -> None:
+        if self._on_written is not None:
+            self._on_written()
 
 
 class RegisterValue:
@@ -74,8 +83,7 @@ class RegisterValue:
         """ValueError for what doesn't fit."""
         low, high = self.entry.min, self.entry.max
         if not isinstance(value, str) and ((low is not None and value < low) or (high is not None and value > high)):
-            limits = f"{'' if low is None else low} to {'' if high is None else high}"
-            raise ValueError(f"{self.name} takes {limits} {self.unit}, not {value}".replace("  ", " "))
+            raise ValueError(f"{self.name} takes {self._limits()}, not {value}")
         self._image.put(self._address, self._encode(value))
 
     def hear(self, signal: Signal) -> None:
@@ -90,15 +98,32 @@ class RegisterValue:
     def raw(self) -> bytes:
         return self._image.get(self._address, self._words)
 
+    def check(self, raw: bytes) -> None:
+        """ValueError for a value outside the limits; a wire may be outside."""
+        value = self._decode(raw)
+        if self._format is not None and self.direction != "from_wire" and not self._is_within(value):
+            raise ValueError(f"{self.name} is {value}, expected {self._limits()}")
+
     def restore(self, raw: bytes) -> None:
-        """ValueError for what `raw` didn't give."""
-        if len(raw) != 2 * self._words:
-            raise ValueError(f"{self.name} has {self._words} registers, not {len(raw)} bytes")
+        """What `check` accepts."""
         self._image.put(self._address, raw)
 
     def watch(self, on_written: Callable[[], None]) -> None:
         self._on_written = on_written
         self._image.watch(self._address, self._words, self)
+
+    def _limits(self) -> str:
+        low, high = self.entry.min, self.entry.max
+        return " ".join(f"{'' if low is None else low} to {'' if high is None else high} {self.unit}".split())
+
+    def _is_within(self, value: Value) -> bool:
+        """True for a value that a client may write."""
+        if isinstance(value, str):
+            return True
+        low, high = self.entry.min, self.entry.max
+        if math.isfinite(value):
+            return (low is None or value >= low) and (high is None or value <= high)
+        return not self.has_limits and self.entry.wire is None
 
     @property
     def has_limits(self) -> bool:
@@ -108,14 +133,9 @@ class RegisterValue:
         """Exception 04 by default: 03 "specifically does not mean that a data item has a value outside the
         expectation of the application program" (V1.1b3, chapter 7)."""
         value, low, high = self._decode(data), self.entry.min, self.entry.max
-        if isinstance(value, str) or self._format is None:
+        if isinstance(value, str) or self._format is None or self._is_within(value):
             return data
-        is_finite = math.isfinite(value)
-        if is_finite and (low is None or value >= low) and (high is None or value <= high):
-            return data
-        if not is_finite and not self.has_limits and self.entry.wire is None:
-            return data
-        if self._out_of_range == "limit" and is_finite:
+        if self._out_of_range == "limit" and math.isfinite(value):
             return self._encode(low if low is not None and value < low else value if high is None else high)
         raise ModbusError(ILLEGAL_DATA_VALUE if self._out_of_range == "illegal_value" else SERVER_DEVICE_FAILURE)
 

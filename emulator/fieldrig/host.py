@@ -130,6 +130,7 @@ class Host:
             "state": self._state,
             "timers": process.clock.lateness(),
             "buses": {name: subject.statistics() for name, subject in process.served.items()},
+            "stores": {name: trouble for name, store in process.stores.items() if (trouble := store.trouble())},
         }
 
     def _on_exception(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

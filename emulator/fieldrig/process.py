@@ -70,6 +70,7 @@ class DeviceProcess:
         self.served: dict[str, Subject] = {}
         """The buses that this process answers for: its hubs', and direct ones of which it hosts the centre."""
         self.devices: dict[str, Device] = {}
+        self.stores: dict[str, FileStore] = {}
         self._listeners: dict[str, OnDelivery | None] = {}
         self._run = config.run.absolute()
         self._ends: dict[str, dict[str, Link[Any]]] = {}
@@ -128,11 +129,12 @@ class DeviceProcess:
     def start(self) -> None:
         """Build the devices, then power them on in order.  ConfigError if one finds its settings wrong."""
         for entry in self._entries():
+            store = self.stores[entry.name] = FileStore(self._run / "state" / f"{entry.name}.bin", entry.kind)
             self.devices[entry.name] = build_device(
                 entry,
                 clock=self.clock,
                 links=_links(entry, self._ends.get(entry.name, {})),
-                store=FileStore(self.path(f"state/{entry.name}.bin")),
+                store=store,
                 seed=self.config.seed,
             )
         for device in self.devices.values():

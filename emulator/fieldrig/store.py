@@ -1,41 +1,131 @@
-"""What a device keeps over power-off: its non-volatile memory, one blob of bytes, and RAM with a battery.
+"""A device's non-volatile memory: one blob of bytes with a checksum and its previous version, and RAM with a battery.
 
-Nothing saved is lost when a process is killed: written aside, flushed to the disk, renamed over.  Buffered RAM is a
-mapped file: what is written to it is there for the next process at once, however this one ends.
+Nothing that was saved is lost when a process is killed: a version is written aside, flushed to the disk and renamed;
+the version before it stays beside it and is the fallback.  Buffered RAM is a mapped file: what is written to it is
+there for the next process at once, however this one ends.
+
+A disk that takes nothing (full, over quota, read-only, broken) raises StoreError and leaves the old version.  The first
+refusal of an outage is logged, and so is its end; `trouble` says for `fieldrig status` what is wrong.
 """
 
+import logging
 import mmap
 import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from errno import EINVAL, EOPNOTSUPP
 from pathlib import Path
-from typing import Protocol
+from typing import Final, Generic, NamedTuple, Protocol, TypeVar
+
+from fieldrig import store_format
+
+T = TypeVar("T")
+
+log = logging.getLogger(__name__)
+
+PREVIOUS: Final = ".previous"
+DAMAGED: Final = ".damaged"
+ASIDE: Final = ".new"
+RAM: Final = ".ram"
+
+
+class StoreError(OSError):
+    """The store can't keep what it was given; what it kept before is still there."""
+
+
+class Version(NamedTuple):
+    """One version of what was saved."""
+
+    place: str
+    """Its file, for messages."""
+    data: bytes | None
+    """None: it is damaged."""
+    wrong: str = ""
+    """What the damage is."""
 
 
 class Store(Protocol):
     def load(self) -> bytes | None:
-        """What was saved last; None if nothing ever was."""
+        """The newest version that is not damaged; None without one."""
+
+    def versions(self) -> Sequence[Version]:
+        """Everything that was saved and is still kept, newest first.  Empty if nothing was ever saved."""
 
     def save(self, data: bytes) -> None:
-        """Keep `data`.  When this returns it survives SIGKILL and power-off; before, the old data does."""
+        """Keep `data`.  When this returns it survives SIGKILL and power-off; before, the old data does.
+
+        StoreError if it can't be kept; the old data is kept then.
+        """
 
     def buffered_ram(self, size: int) -> memoryview:
         """`size` bytes that keep what is written to them at every instant, over SIGKILL; zeros at first.
 
-        A SIGKILL never tears an aligned word of 4 bytes.  The same bytes are given at every call.
+        A SIGKILL never tears an aligned word of 4 bytes.  The same bytes are given at every call.  StoreError if the
+        disk has no room for them.
         """
+
+
+class Part(ABC):
+    """Base of a part of another store: the checksum and the previous version are those of the whole."""
+
+    @abstractmethod
+    def load(self) -> bytes | None: ...
+
+    def versions(self) -> Sequence[Version]:
+        data = self.load()
+        return [] if data is None else [Version("its part of the memory", data)]
+
+
+class Restored(NamedTuple, Generic[T]):
+    """What `restore` found."""
+
+    content: T | None
+    """None: nothing was ever saved, or no version can be used."""
+    is_damaged: bool
+    """True if the newest version can't be used."""
+
+
+def restore(store: Store, decode: Callable[[bytes], T]) -> Restored[T]:
+    """The newest version that `decode` accepts.
+
+    `decode` raises ValueError for data that the device can't have saved, such as a value outside its limits: this
+    counts as damage, too.  Damage is logged.
+    """
+    is_damaged = False
+    for version in store.versions():
+        wrong = version.wrong
+        if version.data is not None:
+            try:
+                content = decode(version.data)
+            except ValueError as cause:
+                wrong = f"its content can't be used: {cause}"
+            else:
+                if is_damaged:
+                    log.warning("%s is used instead", version.place)
+                return Restored(content, is_damaged)
+        log.warning("%s is damaged: %s", version.place, wrong)
+        is_damaged = True
+    if is_damaged:
+        log.warning("no version of what was stored can be used: starting with the defaults")
+    return Restored(None, is_damaged)
 
 
 class MemoryStore:
     """Keeps in memory: for virtual time and tests, where a power cycle is a new device on the old store."""
 
     def __init__(self, data: bytes | None = None) -> None:
-        self._data = data
+        self._saved = [] if data is None else [data]
         self._ram = bytearray()
 
     def load(self) -> bytes | None:
-        return self._data
+        return self._saved[0] if self._saved else None
+
+    def versions(self) -> Sequence[Version]:
+        return [Version(place, data) for place, data in zip(("memory", "memory" + PREVIOUS), self._saved, strict=False)]
 
     def save(self, data: bytes) -> None:
-        self._data = data
+        self._saved = [data, *self._saved[:1]]
 
     def buffered_ram(self, size: int) -> memoryview:
         if len(self._ram) < size:
@@ -44,39 +134,160 @@ class MemoryStore:
 
 
 class FileStore:
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    """`path` is the newest version; the previous one, a damaged one and buffered RAM are beside it.
+
+    `owner` is the kind of the device: a store of another kind counts as damaged.
+    """
+
+    def __init__(self, path: Path, owner: str = "") -> None:
+        self._path, self._owner = path, owner
+        self._is_whole = False
+        """True if the newest version is known to be undamaged."""
+        self._refused: dict[str, _Refusal] = {}
+
+    def trouble(self) -> str:
+        """Why data can't be kept at present, in words; empty if it can.
+
+        What was refused is tried again, so the answer is also right if the device saves nothing more.  Buffered RAM
+        is only there again when the device has asked for it.
+        """
+        refusal = self._refused.get(ASIDE)
+        if refusal is not None:
+            with suppress(StoreError), self._taking(ASIDE, refusal.size):
+                self._write_aside(bytes(refusal.size)).unlink()
+        return "; ".join(dict.fromkeys(refusal.why for refusal in self._refused.values()))
 
     def load(self) -> bytes | None:
-        try:
-            return self._path.read_bytes()
-        except FileNotFoundError:
-            return None
+        return restore(self, bytes).content
+
+    def versions(self) -> Sequence[Version]:
+        found = [version for version in map(self._read, (self._path, self._beside(PREVIOUS))) if version is not None]
+        return found or ([] if (lost := self._read(self._beside(DAMAGED))) is None else [lost._replace(data=None)])
 
     def save(self, data: bytes) -> None:
-        replace_file(self._path, data)
+        blob = store_format.encode(self._owner, data)
+        with self._taking(ASIDE, len(blob)):
+            aside = self._write_aside(blob)
+            self._keep_the_old()
+            aside.replace(self._path)
+            self._is_whole = True
+        _sync_folder(self._path.parent)
 
     def buffered_ram(self, size: int) -> memoryview:
-        path = self._path.with_suffix(".ram")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a+b") as file:
-            if os.fstat(file.fileno()).st_size < size:
-                file.truncate(size)
-            return memoryview(mmap.mmap(file.fileno(), size))
+        path = self._beside(RAM)
+        with self._taking(RAM, size):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            fd = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            try:
+                _allocate(fd, size)
+                return memoryview(mmap.mmap(fd, size))
+            finally:
+                os.close(fd)
+
+    def _beside(self, suffix: str) -> Path:
+        return self._path.with_suffix(suffix) if suffix == RAM else self._path.with_name(self._path.name + suffix)
+
+    def _write_aside(self, blob: bytes) -> Path:
+        aside = self._beside(ASIDE)
+        aside.parent.mkdir(parents=True, exist_ok=True)
+        _write_through(aside, blob)
+        return aside
+
+    def _read(self, path: Path) -> Version | None:
+        try:
+            if path.stat().st_size > store_format.LONGEST:
+                return Version(str(path), None, "it is too long")
+            return Version(str(path), store_format.decode(self._owner, path.read_bytes()))
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError) as cause:
+            return Version(str(path), None, str(cause))
+
+    def _keep_the_old(self) -> None:
+        """As the previous version; a damaged one is put aside, for a person to look at."""
+        if not self._is_whole:
+            last = self._read(self._path)
+            if last is None:
+                return
+            self._is_whole = last.data is not None
+        self._path.replace(self._beside(PREVIOUS if self._is_whole else DAMAGED))
+
+    @contextmanager
+    def _taking(self, suffix: str, size: int) -> Iterator[None]:
+        try:
+            yield
+        except OSError as cause:
+            if suffix == ASIDE:
+                with suppress(OSError):
+                    self._beside(ASIDE).unlink(missing_ok=True)
+            self._note_refused(suffix, _Refusal(cause.strerror or str(cause), size))
+            raise StoreError(cause.errno, cause.strerror, str(self._path)) from cause
+        self._note_taken(suffix)
+
+    def _note_refused(self, suffix: str, refusal: "_Refusal") -> None:
+        if suffix not in self._refused:
+            log.warning("%s can't be stored: %s; the old content is kept", self._path, refusal.why)
+        self._refused[suffix] = refusal
+
+    def _note_taken(self, suffix: str) -> None:
+        if self._refused.pop(suffix, None) is not None:
+            log.info("%s can be stored again", self._path)
+
+
+class _Refusal(NamedTuple):
+    why: str
+    size: int
+    """Bytes that there was no room for."""
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Put `data` in the place of `path` in one step: a reader, or a kill, sees the old file or the new one."""
+    """Put `data` in the place of `path` in one step: a reader, or a kill, sees the old file or the new one.
+
+    OSError, with the old file as it was, if that fails.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(path.name + ".new")
-    with aside.open("wb") as file:
+    aside = path.with_name(path.name + ASIDE)
+    try:
+        _write_through(aside, data)
+        aside.replace(path)
+    except OSError:
+        with suppress(OSError):
+            aside.unlink(missing_ok=True)
+        raise
+    _sync_folder(path.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make renames in `folder` last over power-off.  Without it they last over everything else."""
+    if not hasattr(os, "O_DIRECTORY"):  # Windows
+        return
+    try:
+        fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(fd)
+        finally:
+            os.close(fd)
+    except OSError as cause:
+        log.warning("%s: its entries may not survive power-off: %s", folder, cause)
+
+
+def _write_through(path: Path, data: bytes) -> None:
+    with path.open("wb") as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
-    aside.replace(path)
-    if hasattr(os, "O_DIRECTORY"):  # the rename itself; Windows has no such call
-        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+
+
+def _allocate(fd: int, size: int) -> None:
+    """Give the file `size` bytes that are there: a write to a mapped hole of a full disk would kill the process."""
+    if hasattr(os, "posix_fallocate"):
         try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+            os.posix_fallocate(fd, 0, size)
+        except OSError as cause:
+            if cause.errno not in (EOPNOTSUPP, EINVAL):
+                raise
+        else:
+            return
+    there = os.fstat(fd).st_size
+    while there < size:
+        there += os.pwrite(fd, bytes(size - there), there)

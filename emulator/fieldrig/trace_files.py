@@ -5,6 +5,7 @@ Our own is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, write, 
 """
 
 import logging
+import time
 from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import entry_points
@@ -15,11 +16,15 @@ from typing import Any, BinaryIO, Final, Protocol, cast
 
 from fieldrig import trace_jsonl
 from fieldrig.errors import UsageError
+from fieldrig.record_file import RecordFile
 from fieldrig.trace import TraceEntry, is_batch
 
 log = logging.getLogger(__name__)
 
 FLUSH_S: Final = 0.5
+CHUNK: Final = 8_192
+"""Bytes that are written at once, at least, while messages come without a pause."""
+REMEDY: Final = "name a file in a folder that is there, on a disk that has room"
 
 
 class Format(Protocol):
@@ -56,26 +61,29 @@ def write(entries: Iterable[TraceEntry], path: Path) -> int:
         with path.open("wb") as file:
             return form.write(entries, file, 0)
     except OSError as cause:
-        raise UsageError(
-            f"{path} can't be written: {cause.strerror}", "name a file in a folder that is there"
-        ) from cause
+        raise UsageError(f"{path} can't be written: {cause.strerror}", REMEDY) from cause
 
 
 class Recorder:
-    """Writes batches of `BusStream` into a file as they come, in a thread of its own: formats know no loop."""
+    """Writes batches of `BusStream` into a file as they come, in a thread of its own: formats know no loop.
+
+    While the disk takes nothing the file ends at a whole message, and those that come are counted as missing; it goes
+    on when there is room.
+    """
 
     def __init__(self, path: Path, most: int | None = None) -> None:
         """At most so many messages.  UsageError if the file can't be written."""
         self._path, self._form, self._most = path, format_of(path), most
         try:
-            self._file = path.open("wb")
+            self._file = RecordFile(path)
         except OSError as cause:
-            remedy = "name a file in a folder that is there"
-            raise UsageError(f"{path} can't be written: {cause.strerror}", remedy) from cause
+            raise UsageError(f"{path} can't be written: {cause.strerror}", REMEDY) from cause
         self._batches: SimpleQueue[tuple[str, dict[str, Any]] | None] = SimpleQueue()
         self._expected: dict[tuple[str, str], int] = {}
         self.taken = 0
         self._lost = self._written = 0
+        self._waiting = self._missing = 0  # written, but not yet on the disk; never written
+        self._trouble, self._next_try_s = "", 0.0
         self._thread = Thread(target=self._write, name="trace", daemon=True)
         self._thread.start()
 
@@ -99,28 +107,55 @@ class Recorder:
         """What became of it, in words."""
         self._batches.put(None)
         self._thread.join()
+        if not self._put_out(at_once=True):
+            self._missing += self._waiting
+            self._written -= self._waiting
         self._file.close()
-        left_out = self.taken - self._written
+        left_out = self.taken - self._missing - self._written
         words = f"{self._path}: {self._written} messages"
+        words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
         words += f"; {left_out} are of kinds that this format doesn't know" if left_out else ""
         return words + (f"; {self._lost} were lost: this computer is too slow" if self._lost else "")
 
     def _write(self) -> None:
-        self._written = self._form.write(self._entries(), self._file, 0)
+        self._written = self._form.write(self._entries(), cast(BinaryIO, self._file), 0)
 
     def _entries(self) -> Iterator[TraceEntry]:
         while True:
             try:
                 told = self._batches.get(timeout=FLUSH_S)
             except Empty:
-                self._file.flush()
+                self._put_out()
                 continue
             if told is None:
                 return
             bus, batch = told
+            if self._file.trouble or self._file.waiting >= CHUNK:
+                self._put_out()
+            if self._file.trouble:
+                self._missing += len(batch["entries"])
+                continue
             family, epoch_ns = batch["family"], batch["epoch_ns"]
             for time_ns, sender, data in batch["entries"]:
+                before = self._file.waiting
                 yield TraceEntry(time_ns + epoch_ns, bus, family, sender, bytes.fromhex(data))
+                self._waiting += self._file.waiting > before  # a format may leave it out
+
+    def _put_out(self, at_once: bool = False) -> bool:
+        """Between two messages.  A disk that took nothing is not asked again for a while, unless `at_once`."""
+        had_trouble, now_s = self._file.trouble, time.monotonic()
+        if had_trouble and now_s < self._next_try_s and not at_once:
+            return False
+        self._next_try_s = now_s + FLUSH_S
+        if not self._file.put_out():
+            self._trouble = self._file.trouble
+            if not had_trouble:
+                log.warning("%s: %s; messages are missing from here on", self._path, self._trouble)
+            return False
+        self._waiting = 0
+        if had_trouble:
+            log.warning("%s goes on; %d messages are missing", self._path, self._missing)
+        return True
 
 
 def _is_hex(text: str) -> bool:

@@ -1,9 +1,11 @@
 """`modbus.device`: registers by name, tied to wires, with limits, scales, and a memory."""
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
+from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -329,3 +331,81 @@ def test_tools_read_every_register_with_mbpoll(tmp_path: Path) -> None:
         "mbpoll -m tcp -p 5020 -a 1 -t 3 -0 -r 4 -c 1 -1 127.0.0.1",
         "mbpoll -m tcp -p 5020 -a 1 -t 0 -0 -r 0 127.0.0.1 1",
     ]
+
+
+# ---- the non-volatile memory
+
+
+LIMITED = """
+coils: [{address: 0, name: enabled, retained: true, wire: pump.enable}, {address: 1, name: other}]
+holding_registers:
+  - {address: 0, name: seconds, type: u32, retained: true, scale: 0.1, min: 0, max: 600, initial: 5, wire: t.s, unit: s}
+  - {address: 2, name: plain, initial: 9}
+"""
+
+
+@pytest.mark.parametrize(
+    ("request_", "refused", "accepted"),
+    [
+        ("05 0000 FF00", "8504", "050000ff00"),
+        ("0F 0000 0002 01 03", "8f04", "0f00000002"),
+        ("10 0000 0002 04 0000 0064", "9004", "1000000002"),
+        ("10 0000 0003 06 0000 0064 0001", "9004", "1000000003"),
+        ("17 0000 0001 0000 0002 04 0000 0064", "9704", "17020000"),
+        ("06 0001 0064", "8604", "0600010064"),
+        ("16 0001 0000 0064", "9604", "16000100000064"),
+    ],
+)
+def test_a_write_that_can_not_be_kept_is_exception_04_and_changes_nothing(
+    tmp_path: Path, request_: str, refused: str, accepted: str
+) -> None:
+    store = FullStore()
+    bench = Bench(tmp_path, LIMITED, store)
+    assert len(bench.wires.take()) == 2  # the wires were told of the initial values
+    for _ in range(2):
+        assert bench.ask(request_) == refused
+    assert (bench.ask("03 0000 0003"), bench.ask("01 0000 0002")) == ("0306" + "0000" + "0032" + "0009", "010100")
+    assert bench.wires.take() == []
+    assert bench.ask("06 0002 0007") == "0600020007"  # what is not retained goes on
+    store.is_full = False
+    assert bench.ask(request_) == accepted
+    assert len(bench.wires.take()) == 1
+
+
+def test_a_broadcast_that_can_not_be_kept_changes_nothing(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, LIMITED, FullStore())
+    assert bench.ask("06 0001 0064", 0, LineState(1)) is None
+    assert bench.point("seconds") == 5
+
+
+def test_a_point_that_can_not_be_kept_is_refused_with_its_reason(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, LIMITED, FullStore())
+    with pytest.raises(ValueError, match="seconds can't be stored: No space left on device"):
+        bench.set("seconds", 7)
+    assert bench.point("seconds") == 5
+
+
+def test_a_value_written_in_halves_is_kept_when_it_is_whole(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, LIMITED)
+    bench.ask("06 0000 0001")  # the high word: 6553.6 s, were it whole
+    bench.ask("05 0000 FF00")
+    again = Bench(tmp_path, LIMITED, bench.store)
+    assert (again.point("seconds"), again.point("enabled")) == (5, True)
+
+
+@pytest.mark.parametrize("damaged", ["0000b700", "ffffffff"])
+def test_a_stored_value_beyond_its_limits_gives_the_previous_version(tmp_path: Path, damaged: str) -> None:
+    bench = Bench(tmp_path, LIMITED)
+    bench.set("seconds", 60)
+    store = bench.store
+    store.save(json.dumps({"1": {"seconds": damaged, "enabled": "01"}}).encode())
+    again = Bench(tmp_path, LIMITED, store)
+    assert (again.point("seconds"), again.point("enabled")) == (60, False)
+    store.save(json.dumps({"1": {"seconds": damaged}}).encode())
+    assert Bench(tmp_path, LIMITED, store).point("seconds") == 5  # both are damaged
+
+
+def test_a_value_equal_to_the_initial_one_is_kept_too(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, RETAINED)
+    bench.ask("10 0000 0002 04 0000 0007")
+    assert Bench(tmp_path, RETAINED.replace("initial: 7", "initial: 8"), bench.store).point("limit") == 7

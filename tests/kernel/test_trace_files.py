@@ -2,17 +2,25 @@
 
 import io
 import json
+import os
 from contextlib import suppress
+from errno import ENOSPC
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig import trace_jsonl
+from fieldrig import record_file, trace_files, trace_jsonl
 from fieldrig.errors import RigError
+from fieldrig.record_file import RecordFile
 from fieldrig.trace import TraceEntry
 from fieldrig.trace_files import Recorder, read, write
+from fieldrig_bus.can.codec import encode
+from fieldrig_bus.can.frame import CanFrame
 
 ENTRIES = st.builds(
     TraceEntry,
@@ -98,3 +106,94 @@ def test_a_format_says_what_it_does_not_know(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "x.log")  # candump: CAN only
     recorder.take("wires", batch(0, "01"))
     assert "0 messages; 1 are of kinds that this format doesn't know" in recorder.close()
+
+
+class Disk:
+    """What `record_file` has as `os`: files that take so many bytes in all, and then no more."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, room: int) -> None:
+        self.room = room
+        self.is_roomy = False
+        monkeypatch.setattr(record_file, "os", self)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(os, name)
+
+    def write(self, fd: int, data: bytes) -> int:
+        if self.is_roomy:
+            return os.write(fd, data)
+        if self.room == 0:
+            raise OSError(ENOSPC, "No space left on device")
+        taken = os.write(fd, data[: self.room])
+        self.room -= taken
+        return taken
+
+    def ftruncate(self, fd: int, length: int) -> None:
+        self.room += os.fstat(fd).st_size - length
+        os.ftruncate(fd, length)
+
+
+@given(st.lists(st.tuples(st.binary(max_size=9), st.integers(0, 40)), max_size=20))
+def test_a_file_of_records_holds_whole_records_whatever_the_disk_takes(records: list[tuple[bytes, int]]) -> None:
+    with pytest.MonkeyPatch.context() as monkeypatch, TemporaryDirectory() as folder:
+        path, disk = Path(folder) / "x", Disk(monkeypatch, 0)
+        file = RecordFile(path)
+        whole = [b""]
+        for record, room in records:
+            disk.room = room
+            file.write(record)
+            whole.append(whole[-1] + record)
+            is_taken = file.put_out()
+            assert path.read_bytes() == (whole[-1] if is_taken else path.read_bytes())
+            assert path.read_bytes() in whole
+            assert bool(file.trouble) is not is_taken
+        disk.room = 1_000
+        assert file.put_out()
+        assert path.read_bytes() == whole[-1]
+        file.close()
+
+
+@pytest.mark.parametrize(("suffix", "size"), [(".jsonl", 90), (".log", 40), (".pcapng", 90)])
+def test_a_trace_on_a_full_disk_ends_at_a_whole_message_and_goes_on_when_there_is_room(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    suffix: str,
+    size: int,
+) -> None:
+    path, frame = tmp_path / f"x{suffix}", encode(CanFrame(0x123, b"\x01\x02")).hex()
+    monkeypatch.setattr(trace_files, "FLUSH_S", 0.0)
+    monkeypatch.setattr(trace_files, "CHUNK", 1)
+    told = Event()
+    caplog.handler.emit = lambda record: told.set()  # type: ignore[method-assign]
+    disk = Disk(monkeypatch, 10 * size)
+    recorder = Recorder(path)
+    first = 0
+
+    def take(count: int = 1) -> None:
+        nonlocal first
+        for _ in range(count):
+            recorder.take("can0", {**batch(first, frame), "family": "can"})
+            first += 1
+
+    take(30)
+    assert told.wait(60)  # it is full
+    told.clear()
+    disk.is_roomy = True
+    assert told.wait(60)  # it goes on by itself
+    take(5)
+    words = recorder.close()
+    kept = list(read(path))
+    missing = int(words.partition(" messages; ")[2].partition(" are missing")[0])
+    assert (len(kept) + missing, "No space left on device" in words) == (35, True)
+    assert {entry.data.hex() for entry in kept} == {frame}
+
+
+def test_a_trace_on_a_disk_that_stays_full_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = Disk(monkeypatch, 0)
+    recorder = Recorder(tmp_path / "x.jsonl")
+    recorder.take("wires", batch(0, "01", "02"))
+    assert recorder.close() == f"{tmp_path}/x.jsonl: 0 messages; 2 are missing: No space left on device"
+    assert (list(read(tmp_path / "x.jsonl")), disk.room) == ([], 0)

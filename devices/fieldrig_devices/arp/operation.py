@@ -1,18 +1,19 @@
 """What the card does in its states: power-on, reset, run, stop, errors that block, and what goes into its memory.
 
 Source: manual 2.3, 3.3, 5.2; digest chapter 10.  Held at reset or by a blocking error, axes are off, every output is 0
-(digest ARP-122) and the program doesn't run.  A run that begins anew finds parameters as in flash, flags and limits as
-at power-on, nothing armed; one that follows a stop finds things as the stop left them.  A blocked program stays where
-it was, for whoever looks.
+(digest ARP-122) and the program doesn't run.  Every reset, and every run that begins anew, reads the parameters from
+flash again; such a run finds flags and limits as at power-on, nothing armed; one that follows a stop finds things as
+the stop left them.  A blocked program stays where it was, for whoever looks.
 """
 
 import hashlib
 import json
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Final
 
+from fieldrig.store import StoreError
 from fieldrig_devices.arp import faults as codes
 from fieldrig_devices.arp.files import ArpObject, ObjectError, decode
 from fieldrig_devices.arp.fixed import MEMORY_BLANK
@@ -61,8 +62,8 @@ class Operation:
     def _load_variables(self) -> None:
         try:
             found = self._parts.permanent.load()
-        except OSError as cause:
-            log.warning("variables last only until power-off: %s", cause)
+        except StoreError as cause:
+            log.warning("variables last only until power-off: %s", cause.strerror)
             found = Ram.DAMAGED
         if found is Ram.DAMAGED:
             self._parts.faults.fail(codes.EEPROM)
@@ -136,7 +137,8 @@ class Operation:
         return self._states.handle(Event.STOPPED)
 
     def reset(self) -> None:
-        self._states.handle(Event.RESET)
+        if not self._states.handle(Event.RESET) and self.state is not CardState.INIT:
+            self._reload_parameters()  # held at reset already
 
     def _on_change(self, before: CardState, after: CardState) -> None:
         parts = self._parts
@@ -150,6 +152,8 @@ class Operation:
         self._hold()
         if after is CardState.BLOCKED:
             return
+        if before is not CardState.INIT:
+            self._reload_parameters()
         if self.program is not None:
             self.program.reset()
         parts.terminal.release()
@@ -176,19 +180,32 @@ class Operation:
         parts = self._parts
         if not is_power_on:
             parts.faults.clear()
-            try:
-                parts.memory.read()
-            except MemoryFaultError as cause:
-                log.warning("E03: %s", cause)
+            parts.permanent.find_ram()
+            if not self._reload_parameters():
                 parts.faults.fail(codes.EEPROM)
                 return False
-            parts.parameters.flash = parts.memory.content.parameters
             keys = parts.F[KEYS]
             parts.F[:] = [0] * len(parts.F)
             parts.F[KEYS] = keys
         parts.parameters.load()
         parts.axes.start()
         return True
+
+    def _reload_parameters(self) -> bool:
+        """As they are in flash (manual 2.3, 4.2.2).  False, with those that were read last, if it can't be read."""
+        parts, is_readable = self._parts, True
+        try:
+            is_new = not parts.memory.read()
+        except MemoryFaultError as cause:
+            log.warning("E03: %s", cause)
+            is_readable = False
+        else:
+            if self._put_first_content() or is_new:  # the store didn't take it so far
+                with suppress(MemoryFaultError):
+                    parts.memory.write()
+        parts.parameters.flash = parts.memory.content.parameters
+        parts.parameters.load()
+        return is_readable
 
     def _hold(self) -> None:
         """Axes off, outputs 0, nothing armed; a program that runs is interrupted."""
@@ -258,7 +275,7 @@ class Operation:
         try:
             self._parts.memory.write()
         except MemoryFaultError as cause:
-            log.warning("E03: %s", cause)
+            log.debug("E03: %s", cause)
             self.on_memory_fault()
             return False
         return True

@@ -9,10 +9,12 @@ The RAM is 1001 words of 32 bits: a mark, then the variables.  Any 32 bits are a
 wrong values, but none that the card can't take.
 """
 
+from array import array
+from contextlib import suppress
 from enum import Enum, auto
 from typing import Final
 
-from fieldrig.store import Store
+from fieldrig.store import Store, StoreError
 
 COUNT: Final = 1_000
 MARK: Final = 0x41525056  # ARPV: this RAM holds variables
@@ -37,10 +39,12 @@ class Permanent:
         self._spans = [slice(first, first + _CHUNK) for first in range(0, COUNT + 1, _CHUNK)]
         self._store = store
         self._ram = memoryview(bytearray(4 * (COUNT + 1))).cast("i")
+        self._is_lasting = False
 
     def load(self) -> Ram:
-        """Power-on.  OSError if there is no RAM to be had; variables then last as long as the card is on."""
-        self._ram = self._store.buffered_ram(4 * (COUNT + 1)).cast("i")
+        """Power-on.  StoreError if there is no RAM; variables then last until power-off, or until `find_ram`."""
+        self._is_lasting = False
+        self._ram = self._buffered()
         mark = self._ram[0]
         found = {0: Ram.BLANK, MARK: Ram.GOOD}.get(mark, Ram.DAMAGED)
         if found is not Ram.GOOD:
@@ -49,6 +53,18 @@ class Permanent:
         self.V[1:] = self._ram[1:].tolist()
         self._kept[:] = self.V
         return found
+
+    def find_ram(self) -> None:
+        """Ask again for the RAM that was not there at power-on; the variables as they are go into it."""
+        if not self._is_lasting:
+            with suppress(StoreError):
+                self._ram = self._buffered()
+                self._ram[:] = array("i", (MARK, *self._kept[1:]))
+
+    def _buffered(self) -> memoryview:
+        ram = self._store.buffered_ram(4 * (COUNT + 1)).cast("i")
+        self._is_lasting = True
+        return ram
 
     def keep(self) -> None:
         """What has changed since the last call survives power-off from now on."""

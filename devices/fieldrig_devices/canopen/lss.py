@@ -10,7 +10,9 @@ from enum import IntEnum
 from struct import Struct
 
 from fieldrig.clock import MS, Clock
+from fieldrig.store import StoreError
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.bit_timing import BIT_RATES
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.nonvolatile import NonVolatile
 from fieldrig_devices.canopen.port import UNCONFIGURED, Port
@@ -53,9 +55,6 @@ class State(IntEnum):
 DONE, NOT_SUPPORTED, NOT_STORED = 0, 1, 2
 """Error codes."""
 
-BIT_RATES = {0: 1_000_000, 1: 800_000, 2: 500_000, 3: 250_000, 4: 125_000, 6: 50_000, 7: 20_000, 8: 10_000}
-"""Standard table 0: bit/s by index."""
-
 RESET_SCAN = 0x80
 """Bit check of fastscan: everyone who is not configured answers."""
 SCAN = Struct("<BLBBB")
@@ -79,7 +78,7 @@ class LssSlave(Service):
         self._setting, self._on_configured = node_id, on_configured
         self._bit_rates = dictionary.features.bit_rates
         self.state = State.WAITING
-        self.bit_timing = self._pending_timing = kept.bit_timing if kept.bit_timing in BIT_RATES else None
+        self.bit_timing = self._pending_timing = kept.bit_timing
         """Index of the table; None: as the bus has it."""
         self.pending_node_id = self._persistent
         self._steps = 0
@@ -223,7 +222,7 @@ class LssSlave(Service):
         self._kept.node_id, self._kept.bit_timing = self.pending_node_id, self._pending_timing
         try:
             self._kept.save()
-        except OSError:
+        except StoreError:
             self._kept.node_id, self._kept.bit_timing = before
             return _answer(request[0], NOT_STORED)
         return _answer(request[0], DONE)

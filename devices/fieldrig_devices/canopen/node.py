@@ -19,7 +19,8 @@ from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.canopen import cia401, lss, rpdo, sdo_server, tpdo
+from fieldrig_devices.canopen import cia401, rpdo, sdo_server, tpdo
+from fieldrig_devices.canopen.bit_timing import BIT_RATES
 from fieldrig_devices.canopen.bus_errors import BusErrors
 from fieldrig_devices.canopen.cia401 import Cia401
 from fieldrig_devices.canopen.dictionary import Dictionary
@@ -176,7 +177,7 @@ class CanopenNode(Device):
 
     def _bit_rate(self) -> int:
         timing = self._lss.bit_timing
-        return 0 if timing is None else lss.BIT_RATES[timing]
+        return 0 if timing is None else BIT_RATES[timing]
 
     def attach(self, application: Service) -> None:
         """Before the start: what the device is for is reset, and enters states, after the services."""

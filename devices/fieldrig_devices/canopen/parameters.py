@@ -8,6 +8,7 @@ kept, so a default COB-ID follows the node-ID.  'Load' takes effect with the res
 import logging
 from collections.abc import Callable, Iterator
 
+from fieldrig.store import StoreError
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.datatypes import DOMAIN
 from fieldrig_devices.canopen.dictionary import Dictionary
@@ -64,8 +65,7 @@ class Parameters:
                     raise Abort(Code.NOT_STORED)
                 try:
                     act(group)
-                except OSError as cause:
-                    log.warning("parameters can't be stored: %s", cause)
+                except StoreError as cause:
                     raise Abort(Code.HARDWARE) from cause
 
             return write
@@ -91,7 +91,7 @@ class Parameters:
         before, self._kept.objects = self._kept.objects, objects
         try:
             self._kept.save()
-        except OSError:
+        except StoreError:
             self._kept.objects = before
             raise
         self._apply()

@@ -20,7 +20,7 @@ from fieldrig.clock import Clock
 from fieldrig.device import RUN, Device, Point, Tool, Value
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
-from fieldrig.store import Store
+from fieldrig.store import Store, restore
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.serial.pty import SerialPty
 from fieldrig_bus.serial.rfc2217 import SerialRfc2217
@@ -103,16 +103,18 @@ class SmEncoder(Device):
 
     def _kept(self, settings: SmEncoderSettings) -> tuple[Eeprom, bool]:
         """What was kept of this motor, and whether that was damaged."""
-        kept = self._store.load()
-        if kept is not None and kept[: len(self._mark)] == self._mark:
-            try:
-                return Eeprom.decode(kept[len(self._mark) :]), False
-            except ValueError as cause:
-                log.warning("the memory of the encoder is damaged: %s", cause)
-                return Eeprom(settings.address), True
+        found = restore(self._store, self._decode)
+        if isinstance(found.content, Eeprom):
+            return found.content, False
+        if found.is_damaged and found.content is None:
+            return Eeprom(settings.address), True
         eeprom = eeprom_with(self._plate)
         eeprom.address = settings.address
         return eeprom, False
+
+    def _decode(self, kept: bytes) -> Eeprom | Literal["other"]:
+        """The memory of this motor; another motor's is no damage.  ValueError for damage."""
+        return Eeprom.decode(kept[len(self._mark) :]) if kept[: len(self._mark)] == self._mark else "other"
 
     def _keep(self) -> None:
         self._store.save(self._mark + self.encoder.eeprom.encode())

@@ -17,7 +17,7 @@ from fieldrig_bus.serial.message import Format
 from fieldrig_devices.hiperface import mode
 from fieldrig_devices.hiperface.memory import Eeprom, Field, RefusedError, status_for
 from fieldrig_devices.hiperface.plate import NamePlate
-from fieldrig_devices.hiperface.requests import Requests
+from fieldrig_devices.hiperface.requests import WRITING_COMMANDS, Requests
 from fieldrig_devices.hiperface.shaft import EncoderType, Turning
 from fieldrig_devices.hiperface.telegram import BROADCAST, ERROR_BIT, Command, framed, request_length
 
@@ -29,14 +29,7 @@ CHANGE_NS: Final = 60 * MS
 
 DELAYS_NS: Final[Mapping[int, int]] = {
     Command.READ_DATA: READ_NS,
-    Command.SET_POSITION: CHANGE_NS,
-    Command.STORE_DATA: CHANGE_NS,
-    Command.CREATE_FIELD: CHANGE_NS,
-    Command.CHANGE_CODE: CHANGE_NS,
-    Command.INCREASE_COUNTER: CHANGE_NS,
-    Command.CLEAR_COUNTER: CHANGE_NS,
-    Command.ALLOCATE_ADDRESS: CHANGE_NS,
-    Command.CONFIGURE_SERIAL: CHANGE_NS,
+    **dict.fromkeys(WRITING_COMMANDS, CHANGE_NS),
 }
 """From the end of a request to the beginning of its answer; `QUERY_NS` for all others."""
 
@@ -59,7 +52,7 @@ class HiperfaceEncoder:
         on_change: Callable[[], None] = lambda: None,
     ) -> None:
         """`shaft` says where it is at an instant; `on_change` is called before what was written to the memory is
-        answered."""
+        answered; its StoreError refuses the request."""
         self.eeprom = eeprom
         self.answered = 0
         self.requests = Requests(kind, eeprom, shaft, (serial_number, version), on_change)

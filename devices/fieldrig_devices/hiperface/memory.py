@@ -6,11 +6,11 @@ and bits 5-4 say which of the four; size changes and deletion only of the last o
 is.  Our choice: a new field is filled with FFh, as an erased memory is; 1792 bytes are free (SICK SEK34).
 """
 
-import binascii
 import struct
 from dataclasses import dataclass, field
 from typing import ClassVar, Final, Self
 
+from fieldrig_devices.hiperface import mode
 from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, FACTORY_CODE, Status
 
 FREE: Final = 1792  # bytes
@@ -65,7 +65,6 @@ class Eeprom:
 
     _HEAD: ClassVar = struct.Struct(">4sBBIi4sB")
     _MAGIC: ClassVar = b"HFM1"
-    _CRC: ClassVar = struct.Struct(">I")
 
     @property
     def free(self) -> int:
@@ -146,18 +145,19 @@ class Eeprom:
         head = self._HEAD.pack(
             self._MAGIC, self.address, self.mode, self.counter, self.offset, bytes(self.codes), len(self.fields)
         )
-        body = head + b"".join(bytes((one.status,)) + one.data for one in self.fields)
-        return body + self._CRC.pack(binascii.crc32(body))
+        return head + b"".join(bytes((one.status,)) + one.data for one in self.fields)
+
+    def become(self, other: "Eeprom") -> None:
+        """Take over the content of another one, which is not used any more."""
+        self.address, self.mode, self.counter, self.offset = other.address, other.mode, other.counter, other.offset
+        self.codes, self.fields = other.codes, other.fields
 
     @classmethod
-    def decode(cls, data: bytes) -> Self:
+    def decode(cls, body: bytes) -> Self:
         """ValueError for anything that `encode` doesn't write."""
-        body, crc = data[: -cls._CRC.size], data[-cls._CRC.size :]
         try:
-            if cls._CRC.pack(binascii.crc32(body)) != crc:
-                raise ValueError("its checksum is wrong")
-            magic, address, mode, counter, offset, codes, count = cls._HEAD.unpack_from(body)
-            found = cls(address, mode, counter, offset, bytearray(codes))
+            magic, address, mode_, counter, offset, codes, count = cls._HEAD.unpack_from(body)
+            found = cls(address, mode_, counter, offset, bytearray(codes))
             place = cls._HEAD.size
             for _ in range(count):
                 size = size_of(body[place])
@@ -165,6 +165,7 @@ class Eeprom:
                 place += 1 + size
         except (struct.error, IndexError) as cause:
             raise ValueError("it is cut short") from cause
-        if magic != cls._MAGIC or place != len(body) or address not in ADDRESSES or found.free < 0 or counter >= COUNTS:
+        is_sound = address in ADDRESSES and mode.is_right(mode_) and found.free >= 0 and counter < COUNTS
+        if magic != cls._MAGIC or place != len(body) or not is_sound:
             raise ValueError("it is not the memory of an encoder")
         return found

@@ -6,9 +6,11 @@ kept, up to four messages, and told by 50h, one each.
 
 from collections import deque
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Final
 
+from fieldrig.store import StoreError
 from fieldrig_devices.hiperface import mode
 from fieldrig_devices.hiperface.memory import COUNTS, SIZE_IN_BLOCKS, Eeprom, RefusedError
 from fieldrig_devices.hiperface.shaft import AMPLITUDE, FASTEST, EncoderType, Turning, signals, steps_of
@@ -29,6 +31,12 @@ MESSAGES: Final = 4
 """That wait to be read by 50h (Moog MSD manual: four bytes of error memory)."""
 HOT_DEGC: Final = 115
 OPTIONS: Final = 0x00
+WRITING_COMMANDS: Final = frozenset(
+    {
+        Command.SET_POSITION, Command.INCREASE_COUNTER, Command.CLEAR_COUNTER, Command.STORE_DATA, Command.CREATE_FIELD,
+        Command.CHANGE_CODE, Command.ALLOCATE_ADDRESS, Command.CONFIGURE_SERIAL,
+    }
+)  # fmt: skip
 MEMORY_COMMANDS: Final = frozenset({Command.READ_DATA, Command.STORE_DATA, Command.CREATE_FIELD})
 
 
@@ -88,7 +96,12 @@ class Requests:
         command, data = Command(request[1]), request[2:-1]
         if command in MEMORY_COMMANDS and self.trouble.is_memory_dead():
             raise RefusedError(Status.MEMORY_CHECKSUM)
-        return _COMMANDS[command](self, now_ns, data)
+        before = deepcopy(self.eeprom) if command in WRITING_COMMANDS else self.eeprom
+        try:
+            return _COMMANDS[command](self, now_ns, data)
+        except StoreError as cause:  # our reading: 05h, the memory doesn't answer when it is to be written
+            self.eeprom.become(before)
+            raise RefusedError(Status.I2C_BUS) from cause
 
     def _on_read_position(self, now_ns: int, _data: bytes) -> bytes:
         if abs(self._shaft(now_ns).speed) > FASTEST:

@@ -12,7 +12,7 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
@@ -64,8 +64,13 @@ class Max4(Device):
         self.version = version_of(settings.version)
         self.disk = FlashDisk(store, settings.disk_bytes)
         size = SIZES[settings.retain]
-        self.ram = BufferedRam(store.buffered_ram(ram_bytes(size)), size, has_battery=settings.retain_battery)
-        self.ups = UpsMemory(self.ram.nvram, self.disk.section("RETAIN")) if settings.retain == "ups" else None
+        self._store = store
+        ram = self._buffered_ram()
+        self._is_ram_lasting = ram is not None
+        if ram is None:
+            ram = memoryview(bytearray(ram_bytes(size)))
+        self.ram = BufferedRam(ram, size, has_battery=settings.retain_battery)
+        self.ups = UpsMemory(self.ram, self.disk.section("RETAIN")) if settings.retain == "ups" else None
         self.logger = Logger(self.ram.log, self.disk, lambda: self._boot.now_ms)
         self.logger.is_plain = self.version < TIME_STAMPS
         self.reports = Reports(self.logger, settings.language, settings.diagnosis_classes, self._on_diagnosis)
@@ -107,6 +112,13 @@ class Max4(Device):
         if self.bus is not None:
             self.bus.stop()
 
+    def _buffered_ram(self) -> memoryview | None:
+        """None while the disk has no room for it: entries and retain data then last until the process ends."""
+        try:
+            return self._store.buffered_ram(ram_bytes(SIZES[self.settings.retain]))
+        except StoreError:
+            return None
+
     def _power_on(self, off_days: float) -> None:
         self.is_on = True
         is_lost = off_days > RETENTION_DAYS or self._faults.find(MemoryLost) is not None
@@ -129,6 +141,9 @@ class Max4(Device):
     def _begin(self) -> None:
         """From here on everything is as the files say."""
         settings = self.settings
+        if not self._is_ram_lasting and (ram := self._buffered_ram()) is not None:
+            self._is_ram_lasting = True
+            self.ram.move_to(ram)
         loaded = self.project.load()
         self.reports.diagnosis.reset()
         self._boot.begin(has_autostart=settings.autostart and self.project.has_program)

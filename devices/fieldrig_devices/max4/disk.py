@@ -5,14 +5,14 @@ there are no folders.  A file takes whole clusters.  Sizes are those that give t
 """
 
 import struct
-import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from errno import ENOSPC
 from typing import Final
 
-from fieldrig.store import MemoryStore, Store
+from fieldrig.store import MemoryStore, Part, Store, StoreError, restore
 
 CLUSTER: Final = 512
-_MAGIC: Final = b"MAX4DISK"
 _FILE: Final = struct.Struct("<HI")  # lengths of name and data
 _HIDDEN: Final = "$"
 LONGEST_NAME: Final = 40
@@ -22,7 +22,7 @@ class FlashDisk:
     def __init__(self, store: Store, size: int, on_write: Callable[[str], None] = lambda _name: None) -> None:
         """`on_write` hears of each file that was written.  What can't be read back is an empty disk."""
         self._store, self._size, self.on_write = store, size, on_write
-        self._files = _unpacked(store.load() or b"")
+        self._files = restore(store, _unpacked).content or {}
 
     @property
     def names(self) -> list[str]:
@@ -34,7 +34,7 @@ class FlashDisk:
         return self._size - sum(map(_on_disk, self._files.values()))
 
     def write(self, name: str, data: bytes) -> None:
-        """ValueError, with what would be right."""
+        """ValueError, with the reason, for a name that is none and for a disk that doesn't take the file."""
         name = file_name(name)
         self._put(name, data)
         self.on_write(name)
@@ -46,9 +46,23 @@ class FlashDisk:
     def __contains__(self, name: str) -> bool:
         return name.upper() in self._files
 
+    def install(self, files: Mapping[str, bytes]) -> None:
+        """Files of the rig file, hidden ones among them.  ValueError if they don't fit.
+
+        They are on the disk also if the store doesn't take them; the next write that it takes includes them.
+        """
+        before = self._files
+        self._files = {**before, **files}
+        if self.free < 0:
+            self._files = before
+            raise ValueError(f"the flash disk has {self._size} bytes, the project needs {self._size - self.free}")
+        with suppress(StoreError):
+            self._store.save(_packed(self._files))
+
     def delete(self, name: str) -> None:
-        del self._files[self._known(name)]
-        self._save()
+        """ValueError if there is none of this name, or the disk can't be written."""
+        known = self._known(name)
+        self._change({other: data for other, data in self._files.items() if other != known})
 
     def section(self, name: str) -> Store:
         """Memory for a part of the controller: a file that nobody sees."""
@@ -71,19 +85,17 @@ class FlashDisk:
         before = _on_disk(self._files[name]) if name in self._files else 0
         if _on_disk(data) - before > self.free:
             raise ValueError(f"the flash disk has {self.free} bytes left, {name} needs {_on_disk(data)}")
-        files = self._files
-        self._files = {**files, name: bytes(data)}
+        self._change({**self._files, name: bytes(data)})
+
+    def _change(self, files: dict[str, bytes]) -> None:
         try:
-            self._save()
-        except OSError:
-            self._files = files
-            raise
-
-    def _save(self) -> None:
-        self._store.save(_packed(self._files))
+            self._store.save(_packed(files))
+        except StoreError as cause:
+            raise ValueError(f"the flash disk can't be written: {cause.strerror}\nits files are as before") from cause
+        self._files = files
 
 
-class _Section:
+class _Section(Part):
     def __init__(self, disk: FlashDisk, name: str) -> None:
         self._disk, self._name = disk, name
         self._ram = MemoryStore()
@@ -92,11 +104,10 @@ class _Section:
         return self._disk.hidden(self._name)
 
     def save(self, data: bytes) -> None:
-        """OSError if the disk is full."""
         try:
             self._disk.put_hidden(self._name, data)
         except ValueError as full:
-            raise OSError(str(full)) from full
+            raise StoreError(ENOSPC, str(full).partition("\n")[0]) from full
 
     def buffered_ram(self, size: int) -> memoryview:
         """Not buffered: the controller has 1 kB of that in all."""
@@ -125,21 +136,22 @@ def _on_disk(data: bytes) -> int:
 
 
 def _packed(files: dict[str, bytes]) -> bytes:
-    body = b"".join(
+    return b"".join(
         _FILE.pack(len(name.encode()), len(data)) + name.encode() + data for name, data in sorted(files.items())
     )
-    return _MAGIC + zlib.crc32(body).to_bytes(4, "little") + body
 
 
 def _unpacked(blob: bytes) -> dict[str, bytes]:
-    body = blob[len(_MAGIC) + 4 :]
-    if blob[: len(_MAGIC)] != _MAGIC or zlib.crc32(body).to_bytes(4, "little") != blob[len(_MAGIC) : len(_MAGIC) + 4]:
-        return {}
-    files, at = {}, 0
-    while at < len(body):
-        name_length, length = _FILE.unpack_from(body, at)
-        at += _FILE.size
-        name = body[at : at + name_length].decode()
-        files[name] = body[at + name_length : at + name_length + length]
-        at += name_length + length
+    """ValueError for what `_packed` doesn't write."""
+    files: dict[str, bytes] = {}
+    at = 0
+    while at < len(blob):
+        if at + _FILE.size > len(blob):
+            raise ValueError("the head of a file is cut short")
+        name_length, length = _FILE.unpack_from(blob, at)
+        start = at + _FILE.size + name_length
+        if start + length > len(blob):
+            raise ValueError("a file is cut short")
+        files[blob[at + _FILE.size : start].decode()] = blob[start : start + length]
+        at = start + length
     return files

@@ -30,10 +30,20 @@ def ram_bytes(retain_bytes: int) -> int:
 class BufferedRam:
     def __init__(self, ram: memoryview, retain_bytes: int = NVRAM_BYTES, *, has_battery: bool = False) -> None:
         """`ram` has `ram_bytes(retain_bytes)`; a battery keeps the retain data, and them only."""
-        self._ram, self._has_battery = ram, has_battery
-        own = retain_bytes == NVRAM_BYTES
-        self.nvram = ram[_NVRAM_AT : _NVRAM_AT + NVRAM_BYTES] if own else ram[RAM_BYTES : RAM_BYTES + retain_bytes]
+        self._has_battery, self._retain_bytes = has_battery, retain_bytes
         self.log = LogRing(ram)
+        self._lie_in(ram)
+
+    def _lie_in(self, ram: memoryview) -> None:
+        own = self._retain_bytes == NVRAM_BYTES
+        at = _NVRAM_AT if own else RAM_BYTES
+        self._ram, self.nvram = ram, ram[at : at + self._retain_bytes]
+        self.log.lie_in(ram)
+
+    def move_to(self, ram: memoryview) -> None:
+        """From now on everything lies in `ram`, which is of the same size."""
+        ram[:] = self._ram
+        self._lie_in(ram)
 
     def wake(self, off_days: float) -> bool:
         """Power-on after so many days without it; whether what was there is still there."""
@@ -54,6 +64,9 @@ class LogRing:
     """`logger.Ring` in buffered RAM."""
 
     def __init__(self, ram: memoryview) -> None:
+        self._ram = ram
+
+    def lie_in(self, ram: memoryview) -> None:
         self._ram = ram
 
     def __len__(self) -> int:

@@ -5,6 +5,7 @@ PD-331).  The tool's own protocol is not public; here the same things are words 
 A download writes the files of PD-043 in their order and at the pace of PD-044.
 """
 
+import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +19,8 @@ from fieldrig_devices.max4.version import goes_with, version_of
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
+
+log = logging.getLogger(__name__)
 
 WORDS: Final = (
     "login [VERSION]", "logout", "start", "stop", "reset", "system reset", "download", "quit",
@@ -99,7 +102,11 @@ class Operations:
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
 
             def write(name: str = name, data: bytes = data) -> None:
-                one.disk.write(name, data)
+                try:
+                    one.disk.write(name, data)
+                except ValueError as refused:  # no entry tells of the file, and those after it don't come
+                    log.warning("%s: download ends: %s", name, str(refused).partition("\n")[0])
+                    self.cancel()
 
             self._timers.append(self._clock.call_at(self._clock.now_ns() + after_ms * MS, write))
 

@@ -16,7 +16,7 @@ from fieldrig_devices.max4.configuration import (
     parameters_of_file,
     parameters_to_file,
 )
-from fieldrig_devices.max4.disk import FlashDisk
+from fieldrig_devices.max4.disk import FlashDisk, file_name
 from fieldrig_devices.max4.settings import Max4Settings
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
@@ -46,11 +46,12 @@ class Project:
         mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()
         if self._disk.hidden(_INSTALLED) == mark:
             return
-        self.store_configuration(settings.configuration)
-        self.store_values(values)
-        if program is not None:
-            self._disk.write(PROGRAM_FILE, program)
-        self._disk.put_hidden(_INSTALLED, mark)
+        files = {
+            self.configuration_file: configuration_to_file(settings.configuration),
+            self.parameter_file: parameters_to_file(values),
+            **({} if program is None else {PROGRAM_FILE: program}),
+        }
+        self._disk.install({**{file_name(name): data for name, data in files.items()}, _INSTALLED: mark})
 
     def load(self) -> Loaded:
         try:

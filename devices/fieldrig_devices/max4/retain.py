@@ -6,9 +6,12 @@ flash disk when the power goes, each time one of its 100 000 write cycles; it ta
 """
 
 import logging
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
-from fieldrig.store import Store
+from fieldrig.store import Store, StoreError
+
+if TYPE_CHECKING:
+    from fieldrig_devices.max4.memory import BufferedRam
 
 log = logging.getLogger(__name__)
 
@@ -23,8 +26,8 @@ _COUNT: Final = 4
 class UpsMemory:
     """The flash disk's copy of the retain data."""
 
-    def __init__(self, data: memoryview, disk: Store) -> None:
-        self._data, self._disk = data, disk
+    def __init__(self, ram: "BufferedRam", disk: Store) -> None:
+        self._ram, self._disk = ram, disk
 
     @property
     def writes(self) -> int:
@@ -37,11 +40,11 @@ class UpsMemory:
             log.warning("the flash disk has been written %d times, and takes no more retain data", writes)
             return
         try:
-            self._disk.save((writes + 1).to_bytes(_COUNT, "little") + bytes(self._data))
-        except OSError as full:
-            log.warning("retain data were not kept: %s", full)
+            self._disk.save((writes + 1).to_bytes(_COUNT, "little") + bytes(self._ram.nvram))
+        except StoreError as full:
+            log.warning("retain data were not kept: %s", full.strerror)
 
     def restore(self) -> None:
         kept = (self._disk.load() or b"")[_COUNT:]
-        if len(kept) == len(self._data):
-            self._data[:] = kept
+        if len(kept) == len(self._ram.nvram):
+            self._ram.nvram[:] = kept

@@ -66,14 +66,20 @@ def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
         )
         for bus, statistics in detail["buses"].items():
             rig["buses"].setdefault(bus, {})["statistics"] = statistics
+        if stores := detail.get("stores"):  # a device that can't store works on, but keeps nothing new
+            rig.setdefault("stores", {}).update(stores)
+            rig["state"] = "degraded" if rig["state"] == "ready" else rig["state"]
     return rig
 
 
 def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
+    rig = _joined(rig, details)
     time = f", at {rig['now_ns'] / 1e9:.6f} s of its time" if rig["time"] == "virtual" else ""
     typer.echo(f"{rig['rig']}: {rig['state']}, up for {_duration(rig['uptime_s'])}, time: {rig['time']}{time}")
-    typer.echo(f"{rig['file']}\n")
-    rig = _joined(rig, details)
+    typer.echo(rig["file"])
+    for device, trouble in rig.get("stores", {}).items():
+        typer.echo(f"{device} can't store anything: {trouble}; see its log in {rig['run']}/log")
+    typer.echo()
     echo_table(
         ("process", "state", "pid", "up for", "restarts", "MB", "MB own", "CPU s", "runs"),
         [

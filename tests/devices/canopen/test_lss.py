@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench, parse
+from full_store import FullStore
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
@@ -121,11 +122,6 @@ def test_node_id_changed_in_the_configuration_goes_before_a_stored_one(bench: Ca
 @pytest.mark.parametrize(("node_id", "error"), [("00", "01"), ("80", "01"), ("fe", "01"), ("01", "00"), ("ff", "00")])
 def test_node_ids_that_are_none_are_refused(bench: CanopenBench, node_id: str, error: str) -> None:
     assert lss(bench, CONFIGURE, f"11 {node_id}") == [f"7E4#11 {error} 00 00 00 00 00 00"]
-
-
-class FullStore(MemoryStore):
-    def save(self, data: bytes) -> None:
-        raise OSError("no space left")
 
 
 def test_store_that_fails_is_told() -> None:

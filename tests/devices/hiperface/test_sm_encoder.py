@@ -5,6 +5,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from full_store import FullStore
 from hiperface_bench import PLATE, telegram
 from pydantic import ValidationError
 
@@ -178,6 +179,24 @@ def test_memory_is_kept_over_a_power_cycle(plate: Path) -> None:
     assert again.ask(telegram("42", 0x42)) == telegram("42 00 00 01 00", 0x42)
 
 
+@pytest.mark.parametrize(
+    ("request_", "answer"),
+    [
+        ("43 00 00 01 00 55", "43"), ("47", "47"), ("49 55", "49"), ("4b 00 70 02 55 ab cd", "4b 00 70 02"),
+        ("4d 01 c1 55", "4d 01 c1"), ("4f 00 55 11", "4f 00"), ("55 42 55", "55 42"), ("57 e5 55", "57 e5"),
+    ],
+)  # fmt: skip
+def test_what_the_memory_does_not_take_is_refused_and_changes_nothing(plate: Path, request_: str, answer: str) -> None:
+    store = FullStore()
+    bench = Bench(plate, store)
+    before = bench.device.encoder.eeprom.encode()
+    for _ in range(2):
+        assert bench.ask(telegram(request_)) == telegram("50 05")
+    assert bench.device.encoder.eeprom.encode() == before
+    store.is_full = False
+    assert bench.ask(telegram(request_))[1:-1] == bytes.fromhex(answer)
+
+
 def test_another_plate_file_is_another_motor(plate: Path) -> None:
     bench = Bench(plate)
     bench.ask(telegram("4b 00 70 02 55 ab cd"))
@@ -192,7 +211,7 @@ def test_damaged_memory_is_empty_and_says_so(plate: Path) -> None:
     bench.ask(telegram("47"))
     kept = bench.store.load()
     assert kept is not None
-    again = Bench(plate, MemoryStore(kept[:-1] + bytes((kept[-1] ^ 1,))))
+    again = Bench(plate, MemoryStore(kept[:-1]))
     assert again.ask(telegram("42")) == telegram("c2 00 00 00 00")
     assert again.ask(telegram("50")) == telegram("50 03")
     assert again.ask(telegram("4c 00")) == telegram("50 12")

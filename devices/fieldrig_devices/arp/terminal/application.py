@@ -9,7 +9,7 @@ from functools import partial
 from typing import Final
 
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.store import Store, StoreError
 from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.editor import Editor
 from fieldrig_devices.arp.terminal.messages import COUNT, LENGTH, Messages
@@ -77,6 +77,8 @@ class Application(Service):
             raise Abort(Code.LENGTH_TOO_HIGH)
         try:
             self.messages[number] = data.rstrip(b"\x00").decode("latin-1")
+        except StoreError as cause:
+            raise Abort(Code.HARDWARE) from cause
         except ValueError as cause:
             raise Abort(Code.INVALID_VALUE) from cause
 

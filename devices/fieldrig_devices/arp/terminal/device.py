@@ -13,7 +13,7 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import panel
 from fieldrig_devices.arp.terminal.application import Application
@@ -87,7 +87,14 @@ class Terminal(Device):
 
     def _message_point(self, number: int) -> Point:
         messages = self._application.messages
-        return Point(lambda: messages[number], lambda value: messages.__setitem__(number, str(value)))
+
+        def write(value: Value) -> None:
+            try:
+                messages[number] = str(value)
+            except StoreError as cause:
+                raise ValueError(f"message {number} can't be stored: {cause.strerror}") from cause
+
+        return Point(lambda: messages[number], write)
 
     def _line(self, number: int) -> str:
         return self._application.screen.lines()[number - 1]

@@ -3,9 +3,10 @@
 Source: manual 5.12 (MSG); digest I-25 (500 and not 200).  Characters are those of ISO 8859-1.
 """
 
+from contextlib import suppress
 from typing import Final
 
-from fieldrig.store import Store
+from fieldrig.store import Store, StoreError
 
 COUNT: Final = 500
 LENGTH: Final = 16
@@ -13,17 +14,26 @@ LENGTH: Final = 16
 
 class Messages:
     def __init__(self, store: Store) -> None:
-        self._ram = store.buffered_ram(COUNT * LENGTH)
+        self._store = store
+        self._ram = memoryview(b"")
+        with suppress(StoreError):
+            self._find_ram()
 
     def __getitem__(self, number: int) -> str:
-        """Empty if nothing was stored."""
-        return bytes(self._ram[self._span(number)]).rstrip(b"\x00").decode("latin-1")
+        """Empty if nothing was stored, or nothing that can be shown."""
+        text = bytes(self._ram[self._span(number)]).rstrip(b"\x00").decode("latin-1")
+        return text if text.isprintable() else ""
 
     def __setitem__(self, number: int, text: str) -> None:
-        """ValueError, with what would be right, for what is no message."""
+        """ValueError, with what would be right, for what is no message.  StoreError if the memory is not there."""
         if len(text) > LENGTH or not text.isprintable() or max(text, default="") > "\xff":
             raise ValueError(f"{text!r} is no message: up to {LENGTH} characters of ISO 8859-1 would be right")
+        self._find_ram()
         self._ram[self._span(number)] = text.encode("latin-1").ljust(LENGTH, b"\x00")
+
+    def _find_ram(self) -> None:
+        if not self._ram:
+            self._ram = self._store.buffered_ram(COUNT * LENGTH)
 
     @staticmethod
     def _span(number: int) -> slice:

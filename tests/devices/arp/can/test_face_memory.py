@@ -1,12 +1,14 @@
 """A card that is killed while parameters are saved has all old ones or all new ones, its node's among them."""
 
 from collections.abc import Iterator
+from errno import ENOSPC
 
 import pytest
 from arp_bench import CardBench
 from canopen_bench import parse, show
 from cut_store import CutStore, Killed
 
+from fieldrig.store import StoreError
 from fieldrig_bus.can.frame import CanFrame
 
 WRITES = (
@@ -28,7 +30,7 @@ class FailingStore(CutStore):
         try:
             super().save(data)
         except Killed as cause:
-            raise OSError("no space is left") from cause
+            raise StoreError(ENOSPC, "No space left on device") from cause
 
 
 class Card:
