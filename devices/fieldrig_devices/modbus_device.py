@@ -8,7 +8,9 @@ memory before the response to the write leaves.
 
 import json
 import logging
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -30,6 +32,8 @@ from fieldrig_devices.register_table import load_table
 from fieldrig_devices.register_value import OutOfRange
 
 log = logging.getLogger(__name__)
+
+Hear = Callable[[Signal], None]
 
 UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
 Status = Annotated[int, Field(ge=0, le=0xFF)] | Annotated[list[str], Field(max_length=8)]
@@ -90,7 +94,9 @@ class ModbusDevice(Device):
     ) -> None:
         """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
         turnaround_ns = round(settings.turnaround_ms * MS)
-        self._store, self._wires = store, wires
+        self._clock, self._store, self._wires = clock, store, wires
+        self._moving: dict[str, Signal] = {}
+        """Signals that move on by themselves, by wire: what registers show of them is brought up before each read."""
         self.is_unsaved = False
         """Something that is retained has changed."""
         self._warned: set[str] = set()
@@ -117,7 +123,7 @@ class ModbusDevice(Device):
                 for unit_id, unit in by_unit.items()
             }
             port = ModbusPort(clock, link, servers, turnaround_ns, self.save)
-            link.on_receive(port.on_message, list(servers))
+            link.on_receive(partial(self._on_request, port), list(servers))
         self._listen_to_wires()
 
     def start(self) -> None:
@@ -127,9 +133,9 @@ class ModbusDevice(Device):
     def points(self) -> Mapping[str, Point]:
         if len(self._units) == 1:
             (unit,) = self._units.values()
-            return self._saving(unit.points())
+            return self._present(unit.points())
         by_unit = {unit_id: unit.points() for unit_id, unit in self._units.items()}
-        return self._saving(
+        return self._present(
             {f"{unit_id}/{key}": point for unit_id in by_unit for key, point in by_unit[unit_id].items()}
         )
 
@@ -163,19 +169,34 @@ class ModbusDevice(Device):
     def _note_unsaved(self) -> None:
         self.is_unsaved = True
 
-    def _saving(self, points: Mapping[str, Point]) -> dict[str, Point]:
-        return {key: self._saving_point(point) for key, point in points.items()}
+    def _present(self, points: Mapping[str, Point]) -> dict[str, Point]:
+        return {key: self._present_point(point) for key, point in points.items()}
 
-    def _saving_point(self, point: Point) -> Point:
+    def _present_point(self, point: Point) -> Point:
+        """A point that is read as it is now, and saved when it is written."""
         inner = point.write
-        if inner is None:
-            return point
+
+        def read() -> bool | int | float | str:
+            self._follow()
+            return point.read()
 
         def write(value: bool | int | float | str) -> None:
+            assert inner is not None
             inner(value)
             self.save()
 
-        return Point(point.read, write, point.unit, point.about)
+        return Point(read, None if inner is None else write, point.unit, point.about)
+
+    def _on_request(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
+        if self._moving:
+            self._follow()
+        port.on_message(message)
+
+    def _follow(self) -> None:
+        """Bring the registers up to where the signals that they show have moved by now."""
+        now_ns = self._clock.now_ns()
+        for wire, signal in self._moving.items():
+            self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
 
     def _drive(self, signal: Signal) -> None:
         """A register may read back what another one drives: a bus does not tell a driver its own signal."""
@@ -184,15 +205,26 @@ class ModbusDevice(Device):
             self._wires.send(signal)
 
     def _listen_to_wires(self) -> None:
-        self._listeners: dict[str, list[Any]] = {}
+        self._listeners: defaultdict[str, list[Hear]] = defaultdict(list)
+        self._collectors: defaultdict[str, list[Hear]] = defaultdict(list)
         for unit in self._units.values():
             for wire, hear in unit.listeners():
-                self._listeners.setdefault(wire, []).append(hear)
-        if self._wires is not None and self._listeners:
-            self._wires.on_receive(self._on_signal, sorted(self._listeners))
+                self._listeners[wire].append(hear)
+            for wire, hear in unit.collectors():
+                self._collectors[wire].append(hear)
+        wires = {*self._listeners, *self._collectors}
+        if self._wires is not None and wires:
+            self._wires.on_receive(self._on_signal, sorted(wires))
 
     def _on_signal(self, signal: Signal) -> None:
-        for hear in self._listeners.get(signal.name, ()):
+        name, value = signal.name, signal.at(self._clock.now_ns())
+        self._moving.pop(name, None)
+        if signal.is_moving and name in self._listeners:
+            self._moving[name] = signal
+        self._hear((*self._listeners.get(name, ()), *self._collectors.get(name, ())), Signal(name, value, signal.unit))
+
+    def _hear(self, hearers: Iterable[Hear], signal: Signal) -> None:
+        for hear in hearers:
             try:
                 hear(signal)
             except ValueError as fault:

@@ -8,13 +8,15 @@ hide the hops between processes behind frame times.
 import asyncio
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from fieldrig import timerfd
 from fieldrig.clock import MS, Timer, TimerQueue
 
 STALL_NS = 20 * MS
 """An event handled later than this counts as happening now: a machine that stood still does not replay its past."""
+
+T = TypeVar("T")
 
 _ARMED_LATER = -1  # while timers are being called: arm once, when all are done
 
@@ -70,6 +72,19 @@ class RealClock:
         self._instant_ns = self._latest_ns = instant_ns
         try:
             action(*arguments)
+        finally:
+            self._instant_ns = None
+
+    def look(self, read: Callable[..., T], *arguments: Any) -> T:
+        """Return what `read` gives while `now_ns()` stands at the present.  Unlike `handle` this is not an event.
+
+        A timer that is overdue keeps its instant, so being read changes nothing that a device does later.
+        """
+        if self._instant_ns is not None:
+            return read(*arguments)
+        self._instant_ns = max(time.monotonic_ns(), self._latest_ns)
+        try:
+            return read(*arguments)
         finally:
             self._instant_ns = None
 
