@@ -37,6 +37,19 @@ class Signal:
     value: bool | int | float
     unit: str = ""
 
+    @property
+    def is_moving(self) -> bool:
+        """True if `at` gives another value at another instant."""
+        return False
+
+    def at(self, now_ns: int) -> bool | int | float:
+        """The value of the wire at `now_ns`, the same for every device that has heard this signal."""
+        return self.value
+
+    def speed_at(self, now_ns: int) -> float:
+        """Units per second at `now_ns`."""
+        return 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class Motion(Signal):
@@ -50,6 +63,10 @@ class Motion(Signal):
     """Units per second, at `time_ns`."""
     acceleration: float = 0.0
     """Units per second squared."""
+
+    @property
+    def is_moving(self) -> bool:
+        return bool(self.speed or self.acceleration)
 
     def at(self, now_ns: int) -> float:
         seconds = (now_ns - self.time_ns) / S

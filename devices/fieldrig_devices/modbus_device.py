@@ -8,7 +8,10 @@ memory before the write takes effect; a write that can't be kept is answered by 
 
 import json
 import logging
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -32,6 +35,8 @@ from fieldrig_devices.register_table import load_table
 from fieldrig_devices.register_value import OutOfRange
 
 log = logging.getLogger(__name__)
+
+Hear = Callable[[Signal], None]
 
 UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
 Status = Annotated[int, Field(ge=0, le=0xFF)] | Annotated[list[str], Field(max_length=8)]
@@ -92,7 +97,9 @@ class ModbusDevice(Device):
     ) -> None:
         """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
         turnaround_ns = round(settings.turnaround_ms * MS)
-        self._store, self._wires = store, wires
+        self._clock, self._store, self._wires = clock, store, wires
+        self._moving: dict[str, Signal] = {}
+        """Signals that move on by themselves, by wire: what registers show of them is brought up before each read."""
         self._warned: set[str] = set()
         by_unit = settings.by_unit()
         self._units = {
@@ -117,7 +124,7 @@ class ModbusDevice(Device):
                 for unit_id, unit in by_unit.items()
             }
             port = ModbusPort(clock, link, servers, turnaround_ns)
-            link.on_receive(port.on_message, list(servers))
+            link.on_receive(partial(self._on_request, port), list(servers))
         self._listen_to_wires()
 
     def start(self) -> None:
@@ -127,9 +134,11 @@ class ModbusDevice(Device):
     def points(self) -> Mapping[str, Point]:
         if len(self._units) == 1:
             (unit,) = self._units.values()
-            return unit.points()
+            return self._present(unit.points())
         by_unit = {unit_id: unit.points() for unit_id, unit in self._units.items()}
-        return {f"{unit_id}/{key}": point for unit_id in by_unit for key, point in by_unit[unit_id].items()}
+        return self._present(
+            {f"{unit_id}/{key}": point for unit_id in by_unit for key, point in by_unit[unit_id].items()}
+        )
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Any]) -> list[Tool]:
@@ -163,6 +172,29 @@ class ModbusDevice(Device):
             if str(unit_id) in kept
         }
 
+    def _present(self, points: Mapping[str, Point]) -> dict[str, Point]:
+        return {key: self._present_point(point) for key, point in points.items()}
+
+    def _present_point(self, point: Point) -> Point:
+        """A point that is read as it is now."""
+
+        def read() -> bool | int | float | str:
+            self._follow()
+            return point.read()
+
+        return replace(point, read=read)
+
+    def _on_request(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
+        if self._moving:
+            self._follow()
+        port.on_message(message)
+
+    def _follow(self) -> None:
+        """Bring the registers up to where the signals that they show have moved by now."""
+        now_ns = self._clock.now_ns()
+        for wire, signal in self._moving.items():
+            self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
+
     def _drive(self, signal: Signal) -> None:
         """A register may read back what another one drives: a bus does not tell a driver its own signal."""
         self._on_signal(signal)
@@ -170,15 +202,26 @@ class ModbusDevice(Device):
             self._wires.send(signal)
 
     def _listen_to_wires(self) -> None:
-        self._listeners: dict[str, list[Any]] = {}
+        self._listeners: defaultdict[str, list[Hear]] = defaultdict(list)
+        self._collectors: defaultdict[str, list[Hear]] = defaultdict(list)
         for unit in self._units.values():
             for wire, hear in unit.listeners():
-                self._listeners.setdefault(wire, []).append(hear)
-        if self._wires is not None and self._listeners:
-            self._wires.on_receive(self._on_signal, sorted(self._listeners))
+                self._listeners[wire].append(hear)
+            for wire, hear in unit.collectors():
+                self._collectors[wire].append(hear)
+        wires = {*self._listeners, *self._collectors}
+        if self._wires is not None and wires:
+            self._wires.on_receive(self._on_signal, sorted(wires))
 
     def _on_signal(self, signal: Signal) -> None:
-        for hear in self._listeners.get(signal.name, ()):
+        name, value = signal.name, signal.at(self._clock.now_ns())
+        self._moving.pop(name, None)
+        if signal.is_moving and name in self._listeners:
+            self._moving[name] = signal
+        self._hear((*self._listeners.get(name, ()), *self._collectors.get(name, ())), Signal(name, value, signal.unit))
+
+    def _hear(self, hearers: Iterable[Hear], signal: Signal) -> None:
+        for hear in hearers:
             try:
                 hear(signal)
             except ValueError as fault:

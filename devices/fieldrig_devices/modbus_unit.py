@@ -92,14 +92,16 @@ class ModbusUnit:
         return sum(1 << position for position, value in enumerate(self._status) if value.read() is True)
 
     def listeners(self) -> list[tuple[str, Callable[[Signal], None]]]:
-        """The wires that are read, and who hears them."""
-        values = [
+        """The wires that values read, and what takes their signals."""
+        return [
             (value.entry.wire, value.hear)
             for value in self.values.values()
             if value.entry.wire is not None and value.direction == "from_wire"
         ]
-        queues = [(queue.entry.wire, queue.hear) for queue in self._fifos.values() if queue.entry.wire is not None]
-        return [*values, *queues]
+
+    def collectors(self) -> list[tuple[str, Callable[[Signal], None]]]:
+        """The wires whose changes queues keep, and what takes their signals."""
+        return [(queue.entry.wire, queue.hear) for queue in self._fifos.values() if queue.entry.wire is not None]
 
     def drive_all(self) -> None:
         """Tell every wire that this unit drives its present value."""

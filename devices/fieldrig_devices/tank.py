@@ -9,7 +9,7 @@ Left out: the pump's own inertia and back pressure, the valve's travel, waves.
 
 import math
 from collections.abc import Mapping
-from typing import Self
+from typing import NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -61,20 +61,27 @@ class TankSettings(Settings):
         return 0.1 * self.height_m if self.low_m is None else self.low_m
 
 
+class _Water(NamedTuple):
+    """What is in the tank at one instant, and what has become of the rest."""
+
+    level_m: float
+    over_m3: float = 0.0
+    overflows: int = 0
+    dry_runs: int = 0
+
+
 class Tank(Device):
     about = "a tank with a pump and an outlet (a plant, on wires)"
 
     def __init__(self, clock: Clock, name: str, settings: TankSettings, wires: Link[Signal]) -> None:
         self._clock, self._settings, self._wires = clock, settings, wires
-        self._level_m = settings.initial_level_m
+        self._water = _Water(settings.initial_level_m)
         self._speed = 0.0  # 0 to 1, as are openings
         self._is_running = True
         self._opening = settings.initial_outlet_percent / 100
         self._looked_ns = clock.now_ns()
         self._is_ticking = False
         self._is_high = self._is_low = False
-        self._over_m3 = 0.0
-        self._overflows = self._dry_runs = 0
         self._told: dict[str, float] = {}
         self._level_wire = settings.level_wire or f"{name}.level"
         self._inflow_wire = settings.inflow_wire or f"{name}.inflow"
@@ -95,16 +102,16 @@ class Tank(Device):
 
     def points(self) -> Mapping[str, Point]:
         return {
-            "level": Point(lambda: self._level_m, self._set_level, "m", "of the water above the outlet"),
-            "volume": Point(lambda: self._level_m * self._settings.area_m2, None, "m3"),
+            "level": Point(lambda: self._now().level_m, self._set_level, "m", "of the water above the outlet"),
+            "volume": Point(lambda: self._now().level_m * self._settings.area_m2, None, "m3"),
             "inflow": Point(lambda: self._inflow, None, "m3/s", "from the pump"),
-            "outflow": Point(lambda: self._outflow, None, "m3/s", "through the outlet"),
+            "outflow": Point(lambda: self._outflow(self._now().level_m), None, "m3/s", "through the outlet"),
             "outlet": Point(lambda: 100 * self._opening, None, "%", "opening of the outlet's valve"),
-            "high": Point(lambda: self._is_high, None, "", "the switch for a high level"),
-            "low": Point(lambda: self._is_low, None, "", "the switch for a low level"),
-            "overflow": Point(lambda: self._over_m3, None, "m3", "that ran over the rim"),
-            "overflows": Point(lambda: self._overflows, None, "", "how often it began to run over"),
-            "dry_runs": Point(lambda: self._dry_runs, None, "", "how often it ran empty through the outlet"),
+            "high": Point(lambda: self._is_high_at(self._now().level_m), None, "", "the switch for a high level"),
+            "low": Point(lambda: self._is_low_at(self._now().level_m), None, "", "the switch for a low level"),
+            "overflow": Point(lambda: self._now().over_m3, None, "m3", "that ran over the rim"),
+            "overflows": Point(lambda: self._now().overflows, None, "", "how often it began to run over"),
+            "dry_runs": Point(lambda: self._now().dry_runs, None, "", "how often it ran empty through the outlet"),
         }
 
     @property
@@ -116,9 +123,14 @@ class Tank(Device):
         settings = self._settings
         return root_coefficient(settings.discharge_coefficient * settings.outlet_area_m2 * self._opening)
 
-    @property
-    def _outflow(self) -> float:
-        return self._k * math.sqrt(self._level_m)
+    def _outflow(self, level_m: float) -> float:
+        return self._k * math.sqrt(level_m)
+
+    def _is_high_at(self, level_m: float) -> bool:
+        return level_m >= self._settings.high - (self._settings.hysteresis_m if self._is_high else 0)
+
+    def _is_low_at(self, level_m: float) -> bool:
+        return level_m <= self._settings.low + (self._settings.hysteresis_m if self._is_low else 0)
 
     def _on_signal(self, signal: Signal) -> None:
         self._look()
@@ -140,13 +152,13 @@ class Tank(Device):
         if isinstance(value, str | bool) or not 0 <= value <= height_m:
             raise ValueError(f"a level from 0 to {height_m} m")
         self._look()
-        self._level_m = float(value)
+        self._water = self._water._replace(level_m=float(value))
         self._tell_all()
         self._keep_ticking()
 
     def _keep_ticking(self) -> None:
         """A tank in which nothing moves costs nothing."""
-        is_moving = self._inflow > 0 or self._outflow > 0
+        is_moving = self._inflow > 0 or self._outflow(self._water.level_m) > 0
         if is_moving and not self._is_ticking:
             self._clock.call_at(self._clock.now_ns() + self._settings.step_ms * MS, self._on_tick)
         self._is_ticking = is_moving or self._is_ticking
@@ -157,34 +169,35 @@ class Tank(Device):
         self._tell_all()
         self._keep_ticking()
 
-    def _look(self) -> None:
-        """Bring the level up to now, under the inputs of the time since the last look."""
-        now_ns, settings = self._clock.now_ns(), self._settings
-        seconds = (now_ns - self._looked_ns) / S
+    def _now(self) -> _Water:
+        """The water at this instant, under the inputs of the time since the last look."""
+        settings, water = self._settings, self._water
+        seconds = (self._clock.now_ns() - self._looked_ns) / S
         if seconds <= 0:
-            return
-        self._looked_ns = now_ns
-        before_m, had_run_over = self._level_m, self._level_m >= settings.height_m
-        after = moved(before_m, self._inflow, self._k, settings.area_m2, settings.height_m, seconds)
-        self._level_m = after.level_m
-        self._over_m3 += after.over_m3
-        self._overflows += after.over_m3 > 0 and not had_run_over
-        self._dry_runs += after.level_m == 0 and before_m > 0
+            return water
+        after = moved(water.level_m, self._inflow, self._k, settings.area_m2, settings.height_m, seconds)
+        runs_over = after.over_m3 > 0 and water.level_m < settings.height_m
+        runs_dry = after.level_m == 0 and water.level_m > 0
+        return _Water(
+            after.level_m, water.over_m3 + after.over_m3, water.overflows + runs_over, water.dry_runs + runs_dry
+        )
+
+    def _look(self) -> None:
+        """Bring the water up to now."""
+        self._water, self._looked_ns = self._now(), max(self._clock.now_ns(), self._looked_ns)
 
     def _tell_all(self) -> None:
-        settings, level_m = self._settings, self._level_m
+        settings, level_m = self._settings, self._water.level_m
         self._tell(self._level_wire, level_m, "m", settings.level_resolution_m)
         self._tell_flows()
-        rest_m = settings.hysteresis_m
-        self._is_high = level_m >= settings.high - (rest_m if self._is_high else 0)
-        self._is_low = level_m <= settings.low + (rest_m if self._is_low else 0)
+        self._is_high, self._is_low = self._is_high_at(level_m), self._is_low_at(level_m)
         self._tell(self._high_wire, self._is_high)
         self._tell(self._low_wire, self._is_low)
 
     def _tell_flows(self) -> None:
         resolution = self._settings.flow_resolution_m3_per_s
         self._tell(self._inflow_wire, self._inflow, "m3/s", resolution)
-        self._tell(self._outflow_wire, self._outflow, "m3/s", resolution)
+        self._tell(self._outflow_wire, self._outflow(self._water.level_m), "m3/s", resolution)
 
     def _tell(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
         """Drive a wire whose value has changed by more than `resolution`, or come to rest at 0."""

@@ -28,6 +28,20 @@ class Timer:
         self.action = None
 
 
+class Watchdog:
+    """An action that is due when `due_ns` is no longer put off.  It is much cheaper to move than a timer.
+
+    Due times of `NEVER_NS` and later are never reached.
+    """
+
+    __slots__ = ("action", "due_ns")
+
+    def __init__(self, action: Callable[[], None]) -> None:
+        self.action = action
+        self.due_ns = NEVER_NS
+        """The instant at which `action` is called; then it is `NEVER_NS` until it is set again."""
+
+
 class Clock(Protocol):
     def now_ns(self) -> int:
         """The instant of the event that is being handled: the same value all through one reaction.
@@ -41,6 +55,9 @@ class Clock(Protocol):
 
         Actions asked for the same instant are called in the order of asking.
         """
+
+    def watch(self, action: Callable[[], None]) -> Watchdog:
+        """A watchdog that isn't due yet.  Set its `due_ns` while an event is handled, as often as you like."""
 
     def late_ns(self) -> int:
         """How long after its instant the present event is being handled: what a cycle time monitor would see.
@@ -82,12 +99,13 @@ class TimerQueue:
 class VirtualClock:
     """Stands still until it is moved; then the actions due on the way are called at their instants."""
 
-    __slots__ = ("_timers", "instant_ns")
+    __slots__ = ("_timers", "_watchdogs", "instant_ns")
 
     def __init__(self, now_ns: int = 0) -> None:
         self.instant_ns = now_ns
         """Where the hands stand.  They may be moved to an instant before which nothing is due."""
         self._timers = TimerQueue()
+        self._watchdogs: list[Watchdog] = []
 
     def now_ns(self) -> int:
         return self.instant_ns
@@ -95,18 +113,27 @@ class VirtualClock:
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
         return self._timers.add(max(when_ns, self.instant_ns), action)
 
+    def watch(self, action: Callable[[], None]) -> Watchdog:
+        watchdog = Watchdog(action)
+        self._watchdogs.append(watchdog)
+        return watchdog
+
     def late_ns(self) -> int:
         return 0
 
     def next_ns(self) -> int | None:
         """The earliest wish of anybody; None if nobody has one."""
-        return self._timers.next_ns()
+        next_ns = self._timers.next_ns()
+        due_ns = min((watchdog.due_ns for watchdog in self._watchdogs), default=NEVER_NS)
+        return next_ns if due_ns >= NEVER_NS else due_ns if next_ns is None else min(next_ns, due_ns)
 
     def advance_to(self, until_ns: int) -> int:
         """Call everything due up to and including `until_ns`, and stand there.  Returns the earliest wish left.
 
         `NEVER_NS` if none is left.
         """
+        if self._watchdogs:
+            return self._advance_watched(until_ns)
         heap = self._timers.heap  # not by its methods: this is called more often than anything else
         while heap:
             when_ns, _, timer = heap[0]
@@ -121,6 +148,32 @@ class VirtualClock:
                 action()
         else:
             when_ns = NEVER_NS
+        if until_ns > self.instant_ns:
+            self.instant_ns = until_ns
+        return when_ns
+
+    def _advance_watched(self, until_ns: int) -> int:
+        """The same with watchdogs; at one instant timers go first."""
+        heap, watchdogs = self._timers.heap, self._watchdogs
+        while True:
+            while heap and heap[0][2].action is None:
+                heapq.heappop(heap)
+            when_ns, is_watchdog = heap[0][0] if heap else NEVER_NS, False
+            for watchdog in watchdogs:
+                if watchdog.due_ns < when_ns:
+                    when_ns, due, is_watchdog = watchdog.due_ns, watchdog, True
+            if when_ns > until_ns:
+                break
+            if when_ns > self.instant_ns:
+                self.instant_ns = when_ns
+            if is_watchdog:
+                due.due_ns = NEVER_NS
+                due.action()
+            else:
+                timer = heapq.heappop(heap)[2]
+                action, timer.action = timer.action, None
+                assert action is not None, "cancelled timers are gone"
+                action()
         if until_ns > self.instant_ns:
             self.instant_ns = until_ns
         return when_ns

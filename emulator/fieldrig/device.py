@@ -29,6 +29,7 @@ NO_FAULTS = "this device takes no faults\nkinds that do say so in docs/devices.m
 class Point:
     """One value of a device that people and programs may read, and write if `write` is there.
 
+    `read` gives the value at the clock's present instant, and changes nothing: a rig that is read gives the same trace.
     `write` raises ValueError, with what would be right, for a value it can't take.
     """
 

@@ -36,8 +36,8 @@ class Node(Protocol):
     def keys(self) -> dict[str, str]:
         """The keys of the device's points, each with its unit."""
 
-    def get(self, key: str) -> Value:
-        """ControlError for a key that isn't there."""
+    def get(self, now_ns: int, key: str) -> Value:
+        """The value of a point at `now_ns`, up to which everything has happened.  ControlError for an unknown key."""
 
     def set(self, key: str, value: Value) -> None:
         """ControlError for a key that isn't there or can't be written, or a value that it can't take."""
@@ -48,7 +48,8 @@ class Node(Protocol):
     def clear_fault(self, number: int) -> None:
         """ControlError if there is no such fault."""
 
-    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
+    def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
+        """The faults of the device, as they are at `now_ns`."""
 
     def stop(self) -> None: ...
 
@@ -149,7 +150,8 @@ class LocalNode(EventNode):
     def keys(self) -> dict[str, str]:
         return {key: point.unit for key, point in self.device.points().items()}
 
-    def get(self, key: str) -> Value:
+    def get(self, now_ns: int, key: str) -> Value:
+        self._look_at(now_ns)
         return read_point(self.device.points(), key)
 
     def set(self, key: str, value: Value) -> None:
@@ -163,8 +165,13 @@ class LocalNode(EventNode):
         with refusals(self.name):
             self.device.clear_fault(number)
 
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+    def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
+        self._look_at(now_ns)
         return self.device.faults()
+
+    def _look_at(self, now_ns: int) -> None:
+        """Show the device the present instant.  The clock of a node without events stays behind until it is needed."""
+        self.clock.instant_ns = max(self.clock.instant_ns, now_ns)
 
     def stop(self) -> None:
         self.device.stop()

@@ -35,7 +35,7 @@ class RealPoints:
         }
 
     def get(self, key: str) -> Value:
-        return read_point(self._device.points(), key)
+        return self._clock.look(read_point, self._device.points(), key)
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._device.points(), key, value)
@@ -51,7 +51,7 @@ class RealPoints:
             self._clock.handle(self._device.clear_fault, number)
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._device.faults()
+        return self._clock.look(self._device.faults)
 
 
 MOST_KEYS = 65_536

@@ -8,15 +8,50 @@ hide the hops between processes behind frame times.
 import asyncio
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from fieldrig import timerfd
-from fieldrig.clock import MS, Timer, TimerQueue
+from fieldrig.clock import MS, NEVER_NS, Timer, TimerQueue, Watchdog
 
 STALL_NS = 20 * MS
 """An event handled later than this counts as happening now: a machine that stood still does not replay its past."""
 
+T = TypeVar("T")
+
 _ARMED_LATER = -1  # while timers are being called: arm once, when all are done
+
+
+class _RealWatchdog(Watchdog):
+    """One timer that is set anew only when it has come and the due time has been put off since."""
+
+    __slots__ = ("_clock", "_due_ns", "_timer")
+
+    def __init__(self, clock: "RealClock", action: Callable[[], None]) -> None:
+        self._clock = clock
+        self._due_ns = NEVER_NS
+        self._timer: Timer | None = None
+        super().__init__(action)
+
+    @property
+    def due_ns(self) -> int:  # type: ignore[override]
+        return self._due_ns
+
+    @due_ns.setter
+    def due_ns(self, due_ns: int) -> None:
+        self._due_ns = due_ns
+        timer = self._timer
+        if due_ns < NEVER_NS and (timer is None or due_ns < timer.when_ns):
+            if timer is not None:
+                timer.cancel()
+            self._timer = self._clock.call_at(due_ns, self._on_timer)
+
+    def _on_timer(self) -> None:
+        assert self._timer is not None
+        is_due = self._due_ns <= self._timer.when_ns
+        self._timer = None
+        self.due_ns = NEVER_NS if is_due else self._due_ns
+        if is_due:
+            self.action()
 
 
 class RealClock:
@@ -47,6 +82,9 @@ class RealClock:
             self._arm(when_ns)
         return timer
 
+    def watch(self, action: Callable[[], None]) -> Watchdog:
+        return _RealWatchdog(self, action)
+
     def late_ns(self) -> int:
         return 0 if self._instant_ns is None else time.monotonic_ns() - self._instant_ns
 
@@ -70,6 +108,19 @@ class RealClock:
         self._instant_ns = self._latest_ns = instant_ns
         try:
             action(*arguments)
+        finally:
+            self._instant_ns = None
+
+    def look(self, read: Callable[..., T], *arguments: Any) -> T:
+        """Return what `read` gives while `now_ns()` stands at the present.  Unlike `handle` this is not an event.
+
+        A timer that is overdue keeps its instant, so being read changes nothing that a device does later.
+        """
+        if self._instant_ns is not None:
+            return read(*arguments)
+        self._instant_ns = max(time.monotonic_ns(), self._latest_ns)
+        try:
+            return read(*arguments)
         finally:
             self._instant_ns = None
 

@@ -51,8 +51,8 @@ class RemoteNode:
     def keys(self) -> dict[str, str]:
         return dict(self._ask("keys"))
 
-    def get(self, key: str) -> Value:
-        value: Value = self._ask("get", key)
+    def get(self, now_ns: int, key: str) -> Value:
+        value: Value = self._ask("get", now_ns, key)
         return value
 
     def set(self, key: str, value: Value) -> None:
@@ -65,8 +65,8 @@ class RemoteNode:
     def clear_fault(self, number: int) -> None:
         self._ask("clear_fault", number)
 
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return dict(self._ask("faults"))
+    def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
+        return dict(self._ask("faults", now_ns))
 
     def stop(self) -> None:
         if self._process.is_alive():

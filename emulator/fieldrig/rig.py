@@ -102,7 +102,8 @@ class Rig:
         return self._node(device).keys()
 
     def get(self, device: str, key: str) -> Value:
-        return self._node(device).get(key)
+        """The value of a point at the present instant.  Reading is not an event: it changes nothing that follows."""
+        return self._node(device).get(self.now_ns, key)
 
     def set(self, device: str, key: str, value: Value) -> None:
         """Write a point, at the present instant."""
@@ -131,7 +132,7 @@ class Rig:
     def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
         if where in self._models:
             return self._models[where].all_faults(self.now_ns)
-        return self._node(where).faults()
+        return self._node(where).faults(self.now_ns)
 
     def close(self) -> None:
         """Stop every device, the last started first."""

@@ -1,11 +1,12 @@
 import asyncio
 import time
+from functools import partial
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig.clock import MS, S, TimerQueue, VirtualClock
+from fieldrig.clock import MS, NEVER_NS, S, TimerQueue, VirtualClock
 from fieldrig.real_clock import STALL_NS, RealClock
 
 
@@ -45,6 +46,55 @@ def test_a_cancelled_timer_is_not_called_and_no_wish() -> None:
     timer.cancel()
     assert clock.next_ns() is None
     clock.advance_to(10)
+
+
+def test_a_watchdog_that_is_put_off_is_not_called_and_then_once() -> None:
+    clock = VirtualClock()
+    called: list[int] = []
+    watchdog = clock.watch(lambda: called.append(clock.now_ns()))
+    assert clock.next_ns() is None
+    for now_ns in range(0, 1_000, 10):
+        clock.advance_to(now_ns)
+        watchdog.due_ns = now_ns + 25
+        assert clock.next_ns() == now_ns + 25
+    assert clock.advance_to(1_014) == 1_015
+    assert clock.advance_to(5_000) == NEVER_NS
+    assert (called, clock.now_ns(), clock.next_ns()) == ([1_015], 5_000, None)
+
+
+def test_a_watchdog_beyond_never_is_no_wish() -> None:
+    clock = VirtualClock(10)
+    clock.watch(lambda: pytest.fail("never")).due_ns = NEVER_NS + 10
+    assert (clock.next_ns(), clock.advance_to(S)) == (None, NEVER_NS)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.integers(0, 50)), max_size=30))
+def test_watchdogs_and_timers_are_called_in_the_order_of_their_instants(asked: list[tuple[bool, int]]) -> None:
+    """At one instant timers go first."""
+    clock = VirtualClock()
+    called: list[tuple[int, bool]] = []
+    for is_watchdog, when_ns in asked:
+        action = partial(lambda is_watchdog: called.append((clock.now_ns(), is_watchdog)), is_watchdog)
+        if is_watchdog:
+            clock.watch(action).due_ns = when_ns
+        else:
+            clock.call_at(when_ns, action)
+    clock.advance_to(20)
+    assert clock.next_ns() == min((when_ns for _, when_ns in asked if when_ns > 20), default=None)
+    clock.advance_to(50)
+    assert called == sorted((when_ns, is_watchdog) for is_watchdog, when_ns in asked)
+
+
+def test_a_timer_that_puts_a_watchdog_off_at_its_instant_is_in_time() -> None:
+    clock = VirtualClock()
+    watchdog = clock.watch(lambda: pytest.fail("put off"))
+    watchdog.due_ns = 5
+
+    def put_off() -> None:
+        watchdog.due_ns = 100
+
+    clock.call_at(5, put_off)
+    assert clock.advance_to(50) == 100
 
 
 @given(st.lists(st.integers(0, 1_000), max_size=50))
@@ -116,3 +166,59 @@ def test_an_earlier_timer_overtakes_one_that_is_armed() -> None:
         return called
 
     assert asyncio.run(overtake()) == ["sooner"]
+
+
+def test_a_real_watchdog_is_called_once_when_it_is_no_longer_put_off() -> None:
+    async def bark() -> tuple[list[int], int, int]:
+        clock = RealClock(asyncio.get_running_loop())
+        done = asyncio.Event()
+        called: list[int] = []
+
+        def on_due() -> None:
+            called.append(clock.now_ns())
+            clock.call_at(clock.now_ns() + 5 * MS, done.set)
+
+        watchdog = clock.watch(on_due)
+        start_ns = clock.now_ns()
+        watchdog.due_ns = start_ns + 3600 * S
+        for later_ms in (30, 5, 20):  # sooner, sooner still, put off
+            watchdog.due_ns = last_ns = start_ns + later_ms * MS
+        await done.wait()
+        clock.close()
+        return called, last_ns, watchdog.due_ns
+
+    called, due_ns, then_ns = asyncio.run(bark())
+    assert len(called) == 1
+    assert called[0] >= due_ns
+    assert then_ns == NEVER_NS
+
+
+def test_looking_is_no_event() -> None:
+    """All that is read at once is of one instant, and a timer that is overdue meanwhile keeps its own."""
+
+    async def look() -> tuple[list[int], list[int], int]:
+        clock = RealClock(asyncio.get_running_loop())
+        done = asyncio.Event()
+        called: list[int] = []
+
+        def on_timer() -> None:
+            called.append(clock.now_ns())
+            done.set()
+
+        due_ns = clock.now_ns()
+        clock.call_at(due_ns, on_timer)
+
+        def read() -> list[int]:
+            first = clock.now_ns()
+            while time.monotonic_ns() == first:
+                pass
+            return [first, clock.now_ns()]
+
+        seen = clock.look(read)
+        await done.wait()
+        clock.close()
+        return seen, called, due_ns
+
+    seen, called, due_ns = asyncio.run(look())
+    assert seen[0] == seen[1] > due_ns
+    assert called[0] == due_ns or called[0] - due_ns >= STALL_NS

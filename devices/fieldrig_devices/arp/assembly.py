@@ -40,7 +40,7 @@ def assemble(
     analog_outputs = AnalogOutputs(parameters, faults, axes)
     latches = int(settings.latch1[1:]), int(settings.latch2[1:])
     names = wire_names(name, settings.ties)
-    io = LocalIo(wires, names, (inputs, outputs), (analog_inputs, analog_outputs), latches)
+    io = LocalIo(clock, wires, names, (inputs, outputs), (analog_inputs, analog_outputs), latches)
     for terminal, value in settings.inputs.items():
         io.put(terminal, value)
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from math import floor
 from typing import Final
 
+from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
@@ -36,6 +37,7 @@ Number = bool | int | float
 class LocalIo:
     def __init__(
         self,
+        clock: Clock,
         wires: Link[Signal] | None,
         names: Mapping[str, str],
         tables: tuple[list[int], list[int]],
@@ -43,7 +45,7 @@ class LocalIo:
         latch_inputs: tuple[int, int],
     ) -> None:
         """`names` are the wires by terminal, `tables` the card's I and O."""
-        self._wires, self._names = wires, names
+        self._clock, self._wires, self._names = clock, wires, names
         self._inputs, self._outputs = tables
         self._analog_inputs, self._analog_outputs = analog
         self._latch_1, self._latch_2 = latch_inputs
@@ -51,7 +53,7 @@ class LocalIo:
         self._present: dict[str, Number] = dict.fromkeys(DIGITAL_INPUTS, False) | dict.fromkeys(ANALOG_INPUTS, 0.0)
         self._driven: set[str] = set()
         self._refused: set[str] = set()
-        self._moving: list[Motion | None] = [None, None, None]
+        self._encoders: list[Signal | None] = [None, None, None]
         self._told_bits: list[int] = []
         self._told_volts = [math.nan, math.nan, math.nan]
         self.counts: list[int | None] = [None, None, None]
@@ -73,12 +75,18 @@ class LocalIo:
     # ---- inputs
 
     def present(self, terminal: str) -> Number:
-        """What an input feels now; 0 for an encoder that nobody has told of."""
+        """The value at an input at this instant, between two samples too; 0 for an encoder without a signal."""
         axis = ENCODERS.get(terminal)
         if axis is None:
             return self._present[terminal]
-        motion = self._moving[axis]
-        return floor(motion.value) if motion is not None and not motion.speed else self.counts[axis] or 0
+        counts = self._counted(axis, self._clock.now_ns())
+        return (self.counts[axis] or 0) if counts is None else counts
+
+    def _counted(self, axis: int, now_ns: int) -> int | None:
+        """What the encoder of an axis has counted by `now_ns`; None without a signal, or beyond what it can count."""
+        signal = self._encoders[axis]
+        position = None if signal is None else signal.at(now_ns)
+        return floor(position) if position is not None and -_LARGEST_COUNT < position < _LARGEST_COUNT else None
 
     def put(self, terminal: str, value: Number) -> None:
         """Feel `value`.  ValueError if a wire drives this input, or for what it can't feel."""
@@ -106,7 +114,7 @@ class LocalIo:
     def _take(self, terminal: str, signal: Signal) -> None:
         axis = ENCODERS.get(terminal)
         if axis is not None:
-            self._moving[axis] = signal if isinstance(signal, Motion) else Motion(signal.name, signal.value)
+            self._encoders[axis] = signal
         elif terminal in DIGITAL_INPUTS:
             self._present[terminal] = bool(signal.value)
             self._levels[DIGITAL_INPUTS[terminal] - 101] = int(bool(signal.value))
@@ -120,11 +128,9 @@ class LocalIo:
         inputs[101:109] = self._levels
         latches[1], latches[2] = inputs[self._latch_1], inputs[self._latch_2]
         for axis in (1, 2):
-            motion = self._moving[axis]
-            if motion is not None:
-                position = motion.at(now_ns)
-                if -_LARGEST_COUNT < position < _LARGEST_COUNT:
-                    counts[axis] = floor(position)
+            position = self._counted(axis, now_ns)
+            if position is not None:
+                counts[axis] = position
 
     # ---- outputs
 

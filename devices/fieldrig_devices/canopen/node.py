@@ -74,7 +74,7 @@ class CanopenNode(Device):
         _offer_eds(self.dictionary, settings.eds)
         self._port = Port(can, settings.node_id or UNCONFIGURED)
         self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
-        self._ties = self._tied(wires, bind(self.dictionary, settings.ties))
+        self._ties = self._tied(clock, wires, bind(self.dictionary, settings.ties))
         self.nmt = NmtSlave(self._port, self.dictionary, self._restart, self._enter)
         self.emcy = Emcy(clock, self._port, self.dictionary)
         self._time = TimeOfDay(clock, self._port, self.dictionary, settings.time_period_ms * MS)
@@ -103,12 +103,12 @@ class CanopenNode(Device):
     def points(self) -> Mapping[str, Point]:
         return self._points
 
-    def _tied(self, wires: Link[Signal] | None, bounds: list[Bound]) -> Ties | None:
+    def _tied(self, clock: Clock, wires: Link[Signal] | None, bounds: list[Bound]) -> Ties | None:
         if wires is None:
             if bounds:
                 raise RigError(f"{self.name} has ties but no wires", "name a bus of wires under its links")
             return None
-        return Ties(wires, bounds, {} if self._profile is None else self._profile.terminals)
+        return Ties(clock, wires, bounds, {} if self._profile is None else self._profile.terminals)
 
     def _make_services(self, clock: Clock, settings: CanopenSettings) -> list[Service]:
         """In the order in which they are reset and enter a state."""
@@ -232,4 +232,4 @@ def _points(dictionary: Dictionary) -> dict[str, Point]:
 
 
 def _point(variable: Variable) -> Point:
-    return Point(lambda: variable.value, variable.put, about=variable.name)
+    return Point(lambda: variable.present, variable.put, about=variable.name)

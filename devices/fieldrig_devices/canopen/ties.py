@@ -4,10 +4,11 @@ import logging
 import math
 import re
 from collections.abc import Mapping
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Final, Literal, NamedTuple
 
 from pydantic import Field
 
+from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.wires import Signal
@@ -18,6 +19,8 @@ from fieldrig_devices.canopen.terminals import Terminal, Terminals
 from fieldrig_devices.canopen.variable import Access, Variable
 
 log = logging.getLogger(__name__)
+
+SAMPLE_NS: Final = MS
 
 TIE_KEY = re.compile(r"(?P<key>[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2})(?:\.(?P<bit>\d+))?")
 
@@ -75,10 +78,15 @@ def _is_output(variable: Variable, tie: Tie) -> bool:
 
 
 class Ties(Service):
-    """Sends the signals of outputs at the start and when they change; puts those of inputs into their objects."""
+    """Sends the signals of outputs at the start and when they change; puts those of inputs into their objects.
 
-    def __init__(self, wires: Link[Signal], bounds: list[Bound], terminals: Terminals) -> None:
-        self._wires = wires
+    A wire that moves by itself is sampled every `SAMPLE_NS`, for the PDOs that tell of changes; a read of the object
+    gives its value at that instant.
+    """
+
+    def __init__(self, clock: Clock, wires: Link[Signal], bounds: list[Bound], terminals: Terminals) -> None:
+        self._clock, self._wires = clock, wires
+        self._is_sampling = False
         self._outputs: list[_Output] = []
         self._inputs: dict[str, list[_Input]] = {}
         for bound in bounds:
@@ -86,7 +94,7 @@ class Ties(Service):
             if bound.is_output:
                 self._outputs.append(_Output(wires, bound, terminal))
             else:
-                self._inputs.setdefault(bound.tie.wire, []).append(_Input(bound, terminal))
+                self._inputs.setdefault(bound.tie.wire, []).append(_Input(clock, bound, terminal))
 
     def start(self) -> None:
         self._wires.on_receive(self._on_signal, sorted(self._inputs))
@@ -98,6 +106,20 @@ class Ties(Service):
     def _on_signal(self, signal: Signal) -> None:
         for one in self._inputs.get(signal.name, ()):
             one.take(signal)
+        self._keep_sampling()
+
+    def _keep_sampling(self) -> None:
+        is_moving = any(one.is_moving for inputs in self._inputs.values() for one in inputs)
+        if is_moving and not self._is_sampling:
+            self._clock.call_at(self._clock.now_ns() + SAMPLE_NS, self._on_sample)
+        self._is_sampling = is_moving or self._is_sampling
+
+    def _on_sample(self) -> None:
+        self._is_sampling = False
+        for inputs in self._inputs.values():
+            for one in inputs:
+                one.sample()
+        self._keep_sampling()
 
 
 class _Output:
@@ -123,15 +145,35 @@ class _Output:
 
 
 class _Input:
-    def __init__(self, bound: Bound, terminal: Terminal) -> None:
+    def __init__(self, clock: Clock, bound: Bound, terminal: Terminal) -> None:
+        self._clock = clock
         self._variable, self._bit, self._tie, self._terminal = bound.variable, bound.bit, bound.tie, terminal
+        self._moving: Signal | None = None
         self._is_warned = False
+
+    @property
+    def is_moving(self) -> bool:
+        return self._moving is not None
 
     def take(self, signal: Signal) -> None:
         if self._tie.unit and signal.unit != self._tie.unit:
             self._warn(signal)
         elif math.isfinite(signal.value):
-            self._terminal.put(self._raw(signal.value))
+            self._moving = signal if signal.is_moving else None
+            if self._terminal is self._variable and self._bit is None:
+                self._variable.live = None if self._moving is None else self._live
+            self._terminal.put(self._raw(signal.at(self._clock.now_ns())))
+
+    def sample(self) -> None:
+        if self._moving is not None:
+            self._terminal.put(self._present(self._moving))
+
+    def _live(self) -> bytes:
+        assert self._moving is not None, "only a signal that moves is followed"
+        return self._variable.type.encode(self._present(self._moving))
+
+    def _present(self, signal: Signal) -> Value:
+        return self._raw(signal.at(self._clock.now_ns()))
 
     def _raw(self, value: float) -> Value:
         if self._bit is not None:

@@ -139,6 +139,12 @@ class Tpdo(Service):
         for variable, on_event in self._watches:
             variable.events.append(on_event)
 
+    def _packed(self) -> bytes:
+        for variable in self.variables:
+            if variable.live is not None:
+                variable.sample()
+        return self._pack()
+
     def _packer(self) -> Pack:
         return self._mapping.packer() if self._mapping.mode is Mode.MAPPED else self._pack_addressed
 
@@ -183,7 +189,7 @@ class Tpdo(Service):
 
     def _send_due(self) -> None:
         while self._is_due and self._is_active and self._has_something_to_say:
-            self._send(self._pack())
+            self._send(self._packed())
             self._is_due = self._scanner is not None and self._scanner.is_waiting
             if self._inhibited.when_ns is not None:
                 return
@@ -199,14 +205,14 @@ class Tpdo(Service):
         self._syncs += 1
         if self._syncs >= self._type:
             self._syncs = 0
-            self._send(self._pack())
+            self._send(self._packed())
 
     def _on_sync_rtr(self, counter: int | None) -> None:
-        self._sample = self._pack()
+        self._sample = self._packed()
 
     def _on_frame(self, frame: CanFrame) -> None:
         if frame.is_remote and self._is_active:
-            self._send(self._pack() if self._sample is None else self._sample)
+            self._send(self._packed() if self._sample is None else self._sample)
 
     def _send(self, data: bytes) -> None:
         self._is_due = False

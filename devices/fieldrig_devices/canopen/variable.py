@@ -9,7 +9,7 @@ from collections.abc import Callable
 from enum import Enum
 
 from fieldrig_devices.canopen.abort import Abort, Code
-from fieldrig_devices.canopen.datatypes import DataType, Value
+from fieldrig_devices.canopen.datatypes import DOMAIN, DataType, Value
 
 MAX_SIZE = 1 << 20
 """Bytes that a variable without a size of its own can hold."""
@@ -56,6 +56,7 @@ class Variable:
         "index",
         "is_command",
         "is_mappable",
+        "live",
         "low",
         "name",
         "reader",
@@ -91,6 +92,8 @@ class Variable:
         """Takes what the network writes, within limits, in place of `set`; may raise Abort."""
         self.reader: Callable[[], bytes] | None = None
         """Gives what the network reads in place of `data`; may raise Abort."""
+        self.live: Callable[[], bytes] | None = None
+        """Gives the present bytes while the machine moves the value on; `data` is what was sampled last."""
         self.watchers: list[Callable[[], None]] = []
         """Called after each change."""
         self.events: list[Callable[[], None]] = []
@@ -118,6 +121,17 @@ class Variable:
     @property
     def value(self) -> Value:
         return self.type.decode(self.data)
+
+    @property
+    def present(self) -> Value:
+        """The value at this instant, which the network would read; `value` may be an older sample."""
+        read = self.live or self.reader
+        if read is None or self.type is DOMAIN:  # a domain is a stream, and for people too long
+            return self.value
+        try:
+            return self.type.decode(read())
+        except Abort:  # the network gets no value at present
+            return self.value
 
     @property
     def number(self) -> int:
@@ -157,7 +171,13 @@ class Variable:
         """By the network."""
         if not self.access.is_readable:
             raise Abort(Code.WRITE_ONLY)
-        return self.data if self.reader is None else self.reader()
+        read = self.live or self.reader
+        return self.data if read is None else read()
+
+    def sample(self) -> None:
+        """Bring `data` to the present, if the machine moves it on."""
+        if self.live is not None:
+            self.set(self.live())
 
     def check_writable(self, size: int | None) -> None:
         """Abort if the network may not write here, or not `size` bytes (None: not known yet)."""

@@ -123,9 +123,7 @@ class SmEncoder(Device):
 
     def _turning(self, now_ns: int) -> Turning:
         shaft, per_turn = self._shaft, PER_TURN[self._shaft.unit]
-        if isinstance(shaft, Motion):
-            return Turning(shaft.at(now_ns) / per_turn, shaft.speed_at(now_ns) / per_turn)
-        return Turning(shaft.value / per_turn)
+        return Turning(shaft.at(now_ns) / per_turn, shaft.speed_at(now_ns) / per_turn)
 
     def _signals(self) -> Signals:
         return signals(self._turning(self._clock.now_ns()).turns)

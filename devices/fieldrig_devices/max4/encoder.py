@@ -6,7 +6,7 @@ put somewhere, or runs with a velocity.  A master encoder counts a wire.  Their 
 
 from fieldrig.clock import Clock, S
 from fieldrig.device import Value
-from fieldrig_bus.wires import Motion, Signal
+from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.tree import Kind, Object, Parameter, Type
 
 
@@ -37,18 +37,18 @@ class MasterEncoder:
         self.object = one
         self.position = 0.0
         self.velocity = 0.0
+        """What the real-time process sampled last; the parameters are where the encoder is when they are read."""
         self._signal: Signal | None = None
         general = one.group("General")
-        general.add(Parameter("Position", Type.LREAL, read=lambda: self.position))
-        general.add(Parameter("Velocity", Type.LREAL, read=lambda: self.velocity))
+        general.add(Parameter("Position", Type.LREAL, read=lambda: self._present()[0]))
+        general.add(Parameter("Velocity", Type.LREAL, read=lambda: self._present()[1]))
 
     def take(self, signal: Signal) -> None:
         self._signal = signal
 
     def step(self) -> None:
-        signal = self._signal
-        if isinstance(signal, Motion):
-            now_ns = self._clock.now_ns()
-            self.position, self.velocity = signal.at(now_ns), signal.speed_at(now_ns)
-        elif signal is not None:
-            self.position, self.velocity = float(signal.value), 0.0
+        self.position, self.velocity = self._present()
+
+    def _present(self) -> tuple[float, float]:
+        signal, now_ns = self._signal, self._clock.now_ns()
+        return (0.0, 0.0) if signal is None else (float(signal.at(now_ns)), signal.speed_at(now_ns))

@@ -9,11 +9,14 @@ Dry friction and brake take from the motion what they can within a step, and hol
 cogging, the ripple of the current, and the voltage limit at high speed.
 """
 
+from copy import copy
 from enum import Enum
 from math import tau
-from typing import Final
+from typing import Final, NamedTuple
 
+from fieldrig.clock import S
 from fieldrig_devices.mc4.folded import (
+    INNER_NS,
     INNER_S,
     Arrangement,
     Following,
@@ -46,6 +49,21 @@ class Mode(Enum):
     POSITION = 1
     SPEED = 2
     TORQUE = 3
+
+
+class Moment(NamedTuple):
+    """An axis at one instant."""
+
+    position: float
+    """Increments."""
+    speed: float
+    """The speed of the motor in rad/s."""
+    torque: float
+    """The torque of the motor in N m."""
+    error: float
+    """The following error in rad."""
+    twist: float
+    """The angle in rad by which the load lags behind the motor."""
 
 
 class Axis:
@@ -221,6 +239,33 @@ class Axis:
         if abs(self.e) > FAR_RAD and self._mode is not Mode.POSITION:
             self.hold_here()
 
+    def ahead(self, later_ns: int) -> Moment:
+        """The axis `later_ns` after its last step, in the middle of a cycle too; the axis itself stays where it is."""
+        if self.is_at_rest or later_ns <= 0:
+            return Moment(self.position, self.v, self.t, self.e, self.twist)
+        one = copy(self)
+        return one._gone(later_ns)
+
+    def _gone(self, later_ns: int) -> Moment:
+        steps, rest_ns = divmod(later_ns, INNER_NS)
+        set_speed, way = 0.0, 0.0
+        if self._mode is Mode.POSITION:
+            count = min(steps, self._cycle_steps)
+            cycle_speed = self.way * RAD / self._seconds
+            self._steps(count, self._gains, cycle_speed)
+            self._steps(steps - count, self._gains, 0.0)
+            set_speed = cycle_speed if steps < self._cycle_steps else 0.0
+            way = cycle_speed * count * INNER_S
+        elif self._mode is Mode.FREE and self._plant.elastic is None:
+            self._roll(later_ns / S)
+            rest_ns = 0
+        else:
+            self.go(steps)
+        rest_s = rest_ns / S
+        way += set_speed * rest_s
+        self.e += (set_speed - self.v) * rest_s
+        return Moment(self.position + way * INCREMENTS, self.v, self.t, self.e, self.twist)
+
     def _roll(self, seconds: float) -> None:
         """Free of torque."""
         before = State(0.0, self.v, self.t)
@@ -344,6 +389,15 @@ class IdealAxis(Axis):
 
     def cycle(self) -> None:
         self.go(self._cycle_steps)
+
+    def ahead(self, later_ns: int) -> Moment:
+        seconds = later_ns / S
+        if self._mode is Mode.POSITION:
+            speed = self.way * RAD / self._seconds
+            way = self.way * min(seconds / self._seconds, 1.0)
+            return Moment(self.position + way, speed, self.t, self.e, self.twist)
+        speed = self._wish if self._mode is Mode.SPEED else 0.0
+        return Moment(self.position + speed * seconds * INCREMENTS, speed, self.t, self.e, self.twist)
 
     def go(self, steps: int) -> None:
         seconds = steps * INNER_S

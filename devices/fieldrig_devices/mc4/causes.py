@@ -49,6 +49,8 @@ def measured(thermal: Thermal, dc: DcCircuit, load_limit: float, *, has_torque: 
         causes |= _BIT[Code.OVERLOAD]
     if dc.is_over:
         causes |= _BIT[Code.OVERVOLTAGE]
+    if not dc.is_mains_on and has_torque:
+        causes |= _BIT[Code.MAINS_PHASE]
     if dc.is_under and has_torque:
         causes |= _BIT[Code.UNDERVOLTAGE]
     return causes

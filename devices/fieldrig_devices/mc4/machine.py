@@ -6,11 +6,12 @@ the axis go on, and calls `look` when something may have changed.  Slow things a
 """
 
 from collections.abc import Callable
+from copy import copy
 from typing import Final, Protocol
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.mc4 import idns, tuning
-from fieldrig_devices.mc4.axis import INCREMENTS, Axis, IdealAxis, Mode
+from fieldrig_devices.mc4.axis import INCREMENTS, Axis, IdealAxis, Mode, Moment
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
@@ -221,6 +222,47 @@ class Machine:
         """Where the shaft is; the encoder may be offset."""
         return self.axis.position + self.shaft_offset
 
+    @property
+    def present(self) -> Moment:
+        """The axis at this instant.  Nothing is moved, so that reading doesn't change what follows."""
+        return self.axis.ahead(self._clock.now_ns() - self.at_ns)
+
+    @property
+    def present_shaft(self) -> Moment:
+        """The same, with the position of the shaft; the encoder may be offset."""
+        present = self.present
+        return present._replace(position=present.position + self.shaft_offset)
+
+    @property
+    def present_dc(self) -> DcCircuit:
+        """The DC circuit at this instant, as a copy."""
+        dc, (seconds, _, work) = copy(self.dc), self._since_slow
+        if not self.settings.simulated:
+            dc.go(seconds, work)
+        return dc
+
+    @property
+    def present_thermal(self) -> Thermal:
+        """The temperatures and loads at this instant, as a copy."""
+        thermal, (seconds, heat, _) = copy(self.thermal), self._since_slow
+        if not self.settings.simulated:
+            thermal.go(seconds, heat)
+        return thermal
+
+    @property
+    def _since_slow(self) -> tuple[float, float, float]:
+        """Seconds since `look_at_slow_things`, and what `Axis.take` would give of them."""
+        heat, work = copy(self.axis).take((self.at_ns - self._slow_ns) / 1e9)
+        return (self._clock.now_ns() - self._slow_ns) / 1e9, heat, work
+
+    def switch_mains(self, is_on: bool) -> None:
+        """Connect all phases of this drive's supply, or none."""
+        self.catch_up()
+        self.look_at_slow_things()
+        self.dc.is_mains_on = is_on
+        self._check_causes()
+        self.look()
+
     def shaft_at(self, now_ns: int) -> float:
         """The same, between two steps too."""
         self.catch_up()
@@ -381,7 +423,8 @@ class Machine:
 
     @property
     def can_start(self) -> bool:
-        is_powered = self.dc.is_charged and not self._is_dc_dead
+        """Manual 10.1: no error message, DC circuit charged, all phases connected; and the motor is known."""
+        is_powered = self.dc.is_charged and self.dc.is_mains_on and not self._is_dc_dead
         return self.motor is not None and not self._readings and is_powered and not self.diagnosis.has_error
 
     def look_at_slow_things(self) -> bool:

@@ -64,17 +64,18 @@ def _state_points(
 
 def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
     def current() -> float:
-        return machine.axis.t / machine.true_motor.torque_constant_nm_per_a
+        return machine.present.torque / machine.true_motor.torque_constant_nm_per_a
 
     def load_position() -> float:
-        return (machine.shaft_increments * RAD - machine.axis.twist) / gear
+        shaft = machine.present_shaft
+        return (shaft.position * RAD - shaft.twist) / gear
 
     return {
-        "position": Point(lambda: round(machine.axis.position), None, "incr", "1 000 000 a turn of the motor"),
-        "speed": Point(lambda: machine.axis.v * RPM, None, "1/min", "of the motor"),
-        "torque": Point(lambda: machine.axis.t, None, "N m", "of the motor"),
+        "position": Point(lambda: round(machine.present.position), None, "incr", "1 000 000 a turn of the motor"),
+        "speed": Point(lambda: machine.present.speed * RPM, None, "1/min", "of the motor"),
+        "torque": Point(lambda: machine.present.torque, None, "N m", "of the motor"),
         "current": Point(current, None, "A"),
-        "following_error": Point(lambda: round(machine.axis.e * INCREMENTS), None, "incr"),
+        "following_error": Point(lambda: round(machine.present.error * INCREMENTS), None, "incr"),
         "load_position": Point(load_position, None, "rad"),
         "load_torque": Point(
             lambda: machine.load_nm,
@@ -89,7 +90,7 @@ def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
 
 def _power_points(machine: Machine) -> dict[str, Point]:
     def set_mains(value: Value) -> None:
-        machine.dc.is_mains_on = _truth(value)
+        machine.switch_mains(_truth(value))
 
     def set_ambient(value: Value) -> None:
         right = "a temperature from -273 to 10000 degC"
@@ -100,12 +101,12 @@ def _power_points(machine: Machine) -> dict[str, Point]:
 
     return {
         "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "of this drive"),
-        "dc_bus": Point(lambda: machine.dc.volt, None, "V", "DC circuit"),
-        "motor_temperature": Point(lambda: machine.thermal.motor_c, None, "degC", "of the winding"),
-        "casing_temperature": Point(lambda: machine.thermal.casing_c, None, "degC", "of the motor"),
-        "amplifier_temperature": Point(lambda: machine.thermal.amplifier_c, None, "degC"),
+        "dc_bus": Point(lambda: machine.present_dc.volt, None, "V", "DC circuit"),
+        "motor_temperature": Point(lambda: machine.present_thermal.motor_c, None, "degC", "of the winding"),
+        "casing_temperature": Point(lambda: machine.present_thermal.casing_c, None, "degC", "of the motor"),
+        "amplifier_temperature": Point(lambda: machine.present_thermal.amplifier_c, None, "degC"),
         "ambient": Point(lambda: machine.thermal.ambient_c, set_ambient, "degC"),
-        "overload": Point(lambda: machine.thermal.overload * 100, None, "%", "100 switches off"),
+        "overload": Point(lambda: machine.present_thermal.overload * 100, None, "%", "100 switches off"),
     }
 
 

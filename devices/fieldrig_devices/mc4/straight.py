@@ -57,11 +57,13 @@ def straight(arrangement: Arrangement, numbers: Numbers, frame: Frame, *, is_tol
         "machine.at_ns = at_ns",
         "slave.values = values",
         "slave.heard += 1",
+        "watchdog.due_ns = now_ns + window_ns",
         f"return head + {numbers.packed} + standing",
     ]
     text = [
         "def lay(axis, machine, slave, read, control, until_ns, most_error, head, standing, course):",
         *(["    told, tolerance, gear_ratio, offset = course"] if is_told else []),
+        "    watchdog, window_ns = slave.watchdog, slave.window_ns",
         *(["    told_at, told_speed, told_ns = told.value, told.speed, told.time_ns"] if is_told else []),
         "    def straight(now_ns, data, start):",
         *("        " + line for line in lines),

@@ -3,7 +3,7 @@
 from typing import Final
 
 from fieldrig.clock import S
-from fieldrig_bus.wires import Motion, Signal
+from fieldrig_bus.wires import Signal
 
 FASTEST_M_PER_S: Final = 1e3  # whatever a wire says
 _SHORTEST_S: Final = 0.001  # so that a step of counts, which takes no time, is seen
@@ -25,21 +25,19 @@ class LineFeed:
             self._taken_counts = _within(float(signal.value), _MOST_COUNTS)
 
     def speed(self, now_ns: int) -> float:
-        """m/s; an encoder that is no `Motion` has none."""
+        """The speed in m/s; 0 for an encoder that is told step by step."""
         signal = self._signal
         if signal is None:
             return 0.0
         if self._m_per_count is None:
             return _within(_value(signal, now_ns), FASTEST_M_PER_S)
-        if not isinstance(signal, Motion):
-            return 0.0
         return _within(signal.speed_at(now_ns) * self._m_per_count, FASTEST_M_PER_S)
 
     def is_still(self, now_ns: int) -> bool:
         signal = self._signal
         if signal is None:
             return True
-        if isinstance(signal, Motion) and (signal.acceleration or signal.speed):
+        if signal.is_moving:
             return False
         return _value(signal, now_ns) == (0.0 if self._m_per_count is None else self._taken_counts)
 
@@ -59,7 +57,7 @@ class LineFeed:
 
 
 def _value(signal: Signal, now_ns: int) -> float:
-    return _within(signal.at(now_ns) if isinstance(signal, Motion) else float(signal.value), _MOST_COUNTS)
+    return _within(float(signal.at(now_ns)), _MOST_COUNTS)
 
 
 def _within(value: float, limit: float) -> float:

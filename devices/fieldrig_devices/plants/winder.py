@@ -8,6 +8,7 @@ Left out: the rollers between roll and line, lag and limits of the drive, the wa
 """
 
 from collections.abc import Mapping
+from copy import copy
 from math import ceil, floor, isfinite
 
 from fieldrig.clock import US, Clock, S, Timer
@@ -52,29 +53,43 @@ class Winder(Device):
         self._go_on()
 
     def points(self) -> Mapping[str, Point]:
-        model, settings = self._model, self._settings
+        settings, now, tension = self._settings, self._now, self._tension_now
+        cell, dancer = settings.load_cell, settings.dancer
         points = {
-            "tension": Point(lambda: self._tension, None, "N", "of the web"),
-            "radius": Point(lambda: model.radius_m, self._write_radius, "m", "of the roll; write to mount another"),
-            "length": Point(lambda: settings.length_m(model.radius_m), None, "m", "of the web on the roll"),
-            "position": Point(lambda: model.angle, None, "rad", "of the roll; forward with the line"),
-            "speed": Point(lambda: model.speed, None, "rad/s", "of the roll"),
-            "inertia": Point(lambda: model.inertia, None, "kg m2", "of the roll"),
-            "encoder": Point(lambda: floor(model.angle * settings.counts_per_rad), None, "count"),
+            "tension": Point(tension, None, "N", "of the web"),
+            "radius": Point(lambda: now().radius_m, self._write_radius, "m", "of the roll; write to mount another"),
+            "length": Point(lambda: settings.length_m(now().radius_m), None, "m", "of the web on the roll"),
+            "position": Point(lambda: now().angle, None, "rad", "of the roll; forward with the line"),
+            "speed": Point(lambda: now().speed, None, "rad/s", "of the roll"),
+            "inertia": Point(lambda: now().inertia, None, "kg m2", "of the roll"),
+            "encoder": Point(lambda: floor(now().angle * settings.counts_per_rad), None, "count"),
             "line_speed": Point(lambda: self._line.speed(self._clock.now_ns()), None, "m/s"),
             "reference": Point(lambda: self._volt, None, "V", "to the drive"),
             "torque": Point(lambda: sum(self._drive()), None, "N m", "of the drive, that pulls the web tight"),
-            "slack": Point(lambda: max(0.0, -model.stretch_m), None, "m", "of web that hangs loose"),
+            "slack": Point(lambda: max(0.0, -now().stretch_m), None, "m", "of web that hangs loose"),
             "break_web": Point(
-                lambda: model.is_broken, self._write_break, "", "true tears it, false threads a new one"
+                lambda: now().is_broken, self._write_break, "", "true tears it, false threads a new one"
             ),
         }
-        if settings.load_cell is not None:
-            points["load_cell"] = Point(lambda: self._told[self._cell_wire], None, "V")
-        if settings.dancer is not None:
-            points["dancer"] = Point(lambda: model.dancer_m, None, "m", "position; 0 is the shortest loop")
-            points["dancer_force"] = Point(lambda: model.dancer_force_n, self._write_force, "N", "draws the loop out")
+        if cell is not None:
+            points["load_cell"] = Point(lambda: cell.volt(tension()), None, "V")
+        if dancer is not None:
+            points["dancer"] = Point(lambda: now().dancer_m, None, "m", "position; 0 is the shortest loop")
+            points["dancer_force"] = Point(lambda: now().dancer_force_n, self._write_force, "N", "draws the loop out")
         return points
+
+    def _now(self) -> WinderModel:
+        """The roll and its web at this instant; between two steps a copy that is ahead of the model."""
+        now_ns = self._clock.now_ns()
+        if now_ns <= self._looked_ns or self._timer is None:
+            return self._model
+        ahead = copy(self._model)
+        self._step(ahead, (now_ns - self._looked_ns) / S, copy(self._line).passed_m(now_ns))
+        self._break_if_torn(ahead, ahead.tension(self._line.speed(now_ns)))
+        return ahead
+
+    def _tension_now(self) -> float:
+        return self._now().tension(self._line.speed(self._clock.now_ns()))
 
     def _on_signal(self, signal: Signal) -> None:
         if not isfinite(signal.value):
@@ -128,18 +143,27 @@ class Winder(Device):
         self._looked_ns = now_ns
         if self._timer is None:
             return
+        self._step(self._model, seconds, passed_m)
+
+    def _step(self, model: WinderModel, seconds: float, passed_m: float) -> None:
         torque, held = self._drive()
         steps = ceil(seconds * S / self._step_ns)  # more than one only where this process stood still
         for _ in range(min(steps, MOST_STEPS)):
-            self._model.step(seconds / steps, torque, held + self._settings.coulomb_nm, passed_m / steps)
+            model.step(seconds / steps, torque, held + self._settings.coulomb_nm, passed_m / steps)
+
+    def _break_if_torn(self, model: WinderModel, tension: float) -> bool:
+        """True if the web could not hold this tension."""
+        breaking_n = self._settings.breaking_tension_n
+        is_torn = breaking_n is not None and tension > breaking_n
+        if is_torn:
+            model.break_web()
+        return is_torn
 
     def _look_at_model(self) -> None:
         """What a step leaves behind, and whether anything goes on."""
-        model, breaking_n = self._model, self._settings.breaking_tension_n
-        line_speed = self._line.speed(self._looked_ns)
-        self._tension = model.tension(line_speed)
-        if breaking_n is not None and self._tension > breaking_n:
-            model.break_web()
+        model = self._model
+        self._tension = model.tension(self._line.speed(self._looked_ns))
+        if self._break_if_torn(model, self._tension):
             self._tension = 0.0
         torque, held = self._drive()
         self._acceleration = model.acceleration(self._tension, torque, held + self._settings.coulomb_nm)

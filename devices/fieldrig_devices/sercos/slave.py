@@ -4,14 +4,15 @@ Source: IEC 61491 by its public facts.  CP0: the ring is closed by MSTs alone.  
 CP2: parameters over the service channel.  CP3: telegrams have their final form, with values that don't count yet.  CP4:
 operation.  A phase may only be left for the next one, or for CP0; into CP3 and CP4 only after the commands S-0-0127 and
 S-0-0128 have found everything right.  Two MSTs or two MDTs missing in a row bring the drive back to CP0 with a class 1
-diagnostic.  Left out: phase 5 (firmware download), and multiplexed data.
+diagnostic.  In CP3 and CP4 the drive times the MSTs itself, so it notices a master that has fallen silent.
+Left out: phase 5 (firmware download), and multiplexed data.
 """
 
 from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
 
-from fieldrig.clock import US, Clock, Timer
+from fieldrig.clock import NEVER_NS, US, Clock
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage, Straight
 from fieldrig_devices.sercos import words
@@ -25,8 +26,8 @@ MOST_MISSED: Final = 2
 """Telegrams in a row that end CP3 and CP4."""
 MOST_MISSED_EARLY: Final = 10
 """In CP1 and CP2; our choice."""
-WATCH_CYCLES: Final = 8
-"""How often a drive looks whether cycles still come at all."""
+TOLERANCE_SHARE: Final = 2
+"""The MST of a cycle is missing when it is half a cycle late."""
 
 RUNNING_MST: Final = bytes((BROADCAST, 4))
 """Of CP4."""
@@ -76,9 +77,10 @@ class StandIn(Protocol):
 class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
-        "_heard_before", "_is_checked", "_is_fast", "_leave", "_lend", "_mdt_length", "_missed_mdts", "_missed_msts",
-        "_offset", "_patience_ns", "_service", "_status", "_straight", "_waits_for_0", "_watch", "address", "failures",
+        "_forgiven", "_is_checked", "_is_fast", "_leave", "_lend", "_mdt_length", "_missed_mdts", "_missed_msts",
+        "_offset", "_patience_ns", "_service", "_status", "_straight", "_waits_for_0", "address", "failures",
         "heard", "layout", "phase", "places", "stand_in", "table", "then", "values", "values_of",
+        "watchdog", "window_ns",
     )  # fmt: skip
 
     def __init__(
@@ -116,8 +118,11 @@ class SercosSlave:
         self._at_head = b""
         self.heard = 0
         """Cycles."""
-        self._heard_before = -1
-        self._watch: Timer | None = None
+        self._forgiven = -1
+        """`heard` when this process was late and waited for what may have come meanwhile."""
+        self.watchdog = clock.watch(self._on_silence)
+        """Due when two MSTs are missing; every MST that comes puts it off by `window_ns`."""
+        self.window_ns = NEVER_NS
         self.stand_in: StandIn | None = None
         """Takes the cycles of CP4 in its place."""
         self._straight: Straight | None = None
@@ -150,6 +155,7 @@ class SercosSlave:
             at = self.stand_in.take(message)
             if at is not None:
                 self.heard += 1
+                self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
                 self._leave(at)
                 return
         if self._straight is not None:
@@ -163,6 +169,7 @@ class SercosSlave:
             self._on_cycle(message)
             return
         self.heard += 1
+        self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
         self.values = values = self.values_of(mdt, self._offset)
         control = values[0]
         if (control ^ self._control_seen) & CONTROL_MASK:
@@ -179,7 +186,8 @@ class SercosSlave:
     def go_straight(self, straight: Straight | None) -> None:
         """In CP4, from now on, until a cycle that it gives no AT for or until None.
 
-        It sees to all that `_on_message` does, and to `values` and `heard`; the head of its AT is that of the last one.
+        It sees to all that `_on_message` does, and to `values`, `heard` and `watchdog`; the head of its AT is that of
+        the last one.
         """
         if straight is not self._straight:
             self._straight = straight
@@ -194,6 +202,7 @@ class SercosSlave:
         self.heard += 1
         if cycle.mst:
             self._missed_msts = 0
+            self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
             self._on_phase_told(cycle.mst[1] & 7 if len(cycle.mst) > 1 else 0)
         else:
             self._miss_mst()
@@ -273,18 +282,17 @@ class SercosSlave:
         if was_in_use or failure > words.MDT_FAILED:
             self._application.on_ring_failure()
 
-    def _look(self) -> None:
-        """A master that is gone sends nothing, and then no chip reports anything."""
-        if self.phase < 3:
-            self._watch = None
-            return
-        if self.heard == self._heard_before:
-            self._fail(words.MST_FAILED | words.MDT_FAILED)
-            self._watch = None
+    def _on_silence(self) -> None:
+        """A master that is gone sends nothing, and then no chip reports anything.
+
+        A process that comes late to this may have cycles waiting for it: it takes them first.
+        """
+        late_ns, cycle_ns = self._clock.late_ns(), self._data.cycle_us * US
+        if late_ns * TOLERANCE_SHARE > cycle_ns and self._forgiven != self.heard:
+            self._forgiven = self.heard
+            self.watchdog.due_ns = self._clock.now_ns() + late_ns + cycle_ns
         else:
-            self._heard_before = self.heard
-            watch_ns = WATCH_CYCLES * self._data.cycle_us * US + self._patience_ns
-            self._watch = self._clock.call_at(self._clock.now_ns() + watch_ns, self._look)
+            self._fail(words.MST_FAILED | words.MDT_FAILED)
 
     # ---- phases
 
@@ -311,6 +319,7 @@ class SercosSlave:
         self._is_fast = False
         self.go_straight(None)
         self._missed_mdts = 0
+        self._watch(phase >= 3)
         if phase <= 1:
             self._service.reset()
             for command in self._commands:
@@ -320,10 +329,13 @@ class SercosSlave:
         elif phase == 3:
             self._data.clear_counters()
             self._lay_out()
-            self._heard_before = -1
-            if self._watch is None:
-                self._look()
         self._application.on_phase(phase)
+
+    def _watch(self, is_on: bool) -> None:
+        cycle_ns = self._data.cycle_us * US
+        silence_ns = MOST_MISSED * cycle_ns + cycle_ns // TOLERANCE_SHARE + self._patience_ns
+        self.window_ns = silence_ns if is_on else NEVER_NS
+        self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
 
     def _lay_out(self) -> None:
         self.layout = layout = self._data.layout()

@@ -1,13 +1,20 @@
 """Whole drives on a ring with a master: enabling, moving, stopping, as the controller and the wires see it."""
 
-from math import isfinite, tau
+from itertools import pairwise
+from math import exp, isfinite, tau
 
 import pytest
+from device_of import device_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mc4_bench import BRAKE_PLATE, ENABLED, PLAIN_PLATE, SMALL_PLATE, DriveBench
 
+from fieldrig.clock import MS, US
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.mc4 import idns
+from fieldrig_devices.mc4.axis import Axis, Mode
+from fieldrig_devices.mc4.drive import Mc4
+from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.idns import READ_PLATE, STANDSTILL_TORQUE
 
 BRAKED = {"motor": {"name_plate": BRAKE_PLATE}}
@@ -94,6 +101,104 @@ def test_no_torque_before_the_dc_circuit_is_charged() -> None:
     bench.rig.set("d1", "mains", True)
     bench.run(1_500)
     assert bench.states(1) == (3, 0x21)
+
+
+@pytest.mark.manual("PD-150")
+def test_no_torque_without_mains_though_the_dc_circuit_is_charged() -> None:
+    """For ten seconds after mains off the voltage would do."""
+    bench = DriveBench({}, {}).up()
+    bench.rig.set("d1", "mains", False)
+    bench.enable()
+    assert float(bench.rig.get("d1", "dc_bus")) > 0.95 * 400 * 2**0.5
+    assert (bench.states(1), bench.states(2)) == ((1, 0x10), (3, 0x21))
+    assert (bench.get("torque_on"), bench.get("brake"), bench.code()) == (False, False, 0)
+    bench.rig.set("d1", "mains", True)
+    bench.run(300)
+    assert bench.states(1) == (3, 0x21)
+
+
+@pytest.mark.manual("PD-150")
+@pytest.mark.parametrize("sort", ["phase", "undervoltage", "communication"])
+def test_no_torque_while_the_supply_has_an_error(sort: str) -> None:
+    bench = DriveBench({}).up()
+    number = bench.rig.add_fault("d1", {"what": "dc_bus", "sort": sort})
+    bench.enable()
+    assert bench.get("torque_on") is False
+    bench.rig.clear_fault("d1", number)
+    bench.run(300)
+    assert bench.get("torque_on") is False, "a message is pending"
+    assert bench.command(99)
+    bench.run(300)
+    assert bench.get("torque_on") is True
+
+
+@pytest.mark.manual("PD-150")
+def test_mains_that_fail_under_torque_are_a_missing_phase() -> None:
+    """Our reading: reaction B, so the drive stops with what the DC circuit still holds, and stays without torque."""
+    bench = DriveBench(LOADED).up().enable()
+    at_speed(bench, 100.0)
+    bench.rig.set("d1", "mains", False)
+    bench.run(8)
+    assert (bench.states(), bench.code(), bench.get("torque_on")) == ((4, 0x40), 2195, True)
+    bench.run(1_000)
+    assert (bench.states(), bench.get("speed"), bench.get("torque_on")) == ((5, 0x02), 0, False)
+    bench.rig.set("d1", "mains", True)
+    bench.follow(None)
+    assert bench.command(99)
+    bench.run(1_000)
+    assert bench.states() == (3, 0x21)
+
+
+def test_dc_voltage_and_temperatures_are_those_of_the_instant() -> None:
+    """Mains off at an instant: then volt = volt then * exp(-t / 110 s), at any instant, not in steps of 64 ms."""
+    bench = DriveBench({}).up()
+    bench.rig.set("d1", "mains", False)
+    begin_ns, full_v = bench.rig.now_ns, bench.get("dc_bus")
+    for ms in (1, 17, 40, 63, 64, 65, 100, 5_000):
+        bench.rig.run_until(begin_ns + ms * MS)
+        assert bench.get("dc_bus") == pytest.approx(full_v * exp(-ms / 1e3 / 110), rel=1e-12)
+    bench.rig.set("d1", "ambient", 40.0)
+    assert bench.get("amplifier_temperature") == pytest.approx(40.0, abs=0.1)
+
+
+def test_position_between_two_cycles_lies_on_the_way_of_the_set_positions() -> None:
+    bench = DriveBench({}).up().enable()
+    bench.follow(lambda cycle: 200 * cycle)
+    bench.run(500)
+    seen = [bench.get("position")]
+    begin_ns = bench.rig.now_ns
+    for us in range(100, 12_001, 100):
+        bench.rig.run_until(begin_ns + us * US)
+        seen.append(bench.get("position"))
+    assert {after - before for before, after in pairwise(seen)} <= {4, 5, 6}  # 200 in 4 ms
+    assert seen[-1] - seen[0] == pytest.approx(600, abs=1)
+
+
+@pytest.mark.parametrize("mode", [Mode.FREE, Mode.POSITION, Mode.SPEED, Mode.TORQUE])
+@pytest.mark.parametrize("is_simulated", [False, True], ids=["real", "ideal"])
+def test_looking_ahead_at_an_axis_is_where_it_goes(mode: Mode, is_simulated: bool) -> None:
+    bench = DriveBench({"simulated": True} if is_simulated else {"load": {"viscous_nm_s_per_rad": 0.002}})
+    axis: Axis = device_of(bench.rig, "d1", Mc4).machine.axis
+    axis.brake(False)
+    axis.control(mode)
+    axis.load(0.5)
+    if mode is Mode.POSITION:
+        axis.follow(axis.set_increments + 1_600)
+    else:
+        axis.wish(3.0)
+    for _ in range(3):
+        before = (axis.e, axis.v, axis.set_increments, axis.heat)
+        shown = [axis.ahead(steps * INNER_NS) for steps in range(17)]
+        assert (axis.e, axis.v, axis.set_increments, axis.heat) == before
+        between = axis.ahead(8 * INNER_NS + INNER_NS // 2)
+        low, high = sorted((shown[8].position, shown[9].position))
+        assert low - 1e-6 <= between.position <= high + 1e-6
+        axis.cycle()
+        assert shown[16].position == pytest.approx(axis.position, abs=0.5 if is_simulated else 1e-3)  # whole ones
+        assert shown[16].speed == pytest.approx(axis.v, rel=1e-9, abs=1e-9)
+        assert shown[16].error == pytest.approx(axis.e, abs=1e-9)
+        if mode is Mode.POSITION:
+            axis.follow(axis.set_increments + 1_600)
 
 
 @pytest.mark.manual("PD-151")
@@ -220,11 +325,12 @@ def test_overload_goes_back_to_where_it_came() -> None:
     bench = DriveBench(BRAKED).up().enable()
     at_speed(bench, 600.0)
     number = bench.rig.add_fault("d1", {"what": "overload"})
-    where = bench.get("position")
+    overload_position = bench.number(idns.OVERLOAD_POSITION)
+    assert abs(bench.get("position") - overload_position) <= 40_000  # what 600 1/min pass in a cycle
     seen = bench.trace(800, "mc4_state", "diag_code")
     assert [line[1:] for line in seen] == [(0x30, 3125), (0x32, 3125)]
     assert seen[1][0] < 800
-    assert abs(bench.get("position") - where) <= 2_000
+    assert abs(bench.get("position") - overload_position) <= 2_000
     assert bench.get("ready")
     bench.rig.clear_fault("d1", number)
     bench.follow(None)

@@ -10,6 +10,7 @@ from drive_line import CYCLE_NS, GEARED, TWISTING, Line, course
 from fieldrig.clock import MS, S
 from fieldrig_bus.ring.message import Cycle, Straight
 from fieldrig_bus.wires import Motion
+from fieldrig_devices.mc4 import seat
 from fieldrig_devices.mc4.axis import RAD
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.machine import SLOW_NS
@@ -229,3 +230,22 @@ def test_many_of_a_process_go_together_and_not_straight() -> None:
     line.swing(Random(1))
     line.run(10)
     assert (line.riding, line.straight) == (24, 0)
+
+
+@pytest.mark.parametrize("count", [1, seat.FEWEST], ids=["straight", "riding"])
+def test_silent_master_is_noticed_at_the_same_instant_either_way(count: int) -> None:
+    line = Line(count)
+    line.swing(Random(1))
+    line.rig.run_until(line.rig.now_ns + 20 * CYCLE_NS + CYCLE_NS * 9 // 10)
+    assert (line.straight, line.riding) == ((1, 0) if count == 1 else (0, count))
+    heard_ns = max(int(said.split()[1]) for said in line.said if said.startswith("ring") and "Cycle(" in said)
+    assert line.max4.bus is not None
+    line.max4.bus._drop_master()
+    for at_ns, phase in ((heard_ns + CYCLE_NS * 5 // 2 - 1, 4), (heard_ns + CYCLE_NS * 5 // 2, 0)):
+        line.rig.run_until(at_ns)
+        assert {phase_of(drive) for drive in line.drives} == {phase}
+
+
+def phase_of(drive: Mc4) -> int:
+    assert drive._side is not None
+    return drive._side.slave.phase

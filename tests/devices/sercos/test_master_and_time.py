@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from ring_bench import RingBench
 
-from fieldrig.clock import MS, Timer
+from fieldrig.clock import MS, Timer, Watchdog
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.ring.message import Mst, RingMessage
 from fieldrig_devices.sercos.master import MOST_SETTLING, SercosMaster
@@ -27,6 +27,9 @@ class StallingClock:
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
         self.timers.append(Timer(when_ns, action))
         return self.timers[-1]
+
+    def watch(self, action: Callable[[], None]) -> Watchdog:
+        return Watchdog(action)
 
     def fire(self, now_ns: int, late_ns: int = 0) -> None:
         self.now, self.late = now_ns, late_ns

@@ -7,7 +7,7 @@ import pytest
 from ring_bench import RingBench
 
 from fieldrig.clock import MS
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Element, ServiceError
 from fieldrig_devices.sercos.ring_drive import Event
@@ -234,12 +234,38 @@ def test_a_break_brings_all_drives_down_and_a_healed_ring_comes_up_again() -> No
     assert bench.run(UP_MS).master.phase == 4
 
 
-def test_a_master_that_is_gone_is_noticed_without_any_telegram() -> None:
-    bench = RingBench(3).up()
+@pytest.mark.parametrize("cycle_ms", [1, 2, 4])
+@pytest.mark.parametrize("phase", [3, 4])
+def test_a_silent_master_is_noticed_when_two_msts_are_missing(cycle_ms: int, phase: int) -> None:
+    """By the drive itself, for no chip reports anything: half a cycle after the second was due."""
+    bench = RingBench(3, cycle_ms=cycle_ms).up(phase, 3_000 + 0.9 * cycle_ms)
+    heard_ns = bench.trace[-1][0]
+    assert isinstance(bench.trace[-1][2], Cycle)
     bench.master.stop()
+    noticed_ns = heard_ns + cycle_ms * MS * 5 // 2
+    bench.rig.run_until(noticed_ns - 1)
+    assert (bench.drives[3].slave.phase, bench.drives[3].failures) == (phase, 0)
+    bench.rig.run_until(noticed_ns)
+    assert (bench.drives[3].slave.phase, bench.drives[3].failures) == (0, 1)
+    assert bench.drives[3].slave.failures == 0x0018  # S-0-0014: MST and MDT
     bench.run(100)
-    assert bench.drives[3].failures == 1
-    assert bench.drives[3].slave.phase == 0
+    assert bench.drives[3].failures == 1, "once"
+
+
+@pytest.mark.parametrize("late_ms", [1, 4, 7, 9])
+def test_a_master_that_is_late_by_less_is_not_missed(late_ms: int) -> None:
+    bench = RingBench(3).up(ms=3_003.6)
+    bench.master.stop()
+    bench.run(late_ms)
+    bench.controller.link("ring0").send(Mst(0, b"\xff\x04"))
+    bench.controller.link("ring0").send(Mdt(b""))
+    assert bench.run(2).drives[3].slave.phase == 4
+
+
+def test_no_master_is_missed_before_cp3() -> None:
+    bench = RingBench(3).up(2)
+    bench.master.stop()
+    assert bench.run(1_000).drives[3].slave.failures == 0
 
 
 def test_a_wrong_phase_is_refused() -> None:
