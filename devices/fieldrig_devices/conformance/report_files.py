@@ -12,7 +12,8 @@ STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
 table { border-collapse: collapse; width: 100% } th, td { text-align: left; padding: .3rem .6rem; vertical-align: top }
 tr { border-bottom: 1px solid #ddd } pre { font-size: 12px; background: #f6f6f6; padding: .5rem; overflow-x: auto }
-.passed { color: #186a3b } .warning { color: #9a6700 } .failed { color: #b03a2e; font-weight: 600 } .not-applicable { color: #777 }
+.passed { color: #186a3b } .warning { color: #9a6700 }
+.failed { color: #b03a2e; font-weight: 600 } .not-applicable { color: #777 }
 small { color: #777 } summary { cursor: pointer; color: #555 }
 """
 
@@ -53,7 +54,9 @@ def _junit_case(suite: Xml.Element, report: Report, result: Result) -> None:
     elif result.verdict is Verdict.NOT_APPLICABLE:
         Xml.SubElement(element, "skipped", message=result.reason)
     output = Xml.SubElement(element, "system-out")
-    output.text = "\n".join([case.requirement, case.clause, result.reason, *shown_frames(result), *result.notes, *result.remarks])
+    output.text = "\n".join(
+        [case.requirement, case.clause, result.reason, *shown_frames(result), *result.notes, *result.remarks]
+    )
 
 
 def to_html(report: Report) -> str:

@@ -65,13 +65,13 @@ class Sdo:
         self._send(self.request_id, request.ljust(8, b"\x00"))
 
     def drain(self) -> Steps[None]:
-        """If an answer is owed, wait for it, and drop it and whatever follows it at once."""
+        """If an answer is owed, wait for it, and drop it, and the abort of a transfer that it left open."""
         wait_ms = max(self.within_ms, self._patience.first_ms)
         while self._is_owed:
             frame = yield from self._expect(self.response_id, wait_ms)
             self._is_owed = frame is not None
             if frame is not None:
-                before_ms, wait_ms = self.within_ms, self._patience.usual_ms
+                before_ms = self.within_ms
                 took_ms = self._note_time()
                 self.late.append(
                     f"an answer came {took_ms:.0f} ms after its request and was dropped; the time-out was"

@@ -41,8 +41,7 @@ def refused_with(monkeypatch: pytest.MonkeyPatch, code: int, *cases: str) -> lis
 def test_refusal_is_accepted_with_the_codes_that_the_log_allows_and_no_others(
     monkeypatch: pytest.MonkeyPatch, code: int
 ) -> None:
-    """SDO 28 and PDO 25 to 32 are refused with codes that the suite reads elsewhere too; those have cases of their own."""
-    cases = [name for name in ALLOWED if name not in ("SDO 28",)]
+    cases = [name for name in ALLOWED if name != "SDO 28"]
     assert refused_with(monkeypatch, code, *cases) == [name for name in cases if code not in ALLOWED[name]]
 
 
@@ -109,7 +108,7 @@ def test_error_register_of_an_event_that_is_over_may_be_zero(monkeypatch: pytest
 
 
 class RestoresAtResetNode(Fault):
-    """Defaults of 1011h:02h come with a reset of the node only, as the log has it: communication resets are swallowed."""
+    """Defaults of 1011h:02h come with a reset of the node only; resets of communication are swallowed."""
 
     def to_node(self, frame: CanFrame) -> Frames:
         if frame.identifier == 0 and frame.data[0] == 130:

@@ -28,7 +28,7 @@ START_VALUE, OVERFLOW = 3, 10
 
 CIA_SAYS = (
     "CiA's tool (CTT 3.0.3.10) says otherwise: it failed a node that sent its TPDO at the first SYNC and not at the"
-    " second, \"did not find PDO traffic, but should\"; CiA 301 7.2.2.2 asks for an event before each"
+    ' second, "did not find PDO traffic, but should"; CiA 301 7.2.2.2 asks for an event before each'
 )
 
 Mode = Callable[[Bench, Pdo], Steps[int]]
