@@ -9,6 +9,8 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
 
+from fieldrig.errors import Mistake
+
 
 class WrongKey(NamedTuple):
     """One mistake that settings found in themselves, and the keys that lead to it from where they stand."""
@@ -27,6 +29,13 @@ class Settings(BaseModel):
         """Of a bus: what can't be meant, now that it is known which devices of the rig file are linked to it.
 
         A bus that outsiders join under names of their own can't refuse a name that it doesn't know.
+        """
+        yield from ()
+
+    def doubts(self) -> Iterator[Mistake]:
+        """What is odd in the files that these settings name, though a rig can run with them.
+
+        `fieldrig check` prints it as warnings.
         """
         yield from ()
 

@@ -170,10 +170,12 @@ class _Drops(Fault):
 
 
 class WrongAbortCode(Fault):
-    cases = ("2.3", "2.5", "2.6", "2.7", "2.17")
+    """0606 0000h, a hardware error, whatever is refused."""
+
+    cases = ("2.3", "2.5", "2.6", "2.7", "2.17", "2.28", "3.23", "4.3")
 
     def from_node(self, frame: CanFrame) -> Frames:
-        yield sdo(frame.data[:4] + b"\x00\x00\x00\x08") if is_abort(frame) else frame
+        yield sdo(frame.data[:4] + b"\x00\x00\x06\x06") if is_abort(frame) else frame
 
 
 class TakesReadOnly(_Takes):

@@ -121,10 +121,10 @@ class CanFaceBench:
         node.nmt.state = "OPERATIONAL"
         self.run(10)
         for pdo in node.tpdo.values():
-            pdo.wait_for_reception = partial(self._wait_for, pdo)
+            pdo.wait_for_reception = partial(self.wait_for, pdo)
         return node
 
-    def _wait_for(self, pdo: Any, timeout: float = 10) -> float | None:
+    def wait_for(self, pdo: Any, timeout: float = 10) -> float | None:
         """As canopen's own, but time passes."""
         before = pdo.timestamp
         for _ in range(round(timeout * 1000)):

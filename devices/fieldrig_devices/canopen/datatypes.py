@@ -8,6 +8,7 @@ import struct
 from abc import ABC, abstractmethod
 
 Value = bool | int | float | str
+LAST_OF_LATIN_1 = 0xFF
 
 
 class DataType(ABC):
@@ -104,6 +105,30 @@ class Text(DataType):
         return data.decode(self._encoding, "replace")
 
 
+class VisibleString(Text):
+    """Latin-1, or UTF-8 where a text has characters that Latin-1 lacks: many makers keep texts as their editor did.
+
+    CiA 301 allows ASCII only.  Bytes that are UTF-8 for such a character are read as UTF-8, all others as Latin-1, so
+    that every sequence of bytes comes back from its text as it was.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, "utf-8")
+
+    def encode(self, value: Value) -> bytes:
+        try:
+            return value.encode("latin-1") if isinstance(value, str) else super().encode(value)
+        except UnicodeEncodeError:
+            return super().encode(value)
+
+    def decode(self, data: bytes) -> str:
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError:
+            return data.decode("latin-1")
+        return text if any(ord(character) > LAST_OF_LATIN_1 for character in text) else data.decode("latin-1")
+
+
 class Octets(DataType):
     """Bytes without a meaning of their own; for people in hex."""
 
@@ -128,7 +153,7 @@ DATA_TYPES: dict[int, DataType] = {
     0x06: Integer("UNSIGNED16", 16, False),
     0x07: Integer("UNSIGNED32", 32, False),
     0x08: Real("REAL32", "<f"),
-    0x09: Text("VISIBLE_STRING", "latin-1"),
+    0x09: VisibleString("VISIBLE_STRING"),
     0x0A: Octets("OCTET_STRING"),
     0x0B: Text("UNICODE_STRING", "utf-16-le"),
     0x0C: Integer("TIME_OF_DAY", 48, False),

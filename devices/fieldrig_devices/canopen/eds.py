@@ -1,85 +1,91 @@
-"""From an EDS or DCF file to the object dictionary of a node, with canopen's reader.
+"""From an EDS or DCF file to the object dictionary of a node.
 
-Source: CiA 306-1 4.6.  A DCF's ParameterValue goes before DefaultValue.  canopen's reader passes over what it
-can't make out; here that is an error of the configuration, with its section and what would be right.
+Source: CiA 306-1 4.6.  A DCF's ParameterValue goes before DefaultValue.  What can be read is read, whatever tool wrote
+it; what is odd is a finding, which the checks name; and a file is refused only for what leaves an object without a
+meaning: a data type that can't be told.
 """
 
-from collections.abc import Callable, Iterator
+import math
+import re
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
-
-from canopen.objectdictionary import ObjectDictionary, ODVariable
-from canopen.objectdictionary.eds import import_eds
+from typing import NamedTuple
 
 from fieldrig_devices.canopen import emcy, rpdo, standard, tpdo
-from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, Boolean, DataType, Integer, Octets, Real, Value
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, DataType, Integer, Real
 from fieldrig_devices.canopen.dictionary import Dictionary, Features
-from fieldrig_devices.canopen.eds_text import EdsError, EdsText, Section, name_section, parse_number
+from fieldrig_devices.canopen.eds_finding import Finding, error, refusal, warning
+from fieldrig_devices.canopen.eds_source import EdsSource, Section, has_node_id
+from fieldrig_devices.canopen.eds_text import Described, EdsError, EdsText
+from fieldrig_devices.canopen.eds_values import is_one, read_value
 from fieldrig_devices.canopen.variable import Access, Variable
 
-ACCESS = {access.value: access for access in Access} | {"r": Access.RO, "w": Access.WO, "constant": Access.CONST}
+ACCESS = {access.value: access for access in Access}
+OTHER_ACCESS = {
+    **dict.fromkeys(("r", "read", "readonly", "rd"), Access.RO),
+    **dict.fromkeys(("w", "write", "writeonly", "wr"), Access.WO),
+    **dict.fromkeys(("rw", "readwrite", "writeread"), Access.RW),
+    "constant": Access.CONST,
+}
+"""By their letters alone."""
 MAPPINGS = (*range(rpdo.MAPPING, rpdo.MAPPING + 512), *range(tpdo.MAPPING, tpdo.MAPPING + 512))
-PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
-FIRST_OBJECT = 0x1000
 UNSIGNED32 = DATA_TYPES[0x07]
 FIRST_SERVER = {(0x1200, 1): 0x600, (0x1200, 2): 0x580}
 """COB-IDs without the node-ID, which they always follow (CiA 301 7.5.2.33), whatever node the file was written for."""
-"""Below are data types; the ones among the variables are dummies."""
+LAST_OF_STANDARD = 0x1B
+"""Data types above are a maker's own."""
+CHECKED_AS = 127
+"""The node-ID with which a file is checked."""
 
 
 def load(path: Path, node_id: int) -> Dictionary:
-    """The dictionary of node `node_id` as the file describes it.  EdsError names everything that is wrong."""
+    """The dictionary of node `node_id` as the file describes it.  EdsError names everything that stands in the way."""
     description = _describe(path, node_id, path.stat().st_mtime_ns)
+    refused = [one for one in description.findings if one.is_refused]
+    if refused:
+        raise EdsError(path, refused)
     return Dictionary(
         (variable.fresh() for variable in description.variables), description.dummies, description.features
     )
+
+
+def oddities(path: Path) -> list[Finding]:
+    """What is odd or wrong in the file for its reader.  OSError if there is no such file."""
+    return _describe(path, CHECKED_AS, path.stat().st_mtime_ns).findings
 
 
 class _Description(NamedTuple):
     variables: list[Variable]
     dummies: dict[int, int]
     features: Features
+    findings: list[Finding]
 
 
 @lru_cache(maxsize=32)
 def _describe(path: Path, node_id: int, mtime_ns: int) -> _Description:
     """Read once for all that ask: the check of the settings, the device, its tools."""
-    text = EdsText(path)
-    if text.problems:
-        raise EdsError(path, text.problems)
-    parsed = PARSE(text.canonical(), node_id)
+    text = EdsText(EdsSource(path))
     builder = _Builder(text, node_id)
-    variables = [builder.build(one) for one in _variables(parsed)]
-    problems = builder.problems or list(standard.problems(variables))
-    if problems:
-        raise EdsError(path, problems)
-    dummies = {index: _bits(DATA_TYPES[index]) for index in parsed.indices if index in DATA_TYPES}
-    return _Description(variables, dummies, _features(text.device_info))
+    described = list(text.variables())
+    highest = {one.object: one.sub for one in described if one.sub < standard.STRUCTURE}
+    variables = [builder.build(one, highest.get(one.object, 0)) for one in described]
+    dummies = {
+        number: DATA_TYPES[number].bits or 0 for number in range(1, 8) if is_one(text.dummies.get(f"Dummy{number:04d}"))
+    }
+    findings = list(dict.fromkeys([*text.findings, *builder.findings]))
+    return _Description(variables, dummies, _features(text.device_info), findings)
 
 
 def _features(device_info: Section) -> Features:
-    """Of keys in lower case; a rate is in kbit/s."""
-
-    def is_on(key: str) -> bool:
-        try:
-            return parse_number(device_info.get(key, "0")) != 0
-        except ValueError:
-            return False
-
-    rates = tuple(rate for rate in (10, 20, 50, 125, 250, 500, 800, 1000) if is_on(f"baudrate_{rate}"))
-    return Features(is_on("lss_supported"), is_on("groupmessaging"), tuple(rate * 1000 for rate in rates))
-
-
-def _variables(parsed: ObjectDictionary) -> Iterator[ODVariable]:
-    for index in sorted(parsed.indices):
-        found = parsed.indices[index]
-        if index >= FIRST_OBJECT:
-            yield from [found] if isinstance(found, ODVariable) else found.subindices.values()
-
-
-def _bits(data_type: DataType) -> int:
-    return data_type.bits or 0
+    """A rate is in kbit/s."""
+    rates = tuple(
+        rate for rate in (10, 20, 50, 125, 250, 500, 800, 1000) if is_one(device_info.get(f"BaudRate_{rate}"))
+    )
+    return Features(
+        is_one(device_info.get("LSS_Supported")),
+        is_one(device_info.get("GroupMessaging")),
+        tuple(rate * 1000 for rate in rates),
+    )
 
 
 Limits = tuple[float | None, float | None]
@@ -87,124 +93,139 @@ Limits = tuple[float | None, float | None]
 
 
 class _Builder:
-    """Makes our variables from canopen's, and remembers what was wrong."""
+    """Makes variables from their descriptions, and remembers what was odd."""
 
     def __init__(self, text: EdsText, node_id: int) -> None:
         self._text, self._node_id = text, node_id
-        self.problems: list[str] = []
+        self.findings: list[Finding] = []
 
-    def build(self, source: ODVariable) -> Variable:
-        where, section = self._section(source)
-        data_type = DATA_TYPES.get(source.data_type or 0)
-        if data_type is None:
-            wrong = f"{section['DataType']}: no data type; right would be, for example, 0x0005 (UNSIGNED8)"
-            self._problem(where, "DataType", wrong)
-            data_type = DOMAIN
-        access = ACCESS.get(source.access_type)
-        if access is None:
-            self._problem(
-                where, "AccessType", f"{source.access_type}: right would be {', '.join(a.value for a in Access)}"
-            )
-        low = self._limit(where, section, "LowLimit", data_type, source.min)
-        high = self._limit(where, section, "HighLimit", data_type, source.max)
-        if low is not None and high is not None and low > high:
-            self._problem(where, "LowLimit", f"{low}: not above HighLimit, which is {high}, would be right")
+    def build(self, source: Described, highest: int) -> Variable:
+        data_type, access = self._type(source), self._access(source)
+        low, high = self._limits(source.section, data_type)
         return Variable(
-            source.index,
-            source.subindex,
+            source.object,
+            source.sub,
             source.name,
             data_type,
-            access or Access.RW,
-            start=self._start(where, section, source, data_type, (low, high)),
+            access,
+            start=self._start(source, data_type, (low, high), highest),
             low=_tighter(low, data_type.low),
             high=_tighter(high, data_type.high),
-            is_mappable=source.pdo_mappable,
+            is_mappable=is_one(source.section.get("PDOMapping")),
         )
 
-    def _section(self, source: ODVariable) -> tuple[str, Section]:
-        sections = self._text.objects
-        where: tuple[int, int | None] = (source.index, source.subindex)
-        if where not in sections or int(sections[source.index, None].get("ObjectType", "7")) in (2, 7):
-            where = (source.index, None)
-        return name_section(*where), sections[where]
+    def _find(self, found: Finding) -> None:
+        self.findings.append(found)
 
-    def _start(self, where: str, section: Section, source: ODVariable, data_type: DataType, limits: Limits) -> bytes:
+    def _type(self, source: Described) -> DataType:
+        section, key = source.section, "DataType"
+        said, wanted = section.get(key), standard.wanted(source.object, source.sub)
+        if not said and source.is_domain:
+            return DOMAIN
+        number = section.number(key)
+        found = self._known_type(section, number)
+        if found is None and wanted is None:
+            remedy = "a type of CiA 301, such as 0x0005 (UNSIGNED8)"
+            self._find(refusal(section.line_of(key), section.name, key, said or "is missing", remedy))
+            return DOMAIN
+        if wanted is None or found is wanted:
+            return found or DOMAIN
+        is_same = found is not None and source.object == standard.STORED_EDS
+        right = next(number for number, one in DATA_TYPES.items() if one is wanted)
+        remedy = f"0x{right:04X} ({wanted.name}), as CiA 301 has it"
+        how = warning if is_same else error
+        self._find(how(section.line_of(key), section.name, key, said or "is missing", remedy))
+        return found if is_same and found is not None else wanted
+
+    def _known_type(self, section: Section, number: int | None) -> DataType | None:
+        if number is None or number <= LAST_OF_STANDARD:
+            return DATA_TYPES.get(number or 0)
+        base = self._text.base_type(number)
+        if base in DATA_TYPES:
+            return DATA_TYPES[base or 0]
+        remedy = "a type of CiA 301, such as 0x0005 (UNSIGNED8); it is read as DOMAIN"
+        self._find(warning(section.line_of("DataType"), section.name, "DataType", section.get("DataType"), remedy))
+        return DOMAIN
+
+    def _access(self, source: Described) -> Access:
+        section, key = source.section, "AccessType"
+        said = section.get(key)
+        access = ACCESS.get(said.lower())
+        if access is not None or (source.is_domain and not said):
+            return access or Access.RW
+        access = OTHER_ACCESS.get(re.sub("[^a-z]", "", said.lower()), Access.RW)
+        remedy = f"one of {', '.join(ACCESS)}; it is read as {access.value}"
+        how = warning if said else error
+        self._find(how(section.line_of(key), section.name, key, said or "is missing", remedy))
+        return access
+
+    def _start(self, source: Described, data_type: DataType, limits: Limits, highest: int) -> bytes:
         """The power-on value: from the file, or the nearest to zero that the limits allow."""
-        key, value = (
-            ("ParameterValue", source.value) if "ParameterValue" in section else ("DefaultValue", source.default)
-        )
-        if (source.index, source.subindex) in FIRST_SERVER and data_type is UNSIGNED32:
-            return data_type.encode(FIRST_SERVER[source.index, source.subindex] + self._node_id)
-        if key in section and data_type is not DOMAIN:
-            try:
-                return data_type.encode(_value(data_type, section[key], value))
-            except ValueError as wrong:
-                self._problem(where, key, str(wrong))
-        if source.subindex == 0 and not isinstance(source.parent, ObjectDictionary):
-            return data_type.encode(_count(source)) if isinstance(data_type, Integer) else b""
+        if (source.object, source.sub) in FIRST_SERVER and data_type is UNSIGNED32:
+            return data_type.encode(FIRST_SERVER[source.object, source.sub] + self._node_id)
+        values = [self._value(source.section, key, data_type) for key in ("ParameterValue", "DefaultValue")]
+        self._check_within(source.section, data_type, limits, values)
+        found = next((value for value in values if value is not None), None)
+        if found is not None:
+            return found
+        if source.sub == 0 and source.is_member:
+            return data_type.encode(_count(source.object, highest)) if isinstance(data_type, Integer) else b""
         if data_type.size is None:
             return b""
         low, high = limits
-        return data_type.encode(
-            int(low if low is not None and low > 0 else high if high is not None and high < 0 else 0)
-        )
+        nearest = low if low is not None and low > 0 else high if high is not None and high < 0 else 0
+        return data_type.encode(nearest if isinstance(data_type, Real) else int(nearest))
 
-    def _limit(self, where: str, section: Section, key: str, data_type: DataType, found: int | None) -> float | None:
+    def _value(self, section: Section, key: str, data_type: DataType) -> bytes | None:
+        """None if there is none that can be read."""
         text = section.get(key)
-        if text is None or "$NODEID" in text.upper() or not isinstance(data_type, Integer | Real):
+        if not text or data_type is DOMAIN:
             return None
         try:
-            value = _value(data_type, text, found)
-            data_type.encode(value)
+            value, remedy = read_value(data_type, text, self._node_id)
         except ValueError as wrong:
-            self._problem(where, key, str(wrong))
+            self._find(error(section.line_of(key), section.name, key, text, str(wrong)))
             return None
-        return float(value) if isinstance(data_type, Real) else int(value)
+        if remedy:
+            self._find(warning(section.line_of(key), section.name, key, text, remedy))
+        return value
 
-    def _problem(self, where: str, key: str, wrong: str) -> None:
-        self.problems.append(f"[{where}] {key} = {wrong}")
+    def _limits(self, section: Section, data_type: DataType) -> Limits:
+        low, high = (self._limit(section, key, data_type) for key in ("LowLimit", "HighLimit"))
+        if low is not None and high is not None and low > high:
+            said = section.get("LowLimit")
+            remedy = "not more than HighLimit; both are ignored"
+            self._find(error(section.line_of("LowLimit"), section.name, "LowLimit", said, remedy))
+            return None, None
+        return low, high
+
+    def _limit(self, section: Section, key: str, data_type: DataType) -> float | None:
+        text = section.get(key)
+        if not text or has_node_id(text):
+            return None
+        if not isinstance(data_type, Integer | Real):
+            if data_type.bits != 1:
+                remedy = f"{data_type.name} has no limits: leave it out"
+                self._find(warning(section.line_of(key), section.name, key, text, remedy))
+            return None
+        value = self._value(section, key, data_type)
+        limit = None if value is None else data_type.decode(value)
+        return limit if isinstance(limit, int | float) and not math.isnan(limit) else None
+
+    def _check_within(self, section: Section, data_type: DataType, limits: Limits, values: list[bytes | None]) -> None:
+        low, high = limits
+        for key, data in zip(("ParameterValue", "DefaultValue"), values, strict=True):
+            value = None if data is None else data_type.decode(data)
+            if not isinstance(value, int | float) or has_node_id(section.get(key)):
+                continue
+            if (low is not None and value < low) or (high is not None and value > high):
+                remedy = f"within the limits, {section.get('LowLimit') or 'any'} to {section.get('HighLimit') or 'any'}"
+                self._find(error(section.line_of(key), section.name, key, section.get(key), remedy))
 
 
-def _value(data_type: DataType, text: str, found: Any) -> Value:
-    """What canopen made of `text`, put right where it passes over something or knows no sign."""
-    if isinstance(data_type, Real):
-        return _real(data_type, text)
-    if isinstance(data_type, Octets):
-        return text.removeprefix("0x")
-    if not isinstance(data_type, Integer | Boolean):
-        return text
-    number = found if isinstance(found, int) else _whole(data_type, text)
-    if isinstance(data_type, Integer) and data_type.is_signed and text.lower().startswith("0x"):
-        number -= (number > data_type.high) << data_type.bits  # two's complement
-    return number
-
-
-def _whole(data_type: DataType, text: str) -> int:
-    try:
-        return parse_number(text)
-    except ValueError as cause:
-        raise ValueError(
-            f"{text}: a number that {data_type.name} can hold would be right, such as 1 or 0x01"
-        ) from cause
-
-
-def _real(data_type: DataType, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError as cause:
-        if text.strip("0xX") == "":
-            return 0.0
-        raise ValueError(f"{text}: a decimal number would be right for {data_type.name}, such as 0.5") from cause
-
-
-def _count(source: ODVariable) -> int:
+def _count(index: int, highest: int) -> int:
     """Sub-index 0 without a value: the highest sub-index, except where it counts what is there for now."""
-    parent: Any = source.parent
-    return (
-        0
-        if source.index == emcy.HISTORY or source.index in MAPPINGS
-        else max(sub for sub in parent.subindices if sub < standard.STRUCTURE)
-    )
+    return 0 if index == emcy.HISTORY or index in MAPPINGS else highest
 
 
 def _tighter(limit: float | None, of_type: float | None) -> float | None:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from fieldrig_devices.canopen import eds_check_lists, eds_check_objects, eds_check_pdo
+from fieldrig_devices.canopen import eds, eds_check_lists, eds_check_objects, eds_check_pdo
 from fieldrig_devices.canopen.eds_finding import Finding, Severity, error, warning
 from fieldrig_devices.canopen.eds_source import EdsSource, Section
 
@@ -34,7 +34,7 @@ FLAGS = [
     "LSS_Supported",
 ]
 DEVICE_INFO = [
-    *["VendorName", "VendorNumber", "ProductName", "ProductNumber", "RevisionNumber", "OrderCode", "Granularity"],
+    *["VendorName", "VendorNumber", "ProductName", "ProductNumber", "RevisionNumber", "Granularity"],
     *FLAGS,
     *["NrOfRXPDO", "NrOfTXPDO"],
 ]
@@ -64,6 +64,7 @@ def check_eds(path: Path) -> list[Finding]:
         *eds_check_lists.check(source),
         *eds_check_objects.check(source),
         *eds_check_pdo.check(source),
+        *eds.oddities(path),
     ]
     return sorted(found, key=lambda one: one.line)
 
@@ -129,6 +130,8 @@ def _device_info(source: EdsSource) -> Iterator[Finding]:
     section = source.get("DeviceInfo")
     if section is None:
         return
+    if "ordercode" not in section.entries:  # which CiA's tool passes over without a word
+        yield warning(section.line, section.name, "OrderCode", "is missing", "write OrderCode=, as CiA 306 asks for it")
     for key in FLAGS:
         yield from _flag(section, key)
     if not any(section.number(key) for key in BIT_RATES):

@@ -5,9 +5,10 @@ Source: CiA 306-1 4.6.2, CiA 301 7.4.
 
 from collections.abc import Iterator
 
-from fieldrig_devices.canopen.eds_check_objects import FIRST_OBJECT, object_type
+from fieldrig_devices.canopen.eds_check_objects import object_type
 from fieldrig_devices.canopen.eds_finding import Finding, error
 from fieldrig_devices.canopen.eds_source import EdsSource, Section
+from fieldrig_devices.canopen.eds_text import FIRST_OBJECT
 
 MANDATORY = (0x1000, 0x1001, 0x1018)
 MANUFACTURER = range(0x2000, 0x6000)

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from fieldrig_devices.canopen.eds_text import decode, parse_number
-
+NUMBER = re.compile(r"0x[0-9a-f]+|[+-]?\d+", re.IGNORECASE)
 OBJECT = re.compile(r"([0-9A-F]{4})(?:sub([0-9A-F]{1,2}))?", re.IGNORECASE)
 NODE_ID = "$NODEID"
 
@@ -27,6 +26,11 @@ class Section:
         self.name, self.line = name, line
         self.entries: dict[str, Entry] = {}
         self.repeated: list[Entry] = []
+
+    @property
+    def every(self) -> list[Entry]:
+        """All entries, so that of two with one key the later one comes last."""
+        return [*self.entries.values(), *self.repeated]
 
     def add(self, entry: Entry) -> None:
         if entry.key.lower() in self.entries:
@@ -59,6 +63,8 @@ class EdsSource:
         self.lines = decode(path.read_bytes()).splitlines()
         self.sections: dict[str, Section] = {}
         self.repeated: list[Section] = []
+        self.every: list[Section] = []
+        """All sections as they come in the file."""
         self.strays: list[tuple[int, str]] = []
         section: Section | None = None
         for number, raw in enumerate(self.lines, start=1):
@@ -74,6 +80,7 @@ class EdsSource:
                 self.strays.append((number, text))
 
     def _open(self, section: Section) -> Section:
+        self.every.append(section)
         if section.name.lower() in self.sections:
             self.repeated.append(section)
         else:
@@ -93,6 +100,24 @@ class EdsSource:
 
 def _without_comment(value: str) -> str:
     return re.split(r"\s;", value, maxsplit=1)[0].strip()
+
+
+def parse_number(text: str) -> int:
+    """Decimal, hex with 0x, octal with a leading 0 (CiA 306-1 4.2).  ValueError for anything else."""
+    text = text.strip()
+    if not NUMBER.fullmatch(text):
+        raise ValueError(f"{text!r} is no number")
+    digits = text.lstrip("+-")
+    if digits.startswith("0") and digits.isdigit() and digits.strip("0"):
+        return int(digits, 8) * (-1 if text.startswith("-") else 1)
+    return int(text, 16 if digits[:2].lower() == "0x" else 10)
+
+
+def decode(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
 
 
 def evaluate(text: str, node_id: int) -> int:

@@ -2,12 +2,13 @@
 
 Source: CiA 306-1 4.3, CiA 306-1 4.7 (DCF).  Two files are equal if they have the same sections, keys and values; the
 order, the case of names and `;` comments (the section Comments is none) carry no meaning.  A DCF has the present
-values as ParameterValue; domains, and texts that fit on no line, are left out of it.
+values as ParameterValue; domains, and texts that fit on no line, are left out of it.  What is written is read as the
+same bytes.
 """
 
 from collections.abc import Iterator
 
-from fieldrig_devices.canopen.datatypes import DOMAIN, Boolean, Integer
+from fieldrig_devices.canopen.datatypes import DOMAIN, Boolean, Integer, Real
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds_source import EdsSource, Section
 from fieldrig_devices.canopen.variable import Variable
@@ -66,5 +67,9 @@ def _value(variable: Variable) -> str | None:
         return None
     if isinstance(variable.type, Integer | Boolean):
         return f"{int(value)}"
+    if isinstance(variable.type, Real) and variable.type.encode(float(value)) != variable.data:
+        return f"0x{variable.number:0{variable.type.size * 2}X}"  # not-a-number, with all its bits
     text = str(value)
+    if variable.type.encode(text if isinstance(value, str) else value) != variable.data:
+        return None  # bytes that are no text of their type
     return text if text == text.strip() and text.isprintable() and ";" not in text and text else None

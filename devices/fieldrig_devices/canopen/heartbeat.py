@@ -73,7 +73,7 @@ class HeartbeatConsumer(Service):
         self._watches = [
             _Watch(self._clock, self._port, node_id, time_ms * MS, self._judge)
             for node_id, time_ms in map(_parse, self._entries)
-            if 1 <= node_id <= 127 and time_ms > 0
+            if _is_used(node_id, time_ms)
         ]
         self._judge()
 
@@ -87,7 +87,7 @@ class HeartbeatConsumer(Service):
         def write(data: bytes) -> None:
             node_id, time_ms = data[2], int.from_bytes(data[:2], "little")
             others = [_parse(other) for other in self._entries if other is not entry]
-            if time_ms > 0 and any(node_id == other and time > 0 for other, time in others):
+            if _is_used(node_id, time_ms) and any(node_id == other and time > 0 for other, time in others):
                 raise Abort(Code.PARAMETER_INCOMPATIBLE)  # 7.5.2.19: one time per node
             entry.set(data)
 
@@ -124,3 +124,8 @@ class _Watch:
 def _parse(entry: Variable) -> tuple[int, int]:
     """Node-ID, and time in milliseconds."""
     return entry.number >> 16 & 0xFF, entry.number & 0xFFFF
+
+
+def _is_used(node_id: int, time_ms: int) -> bool:
+    """True if an entry watches a producer; a time of 0, node-ID 0 or one above 127 is an unused entry (7.5.2.19)."""
+    return 1 <= node_id <= 127 and time_ms > 0

@@ -23,6 +23,7 @@ from fieldrig_devices.canopen import cia401, rpdo, sdo_server, tpdo
 from fieldrig_devices.canopen.bit_timing import BIT_RATES
 from fieldrig_devices.canopen.bus_errors import BusErrors
 from fieldrig_devices.canopen.cia401 import Cia401
+from fieldrig_devices.canopen.datatypes import DOMAIN
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds_source import EdsSource
 from fieldrig_devices.canopen.eds_writer import write_dcf
@@ -41,6 +42,7 @@ from fieldrig_devices.canopen.port import UNCONFIGURED, Port
 from fieldrig_devices.canopen.rpdo import Rpdo
 from fieldrig_devices.canopen.sdo_server import SdoServer
 from fieldrig_devices.canopen.service import Reset, Service, State
+from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.canopen.sync import Sync
 from fieldrig_devices.canopen.ties import Bound, Ties, bind
 from fieldrig_devices.canopen.time_of_day import TimeOfDay
@@ -50,7 +52,6 @@ from fieldrig_devices.canopen.variable import Variable
 __all__ = ["CanopenNode", "CanopenSettings"]
 
 DEVICE_TYPE = 0x1000
-STORED_EDS = 0x1021
 LAST_OF_COMMUNICATION, LAST = 0x1FFF, 0xFFFF
 
 
@@ -215,9 +216,9 @@ def _profile(dictionary: Dictionary) -> int:
 
 
 def _offer_eds(dictionary: Dictionary, path: Path) -> None:
-    """1021h: the file as it is, comments and all."""
+    """1021h: the file as it is, comments and all; a value of another type is the maker's own affair."""
     variable = dictionary.get(STORED_EDS)
-    if variable is not None:
+    if variable is not None and variable.type is DOMAIN:
         data = path.read_bytes()
         variable.reader = lambda: data
 

@@ -2,13 +2,16 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.errors import Mistake
 from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen import eds
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.eds_text import EdsError
 from fieldrig_devices.canopen.port import UNCONFIGURED
 from fieldrig_devices.canopen.ties import Tie, bind
 
@@ -48,7 +51,11 @@ class CanopenSettings(Settings):
         return self
 
     def _wrong(self) -> Iterator[WrongKey]:
-        dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
+        try:
+            dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
+        except EdsError:
+            yield WrongKey(("eds",), _everything(self.eds), "`fieldrig eds check` says the same")
+            return
         if self.node_id is None and not dictionary.features.has_lss:
             yield WrongKey(("node_id",), "null needs LSS, and the EDS says LSS_Supported=0; a number would be right")
         for key, value in self._start_values().items():
@@ -56,6 +63,12 @@ class CanopenSettings(Settings):
             yield from _tried(place, partial(_start, dictionary, key, value))
         for key, tie in self.ties.items():
             yield from _tried(("ties", key), partial(bind, dictionary, {key: tie}))
+
+    def doubts(self) -> Iterator[Mistake]:
+        from fieldrig_devices.canopen.eds_check import check_eds  # only `fieldrig check` needs it
+
+        for one in check_eds(self.eds):
+            yield Mistake(str(self.eds), one.line, one.place, one.what, one.remedy)
 
     def _start_values(self) -> dict[str, bool | int | float | str]:
         own = {} if self.serial_number is None else {SERIAL_NUMBER: self.serial_number}
@@ -70,6 +83,13 @@ class CanopenSettings(Settings):
         for key, value in self._start_values().items():
             _start(dictionary, key, value)
         return dictionary
+
+
+def _everything(path: Path) -> str:
+    """All that is found in a file that is refused, and not only what it is refused for."""
+    from fieldrig_devices.canopen.eds_check import check_eds
+
+    return "\n".join(f"{path.name}:{one}" for one in check_eds(path))
 
 
 def _tried(place: tuple[str, ...], try_it: Callable[[], object]) -> Iterator[WrongKey]:

@@ -47,7 +47,9 @@ class Mapping:
     """The mapping parameter at `index`.
 
     The network changes it by the procedure only: the PDO not valid (`is_valid`), sub-index 0 at 0, then the
-    entries, then sub-index 0.  `parts` is what is mapped now.
+    entries, then sub-index 0.  Out of that order an access is answered with 0601 0000h: the object supports no
+    such access now.  0604 0041h would blame the object to be mapped, and 0800 0000h says nothing; CiA's tool accepts
+    all three and not 0800 0022h.  `parts` is what is mapped now.
     """
 
     def __init__(self, dictionary: Dictionary, index: int, direction: Direction, is_valid: Callable[[], bool]) -> None:
@@ -89,7 +91,7 @@ class Mapping:
     def _entry_writer(self, entry: Variable) -> Callable[[bytes], None]:
         def write(data: bytes) -> None:
             if self._is_valid() or (self._count is not None and self._count.number != 0):
-                raise Abort(Code.DEVICE_STATE)
+                raise Abort(Code.UNSUPPORTED_ACCESS)
             number = int.from_bytes(data, "little")
             if number != 0:
                 self._resolve(number)
@@ -100,7 +102,7 @@ class Mapping:
     def _on_count_written(self, data: bytes) -> None:
         assert self._count is not None
         if self._is_valid() and data != self._count.data:
-            raise Abort(Code.DEVICE_STATE)
+            raise Abort(Code.UNSUPPORTED_ACCESS)
         self.parts, self.mode = self._resolve_all(data[0]), self._mode(data[0])
         self._count.set(data)
 

@@ -3,15 +3,14 @@
 Source: CiA 301 chapter 7.5.2.
 """
 
-from collections.abc import Iterable, Iterator
-
 from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, DataType
-from fieldrig_devices.canopen.variable import Variable
 
 U8, U16, U32, U64 = DATA_TYPES[0x05], DATA_TYPES[0x06], DATA_TYPES[0x07], DATA_TYPES[0x1B]
 
 STRUCTURE = 0xFF
 """The sub-index that tells data and object type."""
+
+STORED_EDS = 0x1021
 
 PDO_PARAMETER: dict[int | None, DataType] = {0: U8, 1: U32, 2: U8, 3: U16, 5: U16, 6: U8}
 # Sub-index None: all that are not named.
@@ -44,15 +43,6 @@ TYPES: list[tuple[range, dict[int | None, DataType]]] = [
     (range(0x1FA0, 0x1FD0), {0: U8, None: U32}),
     (range(0x1FD0, 0x2000), {0: U8, None: U64}),
 ]
-
-
-def problems(variables: Iterable[Variable]) -> Iterator[str]:
-    """What is of another type than it has to be."""
-    for variable in variables:
-        right = wanted(variable.index, variable.subindex)
-        if right is not None and variable.type is not right:
-            where = f"[{variable.index:04X}] sub-index {variable.subindex}: DataType"
-            yield f"{where} = {variable.type.name}: {right.name} would be right (CiA 301)"
 
 
 def wanted(index: int, subindex: int) -> DataType | None:

@@ -10,38 +10,57 @@ from typing import NoReturn
 
 from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance.allowed import ALLOWED
 from fieldrig_devices.conformance.description import Description, Entry
 from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wish
-from fieldrig_devices.conformance.sdo import Sdo
+from fieldrig_devices.conformance.sdo import Patience, Sdo
 from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable
 
 SDO_REQUEST, SDO_RESPONSE, ERROR_CONTROL = 0x600, 0x580, 0x700
+FIRST_TIMEOUT = 4
+"""Times the usual one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
     timeout_ms: int = 500
-    """How long an answer may take; all other times follow from it."""
+    """How long an answer may take; all other times follow from it.  A slower node gets more: see `Sdo`."""
     boot_ms: int = 5000
+    """How long a boot-up may take; no time-out of an answer grows beyond it."""
     may_store: bool = True
     """Whether the node's non-volatile memory may be written; it is put back."""
     is_alone: bool = False
     """Whether no other node is on the bus, so that NMT commands to all nodes do no harm."""
+
+    @property
+    def first_timeout_ms(self) -> int:
+        """The time-out until the node's first answer tells how fast it is."""
+        return min(self.boot_ms, FIRST_TIMEOUT * self.timeout_ms)
 
 
 class Bench:
     def __init__(self, line: Line, eds: Description, options: Options) -> None:
         self.line, self.eds, self.options = line, eds, options
         self.node_id = eds.node_id
-        self.sdo = Sdo(self.send, self.expect, SDO_REQUEST + self.node_id, SDO_RESPONSE + self.node_id)
-        self.sdo.within_ms = options.timeout_ms
+        self.sdo = Sdo(
+            self.send,
+            self.expect,
+            line.clock.now_ns,
+            (SDO_REQUEST + self.node_id, SDO_RESPONSE + self.node_id),
+            Patience(options.timeout_ms, options.first_timeout_ms, options.boot_ms),
+        )
         self.undo: list[tuple[int, int, bytes]] = []
         self.has_boot_up = True
         """False once a reset was not followed by a boot-up message."""
         self.begin()
 
-    def begin(self) -> None:
-        """A new case."""
+    def begin(self, case_name: str = "") -> None:
+        """Start a new case."""
+        self._allowed = ALLOWED.get(case_name)
+        self.warnings: list[str] = []
+        """What is doubtful without breaking a rule: with any of them, a case that passes ends as a warning."""
+        self.remarks: list[str] = []
+        """What a reader of the report should know; the verdict doesn't depend on them."""
         self.line.seen.clear()
         self.undo.clear()
         self.is_moved = False
@@ -119,7 +138,8 @@ class Bench:
             self.undo.append((index, sub, before))
 
     def refuses(self, steps: Steps[object], *codes: int, what: str) -> Steps[None]:
-        """Fail unless `steps` end in an abort with one of the codes."""
+        """Fail unless `steps` end in an abort with one of the codes, or those that CiA's tool allows in this case."""
+        codes = self.accepted(*codes)
         expected = f"{what} to be refused with {' or '.join(f'{code:08X}h' for code in codes)}"
         try:
             yield from steps
@@ -128,6 +148,10 @@ class Bench:
                 self.fail(expected, str(abort))
         else:
             self.fail(expected, "no abort: it was taken")
+
+    def accepted(self, *codes: int) -> tuple[int, ...]:
+        """The codes with which this case accepts a refusal: those of CiA's log, or else `codes`."""
+        return codes if self._allowed is None else self._allowed
 
     def _encode(self, index: int, sub: int, value: int, size: int) -> bytes:
         """In the size that the EDS gives it, or else that which was read."""
@@ -157,6 +181,10 @@ class Bench:
 
     def fail(self, expected: str, came: str) -> NoReturn:
         raise Failed(expected, came)
+
+    def warn(self, doubt: str) -> None:
+        """Note what is doubtful: the case goes on, and ends as a warning at best."""
+        self.warnings.append(doubt)
 
     def skip(self, reason: str) -> NoReturn:
         raise NotApplicable(reason)

@@ -47,6 +47,12 @@ def force(bench: Bench) -> Steps[Forced]:
     bench.skip("nothing in the EDS lets an error be caused from outside: no RPDO, no heartbeat consumer")
 
 
+def latest(bench: Bench) -> Steps[CanFrame]:
+    """The last EMCY message that came in this case, in which there is one."""
+    emcy = yield from emcy_id(bench)
+    return [seen.frame for seen in bench.line.seen if not seen.is_ours and seen.frame.identifier == emcy][-1]
+
+
 def producer_id(bench: Bench) -> int:
     """The node-ID that the suite takes for its own heartbeat."""
     return 127 if bench.node_id != 127 else 126

@@ -40,8 +40,9 @@ class Report:
     @property
     def summary(self) -> str:
         passed, failed = self.count(Verdict.PASSED), self.count(Verdict.FAILED)
-        rest = self.count(Verdict.NOT_APPLICABLE)
-        return f"{len(self.results)} cases: {passed} passed, {failed} failed, {rest} not applicable"
+        rest, doubtful = self.count(Verdict.NOT_APPLICABLE), self.count(Verdict.WARNING)
+        warned = f"{doubtful} with a warning, " if doubtful else ""
+        return f"{len(self.results)} cases: {passed} passed, {warned}{failed} failed, {rest} not applicable"
 
 
 def seconds(result: Result) -> float:
@@ -70,6 +71,7 @@ def as_data(report: Report) -> dict[str, Any]:
         "date": report.date,
         "version": report.version,
         "passed": report.count(Verdict.PASSED),
+        "warnings": report.count(Verdict.WARNING),
         "failed": report.count(Verdict.FAILED),
         "not_applicable": report.count(Verdict.NOT_APPLICABLE),
         "notes": list(report.notes),
@@ -85,6 +87,7 @@ def as_data(report: Report) -> dict[str, Any]:
                 "came": one.came,
                 "seconds": seconds(one),
                 "notes": one.notes,
+                "remarks": one.remarks,
                 "frames": shown_frames(one),
             }
             for one in report.results

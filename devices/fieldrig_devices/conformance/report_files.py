@@ -12,7 +12,8 @@ STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
 table { border-collapse: collapse; width: 100% } th, td { text-align: left; padding: .3rem .6rem; vertical-align: top }
 tr { border-bottom: 1px solid #ddd } pre { font-size: 12px; background: #f6f6f6; padding: .5rem; overflow-x: auto }
-.passed { color: #186a3b } .failed { color: #b03a2e; font-weight: 600 } .not-applicable { color: #777 }
+.passed { color: #186a3b } .warning { color: #9a6700 }
+.failed { color: #b03a2e; font-weight: 600 } .not-applicable { color: #777 }
 small { color: #777 } summary { cursor: pointer; color: #555 }
 """
 
@@ -53,7 +54,9 @@ def _junit_case(suite: Xml.Element, report: Report, result: Result) -> None:
     elif result.verdict is Verdict.NOT_APPLICABLE:
         Xml.SubElement(element, "skipped", message=result.reason)
     output = Xml.SubElement(element, "system-out")
-    output.text = "\n".join([case.requirement, case.clause, *shown_frames(result), *result.notes])
+    output.text = "\n".join(
+        [case.requirement, case.clause, result.reason, *shown_frames(result), *result.notes, *result.remarks]
+    )
 
 
 def to_html(report: Report) -> str:
@@ -84,7 +87,7 @@ def _html_row(table: Xml.Element, result: Result) -> None:
     _text(about, "small", result.case.clause)
     verdict = Xml.SubElement(row, "td")
     _text(verdict, "span", result.verdict.value, {"class": result.verdict.value.replace(" ", "-")})
-    for line in (result.reason, *result.notes):
+    for line in (result.reason, *result.notes, *result.remarks):
         if line:
             _text(verdict, "div", line)
     if result.frames:
@@ -105,8 +108,8 @@ def to_markdown(report: Report) -> str:
         "",
         *(f"- {note}" for note in report.notes),
         "",
-        "| family | cases | passed | failed | not applicable |",
-        "|---|---|---|---|---|",
+        f"| family | cases | {' | '.join(verdict.value for verdict in Verdict)} |",
+        f"|---|---|{'---|' * len(Verdict)}",
         *(_family_row(report, family) for family in report.families),
         _family_row(report, None),
         "",
@@ -126,7 +129,7 @@ def _family_row(report: Report, family: str | None) -> str:
 
 
 def _markdown_row(result: Result) -> str:
-    case, reason = result.case, "; ".join(filter(None, (result.reason, *result.notes)))
+    case, reason = result.case, "; ".join(filter(None, (result.reason, *result.notes, *result.remarks)))
     verdict = f"**{result.verdict.value}**" if result.verdict is Verdict.FAILED else result.verdict.value
     cells = (f"{case.number} {case.name}", f"{case.requirement} ({case.clause})", verdict, reason)
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"

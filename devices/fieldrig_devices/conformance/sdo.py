@@ -4,8 +4,10 @@ Source: CiA 301 7.2.4.3.  Shares nothing with the node's server, so that a misre
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from struct import Struct
 
+from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.verdict import Aborted, NoAnswer, Violation
@@ -17,24 +19,81 @@ _ABORT = Struct("<4xL")
 Expect = Callable[[int, float], Steps[CanFrame | None]]
 
 
-class Sdo:
-    """The server that listens at `request_id` and answers at `response_id`."""
+MARGIN = 3
+"""A time-out is so many times the slowest answer seen."""
 
-    def __init__(self, send: Callable[[int, bytes], None], expect: Expect, request_id: int, response_id: int) -> None:
-        self._send, self._expect = send, expect
-        self.request_id, self.response_id = request_id, response_id
-        self.within_ms = 500.0
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """Time-outs, in milliseconds: the usual one, the one before the first answer, and the longest."""
+
+    usual_ms: float
+    first_ms: float
+    longest_ms: float
+
+
+class Sdo:
+    """The server that listens at the first of the identifiers, and answers at the second.
+
+    How long an answer may take adapts to the node: the first time-out is long, and later ones follow the slowest
+    answer seen.  An answer that comes after its time-out is dropped before the next request is sent, so that it isn't
+    taken for the answer to that one.
+    """
+
+    def __init__(
+        self,
+        send: Callable[[int, bytes], None],
+        expect: Expect,
+        now_ns: Callable[[], int],
+        identifiers: tuple[int, int],
+        patience: Patience,
+    ) -> None:
+        self._send, self._expect, self._now_ns = send, expect, now_ns
+        self.request_id, self.response_id = identifiers
+        self._patience = patience
+        self.within_ms = patience.first_ms
+        self._asked_ns = 0
+        self._is_owed = False
+        """True if the last request ran into its time-out, so that its answer may still come."""
+        self.late: list[str] = []
+        """A note on each answer that came after its time-out; whoever reports them clears the list."""
 
     # Single messages.
 
     def send(self, request: bytes) -> None:
+        self._asked_ns = self._now_ns()
         self._send(self.request_id, request.ljust(8, b"\x00"))
+
+    def drain(self) -> Steps[None]:
+        """If an answer is owed, wait for it, and drop it, and the abort of a transfer that it left open."""
+        wait_ms = max(self.within_ms, self._patience.first_ms)
+        while self._is_owed:
+            frame = yield from self._expect(self.response_id, wait_ms)
+            self._is_owed = frame is not None
+            if frame is not None:
+                before_ms = self.within_ms
+                took_ms = self._note_time()
+                self.late.append(
+                    f"an answer came {took_ms:.0f} ms after its request and was dropped; the time-out was"
+                    f" {before_ms:.0f} ms and is {self.within_ms:.0f} ms from now on"
+                )
+
+    def _note_time(self) -> float:
+        """Adapt the time-out to an answer that has just come; how long it took, in milliseconds."""
+        took_ms = (self._now_ns() - self._asked_ns) / MS
+        if self.within_ms == self._patience.first_ms:
+            self.within_ms = self._patience.usual_ms
+        self.within_ms = min(max(self.within_ms, MARGIN * took_ms), self._patience.longest_ms)
+        return took_ms
 
     def answer(self, what: str, within_ms: float | None = None) -> Steps[bytes]:
         """The 8 bytes that come next.  Aborted, NoAnswer, or Violation for another length."""
         frame = yield from self._expect(self.response_id, self.within_ms if within_ms is None else within_ms)
         if frame is None:
+            self._is_owed = True
             raise NoAnswer(f"no answer to {what}")
+        if within_ms is None:
+            self._note_time()
         if len(frame.data) != 8:
             raise Violation(f"an answer of {len(frame.data)} bytes to {what}, where 8 are right")
         if frame.data[0] == ABORT:
@@ -42,6 +101,7 @@ class Sdo:
         return frame.data
 
     def ask(self, request: bytes, what: str, within_ms: float | None = None) -> Steps[bytes]:
+        yield from self.drain()
         self.send(request)
         return (yield from self.answer(what, within_ms))
 

@@ -22,6 +22,8 @@ TRIES = 3
 
 class Verdict(Enum):
     PASSED = "passed"
+    WARNING = "warning"
+    """It passed, and something about it is doubtful."""
     FAILED = "failed"
     NOT_APPLICABLE = "not applicable"
 
@@ -38,7 +40,9 @@ class Result:
     ended_ns: int = 0
     frames: list[Seen] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    """What could not be put back afterwards."""
+    """What could not be put back afterwards, and answers that came too late."""
+    remarks: list[str] = field(default_factory=list)
+    """What a reader should know of the case itself, such as what CiA's tool says where its reading differs."""
 
 
 class Suite:
@@ -55,6 +59,7 @@ class Suite:
         yield from nmt.enter(bench, State.PRE_OPERATIONAL)
         yield from self._find_node()
         yield from self._snapshot.take(bench)
+        self.notes += self._late()
         for case in self._cases:
             yield from self._run(case)
         yield from self._finish()
@@ -63,16 +68,19 @@ class Suite:
         """Any answer will do: whether it is right is asked by the cases."""
         bench = self.bench
         for _ in range(TRIES):
-            bench.sdo.send(b"\x40\x00\x10\x00")
-            frame = yield from bench.expect(bench.sdo.response_id)
-            if frame is not None:
-                return
+            try:
+                yield from bench.sdo.ask(b"\x40\x00\x10\x00", "the first request")
+            except NoAnswer:
+                continue
+            except SdoFault:
+                pass
+            return
         what = f"node {bench.node_id} doesn't answer"
         raise RigError(what, "is it on this bus, at this bit rate, with this node-ID?")
 
     def _run(self, case: Case) -> Steps[None]:
         bench, clock = self.bench, self.bench.line.clock
-        bench.begin()
+        bench.begin(case.name)
         result = Result(case, Verdict.PASSED, started_ns=clock.now_ns())
         try:
             yield from case.steps(bench)
@@ -84,8 +92,13 @@ class Suite:
         except SdoFault as fault:
             result.verdict, result.reason = Verdict.FAILED, f"came {fault}"
             result.expected, result.came = "an SDO transfer to succeed", str(fault)
+        if result.verdict is Verdict.PASSED and bench.warnings:
+            result.verdict, result.reason = Verdict.WARNING, "; ".join(bench.warnings)
         result.frames, result.ended_ns = list(bench.line.seen), clock.now_ns()
+        result.remarks = bench.remarks
+        yield from bench.sdo.drain()
         result.notes = yield from self._tidy(result.verdict is Verdict.FAILED)
+        result.notes = self._late() + result.notes
         self._on_result(result)
 
     def _tidy(self, has_failed: bool) -> Steps[list[str]]:
@@ -107,6 +120,11 @@ class Suite:
             yield from bench.expect(nmt.is_boot_up(bench), bench.options.boot_ms)
             yield from bench.wait(nmt.SETTLE_MS)
         return notes
+
+    def _late(self) -> list[str]:
+        """Notes on answers that came after their time-outs since the last call."""
+        late, self.bench.sdo.late = self.bench.sdo.late, []
+        return late
 
     def _undo(self) -> Steps[list[str]]:
         bench, notes = self.bench, list[str]()
@@ -145,6 +163,7 @@ class Suite:
             self.notes.append(f"the node's parameters could not be compared with what they were: {fault}")
             return
         how = f" ({self._put_back} that a reset had undone were written again)" if self._put_back else ""
+        self.notes += self._late()
         but = " but for those below" if faults else ""
         self.notes.append(f"the node's parameters are as they were before{but}{how}; it is pre-operational")
         self.notes += faults

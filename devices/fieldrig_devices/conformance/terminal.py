@@ -7,7 +7,7 @@ from rich.text import Text
 from fieldrig_devices.conformance.report import Report, shown_frames
 from fieldrig_devices.conformance.suite import Result, Verdict
 
-STYLES = {Verdict.PASSED: "green", Verdict.FAILED: "bold red", Verdict.NOT_APPLICABLE: "dim"}
+STYLES = {Verdict.PASSED: "green", Verdict.WARNING: "yellow", Verdict.FAILED: "bold red", Verdict.NOT_APPLICABLE: "dim"}
 MOST_FRAMES = 20
 WIDTH = 10_000
 """Where lines go to a file, none is cut."""
@@ -24,7 +24,7 @@ def show_result(out: Console, result: Result) -> None:
     name = f"{result.case.number:>6} {result.case.name}".ljust(38)
     about = result.reason or result.case.requirement
     out.print(Text.assemble(name, (result.verdict.value.ljust(15), STYLES[result.verdict]), about), soft_wrap=True)
-    for note in result.notes:
+    for note in (*result.notes, *result.remarks):
         out.print(Text(f"{'':38}{note}", style="yellow"), soft_wrap=True)
 
 

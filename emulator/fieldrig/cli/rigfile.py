@@ -13,6 +13,7 @@ def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -
 
     \b
     Every mistake comes with its file, line and key, and with what would be right. Nothing is started.
+    What is odd in a file that the rig file names, such as an EDS, but can be read, is a warning.
         fieldrig check configs/lab.yaml
         fieldrig check configs/lab.yaml --set buses.can0.bitrate=250000
         fieldrig check configs/lab.yaml --json     a list of the mistakes, for an editor or a script
@@ -27,9 +28,13 @@ def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -
 
     config, right, mistakes = look_through(file, overrides or ())
     mistakes += try_devices(right)
+    doubts = list(dict.fromkeys(doubt for device in right for doubt in device.settings.doubts()))
     if as_json:
-        echo_json([asdict(mistake) for mistake in mistakes])
+        warnings = [{**asdict(doubt), "severity": "warning"} for doubt in doubts]
+        echo_json([*(asdict(mistake) for mistake in mistakes), *warnings])
         raise typer.Exit(Exit.WRONG if mistakes else Exit.OK)
+    for doubt in doubts:
+        typer.echo(f"warning: {doubt}", err=True)
     if config is None or mistakes:
         raise ConfigError(mistakes)
     processes = f", {len(placement(config))} processes" if config.time == "real" else ""

@@ -7,12 +7,15 @@ from pathlib import Path
 import canopen
 import pytest
 from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench
+from eds_oddities import ODD, WRONG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.eds import load
-from fieldrig_devices.canopen.eds_text import EdsError, parse_number
+from fieldrig_devices.canopen.eds import load, oddities
+from fieldrig_devices.canopen.eds_check import check_eds
+from fieldrig_devices.canopen.eds_source import parse_number
+from fieldrig_devices.canopen.eds_text import EdsError
 
 OURS = [IO32, LEVEL_SENSOR]
 DEVICE_TYPE = "[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\n"
@@ -220,35 +223,111 @@ def test_other_encodings_are_read(tmp_path: Path) -> None:
     assert 0x1000 in load(path, 6)
 
 
-# Files that are wrong.
+# Files that are odd: they run, and each oddity is named with its line, its key and what was expected.
 
-WRONG = [
-    ("[2000]\nAccessType=rw\n", r"\[2000\] DataType is missing; right would be, for example, 0x0005"),
-    ("[2000]\nDataType=5\n", r"\[2000\] AccessType is missing; right would be"),
-    ("[2000]\nDataType=five\nAccessType=rw\n", r"\[2000\] DataType = five: a number would be right"),
-    ("[2000]\nDataType=0x17\nAccessType=rw\n", r"\[2000\] DataType = 23: no data type; right would be"),
-    ("[2000]\nDataType=5\nAccessType=always\n", r"\[2000\] AccessType = always: right would be ro, wo, rw"),
-    ("[2000]\nDataType=5\nAccessType=rw\nDefaultValue=256\n", r"\[2000\] DefaultValue = 256 is not UNSIGNED8"),
-    ("[2000]\nDataType=5\nAccessType=rw\nDefaultValue=abc\n", r"\[2000\] DefaultValue = abc: a number"),
-    ("[2000]\nDataType=8\nAccessType=rw\nDefaultValue=1,5\n", r"\[2000\] DefaultValue = 1,5: a decimal number"),
-    ("[2000]\nDataType=5\nAccessType=rw\nLowLimit=x\n", r"\[2000\] LowLimit = x: a number"),
-    ("[2000]\nDataType=5\nAccessType=rw\nLowLimit=9\nHighLimit=3\n", r"\[2000\] LowLimit = 9: not above HighLimit"),
-    ("[2000sub1]\nDataType=5\nAccessType=rw\n", r"\[2000sub1\] belongs to no object: a section \[2000\]"),
-    ("[1017]\nDataType=7\nAccessType=rw\n", r"\[1017\] sub-index 0: DataType = UNSIGNED32: UNSIGNED16 would be right"),
-]
+
+def start(folder: Path, data_type: int, value: str) -> str:
+    """What object 2000h holds after power-on, as bytes in hex."""
+    text = f"[2000]\nDataType={data_type:#06x}\nAccessType=rw\nDefaultValue={value}\n"
+    return describe(folder, text).find(0x2000, 0).start.hex(" ")
+
+
+# As CiA 306-1 has it, or as files of several makers do; what is odd about the second kind.
+VALUES = [
+    # OCTET_STRING: hex digits, whatever a number of these digits would be
+    (0x0A, "0102", "01 02", ""),
+    (0x0A, "00000000000000000000", "00 00 00 00 00 00 00 00 00 00", ""),
+    (0x0A, "00 00 0a", "00 00 0a", ""),
+    (0x0A, "0x01 0x02", "01 02", ""),
+    (0x0A, "DE-AD:be,ef", "de ad be ef", ""),
+    (0x0A, "1", "01", "two hex digits for each octet, 01"),
+    (0x0A, "a text", "", "two hex digits for each octet"),
+    # REAL32 and REAL64: decimal, or the bits of IEEE 754
+    (0x08, "0x3FC00000", "00 00 c0 3f", ""),
+    (0x08, "1.5", "00 00 c0 3f", ""),
+    (0x08, "0x7FC00001", "01 00 c0 7f", ""),
+    (0x08, "0x00000000", "00 00 00 00", ""),
+    (0x11, "0x3FF8000000000000", "00 00 00 00 00 00 f8 3f", ""),
+    (0x11, "0xC000000000000000", "00 00 00 00 00 00 00 c0", ""),
+    (0x08, "1,5", "00 00 c0 3f", "1.5"),
+    (0x08, "0x3FF8000000000000", "00 00 00 00", "a decimal number for REAL32, such as 0.5, or its bit pattern in hex"),
+    (0x08, "1e39", "00 00 00 00", "a decimal number for REAL32"),
+    (0x08, "fast", "00 00 00 00", "a decimal number for REAL32"),
+    # texts, among them such as look like numbers
+    (0x09, "010", "30 31 30", ""),
+    (0x09, "$NODEID", "24 4e 4f 44 45 49 44", ""),
+    (0x09, "30 °C", "33 30 20 b0 43", "ASCII characters only"),
+    (0x09, "5 €", "35 20 e2 82 ac", "ASCII characters only"),
+    (0x0B, "5 €", "35 00 20 00 ac 20", ""),
+    # numbers
+    (0x07, "$NODEID + 0x600", "05 06 00 00", ""),
+    (0x07, "0x80000200+$nodeid", "05 02 00 80", ""),
+    (0x06, "80h", "80 00", "0x80: hexadecimal numbers begin with 0x"),
+    (0x06, "09", "09 00", "9: a leading 0 makes a number octal"),
+    (0x06, "10.0", "0a 00", "10, a whole number"),
+    (0x05, "TRUE", "01", "1"),
+    (0x01, "false", "00", "0"),
+    (0x05, "-1", "ff", "0xFF, the same in 8 bits"),
+    (0x03, "0xFFFF8000", "00 80", "0x8000, the same in 16 bits"),
+    (0x03, "0x8000", "00 80", ""),
+    (0x05, "256", "00", "from 0 to 255, what UNSIGNED8 can hold"),
+    (0x03, "0x12345678", "00 00", "from -32768 to 32767, what INTEGER16 can hold"),
+    (0x05, "abc", "00", "a number, such as 10 or 0x0A"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("data_type", "text", "data", "odd"), VALUES)
+def test_default_values_in_all_ways_of_writing(tmp_path: Path, data_type: int, text: str, data: str, odd: str) -> None:
+    assert start(tmp_path, data_type, text) == data
+    found = [one for one in oddities(tmp_path / "device.eds") if one.key == "DefaultValue"]
+    assert [(one.line, one.what, one.is_refused) for one in found] == ([(8, text, False)] if odd else [])
+    assert all(one.remedy.startswith(odd) for one in found)
+
+
+@pytest.mark.parametrize(
+    ("said", "access", "is_odd"),
+    [
+        ("RW", "rw", False), ("Const", "const", False), ("rwr", "rwr", False),
+        ("r", "ro", True), ("W", "wo", True), ("r/w", "rw", True), ("Read Only", "ro", True),
+        ("read-write", "rw", True),
+        ("constant", "const", True), ("always", "rw", True), ("", "rw", True),
+    ],
+)  # fmt: skip
+def test_access_types_in_all_ways_of_writing(tmp_path: Path, said: str, access: str, is_odd: bool) -> None:
+    dictionary = describe(tmp_path, f"[2000]\nDataType=5\nAccessType={said}\n")
+    assert dictionary.find(0x2000, 0).access.value == access
+    found = [one for one in oddities(tmp_path / "device.eds") if one.key == "AccessType"]
+    assert [(one.line, f"read as {access}" in one.remedy) for one in found] == (
+        [(7 if said else 5, True)] if is_odd else []
+    )
+
+
+@pytest.mark.parametrize(("text", "key", "said"), ODD)
+def test_odd_file_becomes_a_node_and_what_is_odd_is_named(tmp_path: Path, text: str, key: str, said: str) -> None:
+    assert describe(tmp_path, text).by_key(key).key == key
+    assert said in "\n".join(map(str, check_eds(tmp_path / "device.eds"))).replace("8: ", "5: ")
+
+
+def test_stored_eds_of_another_type_is_a_value_of_its_own(tmp_path: Path) -> None:
+    """1021h as UNSIGNED32: the node does as its EDS says, and gives four bytes."""
+    bench = CanopenBench(eds(tmp_path, "[1021]\nDataType=7\nAccessType=ro\nDefaultValue=7\n"))
+    assert bench.sdo("40 21 10 00 00 00 00 00") == "43 21 10 00 07 00 00 00"
+
+
+# Files that are refused: an object is left without a meaning.
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG)
 def test_what_is_wrong_is_named_with_file_section_and_what_would_be_right(
     tmp_path: Path, text: str, message: str
 ) -> None:
-    with pytest.raises(EdsError, match=f"device.eds {message}"):
+    with pytest.raises(EdsError, match=f"device.eds{message}"):
         describe(tmp_path, text)
 
 
 def test_all_that_is_wrong_is_named_at_once(tmp_path: Path) -> None:
     with pytest.raises(EdsError) as caught:
-        describe(tmp_path, "[2000]\nDataType=5\n[2001]\nAccessType=rw\n")
+        describe(tmp_path, "[2000]\nAccessType=rw\n[2001]\nAccessType=rw\n")
     assert len(str(caught.value).splitlines()) == 2
 
 
@@ -256,7 +335,7 @@ def test_all_that_is_wrong_is_named_at_once(tmp_path: Path) -> None:
 def test_what_is_no_eds_is_said(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "no.eds"
     path.write_bytes(content)
-    with pytest.raises(EdsError, match=r"no.eds (is no EDS file|has no object)"):
+    with pytest.raises(EdsError, match=r"no.eds:1: error: the file has no object"):
         load(path, 5)
 
 
@@ -308,7 +387,7 @@ def test_any_file_becomes_a_node_or_is_refused_in_words(
     lines = [line for name, keys in sections.items() for line in (f"[{name}]", *(f"{k}={v}" for k, v in keys.items()))]
     path.write_text("\n".join(lines), encoding="utf-8")
     words = refusal(path)
-    assert words.startswith("any.eds ") if words else CanopenBench(path).take() == ["705#00"]
+    assert words.startswith("any.eds:") if words else CanopenBench(path).take() == ["705#00"]
 
 
 @pytest.mark.parametrize(("text", "number"), [("10", 10), ("0x1F", 31), ("010", 8), ("0", 0), ("-3", -3), (" 7 ", 7)])

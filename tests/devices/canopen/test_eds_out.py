@@ -9,6 +9,7 @@ from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, Text
 from fieldrig_devices.canopen.eds import load
 from fieldrig_devices.canopen.eds_check import Severity, check_eds
 from fieldrig_devices.canopen.eds_source import EdsSource
@@ -88,6 +89,39 @@ def test_dcf_without_its_values_means_the_eds(tmp_path: Path, bench: CanopenBenc
     for section in left.values():
         section.pop("parametervalue", None)
     assert left == meaning(EdsSource(IO32))
+
+
+TYPES = [number for number, one in DATA_TYPES.items() if one is not DOMAIN]
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(TYPES), st.binary(min_size=8, max_size=8)), min_size=1, max_size=8))
+def test_values_that_are_written_are_read_as_the_same_bytes(
+    tmp_path_factory: pytest.TempPathFactory, held: list[tuple[int, bytes]]
+) -> None:
+    """Of every type; a text that fits on no line is left out, and reads as the default."""
+    folder = tmp_path_factory.mktemp("eds")
+    lines = "".join(
+        f"[20{number:02X}]\nDataType={data_type:#x}\nAccessType=rw\n" for number, (data_type, _) in enumerate(held)
+    )
+    (folder / "in.eds").write_text(f"[1000]\nDataType=7\nAccessType=ro\n{lines}")
+    node = CanopenBench(eds=folder / "in.eds").node
+    for number, (data_type, data) in enumerate(held):
+        size = DATA_TYPES[data_type].size
+        node.dictionary.find(0x2000 + number, 0).set(b"\x01" if size == 1 and data_type == 1 else data[: size or 8])
+    (folder / "out.dcf").write_text(node.dcf(), encoding="utf-8")
+    again = load(folder / "out.dcf", 5)
+    for number, (data_type, _) in enumerate(held):
+        variable = node.dictionary.find(0x2000 + number, 0)
+        is_text = isinstance(DATA_TYPES[data_type], Text)
+        found = again.find(variable.index, 0).start
+        assert found == variable.data or (is_text and found == b""), variable.key
+
+
+@given(st.binary(max_size=12))
+def test_visible_string_keeps_every_sequence_of_bytes(data: bytes) -> None:
+    visible = DATA_TYPES[0x09]
+    assert visible.encode(visible.decode(data)) == data
 
 
 texts = st.text(

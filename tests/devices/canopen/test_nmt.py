@@ -140,6 +140,12 @@ def test_two_watches_over_one_node_are_refused(bench: CanopenBench) -> None:
 # 1F80h, CiA 302-2
 
 
+@pytest.mark.parametrize("entry", ["64 00 00 00", "64 00 80 00", "64 00 ff 00", "00 00 09 00"])
+def test_entries_that_watch_no_node_may_be_alike(bench: CanopenBench, entry: str) -> None:
+    """CiA 301 7.5.2.19: with node-ID 0 or above 127, or a time of 0, an entry of 1016h is not used."""
+    bench.write(f"23 16 10 01 {entry}", f"23 16 10 02 {entry}")
+
+
 def test_node_that_starts_itself() -> None:
     bench = CanopenBench(objects={"1F80:00": 0})
     assert bench.after(0) == ["705#00", "185#00 00 00 00", "285#00 00 00 00 00 00 00 00"]

@@ -46,7 +46,7 @@ def test_junit_has_failure_reason_and_frames(report: Report) -> None:
     failure, reason = failed.find("failure"), skipped.find("skipped")
     assert failure is not None
     assert reason is not None
-    assert "expected reading 1004h:00h to be refused with 06020000h" in failure.attrib["message"]
+    assert "expected reading 1004h:00h to be refused with 06020000h or 08000000h" in failure.attrib["message"]
     assert reason.attrib["message"] == "the EDS has no SDO client (1280h and following)"
     assert "605#40 04 10 00" in (failed.findtext("system-out") or "")
 
@@ -61,9 +61,9 @@ def test_html_is_whole_and_escapes(report: Report) -> None:
 
 def test_markdown_has_tables_and_what_failed(report: Report) -> None:
     lines = to_markdown(report).splitlines()
-    assert "| SDO | 3 | 1 | 1 | 1 |" in lines
+    assert "| SDO | 3 | 1 | 0 | 1 | 1 |" in lines
     assert "## 2.6 SDO 06 failed" in lines
-    assert "- came: abort 0800 0000h (general error) for reading 1004h:00h" in lines
+    assert "- came: abort 0606 0000h (hardware error) for reading 1004h:00h" in lines
 
 
 def test_json_has_everything(report: Report) -> None:
@@ -81,5 +81,5 @@ def test_terminal_shows_each_case_what_failed_and_the_sums(report: Report) -> No
     assert isinstance(out.file, StringIO)
     text = out.file.getvalue()
     assert "   2.1 SDO 01" in text
-    assert "came      abort 0800 0000h (general error) for reading 1004h:00h" in text
+    assert "came      abort 0606 0000h (hardware error) for reading 1004h:00h" in text
     assert "node 5: 3 cases: 1 passed, 1 failed, 1 not applicable" in text

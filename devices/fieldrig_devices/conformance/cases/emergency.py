@@ -64,12 +64,18 @@ def forced(bench: Bench) -> Steps[None]:
     _check_register(bench, frame.data[2])
 
 
-@case("5.5", "Emergency 05", "While an error lasts, the error register is what EMCY told.", "CiA 301 7.2.7.1, 7.5.2.2")
+@case("5.5", "Emergency 05", "The error register is what the latest EMCY message told.", "CiA 301 7.2.7.1, 7.5.2.2")
 def register_during_error(bench: Bench) -> Steps[None]:
-    frame = _told(bench, (yield from errors.force(bench)))
+    """An event that is over at once, such as an RPDO that is too short, may leave it at 0: as in the log of CiA's tool.
+
+    There EMCY 8210h has the register at 00h, and so has 1001h.
+    """
+    force = yield from errors.force(bench)
+    _told(bench, force)
     came = yield from bench.read(REGISTER)
-    bench.check(came == frame.data[2], f"{frame.data[2]:02X}h in 1001h:00h, as in EMCY", f"{came:02X}h")
-    bench.check(came != 0, "a bit in the error register while there is an error", "00h")
+    frame = yield from errors.latest(bench)
+    bench.check(came == frame.data[2], f"{frame.data[2]:02X}h in 1001h:00h, as in the latest EMCY", f"{came:02X}h")
+    _check_register(bench, came)
 
 
 @case("5.6", "Emergency 06", "The newest error of the history is the one that EMCY told.", "CiA 301 7.5.2.4")

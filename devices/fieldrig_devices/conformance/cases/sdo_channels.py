@@ -10,14 +10,21 @@ from fieldrig_devices.conformance.line import Steps
 
 SERVERS, CLIENTS = (0x1201, 0x127F), (0x1280, 0x12FF)
 INVALID = 1 << 31
+NO_OBJECT = 0x0602_0000
 Values = dict[tuple[int, int], bytes]
 
 
 @case(
-    "2.28", "SDO 28", "Parameters of further SDO servers can be read, and have what the EDS says.", "CiA 301 7.5.2.33"
+    "2.28",
+    "SDO 28",
+    "Parameters of further SDO servers can be read, and have what the EDS says; others are refused.",
+    "CiA 301 7.5.2.33",
 )
 def read_servers(bench: Bench) -> Steps[None]:
-    values = yield from _read_all(bench, SERVERS, "SDO server beside the first")
+    for index in range(SERVERS[0], SERVERS[1] + 1):
+        if index not in bench.eds:
+            yield from bench.refuses(bench.sdo.read(index), NO_OBJECT, what=f"reading {index:04X}h:00h")
+    values = yield from _read(bench, SERVERS)
     for (index, sub), came in values.items():
         entry = bench.eds.get(index, sub)
         if entry is not None and entry.default is not None:
@@ -47,9 +54,13 @@ def stored_clients(bench: Bench) -> Steps[None]:
 
 
 def _read_all(bench: Bench, indices: tuple[int, int], what: str) -> Steps[Values]:
-    found = bench.eds.indices(*indices)
-    if not found:
+    if not bench.eds.indices(*indices):
         bench.skip(f"the EDS has no {what} ({indices[0]:04X}h and following)")
+    return (yield from _read(bench, indices))
+
+
+def _read(bench: Bench, indices: tuple[int, int]) -> Steps[Values]:
+    found = bench.eds.indices(*indices)
     values: Values = {}
     for entry in bench.eds:
         if entry.index in found and entry.is_readable:

@@ -1,0 +1,115 @@
+"""`fieldrig eds check` and `fieldrig check` name the same things of the same file, for files that tools write oddly."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from canopen_bench import IO32
+from eds_oddities import MISTAKES, ODD, WRONG
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from fieldrig.cli.app import app
+
+TEXT = IO32.read_text()
+HEAD = "[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\n"
+REFUSED = re.compile(r"[^\n]*device.eds:(\d+): (error|warning): ([^\n]*)")
+
+Named = set[tuple[int, str]]
+"""Lines, and what is said of them."""
+
+
+def run(*arguments: object) -> Any:
+    return CliRunner().invoke(app, [str(one) for one in arguments])
+
+
+def named_by_eds_check(paths: list[Path]) -> dict[Path, Named]:
+    named: dict[Path, Named] = {path: set() for path in paths}
+    for line in run("eds", "check", "--json", *paths).stdout.splitlines():
+        one = json.loads(line)
+        named[Path(one["file"])].add((one["line"], said(one)))
+    return named
+
+
+def said(one: dict[str, Any]) -> str:
+    place = " ".join(part for part in (f"[{one['section']}]" if one["section"] else "", one["key"]) if part)
+    return f"{place + ': ' if place else ''}{one['what']}; {one['remedy']}"
+
+
+def named_by_check(paths: list[Path]) -> dict[Path, Named]:
+    """With a node for each file, on a bus of its own."""
+    rig = paths[0].parents[1] / "rig.yaml"
+    buses = "".join(f"  can{number}: {{kind: can.virtual}}\n" for number in range(len(paths)))
+    nodes = "".join(
+        f"  io{number}: {{kind: canopen.node, node_id: 5, eds: {path}, links: {{can: can{number}}}}}\n"
+        for number, path in enumerate(paths)
+    )
+    rig.write_text(f"time: virtual\nbuses:\n{buses}devices:\n{nodes}")
+    named: dict[Path, Named] = {path: set() for path in paths}
+    for one in json.loads(run("check", "--json", rig).stdout):
+        if one.get("severity") == "warning":
+            key = f"{one['key']}: " if one["key"] else ""
+            named[Path(one["file"])].add((one["line"], f"{key}{one['what']}; {one['remedy']}"))
+        else:
+            number = re.fullmatch(r"devices\.io(\d+)\.eds", one["key"])
+            assert number is not None, one
+            named[paths[int(number[1])]] = {(int(line), rest) for line, _, rest in REFUSED.findall(one["what"])}
+    return named
+
+
+def write(folder: Path, texts: list[str]) -> list[Path]:
+    paths = [folder / str(number) / "device.eds" for number in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        path.parent.mkdir()
+        path.write_text(text)
+    return paths
+
+
+FILES = [
+    *(HEAD + text for text, _, _ in ODD),
+    *(HEAD + text for text, _ in WRONG),
+    *(TEXT.replace(right, wrong, 1) for right, wrong, _ in MISTAKES),
+    TEXT,
+    "",
+]
+
+
+def test_both_checks_name_the_same(tmp_path: Path) -> None:
+    paths = write(tmp_path, FILES)
+    by_check, by_eds_check = named_by_check(paths), named_by_eds_check(paths)
+    for path, text in zip(paths, FILES, strict=True):
+        assert by_check[path] == by_eds_check[path], text
+
+
+lines = TEXT.splitlines()
+EDITS = st.tuples(st.integers(0, len(lines) - 1), st.sampled_from(["", "=", "x", "0x", "[2000]", "-1", "$NODEID"]))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.lists(EDITS, min_size=1, max_size=30), min_size=1, max_size=5))
+def test_both_checks_name_the_same_of_any_file(
+    tmp_path_factory: pytest.TempPathFactory, files: list[list[tuple[int, str]]]
+) -> None:
+    texts: list[str] = []
+    for edits in files:
+        changed = list(lines)
+        for number, value in edits:
+            changed[number] = f"{changed[number].partition('=')[0]}={value}"
+        texts.append("\n".join(changed))
+    paths = write(tmp_path_factory.mktemp("eds"), texts)
+    assert named_by_check(paths) == named_by_eds_check(paths)
+
+
+def test_warnings_come_with_file_line_and_key_and_refuse_nothing(tmp_path: Path) -> None:
+    (path,) = write(
+        tmp_path, [TEXT.replace("OrderCode=IO32\n", "").replace("FileName=io32.eds", "FileName=device.eds")]
+    )
+    named_by_check([path])
+    line = path.read_text().splitlines().index("[DeviceInfo]") + 1
+    done = run("check", tmp_path / "rig.yaml")
+    assert done.exit_code == 0
+    assert f"warning: {path}:{line}: [DeviceInfo] OrderCode: is missing\n    write OrderCode=" in done.stderr
+    assert "rig.yaml is right" in done.stdout
