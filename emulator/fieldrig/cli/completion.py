@@ -13,7 +13,7 @@ import typer
 if TYPE_CHECKING:
     from fieldrig.control import Client
 
-PATIENCE_S: Final = 0.5
+PATIENCE_S: Final = 1.0
 """A process that takes longer to answer is left out."""
 RIG_FILES: Final = (".yaml", ".yml")
 BREAKS: Final = (":", "=")
@@ -126,7 +126,7 @@ def _offer(
     from fieldrig.errors import ControlError
 
     try:
-        with Client(endpoint) as rig:
+        with Client(endpoint, PATIENCE_S) as rig:
             offered = [*ask(rig, word, before)]
     except ControlError:
         return []
