@@ -20,6 +20,7 @@ from fieldrig import faults, kinds
 from fieldrig.cli.app import app
 from fieldrig.config import RigConfig, load
 from fieldrig.config_keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
+from fieldrig.device import Device
 from fieldrig.exits import ABOUT, Exit
 from fieldrig.settings import Settings
 from fieldrig_bus.can.faults import CanFault
@@ -194,6 +195,24 @@ def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
 def test_every_fault_is_explained() -> None:
     said = {code_in(row.cells[0])[0] for row in rows(DOCS / "can-faults.md") if row.heading == "What can go wrong"}
     assert said == OTHER_SECTIONS["Keys of a fault"].keys()
+
+
+def test_kinds_that_take_faults_are_those_of_the_readme() -> None:
+    said = [set(code_in(row.cells[1])) for row in rows(ROOT / "README.md") if row.cells[0] == "faults at run time"]
+    buses = {kind for kind in names_in("fieldrig.buses") if kinds.find_bus(kind).fault_models}
+    assert said == [buses | {kind for kind in names_in("fieldrig.devices") if kinds.find_device(kind).fault_models}]
+
+
+@pytest.mark.parametrize("kind", names_in("fieldrig.devices"))
+def test_a_device_that_takes_faults_says_which(kind: str) -> None:
+    device = kinds.find_device(kind)
+    assert (device.add_fault is not Device.add_fault) == bool(device.fault_models)
+
+
+@pytest.mark.parametrize("kind", names_in("fieldrig.buses"))
+def test_faults_of_a_bus_from_the_start_are_those_at_run_time(kind: str) -> None:
+    bus = kinds.find_bus(kind)
+    assert ("faults" in kinds.settings_model(bus).model_fields) == bool(bus.fault_models)
 
 
 def test_exit_codes_are_those_of_the_program() -> None:

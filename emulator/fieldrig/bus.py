@@ -165,6 +165,8 @@ class Bus(ABC, Generic[M]):
 
     about: ClassVar[str] = ""
     """One line for `fieldrig devices`."""
+    fault_models: ClassVar[Mapping[str, type[Any]]] = {}
+    """Settings models of the faults that it takes while the rig runs, by their `what`."""
     times: ClassVar[frozenset[Time]]
     family: ClassVar[str]
     """What its messages are, for traces: can, modbus, serial, wires, ring."""

@@ -25,7 +25,7 @@ from typing import Any, Final, Self
 
 import zenoh
 
-from fieldrig.endpoint import close, connect
+from fieldrig.endpoint import PATIENCE_S, close, connect
 from fieldrig.errors import ControlError
 from fieldrig.untrusted import MalformedError, field, read_json, shown
 
@@ -215,8 +215,8 @@ def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:
 class Client:
     """A tool's view of the one rig at an endpoint, without a loop of its own."""
 
-    def __init__(self, endpoint: str) -> None:
-        self.session = connect(endpoint)
+    def __init__(self, endpoint: str, patience_s: float = PATIENCE_S) -> None:
+        self.session = connect(endpoint, patience_s)
 
     def __enter__(self) -> Self:
         return self

@@ -22,7 +22,7 @@ from fieldrig.bus import Bus
 
 Value = bool | int | float | str
 
-NO_FAULTS = "this device takes no faults\nkinds that do say so in docs/devices.md; every bus of a rig's own takes some"
+NO_FAULTS = "this device takes no faults\ndocs/devices.md names the kinds that take some"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +59,8 @@ class Device:
 
     about: ClassVar[str] = ""
     """One line for `fieldrig devices`."""
+    fault_models: ClassVar[Mapping[str, type[Any]]] = {}
+    """Settings models of the faults that it takes while the rig runs, by their `what`."""
 
     def start(self) -> None:
         """Power on.  Called once, when every link is up."""

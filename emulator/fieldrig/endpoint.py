@@ -24,6 +24,8 @@ ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.02
+PATIENCE_S: Final = 10.0
+"""Zenoh's own."""
 
 
 class NoRigError(ControlError):
@@ -86,10 +88,11 @@ def check_free(endpoint: str) -> None:
         )
 
 
-def connect(endpoint: str) -> zenoh.Session:
-    """A session of a process or tool.  NoRigError if no rig answers there."""
+def connect(endpoint: str, patience_s: float = PATIENCE_S) -> zenoh.Session:
+    """A session of a process or tool.  NoRigError if no rig answers there, in this time if anything listens at all."""
+    settings = {"mode": "client", "connect/endpoints": [endpoint]}
     try:
-        return _open({"mode": "client", "connect/endpoints": [endpoint]})
+        return _open({**settings, "transport/unicast/open_timeout": round(patience_s * 1000)})
     except zenoh.ZError as cause:
         if is_answered(endpoint):
             raise NoRigError(

@@ -1,6 +1,8 @@
 """Addresses that tests may listen on."""
 
+import re
 import socket
+from collections.abc import Mapping
 
 _given: set[int] = set()
 
@@ -14,3 +16,8 @@ def free_port() -> int:
         if port not in _given:
             _given.add(port)
             return port
+
+
+def exchanged(text: str, numbers: Mapping[str, str]) -> str:
+    """The text with ports exchanged for others."""
+    return re.sub(rf"(?<!\d)({'|'.join(numbers)})(?!\d)", lambda match: numbers[match[0]], text)

@@ -18,7 +18,7 @@ from types import TracebackType
 from typing import Self
 
 import pytest
-from addresses import free_port
+from addresses import exchanged, free_port
 from doc_pages import PAGES, ROOT, Block, blocks
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -155,10 +155,10 @@ class Desk:
         return endpoint
 
     def _with_free_ports(self, text: str) -> str:
-        return _exchanged(text, self._ports)
+        return exchanged(text, self._ports)
 
     def _with_known_ports(self, text: str) -> str:
-        return _exchanged(text, self._originals)
+        return exchanged(text, self._originals)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -187,10 +187,6 @@ def _transcript(block: Block) -> Iterator[tuple[str, list[str]]]:
         elif line.strip():
             expected.append(line)
     yield command, expected
-
-
-def _exchanged(text: str, words: dict[str, str]) -> str:
-    return re.sub(rf"(?<!\d)({'|'.join(words)})(?!\d)", lambda match: words[match[0]], text)
 
 
 def _plain(text: str) -> str:

@@ -9,7 +9,7 @@ import logging
 import socket
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from random import Random
 from typing import Any, ClassVar, Final
 
@@ -21,7 +21,7 @@ from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import ERRORS, STATE, Filters, filters_of, wants, wants_own
-from fieldrig_bus.can.faulty_link import FaultyLink, LinkFault
+from fieldrig_bus.can.faulty_link import MODELS, FaultyLink, LinkFault
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.model import CanMessage
 from fieldrig_bus.can.notices import BusState, CanError, FaultNote
@@ -117,6 +117,7 @@ class CanDirectBus(DirectBus[CanMessage]):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote)
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: CanDirectSettings
 
     encode = staticmethod(codec.encode)

@@ -1,6 +1,7 @@
 """`can.virtual`: a CAN bus in virtual time.  What the medium does is in `model`; the hub runs the same in real time."""
 
-from typing import ClassVar, Literal, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -9,6 +10,7 @@ from fieldrig.settings import Settings
 from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.faults import PACED, CanFault
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.given_fault import MODELS
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.can.model import CanBusModel, CanMessage
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, FaultNote
@@ -49,6 +51,7 @@ class CanModelBus(ModelBus[CanMessage]):
 
     family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote, CanControl, BitRate)
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: CanSettings
 
     encode = staticmethod(codec.encode)

@@ -7,7 +7,7 @@ gone, drives hear nothing; their own watch tells them so.
 import asyncio
 import logging
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, Protocol
 
@@ -16,7 +16,7 @@ from pydantic import Field
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig_bus.ring import message
-from fieldrig_bus.ring.faults import MASTER
+from fieldrig_bus.ring.faults import MASTER, MODELS
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, Straight
 from fieldrig_bus.ring.star import Spokes, Star
 from fieldrig_bus.ring.star_rack import Rack
@@ -77,6 +77,7 @@ class RingStar(DirectBus[RingMessage]):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     family: ClassVar[str] = "ring"
     messages: ClassVar[tuple[type, ...]] = (Mst, Mdt, Cycle, Answers, bytes)
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: RingStarSettings
 
     encode = staticmethod(message.encode)

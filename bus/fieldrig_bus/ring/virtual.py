@@ -1,7 +1,7 @@
 """`ring.virtual`: the fibre ring in virtual time.  What the medium does is in `model`."""
 
-from collections.abc import Iterator, Sequence
-from typing import ClassVar, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -9,7 +9,7 @@ from fieldrig.bus import ModelBus, Time
 from fieldrig.settings import Settings, WrongKey
 from fieldrig.wording import closest
 from fieldrig_bus.ring import message
-from fieldrig_bus.ring.faults import MASTER, RingFault, place_of
+from fieldrig_bus.ring.faults import MASTER, MODELS, RingFault, place_of
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
 from fieldrig_bus.ring.model import RingModel
 
@@ -48,6 +48,7 @@ class RingVirtual(ModelBus[RingMessage]):
     times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
     family: ClassVar[str] = "ring"
     messages: ClassVar[tuple[type, ...]] = (Mst, Mdt, Cycle, Answers, bytes)
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: RingSettings
 
     encode = staticmethod(message.encode)

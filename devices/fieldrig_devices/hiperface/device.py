@@ -11,7 +11,7 @@ import logging
 from collections.abc import Mapping
 from math import tau
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -27,7 +27,7 @@ from fieldrig_bus.serial.rfc2217 import SerialRfc2217
 from fieldrig_bus.serial.tcp import SerialTcp
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
-from fieldrig_devices.hiperface.faults import EncoderFaults
+from fieldrig_devices.hiperface.faults import MODELS, EncoderFaults
 from fieldrig_devices.hiperface.line import Seat
 from fieldrig_devices.hiperface.memory import Eeprom
 from fieldrig_devices.hiperface.plate import NamePlate, PlateError
@@ -60,6 +60,7 @@ class SmEncoderSettings(Settings):
 
 class SmEncoder(Device):
     about = "the SinCos encoder of an SM motor with its name plate (HIPERFACE)"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,

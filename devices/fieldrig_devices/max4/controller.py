@@ -6,7 +6,7 @@ come with their own issue; here they can be stored and started, and nothing runs
 
 from collections.abc import Callable, Mapping
 from ipaddress import ip_address
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
@@ -24,7 +24,7 @@ from fieldrig_devices.max4.catalogue import Code
 from fieldrig_devices.max4.diagnosis import Diagnosis, Pending, Sender
 from fieldrig_devices.max4.disk import FlashDisk
 from fieldrig_devices.max4.drive_end import RESET_CLASS_1, RingDrive
-from fieldrig_devices.max4.faults import Max4Faults, MemoryLost, Overrun, PowerOff
+from fieldrig_devices.max4.faults import MODELS, Max4Faults, MemoryLost, Overrun, PowerOff
 from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.logger import Logger
 from fieldrig_devices.max4.memory import RETENTION_DAYS, BufferedRam, ram_bytes
@@ -46,6 +46,7 @@ LZS: Final = Sender("LZS", "LZS")
 
 class Max4(Device):
     about = "MAx-4 PacController: object tree, messages and diagnosis, master of the SERCOS ring of MC-4 drives"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,

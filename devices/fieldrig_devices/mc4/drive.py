@@ -10,7 +10,7 @@ Left out: analog and logic encoder inputs, firmware download.
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import tau
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Device, Point
@@ -26,6 +26,7 @@ from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import RAD
+from fieldrig_devices.mc4.faults import MODELS
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.points import limited_load, points_of
@@ -43,6 +44,7 @@ TICK_NS: Final = 4 * MS
 
 class Mc4(Device):
     about = "ELAU MC-4: a servo drive with motor and load, on a fibre ring"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,

@@ -27,7 +27,8 @@ A rig file (YAML) names buses and devices. `fieldrig up` runs them, on real buse
 PLC program or service tool; the other commands look into a rig that runs.
 
 \b
-    fieldrig up configs/lab.yaml          start the lab; it prints how to reach each part
+    fieldrig new lab                      make an example rig and its files in the folder lab
+    fieldrig up lab/lab.yaml              start it; it prints how to reach each part
     fieldrig status                       what runs, and how it is
     fieldrig watch can0                   every message on a bus
     fieldrig get tank                     all values of a device

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
 
 TIMES: Final = ("start_ms", "duration_ms")
@@ -14,11 +15,22 @@ IN_HEX: Final = ("identifier", "mask")
 
 def fault(
     where: Annotated[
-        str, typer.Argument(metavar="BUS|DEVICE", help="A bus or a device of the rig.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="BUS|DEVICE",
+            help="A bus or a device of the rig.",
+            show_default=False,
+            autocompletion=completion.faulty,
+        ),
     ],
     words: Annotated[
         list[str] | None,
-        typer.Argument(metavar="WHAT|KEY=VALUE", help="The fault to add.", show_default=False),
+        typer.Argument(
+            metavar="WHAT|KEY=VALUE",
+            help="The fault to add.",
+            show_default=False,
+            autocompletion=completion.fault_word,
+        ),
     ] = None,
     clear: Annotated[
         str | None, typer.Option("--clear", metavar="NUMBER", help="Take a fault away, or all.", show_default=False)

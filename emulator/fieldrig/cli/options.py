@@ -7,10 +7,15 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from fieldrig.cli import completion
+
 ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 
-RigFile = Annotated[Path, typer.Argument(metavar="FILE", help="The rig file.", show_default=False)]
+RigFile = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="The rig file.", show_default=False, autocompletion=completion.rig_file),
+]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(

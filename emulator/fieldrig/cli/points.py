@@ -4,11 +4,17 @@ from typing import Annotated, Any
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json
 
 
 def get(
-    names: Annotated[list[str], typer.Argument(metavar="DEVICE[/KEY]...", help="What to read.", show_default=False)],
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="DEVICE[/KEY]...", help="What to read.", show_default=False, autocompletion=completion.point
+        ),
+    ],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
@@ -36,7 +42,13 @@ def get(
 
 def set_(
     settings: Annotated[
-        list[str], typer.Argument(metavar="DEVICE/KEY=VALUE...", help="What to write.", show_default=False)
+        list[str],
+        typer.Argument(
+            metavar="DEVICE/KEY=VALUE...",
+            help="What to write.",
+            show_default=False,
+            autocompletion=completion.setting,
+        ),
     ],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,

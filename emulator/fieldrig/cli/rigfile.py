@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import AsJson, Overrides, RigFile, echo_json, echo_table
 
 
@@ -59,7 +60,10 @@ def schema() -> None:
 
 def devices(
     kind: Annotated[
-        str | None, typer.Argument(help="One kind, to see its links and settings.", show_default=False)
+        str | None,
+        typer.Argument(
+            help="One kind, to see its links and settings.", show_default=False, autocompletion=completion.kind
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

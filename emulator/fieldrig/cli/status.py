@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
 from fieldrig.exits import Exit
 
@@ -19,6 +20,7 @@ def status(
             help="Only say whether this process, device or bus is ready, by exit code 0 or 7; `all` is the whole rig,"
             " `rig` its control service.",
             show_default=False,
+            autocompletion=completion.ready_part,
         ),
     ] = None,
     as_json: AsJson = False,

@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, duration_ns, echo_json
 
 PATIENCE_S = 3600.0
@@ -59,7 +60,13 @@ def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
 
 def restart(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="A process, or a device or bus in it.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="A process, or a device or bus in it.",
+            show_default=False,
+            autocompletion=completion.part,
+        ),
     ],
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, For, duration_ns, echo_json
 
 if TYPE_CHECKING:
@@ -37,7 +38,12 @@ def trace() -> None:
 TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace.", show_default=False)]
 Buses = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[BUS]...", help="Only these; a * stands for any letters.", show_default=False),
+    typer.Argument(
+        metavar="[BUS]...",
+        help="Only these; a * stands for any letters.",
+        show_default=False,
+        autocompletion=completion.bus,
+    ),
 ]
 
 

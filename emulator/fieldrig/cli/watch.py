@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fieldrig.cli import completion
 from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, For, duration_ns
 from fieldrig.cli.points import show_value
 
@@ -21,7 +22,12 @@ NANO = 1_000_000_000
 def watch(
     patterns: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[PATTERN]...", help="Buses, or points of devices (with a /).", show_default=False),
+        typer.Argument(
+            metavar="[PATTERN]...",
+            help="Buses, or points of devices (with a /).",
+            show_default=False,
+            autocompletion=completion.watched,
+        ),
     ] = None,
     count: Annotated[
         int | None, typer.Option("--count", "-n", min=1, help="Stop after so many lines.", show_default=False)

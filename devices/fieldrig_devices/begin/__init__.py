@@ -1,0 +1,1 @@
+"""`fieldrig new`: a folder with a rig file, the files that it names, and a test, to begin with."""

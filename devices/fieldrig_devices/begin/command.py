@@ -1,0 +1,118 @@
+"""`fieldrig new`: make a folder to begin with, from the menu of examples or for an EDS file."""
+
+import shlex
+import sys
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Annotated
+
+import typer
+
+from fieldrig.errors import UsageError
+
+Content = Mapping[PurePosixPath, bytes]
+
+
+def complete_example(incomplete: str) -> list[tuple[str, str]]:
+    """The examples of the menu with their sentences, for the shell."""
+    from fieldrig_devices.begin.examples import menu
+
+    return [(name, about) for name, about in menu().items() if name.startswith(incomplete)]
+
+
+def new(
+    example: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[EXAMPLE]",
+            help="One of the menu; left out with --eds.",
+            show_default=False,
+            autocompletion=complete_example,
+        ),
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Argument(metavar="[DIR]", help="Where to write; without it a folder of that name.", show_default=False),
+    ] = None,
+    eds: Annotated[
+        Path | None,
+        typer.Option("--eds", metavar="FILE", help="Make a rig for this EDS or DCF file.", show_default=False),
+    ] = None,
+) -> None:
+    """Make a folder with a rig file, the files that it names, and a test that passes.
+
+    \b
+        fieldrig new                       show the menu of examples, and ask
+        fieldrig new lab bench             the files of the example `lab`, in the folder bench
+        fieldrig new --eds drive.eds       a CANopen node from an EDS file, in the folder drive
+
+    No file is ever overwritten.
+    """
+    if eds is None:
+        _from_menu(example, folder)
+    elif folder is not None:
+        raise typer.BadParameter("with --eds there is no example to name, only the folder")
+    else:
+        from fieldrig_devices.begin.eds_rig import content_for, name_for
+
+        _make(content_for(eds), Path(example or name_for(eds)))
+
+
+def _from_menu(example: str | None, folder: Path | None) -> None:
+    from fieldrig.wording import closest
+    from fieldrig_devices.begin.examples import content_of, menu
+
+    examples = menu()
+    if example is None:
+        _show(examples)
+        if not (sys.stdin.isatty() and sys.stdout.isatty()):
+            typer.echo("\n`fieldrig new EXAMPLE [DIR]` makes one of them, `fieldrig new --eds FILE` a node of yours")
+            return
+        example = typer.prompt("\nWhich one", default="lab")
+        folder = Path(typer.prompt("In the folder", default=example))
+    if example not in examples:
+        is_eds = Path(example).suffix.lower() in (".eds", ".dcf")
+        remedy = f"write `fieldrig new --eds {example}`" if is_eds else closest(example, list(examples))
+        raise UsageError(f"there is no example {example!r}", remedy)
+    _make(content_of(example), folder or Path(example))
+
+
+def _show(examples: Mapping[str, str]) -> None:
+    from fieldrig.cli.options import echo_table
+
+    echo_table(("example", "what it is"), examples.items())
+
+
+def _make(content: Content, folder: Path) -> None:
+    """Write all the files, or none if another file is in the place of one."""
+    try:
+        taken = [str(path) for path, data in content.items() if _is_taken(folder / path, data)]
+        if taken:
+            raise UsageError(f"other files are in the place of {', '.join(taken)} in {folder}", "name another folder")
+        for path, data in content.items():
+            file = folder / path
+            if not file.exists():
+                file.parent.mkdir(parents=True, exist_ok=True)
+                with file.open("xb") as target:
+                    target.write(data)
+    except OSError as cause:
+        raise UsageError(f"{cause.filename} can't be written: {cause.strerror}", "name another folder") from cause
+    _tell(content, folder)
+
+
+def _is_taken(file: Path, data: bytes) -> bool:
+    """Whether the file can't be written without harm to what is there."""
+    if file.exists() or file.is_symlink():
+        return not file.is_file() or file.read_bytes() != data
+    return any(parent.exists() and not parent.is_dir() for parent in file.parents)
+
+
+def _tell(content: Content, folder: Path) -> None:
+    from importlib.util import find_spec
+
+    rig = shlex.quote(str(folder / next(iter(content))))
+    typer.echo(f"{folder}: {', '.join(map(str, content))}\n\nnext:")
+    typer.echo(f"  fieldrig check {rig}")
+    typer.echo(f"  fieldrig up {rig}")
+    hint = "" if find_spec("pytest") else "    # after: python -m pip install pytest"
+    typer.echo(f"  python -m pytest {shlex.quote(str(folder))}{hint}")

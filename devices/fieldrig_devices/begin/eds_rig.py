@@ -1,0 +1,132 @@
+"""A rig with one CANopen node, made for an EDS or DCF file that is given."""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from string import Template
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.canopen import eds
+from fieldrig_devices.canopen.eds_text import parse_number
+
+BIT_RATES = (500_000, 250_000, 1_000_000, 125_000, 800_000, 50_000, 20_000, 10_000)
+"""The first that the file names is taken."""
+COMMISSIONING = re.compile(r"(?ims)^[ \t]*\[DeviceComm?issioning\](.*?)(?=^[ \t]*\[|\Z)")
+KEY = re.compile(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(\w+)")
+DEVICE_TYPE = 0x1000
+NODE_ID = 1
+"""Taken where the file is no DCF, which names one."""
+
+RIG = Template("""\
+# One CANopen node from $eds, on a CAN bus that your own master can join.
+# `fieldrig up $name.yaml` starts it and prints how to reach each part; `fieldrig check $name.yaml` explains mistakes.
+time: real                        # the computer's clock
+
+buses:
+  can0:
+    kind: can.hub                 # `fieldrig devices can.hub` lists its settings, and those of other kinds
+    bitrate: $bit_rate
+    socketcand: 127.0.0.1:29536   # python-can, canopen and others join here
+
+devices:
+  $name:
+    kind: canopen.node
+    node_id: $node_id
+    eds: $eds
+    links: {can: can0}
+    objects: {}                   # power-on values other than the file's, such as "1017:00": 1000 for a heartbeat
+""")
+
+VIRTUAL = Template("""\
+# The rig of $name.yaml in virtual time: as fast as the computer can, the same bytes at every run.
+extends: $name.yaml
+time: virtual
+speed: max
+buses:
+  can0: {kind: can.virtual, bitrate: $bit_rate}
+""")
+
+TEST = Template('''\
+"""The node of $name.yaml in virtual time, seen from a master on its CAN bus."""
+
+from pathlib import Path
+
+from fieldrig.clock import S
+from fieldrig.pytest_plugin import RigMaker
+from fieldrig_bus.can.frame import CanFrame
+
+RIG = Path(__file__).with_name("$name-virtual.yaml")
+NODE_ID = $node_id
+READ_1000H = bytes.fromhex("40 00 10 00 00 00 00 00")
+DEVICE_TYPE = bytes.fromhex("43 00 10 00 $device_type")
+
+
+def test_the_node_boots(fieldrig_rig: RigMaker) -> None:
+    rig = fieldrig_rig(RIG)
+    heard: list[CanFrame] = []
+    rig.attach("master").link("can0").on_receive(heard.append, interest=[(0x700 + NODE_ID, 0x7FF)])
+    rig.run_until(1 * S)
+    assert heard[0].data == b"\\x00"
+
+
+def test_a_master_reads_the_device_type_by_sdo(fieldrig_rig: RigMaker) -> None:
+    rig = fieldrig_rig(RIG)
+    rig.run_until(1 * S)
+    heard: list[CanFrame] = []
+    can = rig.attach("master").link("can0")
+    can.on_receive(heard.append, interest=[(0x580 + NODE_ID, 0x7FF)])
+    can.send(CanFrame(0x600 + NODE_ID, READ_1000H))
+    rig.run_until(2 * S)
+    assert [frame.data for frame in heard] == [DEVICE_TYPE]
+''')
+
+
+def name_for(file: Path) -> str:
+    """A name as rig files have them, from that of the EDS file."""
+    name = re.sub(r"[^a-z0-9_-]+", "-", file.stem.lower()).strip("-_")
+    return name if re.match(r"[a-z]", name) and name != "can0" else f"node-{name}".rstrip("-")
+
+
+def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
+    """The files of the rig by their paths, the rig file first.  UsageError if the EDS file makes no node."""
+    try:
+        node_id, bit_rate = _commissioning(file)
+        dictionary = eds.load(file, node_id)
+        data = file.read_bytes()
+    except OSError as cause:
+        raise UsageError(f"{file} can't be read: {cause.strerror}", "expected an EDS or DCF file") from cause
+    except ValueError as cause:
+        remedy = f"`fieldrig eds check {file}` says what to write instead"
+        raise UsageError(f"no node can be made from {file}:\n{cause}", remedy) from cause
+    rates = dictionary.features.bit_rates
+    name = name_for(file)
+    words = {
+        "name": name,
+        "eds": json.dumps(f"eds/{file.name}", ensure_ascii=False),
+        "node_id": node_id,
+        "bit_rate": bit_rate or next((rate for rate in BIT_RATES if rate in rates), BIT_RATES[0]),
+        "device_type": dictionary.find(DEVICE_TYPE, 0).data.hex(" "),
+    }
+    return {
+        PurePosixPath(f"{name}.yaml"): RIG.substitute(words).encode(),
+        PurePosixPath(f"{name}-virtual.yaml"): VIRTUAL.substitute(words).encode(),
+        PurePosixPath(f"test_{name.replace('-', '_')}.py"): TEST.substitute(words).encode(),
+        PurePosixPath("eds", file.name): data,
+    }
+
+
+def _commissioning(file: Path) -> tuple[int, int | None]:
+    """Node-ID and bit rate as a DCF has them (CiA 306-1 6.2.2); where it doesn't, ours, and None."""
+    text = file.read_text(encoding="latin-1")
+    section = COMMISSIONING.search(text)
+    keys = dict(KEY.findall(section[1].lower())) if section else {}
+    node_id, kilobits = _number(keys.get("nodeid", "")), _number(keys.get("baudrate", ""))
+    return node_id if 1 <= node_id <= 127 else NODE_ID, kilobits * 1000 if 10 <= kilobits <= 1000 else None
+
+
+def _number(text: str) -> int:
+    try:
+        return parse_number(text)
+    except ValueError:
+        return 0

@@ -1,0 +1,74 @@
+"""The examples that `fieldrig new` copies: the rig files of `configs`, which the wheel carries inside this package.
+
+An example is a rig file; it is described by the comment in its first line.  Its variants (`lab-virtual.yaml` extends
+`lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it, so a rig file that is added
+to the folder is in the menu without further ado.
+"""
+
+from collections.abc import Iterator, Mapping
+from importlib.resources import files
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from fieldrig.yaml_source import read
+
+SUFFIX = ".yaml"
+
+
+def folder() -> Path:
+    """Where the examples are: in the installed package, or in the clone that an editable installation reads."""
+    package = Path(str(files("fieldrig_devices")))
+    packed = package / "examples"
+    return packed if packed.is_dir() else package.parents[1] / "configs"
+
+
+def menu() -> dict[str, str]:
+    """The sentence about each example, by its name."""
+    rigs = sorted(folder().glob(f"*{SUFFIX}"))
+    return {rig.stem: _sentence(rig) for rig in rigs if not _is_variant(rig)}
+
+
+def content_of(example: str) -> Mapping[PurePosixPath, bytes]:
+    """The files of an example by their paths, the rig file first."""
+    root = folder()
+    rigs = [root / f"{example}{SUFFIX}", *sorted(root.glob(f"{example}-*{SUFFIX}"))]
+    found: dict[Path, None] = {}
+    for rig in (rig for rig in rigs if rig.stem == example or _is_variant(rig)):
+        _follow(rig, found)
+    test = root / f"test_{example.replace('-', '_')}.py"
+    return {PurePosixPath(file.relative_to(root).as_posix()): file.read_bytes() for file in (*found, test)}
+
+
+def _sentence(rig: Path) -> str:
+    with rig.open(encoding="utf-8") as lines:
+        return lines.readline().removeprefix("#").strip()
+
+
+def _data(rig: Path) -> Any:
+    return read(rig.read_text(encoding="utf-8"), rig.name).data
+
+
+def _is_variant(rig: Path) -> bool:
+    base = _data(rig).get("extends", "").removesuffix(SUFFIX)
+    return bool(base) and rig.stem.startswith(f"{base}-")
+
+
+def _follow(file: Path, found: dict[Path, None]) -> None:
+    """Add the file, and all that it leads to."""
+    if file in found:
+        return
+    found[file] = None
+    if file.suffix == SUFFIX:
+        for text in _texts(_data(file)):
+            for name in (text, f"{text.partition(':')[0]}.py"):  # a file, or `kind: "press:Press"`
+                named = folder() / name
+                if named.is_file() and named.resolve().is_relative_to(folder().resolve()):
+                    _follow(named, found)
+
+
+def _texts(data: Any) -> Iterator[str]:
+    if isinstance(data, str):
+        yield data
+    elif isinstance(data, dict | list):
+        for value in data.values() if isinstance(data, dict) else data:
+            yield from _texts(value)

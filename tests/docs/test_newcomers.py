@@ -1,0 +1,143 @@
+"""What docs/begin.md promises to a newcomer without a clone: three paths as scripts, run with nothing but the wheel.
+
+The wheel is built from this clone and installed with its dependencies into an empty virtual environment, as the first
+script does it; so pip needs a package index, and keeps in its cache what it downloads.
+"""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from addresses import exchanged, free_port
+from doc_pages import ROOT, Block, blocks
+
+from fieldrig_devices.begin.examples import content_of, menu
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
+
+SCRIPTS = Path(__file__).parent
+FIRST, *OTHERS = "wheel_to_first_test.sh", "rig_file_to_first_reading.sh", "own_device_to_first_frame.sh"
+PAGE = ROOT / "docs" / "begin.md"
+PORTS = ("7449", "5021", "29538")
+PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
+IN_THE_WHEEL = """
+import hashlib, json, sys
+from fieldrig_devices.begin.examples import content_of, menu
+print(json.dumps({one: {str(p): hashlib.sha256(d).hexdigest() for p, d in content_of(one).items()} for one in menu()}))
+"""
+
+
+ENDING = "trap 'jobs -p | xargs -r kill' EXIT\n"
+"""Whatever a script has started ends with it."""
+
+
+class Newcomer:
+    """An empty folder of a machine that has Python and the wheel, and no clone."""
+
+    def __init__(self, folder: Path, wheel: Path) -> None:
+        self.folder = folder
+        self._ports = {port: str(free_port()) for port in PORTS}
+        kept = {name: value for name, value in os.environ.items() if not name.startswith(("FIELDRIG", "PYTHON"))}
+        programs = (folder / ".venv/bin", Path(sys.base_prefix) / "bin", os.environ["PATH"])
+        self._environment = {**kept, "PATH": os.pathsep.join(map(str, programs)), "WHEEL": str(wheel)}
+        self._environment.pop("VIRTUAL_ENV", None)
+
+    def save(self, block: Block) -> None:
+        (self.folder / name_of(block)).write_text(exchanged(block.text, self._ports), encoding="utf-8")
+
+    def run(self, script: str) -> None:
+        """Every command must succeed; at a failure its output says how far it came."""
+        with subprocess.Popen(
+            ["bash", "-euxo", "pipefail", "-c", ENDING + exchanged(script, self._ports)],
+            cwd=self.folder,
+            env=self._environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        ) as process:
+            try:
+                output = process.communicate()[0]
+            finally:
+                if process.poll() is None:
+                    os.killpg(process.pid, signal.SIGKILL)
+        assert process.returncode == 0, output
+
+    def python(self, code: str) -> str:
+        command = [str(self.folder / ".venv/bin/python"), "-c", code]
+        return subprocess.run(
+            command, cwd=self.folder, env=self._environment, capture_output=True, text=True, check=True
+        ).stdout
+
+
+def name_of(block: Block) -> str:
+    return block.info[2]
+
+
+def is_saved(block: Block) -> bool:
+    return len(block.info) == 3 and block.info[1] in ("file", "rig")
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    looked = subprocess.run([*PIP, "download", "-q", "--no-deps", "-d", folder / "look", "hatchling"], check=False)
+    if looked.returncode != 0 and not os.environ.get("CI"):
+        pytest.skip("pip reaches no package index")
+    subprocess.run([*PIP, "wheel", "-q", "--no-deps", "--wheel-dir", folder, ROOT], check=True)
+    return next(folder.glob("fieldrig-*.whl"))
+
+
+@pytest.fixture(scope="module")
+def newcomer(wheel: Path) -> Iterator[Newcomer]:
+    """After the first path: its environment is the one that the others begin with."""
+    with tempfile.TemporaryDirectory(prefix="new") as folder:  # short, as Unix sockets ask for
+        newcomer = Newcomer(Path(folder), wheel)
+        newcomer.run((SCRIPTS / FIRST).read_text(encoding="utf-8"))
+        yield newcomer
+
+
+def test_from_the_wheel_to_the_first_test(newcomer: Newcomer) -> None:
+    assert (newcomer.folder / "bench/lab.yaml").is_file()
+
+
+@pytest.mark.parametrize("script", OTHERS)
+def test_a_path_of_the_page(newcomer: Newcomer, script: str) -> None:
+    for block in filter(is_saved, blocks(PAGE)):
+        newcomer.save(block)
+    newcomer.run((SCRIPTS / script).read_text(encoding="utf-8"))
+
+
+def test_the_wheel_has_the_examples_of_the_clone(newcomer: Newcomer) -> None:
+    ours = {
+        one: {str(path): hashlib.sha256(data).hexdigest() for path, data in content_of(one).items()} for one in menu()
+    }
+    assert json.loads(newcomer.python(IN_THE_WHEEL)) == ours
+
+
+def test_the_files_of_every_example_of_the_wheel_are_right(newcomer: Newcomer) -> None:
+    for example in menu():
+        rigs = [path for path in content_of(example) if path.suffix == ".yaml" and len(path.parts) == 1]
+        checks = "\n".join(f"fieldrig check all/{example}/{rig}" for rig in rigs)
+        newcomer.run(f"fieldrig new {example} all/{example}\n{checks}")
+
+
+def test_the_scripts_take_the_way_of_the_page() -> None:
+    """Every command of the page is one of a script, apart from what looks at its output there."""
+    lines = [
+        line for script in (FIRST, *OTHERS) for line in (SCRIPTS / script).read_text(encoding="utf-8").splitlines()
+    ]
+    commands = [
+        line.partition("  #")[0] for block in blocks(PAGE) if block.info == ("sh",) for line in block.text.splitlines()
+    ]
+    assert len(commands) > 10
+    missing = [one for one in commands if not any(line.replace(" -q ", " ").startswith(one) for line in lines)]
+    assert missing == ["cp configs/eds/level-sensor.eds my-sensor.eds"]  # from the wheel's examples there

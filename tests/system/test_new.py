@@ -1,0 +1,43 @@
+"""`fieldrig new` as a user has it: all that it makes passes `fieldrig check`, and its own test."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from running_rig import FIELDRIG
+from terminal import Terminal
+
+from fieldrig_devices.begin.examples import menu
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+
+EDS_FILES = ("configs/eds/io32.eds", "devices/fieldrig_devices/arp/can/arp-card.eds")
+ROOT = Path(__file__).parents[2]
+OPTIONS = [["new", example] for example in menu()] + [["new", "--eds", str(ROOT / file)] for file in EDS_FILES]
+
+
+def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("words", OPTIONS, ids=lambda words: words[-1].rpartition("/")[2])
+def test_what_is_made_passes_check_and_its_own_test(tmp_path: Path, words: list[str]) -> None:
+    assert run(tmp_path, *FIELDRIG, *words, "made").returncode == 0
+    rigs = [str(file.relative_to(tmp_path)) for file in (tmp_path / "made").glob("*.yaml")]
+    for rig in rigs:
+        checked = run(tmp_path, *FIELDRIG, "check", rig)
+        assert checked.returncode == 0, checked.stderr
+    tested = run(tmp_path, sys.executable, "-m", "pytest", "-W", "error", "-p", "no:cacheprovider", "made")
+    assert tested.returncode == 0, tested.stdout
+    assert rigs
+    assert " passed" in tested.stdout
+
+
+def test_at_a_terminal_it_shows_the_menu_and_asks(tmp_path: Path) -> None:
+    with Terminal(" ".join([*FIELDRIG, "new"]), tmp_path) as terminal:
+        terminal.until_shown("packaging-line", "Which one [lab]")
+        terminal.type("own-device\n")
+        terminal.until_shown("In the folder [own-device]")
+        assert terminal.press("bench\n") == 0
+    assert (tmp_path / "bench/press.py").is_file()
