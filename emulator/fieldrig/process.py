@@ -23,6 +23,7 @@ from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
 from fieldrig.placement import ProcessPlan, linked_buses
+from fieldrig.progress import step
 from fieldrig.real_clock import RealClock
 from fieldrig.store import FileStore
 
@@ -106,6 +107,7 @@ class DeviceProcess:
         for name in self.plan.buses:
             bus = self.config.buses[name].bus
             assert isinstance(bus, ModelBus)
+            step(f"opening {name}")
             hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed)
             await hub.open()
             self.hubs[name] = hub
@@ -127,6 +129,7 @@ class DeviceProcess:
     def start(self) -> None:
         """Build the devices, then power them on in order.  ConfigError if one finds its settings wrong."""
         for entry in self._entries():
+            step(f"building {entry.name}")
             self.devices[entry.name] = build_device(
                 entry,
                 clock=self.clock,
@@ -134,7 +137,8 @@ class DeviceProcess:
                 store=FileStore(self.path(f"state/{entry.name}.bin")),
                 seed=self.config.seed,
             )
-        for device in self.devices.values():
+        for name, device in self.devices.items():
+            step(f"starting {name}")
             self.clock.handle(device.start)
 
     async def close(self) -> None:
@@ -153,6 +157,11 @@ class DeviceProcess:
         return [self.config.devices[name] for name in self.plan.devices]
 
     async def _end(self, device: str, name: str, patience_s: float) -> Link[Any]:
+        link = await self._linked(device, name, patience_s)
+        step(f"{device} is attached to {name}")
+        return link
+
+    async def _linked(self, device: str, name: str, patience_s: float) -> Link[Any]:
         bus = self.config.buses[name].bus
         if name in self.hubs:
             return self.hubs[name].join(device)

@@ -59,6 +59,8 @@ class Member:
     state: State = State.STARTING
     pid: int | None = None
     restarts: int = 0
+    step: str = ""
+    """How far it has come with its start; only a supervisor knows."""
     since_s: float = field(default_factory=time.monotonic)
     """When it was spawned last, or came."""
     released: asyncio.Event = field(default_factory=asyncio.Event)
@@ -227,6 +229,7 @@ def _shown(member: Member) -> dict[str, Any]:
         "pid": member.pid,
         "uptime_s": round(member.age_s(), 3) if member.pid is not None else None,
         "restarts": member.restarts,
+        "step": member.step if member.state in ON_ITS_WAY else "",
         "on_exit": plan.on_exit,
         "buses": plan.buses,
         "devices": plan.devices,

@@ -209,7 +209,23 @@ def test_a_device_that_cannot_start_is_named_with_the_end_of_its_log() -> None:
 def test_a_device_that_never_gets_ready_is_named() -> None:
     with RunningRig(with_device('kind: "lamp_kinds:Stuck"') + "start_timeout_s: 1.5\n", KINDS) as rig:
         assert rig.ended() == 5
-        assert "extra was not ready after 1.5 s" in rig.output()
+        assert "extra made no progress for 1.5 s while it started (its last step: starting extra)" in rig.output()
+        assert "set start_timeout_s: 3 in the rig file" in rig.output()
+
+
+def test_a_process_that_hangs_when_it_is_started_again_is_told_of_even_if_quiet_and_comes_back() -> None:
+    entry = 'kind: "lamp_kinds:Hanging", links: {wires: wires}'
+    with RunningRig(with_device(entry) + "start_timeout_s: 3\n", KINDS, "--quiet") as rig:
+        signal_to(pids(rig.until_ready())["extra"], signal.SIGKILL)
+        rig.until_back("extra", restarts=2)
+        for said in (
+            "extra died: killed by SIGKILL; starting it again",
+            "while it started (its last step: starting extra); killing it",
+            "on a busy host set start_timeout_s: ",
+            "extra is back",
+        ):
+            assert said in rig.output()
+        assert "supervisor: late: made no progress" in rig.log("extra")
 
 
 def test_a_taken_port_is_named_with_its_remedy(free_port: int) -> None:
