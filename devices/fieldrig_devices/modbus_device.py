@@ -8,7 +8,7 @@ memory before the response to the write leaves.
 
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -16,8 +16,9 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
+from fieldrig.errors import ConfigError
 from fieldrig.link import Link
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig.store import Store
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
@@ -26,7 +27,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.modbus_port import ModbusPort
 from fieldrig_devices.modbus_tools import lines_for
 from fieldrig_devices.modbus_unit import ModbusUnit
-from fieldrig_devices.register_table import load_table
+from fieldrig_devices.register_table import driven_wires, load_table
 from fieldrig_devices.register_value import OutOfRange
 
 log = logging.getLogger(__name__)
@@ -70,6 +71,17 @@ class ModbusDeviceSettings(Settings):
         if (self.table is None) == (self.units is None):
             raise ValueError("give either table (and unit_id) for one unit, or units for several")
         return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        for unit_id, unit in self.by_unit().items():
+            is_one = self.units is None
+            yield Claim("modbus", "unit", unit_id, ("unit_id",) if is_one else ("units", unit_id))
+            try:
+                wires = driven_wires(load_table(unit.table))
+            except ConfigError:
+                continue  # told when the device is built, at its own lines
+            for wire in wires:
+                yield Claim("wires", "wire", wire, ("table",) if is_one else ("units", unit_id, "table"))
 
     def by_unit(self) -> dict[int, UnitSettings]:
         if self.units is not None:

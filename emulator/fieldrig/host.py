@@ -1,8 +1,9 @@
 """One process of a rig in real time: `python -m fieldrig.host FILE --process NAME`.
 
 The rig's supervisor starts it, holds its standard input open, follows its steps and reads its log.  It opens its
-hubs, asks the rig to join, attaches and starts its devices when it may, says that it is ready, answers questions, and ends on SIGTERM, or
-when its standard input ends because the supervisor is gone.  An exception in a device's code ends it too: exit code 70.
+hubs, asks the rig to join, attaches and starts its devices when it may, says that it is ready, answers questions, and
+ends on SIGTERM, or when its standard input ends because the supervisor is gone.  An exception in a device's code ends
+it too: exit code 70.
 """
 
 import argparse
