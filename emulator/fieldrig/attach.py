@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
+from fieldrig.blame import blame
 from fieldrig.bus import ModelBus
 from fieldrig.clock import S
 from fieldrig.errors import BusError
@@ -16,6 +17,9 @@ from fieldrig.net import split_address
 from fieldrig.real_clock import RealClock
 
 log = logging.getLogger(__name__)
+
+MOST_STANDING = 4_096
+"""Messages that are kept for a new hub; a hub takes no more of one member."""
 
 
 class RemoteLink(asyncio.Protocol):
@@ -39,7 +43,8 @@ class RemoteLink(asyncio.Protocol):
 
     def send(self, message: Any) -> None:
         data = self._encode(message)
-        if self._standing_of is not None and (standing := self._standing_of(message)) is not None:
+        standing = None if self._standing_of is None else self._standing_of(message)
+        if standing is not None and (standing in self._standing or len(self._standing) < MOST_STANDING):
             self._standing[standing] = data
         if self._transport is None:
             log.debug("%s: %s has no hub; not sent: %r", self._bus.name, self._member, message)
@@ -92,7 +97,12 @@ class RemoteLink(asyncio.Protocol):
         for kind, instant_ns, body in self._records.feed(data):
             if kind == Kind.MESSAGE:
                 if self._handler is not None:
-                    handle_at(instant_ns + offset_ns, self._handler, decode(body))
+                    message = decode(body)
+                    try:
+                        handle_at(instant_ns + offset_ns, self._handler, message)
+                    except Exception as fault:
+                        blame(fault, self._member, self._bus.name, instant_ns + offset_ns)
+                        raise
             elif self._welcome is not None and not self._welcome.done():
                 self._on_answer(kind, json.loads(body))
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.attach import RemoteLink
+from fieldrig.blame import blame, blamed
 from fieldrig.build import build_device
 from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
 from fieldrig.bus_questions import Subject, answers_of_bus
@@ -24,7 +25,7 @@ from fieldrig.hub import LocalHub
 from fieldrig.link import Link
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.progress import step
-from fieldrig.real_clock import RealClock
+from fieldrig.real_clock import DeviceClock, RealClock
 from fieldrig.store import FileStore
 
 log = logging.getLogger(__name__)
@@ -46,10 +47,14 @@ class End:
         return self._process.path(name)
 
     def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
-        if instant_ns is None:
-            self.clock.handle(handler, message)
-        else:
-            self.clock.handle_at(instant_ns, handler, message)
+        try:
+            if instant_ns is None:
+                self.clock.handle(handler, message)
+            else:
+                self.clock.handle_at(instant_ns, handler, message)
+        except Exception as fault:
+            blame(fault, self.member, self._bus.name, self.clock.now_ns())
+            raise
 
     def heard(self, sender: str, message: Any) -> None:
         self._process.heard(self._bus.name, sender, message)
@@ -130,16 +135,18 @@ class DeviceProcess:
         """Build the devices, then power them on in order.  ConfigError if one finds its settings wrong."""
         for entry in self._entries():
             step(f"building {entry.name}")
-            self.devices[entry.name] = build_device(
-                entry,
-                clock=self.clock,
-                links=_links(entry, self._ends.get(entry.name, {})),
-                store=FileStore(self.path(f"state/{entry.name}.bin")),
-                seed=self.config.seed,
-            )
+            with blamed(entry.name, self.clock.now_ns()):
+                self.devices[entry.name] = build_device(
+                    entry,
+                    clock=DeviceClock(self.clock, entry.name),
+                    links=_links(entry, self._ends.get(entry.name, {})),
+                    store=FileStore(self.path(f"state/{entry.name}.bin")),
+                    seed=self.config.seed,
+                )
         for name, device in self.devices.items():
             step(f"starting {name}")
-            self.clock.handle(device.start)
+            with blamed(name, self.clock.now_ns()):
+                self.clock.handle(device.start)
 
     async def close(self) -> None:
         for wait in tuple(self._waits):

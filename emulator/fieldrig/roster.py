@@ -14,6 +14,7 @@ from enum import StrEnum
 from importlib.metadata import version
 from typing import Any
 
+from fieldrig.asked import asked
 from fieldrig.config import RigConfig
 from fieldrig.control import VERSION, Control
 from fieldrig.errors import ControlError
@@ -166,7 +167,7 @@ class Roster:
             case {"process": str(name), "pid": int(pid)} if name in self.members:
                 member = self.members[name]
             case _:
-                raise ControlError(f"{message!r} can't join this rig", f"it has: {', '.join(self.members)}")
+                raise ControlError(f"this rig can't {asked('join', message)}", f"it has: {', '.join(self.members)}")
         member.pid = pid
         released = member.released = asyncio.Event()
         self.set_state(member, State.WAITING)

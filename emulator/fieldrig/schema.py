@@ -2,8 +2,8 @@
 
 What a schema can't say (links that fit, names that exist, classes of one's own) is left to `fieldrig check`.
 
-Files that a rig file names have schemas of their own: an entry point of the group "fieldrig.schemas" names the `Settings`
-model of such a file.
+Files that a rig file names have schemas of their own: an entry point of the group "fieldrig.schemas" names the
+`Settings` model of such a file.
 """
 
 from collections.abc import Callable, Iterable

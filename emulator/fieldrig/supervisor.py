@@ -13,6 +13,8 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
+from fieldrig.asked import asked
+from fieldrig.blame import NOTE
 from fieldrig.brood import Brood
 from fieldrig.child import how_it_ended
 from fieldrig.config import RigConfig
@@ -123,7 +125,8 @@ class Supervisor:
     def _why(self, member: Member, code: int) -> str:
         """In a line; after a fault of a device's own code with what Python said last."""
         said = self._children[member.name].tail().splitlines() if code == Exit.CRASHED else []
-        return how_it_ended(code) + (f" ({said[-1]})" if said else "")
+        is_noted = len(said) > 1 and said[-1].startswith(NOTE)
+        return how_it_ended(code) + (f" ({', '.join(said[-2:] if is_noted else said[-1:])})" if said else "")
 
     def _fail_start(self, member: Member, how: str, code: Exit) -> None:
         """Only the first one counts: the others end because of it, or are stopped with the rig."""
@@ -191,7 +194,7 @@ class Supervisor:
             case {"name": str(name)}:
                 member = self.roster.member_of(name)
             case _:
-                raise ControlError("restart needs the name of a process", 'right would be {"name": "io"}')
+                raise ControlError(f"this rig can't {asked('restart', message)}", "expected the name of a process")
         if self._tenders[member.name].done():
             raise ControlError(f"{member.name} has ended for good", "stop the rig and start it again")
         self._wanted_restarts.add(member.name)

@@ -104,7 +104,7 @@ FILES = {"register-table": "registers", "name-plate": "plates"}
 def test_the_files_that_rig_files_name_have_schemas() -> None:
     assert names() == ["rig", *sorted(FILES)]
     assert schema_of("rig") == json_schema()
-    with pytest.raises(RigError, match="did you mean register-table?"):
+    with pytest.raises(RigError, match=r"did you mean register-table\?"):
         schema_of("register-tables")
 
 

@@ -120,6 +120,17 @@ class Hanging(Device):
             pass
 
 
+class Shy(Device):
+    """Has a fault in its code that shows when it hears that a lamp is switched on."""
+
+    def __init__(self, wires: Link[Signal]) -> None:
+        wires.on_receive(self._on_signal, ["lamp.on"])
+
+    def _on_signal(self, signal: Signal) -> None:
+        if signal.value:
+            raise RuntimeError("too bright")
+
+
 class Clinging(Device):
     """Never comes to the end of its end."""
 

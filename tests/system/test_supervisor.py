@@ -1,5 +1,6 @@
 """Processes of a rig in real time: they start in order, are started again, and leave nothing behind."""
 
+import re
 import shlex
 import signal
 import stat
@@ -163,10 +164,20 @@ def test_a_fault_in_a_devices_code_is_in_its_log_and_it_is_started_again() -> No
         rig.tool("set", "extra/hit=true")
         rig.until_back("extra")
         assert "RuntimeError: hit too hard" in rig.log("extra")
-        assert (
-            "extra died: exit code 70: a device's own code failed (RuntimeError: hit too hard); starting it again"
-            in rig.output()
+        assert re.search(
+            r"extra died: exit code 70: a device's own code failed \(RuntimeError: hit too hard, "
+            r"in device extra, in a timer or call of its own, at \d+ ns\); starting it again",
+            rig.output(),
         )
+
+
+def test_an_exception_inside_a_device_names_the_device_the_bus_and_the_time() -> None:
+    shy = 'kind: "lamp_kinds:Shy", links: {wires: wires}, process: pair'
+    with RunningRig(with_device(shy).replace("switch: {", "switch: {process: pair, "), KINDS) as rig:
+        rig.until_ready()
+        rig.tool("set", "switch/on=true")
+        until(lambda: rig.status()["processes"]["pair"]["restarts"] > 0)
+        assert re.search(r"too bright\nin device extra, with a message of bus wires, at \d+ ns\n", rig.log("pair"))
 
 
 def test_on_exit_stop_ends_the_rig() -> None:
