@@ -162,7 +162,8 @@ def _needed_in_vain(
                 yield Finding(
                     need.path,
                     f"nobody on {need.bus} has {what} {value}",
-                    f"there are: {', '.join(known)}" if known else f"no other device there has a {what}",
+                    (f"there are: {', '.join(known)}; " if known else "")
+                    + f"name one that is outside the rig in the settings of {need.bus}",
                 )
 
 

@@ -170,7 +170,7 @@ class Supervisor:
             self._be_patient(member)
             return
         patience = self._patience[member.name]
-        how = f"made no progress for {patience.limit_s:g} s while it started (its last step: {member.step})"
+        how = f"made no progress while it started: for {patience.limit_s:g} s (its last step: {member.step})"
         if self.roster.was_ready:
             self._note(member, "late", f"{how}; killing it\n{patience.advice}")
             self._children[member.name].end(signal.SIGKILL)

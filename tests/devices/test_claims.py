@@ -186,6 +186,12 @@ def test_a_unit_that_a_client_asks_must_be_served() -> None:
     ]
 
 
+def test_a_member_from_outside_may_serve_it_where_the_bus_says_so() -> None:
+    data = rig(a=CLIENT)
+    data["buses"]["mb"] |= {"servers": [9]}
+    assert mistakes(data) == []
+
+
 def test_its_own_unit_serves_no_client() -> None:
     assert mistakes(rig(a={**CLIENT, "modbus": {"unit_id": 9}})) == [
         "devices.a.modbus_client.units.Pump.unit: nobody on mb has unit 9"

@@ -172,7 +172,7 @@ def test_at_the_start_a_process_without_progress_ends_the_rig_and_the_message_sa
     bench, code = run(1000, lamp=[stuck])
     assert code == Exit.DEVICE_FAILED
     (text,) = bench.texts("failed")
-    assert text.startswith("made no progress for 10 s while it started (its last step: step 0)")
+    assert text.startswith("made no progress while it started: for 10 s (its last step: step 0)")
     assert "start_timeout_s: 20" in text
 
 
@@ -196,7 +196,7 @@ def test_a_late_process_is_told_of_with_its_last_step_and_what_to_set_and_its_lo
     bench, _ = run(1000, lamp=[die, stuck, live_for_ever])
     (text,) = bench.texts("late")
     assert text == (
-        "made no progress for 20 s while it started (its last step: step 1); killing it\n"
+        "made no progress while it started: for 20 s (its last step: step 1); killing it\n"
         "on a busy host set start_timeout_s: 40 in the rig file, or by --set"
     )
     assert bench.lamp.log[1] == f"late: {text}"

@@ -220,7 +220,7 @@ def test_a_device_that_cannot_start_is_named_with_the_end_of_its_log() -> None:
 def test_a_device_that_never_gets_ready_is_named() -> None:
     with RunningRig(with_device('kind: "lamp_kinds:Stuck"') + "start_timeout_s: 1.5\n", KINDS) as rig:
         assert rig.ended() == 5
-        assert "extra made no progress for 1.5 s while it started (its last step: starting extra)" in rig.output()
+        assert "extra made no progress while it started: for 1.5 s (its last step: starting extra)" in rig.output()
         assert "set start_timeout_s: 3 in the rig file" in rig.output()
 
 
@@ -231,7 +231,7 @@ def test_a_process_that_hangs_when_it_is_started_again_is_told_of_even_if_quiet_
         rig.until_back("extra", restarts=2)
         for said in (
             "extra died: killed by SIGKILL; starting it again",
-            "while it started (its last step: starting extra); killing it",
+            "s (its last step: starting extra); killing it",
             "on a busy host set start_timeout_s: ",
             "extra is back",
         ):
