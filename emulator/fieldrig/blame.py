@@ -8,7 +8,7 @@ NOTE: Final = "in device "
 
 
 def blame(fault: BaseException, device: str, bus: str | None, now_ns: int) -> None:
-    """Note it, unless it has been noted where the exception came from; without a bus it was no message's doing."""
+    """Note it, unless a note was made closer to the fault.  `bus` is None if no message was being handled."""
     if not any(note.startswith(NOTE) for note in getattr(fault, "__notes__", ())):
         what = f"with a message of bus {bus}" if bus is not None else "in a timer or call of its own"
         fault.add_note(f"{NOTE}{device}, {what}, at {now_ns} ns")
@@ -16,7 +16,7 @@ def blame(fault: BaseException, device: str, bus: str | None, now_ns: int) -> No
 
 @contextmanager
 def blamed(device: str, now_ns: int) -> Iterator[None]:
-    """For calls that are no event of a bus: being built, started, stopped, read, written."""
+    """For calls that are no event of a bus: a device is built, started, read or written."""
     try:
         yield
     except Exception as fault:

@@ -145,7 +145,7 @@ class _Loader:
                 self._buses[name] = self._bus(name, entry, _members(name, devices_data))
         devices = self._devices(devices_data)
         buses = {name: bus for name, bus in self._buses.items() if bus is not None}
-        if self._only is None:  # who hosts a part doesn't know the others, and all is checked before the parts start
+        if self._only is None:  # a process that hosts a part doesn't know the others; the rig was checked as a whole
             self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None, devices_data))
         if self._mistakes or keys is None:
             raise ConfigError(sorted(self._mistakes, key=lambda mistake: (mistake.file, mistake.line or 0)))

@@ -100,7 +100,10 @@ class _Claimed(NamedTuple):
 
 
 def _claims(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) -> Iterator[_Claimed]:
-    """Of an entry that is wrong in itself, or of a class that claims nothing, what can be told from its keys."""
+    """Everything that devices claim on their buses.
+
+    Only the key `node_id` counts for an entry that is wrong in itself, or whose class states no claims.
+    """
     for name, device in devices.items():
         settings = getattr(device, "settings", None)
         if isinstance(settings, Settings) and says_claims(settings):
@@ -113,7 +116,7 @@ def _claims(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) -> Iter
 
 
 def says_claims(settings: Settings) -> bool:
-    """Whether this kind says what it has on its buses."""
+    """True if this kind states what it has on its buses."""
     return type(settings).claims is not Settings.claims
 
 
@@ -125,7 +128,7 @@ def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[C
 
 
 def _claimed_twice(claims: list[_Claimed]) -> Iterator[Finding]:
-    """Two node-IDs, addresses, drivers of a wire, where a bus has room for one."""
+    """Refuse two node-IDs, addresses or drivers of a wire where a bus has room for one."""
     taken: dict[tuple[str, str, Hashable], _Claimed] = {}
     for one in claims:
         other = taken.setdefault(one.key, one)
@@ -144,7 +147,10 @@ def _needed_in_vain(
     written: Mapping[Any, Any],
     claims: list[_Claimed],
 ) -> Iterator[Finding]:
-    """What a device asks another one for, on a bus where it is not and can't come."""
+    """Refuse what a device needs on a bus where no other device has it and nobody outside the rig can have it.
+
+    A bus with a device whose claims are not known is left out.
+    """
     silent = {name for name, device in devices.items() if not says_claims(device.settings)}
     silent |= {name for name in written if name not in devices}
     unsure = {bus for name in silent for bus in _node_of(devices.get(name, written.get(name)))[1]}

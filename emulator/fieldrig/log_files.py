@@ -1,8 +1,8 @@
 """The log of one process of a rig: standard output and error in a file of bounded size, and a few older ones.
 
-`NAME.log` is the present one, `NAME.log.1` the one before.  The process itself changes files, before it writes what
-would be too much, so nothing is lost or written twice.  Left out: what a library writes past Python counts only when
-Python writes next; Windows can't rename a file that is open, so there it grows.
+`NAME.log` is the present one, `NAME.log.1` the one before.  The process itself begins the next file, before it writes
+what would be too much, so nothing is lost or written twice.  Left out: text that a library writes without Python counts
+only when Python writes next; Windows can't rename a file that is open, so the log grows there.
 """
 
 import io
@@ -38,7 +38,7 @@ def begin_anew(log: Path) -> None:
 
 
 def is_full(log: Path, more: int = 0) -> bool:
-    """Whether `more` bytes have no room in a log that has some already."""
+    """True if the log has text already and `more` bytes would exceed its limit."""
     try:
         size = log.stat().st_size
     except OSError:
