@@ -164,6 +164,7 @@ class DeviceProcess:
         return [self.config.devices[name] for name in self.plan.devices]
 
     async def _end(self, device: str, name: str, patience_s: float) -> Link[Any]:
+        step(f"attaching {device} to {name}")
         link = await self._linked(device, name, patience_s)
         step(f"{device} is attached to {name}")
         return link
