@@ -10,23 +10,25 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from fieldrig.bus import BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.clock import S
 from fieldrig.settings import Settings
 from fieldrig.untrusted import WIDEST, read_json
+from fieldrig.values import show_number
 from fieldrig_bus.net import HubSettings
 
 log = logging.getLogger(__name__)
 
-LONGEST_NAME = 256
-LONGEST_UNIT = 32
-LONGEST_SIGNAL = 4096
-"""Bytes of an encoded one."""
-MOST_WIRES = 65_536
-"""Of one bus; nobody drives more."""
+LONGEST_NAME: Final = 256
+"""Characters."""
+LONGEST_UNIT: Final = 32
+LONGEST_SIGNAL: Final = 4096
+"""Bytes of an encoded signal."""
 _LATEST_NS = (1 << 63) - 1
+MOST_OF_A_MEMBER: Final = 4_096
+MOST_WIRES: Final = 65_536
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,16 +154,24 @@ def _read(fields: Any) -> Signal | None:
 
 
 def show(signal: Signal) -> str:
-    value = signal.value
-    text = str(value) if isinstance(value, bool | int) else f"{value:.6g}"
-    course = f", {signal.speed:.6g} {signal.unit}/s" if isinstance(signal, Motion) else ""
-    return f"{signal.name} = {text} {signal.unit}".rstrip() + course
+    """With all digits that the value has."""
+    course = f", {show_number(signal.speed)} {signal.unit}/s" if isinstance(signal, Motion) else ""
+    return f"{signal.name} = {show_number(signal.value)} {signal.unit}".rstrip() + course
 
 
 class WiresModel(BusModel[Signal]):
+    """Keeps the value of each wire, but not of more than there can be: what is beyond is dropped, and told once.
+
+    A member may drive `MOST_OF_A_MEMBER` wires.  Where there are `MOST_WIRES`, a new one takes the place of the oldest
+    wire whose driver is gone.
+    """
+
     def __init__(self) -> None:
         self._interests: dict[str, frozenset[str] | None] = {}  # None: every name
         self._present: dict[str, tuple[str, Signal]] = {}  # name: driver and value
+        self._driven: dict[str, dict[str, None]] = {}  # the names of a driver that is there, in the order of coming
+        self._orphans: dict[str, None] = {}  # the names of drivers that are gone, the same
+        self._told_full: set[str] = set()
         self._due: list[Delivery[Signal]] = []
 
     def join(self, member: str) -> None:
@@ -169,6 +179,8 @@ class WiresModel(BusModel[Signal]):
 
     def leave(self, member: str) -> None:
         self._interests.pop(member, None)
+        self._told_full.discard(member)
+        self._orphans |= self._driven.pop(member, {})
 
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         names = None if interest is None else frozenset(map(str, interest))
@@ -178,8 +190,8 @@ class WiresModel(BusModel[Signal]):
                 self._due.append(Delivery(now_ns, driver, signal, (member,)))
 
     def submit(self, now_ns: int, member: str, message: Signal) -> None:
-        if message.name not in self._present and len(self._present) >= MOST_WIRES:
-            log.debug("%s drives a wire too many: %s", member, message.name)
+        driven = self._driven.get(member)
+        if (driven is None or message.name not in driven) and not self._is_taken_on(message.name, member):
             return
         self._present[message.name] = (member, message)
         receivers = [
@@ -188,6 +200,24 @@ class WiresModel(BusModel[Signal]):
             if name != member and (names is None or message.name in names)
         ]
         self._due.append(Delivery(now_ns, member, message, receivers))
+
+    def _is_taken_on(self, name: str, member: str) -> bool:
+        """Whether there is room for this wire among those of its new driver."""
+        driven, present = self._driven.setdefault(member, {}), self._present.get(name)
+        if present is None and len(self._present) >= MOST_WIRES and self._orphans:
+            oldest = next(iter(self._orphans))
+            del self._orphans[oldest], self._present[oldest]
+        is_full = present is None and len(self._present) >= MOST_WIRES
+        if is_full or len(driven) >= MOST_OF_A_MEMBER or len(name) > LONGEST_NAME:
+            if member not in self._told_full:
+                self._told_full.add(member)
+                log.warning("%s drives more wires than are kept, or one with too long a name: %.80s", member, name)
+            return False
+        if present is not None:
+            self._driven.get(present[0], {}).pop(name, None)
+            self._orphans.pop(name, None)
+        driven[name] = None
+        return True
 
     def next_ns(self) -> int | None:
         return self._due[0].time_ns if self._due else None

@@ -15,7 +15,7 @@ import zenoh
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.wires import Signal, check_interest, check_sent, decode, encode, show
+from fieldrig_bus.wires import MOST_WIRES, Signal, check_interest, check_sent, decode, encode, show
 
 log = logging.getLogger(__name__)
 
@@ -57,9 +57,10 @@ class WiresEnd:
             except ValueError as fault:
                 log.debug("%s", fault)
                 return
-            if turn != self._turn or (is_present and signal.name in heard):
+            if turn != self._turn or (is_present and (signal.name in heard or len(heard) >= MOST_WIRES)):
                 return
-            heard.add(signal.name)
+            if len(heard) < MOST_WIRES:
+                heard.add(signal.name)
             self._at.deliver(handler, signal)
 
         for key in [self._key(str(name)) for name in interest] if interest is not None else [f"{self._place}/{ALL}"]:

@@ -9,7 +9,7 @@ memory before the write takes effect; a write that can't be kept is answered by 
 import json
 import logging
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any, ClassVar, Self
@@ -20,8 +20,9 @@ from fieldrig import store_format
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
+from fieldrig.errors import ConfigError
 from fieldrig.link import Link
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig.store import Store, restore
 from fieldrig.untrusted import field, read_json, typed
 from fieldrig_bus.modbus.identification import Identification, ServerId
@@ -31,7 +32,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.modbus_port import ModbusPort
 from fieldrig_devices.modbus_tools import lines_for
 from fieldrig_devices.modbus_unit import ModbusUnit
-from fieldrig_devices.register_table import load_table
+from fieldrig_devices.register_table import driven_wires, load_table
 from fieldrig_devices.register_value import OutOfRange
 
 log = logging.getLogger(__name__)
@@ -77,6 +78,17 @@ class ModbusDeviceSettings(Settings):
         if (self.table is None) == (self.units is None):
             raise ValueError("give either table (and unit_id) for one unit, or units for several")
         return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        for unit_id, unit in self.by_unit().items():
+            is_one = self.units is None
+            yield Claim("modbus", "unit", unit_id, ("unit_id",) if is_one else ("units", unit_id))
+            try:
+                wires = driven_wires(load_table(unit.table))
+            except ConfigError:
+                continue  # told when the device is built, at its own lines
+            for wire in wires:
+                yield Claim("wires", "wire", wire, ("table",) if is_one else ("units", unit_id, "table"))
 
     def by_unit(self) -> dict[int, UnitSettings]:
         if self.units is not None:

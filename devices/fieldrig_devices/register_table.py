@@ -131,7 +131,7 @@ class Table(Settings):
 
 
 SPACES = ("coils", "discrete_inputs", "holding_registers", "input_registers")
-WRITABLE_SPACES = frozenset({"coils", "holding_registers"})
+WRITABLE_SPACES = ("coils", "holding_registers")
 
 
 def access_of(space: str, entry: Bit | Register) -> Access:
@@ -140,6 +140,13 @@ def access_of(space: str, entry: Bit | Register) -> Access:
 
 def direction_of(space: str, entry: Bit | Register) -> Direction:
     return entry.direction or ("from_wire" if access_of(space, entry) == "ro" else "to_wire")
+
+
+def driven_wires(table: Table) -> Iterator[str]:
+    for space in WRITABLE_SPACES:
+        for entry in getattr(table, space):
+            if entry.wire is not None and direction_of(space, entry) == "to_wire":
+                yield entry.wire
 
 
 def words_of(entry: Bit | Register) -> int:

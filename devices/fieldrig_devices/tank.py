@@ -8,7 +8,7 @@ Left out: the pump's own inertia and back pressure, the valve's travel, waves.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple, Self
 
 from pydantic import Field, model_validator
@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
-from fieldrig.settings import Settings
+from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.torricelli import moved, root_coefficient
 
@@ -51,6 +51,11 @@ class TankSettings(Settings):
         if not 0 <= self.low < self.high <= self.height_m:
             raise ValueError(f"low_m and high_m must rise from 0 to {self.height_m} (height_m)")
         return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        for what in ("level", "inflow", "outflow", "high", "low"):
+            key = f"{what}_wire"
+            yield Claim("wires", "wire", getattr(self, key) or f"{device}.{what}", (key,))
 
     @property
     def high(self) -> float:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
+from fieldrig.blame import blame
 from fieldrig.bus import ModelBus
 from fieldrig.clock import S
 from fieldrig.errors import BusError
@@ -19,6 +20,9 @@ from fieldrig.shared_token import proof, token
 from fieldrig.untrusted import field, read_json, shown
 
 log = logging.getLogger(__name__)
+
+MOST_STANDING = 4_096
+"""Messages that are kept for a new hub; a hub takes no more of one member."""
 
 
 class RemoteLink(asyncio.Protocol):
@@ -50,7 +54,8 @@ class RemoteLink(asyncio.Protocol):
         except (TypeError, ValueError) as cause:
             raise unsendable(cause, self._member, self._bus.name, message) from cause
         data = self._encode(message)
-        if self._standing_of is not None and (standing := self._standing_of(message)) is not None:
+        standing = None if self._standing_of is None else self._standing_of(message)
+        if standing is not None and (standing in self._standing or len(self._standing) < MOST_STANDING):
             self._standing[standing] = data
         if self._transport is None:
             log.debug("%s: %s has no hub; not sent: %r", self._bus.name, self._member, message)
@@ -118,7 +123,11 @@ class RemoteLink(asyncio.Protocol):
                 self._hang_up(f"what the hub said can't be understood: {fault}")
                 return
             if kind == Kind.MESSAGE and self._handler is not None:
-                handle_at(instant_ns + offset_ns, self._handler, message)
+                try:
+                    handle_at(instant_ns + offset_ns, self._handler, message)
+                except Exception as fault:
+                    blame(fault, self._member, self._bus.name, instant_ns + offset_ns)
+                    raise
 
     def connection_made(self, transport: Any) -> None:
         self._line = transport

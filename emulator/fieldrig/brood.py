@@ -42,6 +42,7 @@ class Brood:
         """End at once what still runs."""
         os.close(self._hand)
         for child in self.children.values():
+            child.forget_steps()
             if child.pid is not None:
                 child.end(signal.SIGKILL)
                 child.reap()

@@ -10,22 +10,26 @@ import gc
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
+from fieldrig import log_files, progress
 from fieldrig.config import RigConfig
 from fieldrig.exits import ABOUT, Exit
 from fieldrig.placement import ProcessPlan
 
 TAIL_LINES = 20
 CAN_FORK = hasattr(os, "pidfd_open")
+HAS_STEPS = os.name == "posix"
+"""Whether a child can be given a pipe to tell its steps; without one, only its messages count as progress."""
 
 
 def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_realtime: bool) -> list[str]:
-    """The command line of a host."""
-    line = [sys.executable, "-u", "-m", "fieldrig.host", str(config.path), "--process", plan.name]
+    """The arguments of a host."""
+    line = [str(config.path), "--process", plan.name]
     line += ["--buses", ",".join(plan.buses), "--devices", ",".join(plan.devices)]
     for override in overrides:
         line += ["--set", override]
@@ -36,14 +40,17 @@ class Child:
     """Its log begins anew with the rig and goes on when it is spawned again.
 
     `leash` is the reading end of a pipe that nobody writes to: its end tells the child that its parent is gone.
+    Through another pipe the child tells the steps of its start (`progress`).
     """
 
-    def __init__(self, command: Sequence[str], log: Path, leash: int) -> None:
-        self._command, self._log, self._leash = command, log, leash
+    def __init__(self, arguments: Sequence[str], log: Path, leash: int) -> None:
+        self._arguments, self._log, self._leash = arguments, log, leash
         self._log_start = 0
         self._is_fresh = True
         self._process: asyncio.subprocess.Process | None = None
         self._forked_pid: int | None = None
+        self._steps: int | None = None
+        self._on_step: Callable[[str], None] = lambda _step: None
 
     @property
     def pid(self) -> int | None:
@@ -57,24 +64,78 @@ class Child:
         sys.stdout.flush()
         sys.stderr.flush()
         gc.freeze()  # what is there now is never touched again, and so stays shared
-        self._is_fresh = False
-        self._log.write_bytes(b"")
+        self._begin_log()
+        told = self._new_pipe()
         pid = os.fork()
         if pid == 0:
-            _live(work, self._log, self._leash)
+            _live(work, self._log, self._leash, told)
+        os.close(told)
         self._forked_pid = pid
 
     async def spawn(self) -> None:
-        with self._log.open("wb" if self._is_fresh else "ab") as log:
+        self._begin_log()
+        pipes = (self._new_pipe(),) if HAS_STEPS else ()
+        try:
+            with self._log.open("ab") as log:
+                self._process = await asyncio.create_subprocess_exec(
+                    *(sys.executable, "-u", "-m", "fieldrig.spawned", ",".join(map(str, pipes))),
+                    *(*self._arguments, "--log", str(self._log)),
+                    stdin=self._leash,
+                    stdout=log,
+                    stderr=asyncio.subprocess.STDOUT,
+                    pass_fds=pipes,
+                    start_new_session=True,  # Ctrl-C is the parent's to handle
+                )
+        finally:
+            for pipe in pipes:
+                os.close(pipe)
+
+    def follow(self, on_step: Callable[[str], None]) -> None:
+        """Call `on_step` with the latest step whenever the child has got further with its start."""
+        self._on_step = on_step
+        if self._steps is not None:
+            asyncio.get_running_loop().add_reader(self._steps, self.look)
+
+    def look(self) -> None:
+        """Take notice of what the child has told by now."""
+        if self._steps is None:
+            return
+        try:
+            told = os.read(self._steps, 1 << 16)
+        except BlockingIOError:
+            return
+        if told:
+            self._on_step(told.decode(errors="replace").splitlines()[-1])
+        else:
+            self.forget_steps()
+
+    def forget_steps(self) -> None:
+        """The child is ready or has ended: it has nothing more to tell."""
+        if self._steps is not None:
+            with suppress(RuntimeError):  # there is no loop any more
+                asyncio.get_running_loop().remove_reader(self._steps)
+            os.close(self._steps)
+            self._steps = None
+
+    def note(self, text: str) -> None:
+        """Put a line of the supervisor's into the child's log."""
+        with suppress(OSError), self._log.open("a") as log:  # a full disk is no reason to end a rig
+            log.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} supervisor: {text}\n")
+
+    def _begin_log(self) -> None:
+        if self._is_fresh:
             self._is_fresh = False
-            self._log_start = log.tell()
-            self._process = await asyncio.create_subprocess_exec(
-                *self._command,
-                stdin=self._leash,
-                stdout=log,
-                stderr=asyncio.subprocess.STDOUT,
-                start_new_session=True,  # Ctrl-C is the parent's to handle
-            )
+            log_files.begin_anew(self._log)
+        elif log_files.is_full(self._log):
+            log_files.rotate(self._log)
+        self._log_start = self._log.stat().st_size if self._log.exists() else 0
+
+    def _new_pipe(self) -> int:
+        """The writing end of a new pipe for the steps."""
+        self.forget_steps()
+        self._steps, told = os.pipe()
+        os.set_blocking(self._steps, False)
+        return told
 
     async def wait(self) -> int:
         """Its exit code; less than 0 is a signal."""
@@ -100,7 +161,8 @@ class Child:
         """The last lines that it wrote since it was started."""
         with self._log.open("rb") as log:
             size = log.seek(0, os.SEEK_END)
-            log.seek(max(self._log_start, size - 8_192))
+            start = self._log_start if self._log_start <= size else 0  # it may have begun another file
+            log.seek(max(start, size - 8_192))
             lines = log.read().decode(errors="replace").splitlines()
         return "\n".join(lines[-TAIL_LINES:])
 
@@ -112,7 +174,7 @@ def how_it_ended(code: int) -> str:
     return f"exit code {code}" + (f": {ABOUT[Exit(code)].partition(' (')[0]}" if code in known else "")
 
 
-def _live(work: Callable[[], int], log: Path, leash: int) -> NoReturn:
+def _live(work: Callable[[], int], log: Path, leash: int, told: int) -> NoReturn:
     """In the new process: nothing of the parent's but what is imported."""
     code = int(Exit.CRASHED)
     try:
@@ -120,12 +182,13 @@ def _live(work: Callable[[], int], log: Path, leash: int) -> NoReturn:
         for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(name, signal.SIG_DFL)
         os.dup2(leash, 0)
-        output = os.open(log, os.O_WRONLY | os.O_APPEND)
-        os.dup2(output, 1)
-        os.dup2(output, 2)
-        os.closerange(3, os.sysconf("SC_OPEN_MAX"))
-        sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
-        sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
+        log_files.direct_output(log)
+        if told != 3:
+            os.dup2(told, 3)
+        os.closerange(4, os.sysconf("SC_OPEN_MAX"))
+        log_files.take_over(log)
+        progress.report_to(3)
+        progress.step("forked")
         code = work()
     except BaseException:
         sys.excepthook(*sys.exc_info())

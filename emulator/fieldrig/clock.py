@@ -6,6 +6,7 @@ Time is an integer of nanoseconds.  Two clocks keep this contract: `VirtualClock
 
 import heapq
 from collections.abc import Callable
+from operator import index
 from typing import Protocol
 
 US = 1_000  # ns
@@ -15,14 +16,26 @@ NEVER_NS = 1 << 62
 """Later than anything that is asked for: the wish of those that have none, where wishes are compared."""
 
 
+def whole_ns(time_ns: int) -> int:
+    """The same instant as an int.  TypeError for a float: time is counted in whole nanoseconds."""
+    try:
+        return index(time_ns)
+    except TypeError:
+        raise TypeError(
+            f"time is a whole number of nanoseconds, not {time_ns!r}; round(seconds * 1_000_000_000) makes one"
+        ) from None
+
+
 class Timer:
     """One action asked for at one instant; `cancel` it as often as you like."""
 
-    __slots__ = ("action", "when_ns")
+    __slots__ = ("action", "owner", "when_ns")
 
     def __init__(self, when_ns: int, action: Callable[[], None]) -> None:
         self.when_ns = when_ns
         self.action: Callable[[], None] | None = action
+        self.owner = ""
+        """The device that asked, where one clock is for several."""
 
     def cancel(self) -> None:
         self.action = None
@@ -76,6 +89,8 @@ class TimerQueue:
         self._asked = 0
 
     def add(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        if type(when_ns) is not int:
+            when_ns = whole_ns(when_ns)
         timer = Timer(when_ns, action)
         self._asked += 1
         heapq.heappush(self.heap, (when_ns, self._asked, timer))

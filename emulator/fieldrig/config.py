@@ -145,7 +145,8 @@ class _Loader:
                 self._buses[name] = self._bus(name, entry, _members(name, devices_data))
         devices = self._devices(devices_data)
         buses = {name: bus for name, bus in self._buses.items() if bus is not None}
-        self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None, devices_data))
+        if self._only is None:  # a process that hosts a part doesn't know the others; the rig was checked as a whole
+            self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None, devices_data))
         if self._mistakes or keys is None:
             raise ConfigError(sorted(self._mistakes, key=lambda mistake: (mistake.file, mistake.line or 0)))
         return self._config(keys, buses, devices)
@@ -278,7 +279,9 @@ class _Loader:
             return find()
         except RigError as wrong:
             self._mistake((*path, "kind"), wrong.what, wrong.remedy)
-            return None
+        except OSError as wrong:
+            self._mistake((*path, "kind"), f"its module can't be looked for: {wrong.strerror or wrong}", "")
+        return None
 
     def _validate(self, model: type[S], data: Any, path: KeyPath, other_keys: tuple[str, ...] = ()) -> S | None:
         """By pydantic's rules for JSON: strict, but a list may become a tuple and a text an enum or path."""
@@ -287,7 +290,9 @@ class _Loader:
             return model.model_validate_json(json.dumps(data), context={"folder": folders[0], "folders": folders})
         except ValidationError as wrong:
             self._mistakes_at(path, explain(wrong, data, model, other_keys))
-            return None
+        except OSError as wrong:
+            self._mistake(path, f"a file that it names can't be read: {wrong}", "")
+        return None
 
     def _mapping(self, path: KeyPath, data: Any) -> dict[Any, Any]:
         if isinstance(data, dict):

@@ -39,7 +39,7 @@ class RigKeys(Settings):
         description="Zenoh endpoint of the control service",
     )
     run: str | None = Field(None, description="folder for sockets, ptys, logs and memories; without it run/NAME")
-    start_timeout_s: float = Field(10.0, gt=0, description="how long a process may take to be ready")
+    start_timeout_s: float = Field(10.0, gt=0, description="how long a process may make no progress while it starts")
 
 
 class BusKeys(Settings):

@@ -48,7 +48,12 @@ def _base(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Source |
         source.mistakes.append(Mistake(*place, "extends", "it takes one file", "right would be extends: other.yaml"))
         return None
     file = path.parent / name
-    if not file.is_file():
+    try:
+        is_there = file.is_file()
+    except OSError as cause:
+        source.mistakes.append(Mistake(*place, "extends", f"it can't be read: {cause.strerror or cause}", ""))
+        return None
+    if not is_there:
         source.mistakes.append(Mistake(*place, "extends", f"no such file: {file}", "it is relative to this file"))
         return None
     if file.resolve() in extended_by:

@@ -1,11 +1,12 @@
 """Entries of a rig file that are right each by itself, but not together."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fieldrig.settings import Settings
+from fieldrig.settings import MASTER, Claim, Settings
 from fieldrig.wording import Finding
 from fieldrig.yaml_source import KeyPath, key_text
 
@@ -31,10 +32,21 @@ def conflicts(
 ) -> Iterator[Finding]:
     """`written` has the devices as they stand in the file, also those that are wrong in themselves."""
     texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
-    yield from _same_ports([(("control",), control), *texts] if control is not None else texts)
+    texts = [(("control",), control), *texts] if control is not None else texts
+    yield from _ports_of_chance(texts)
+    yield from _same_ports(texts)
     yield from _same_paths(texts)
-    yield from _same_node_ids(buses, {**written, **devices})
-    yield from _wrong_members(buses)
+    claims = list(_claims(buses, {**written, **devices}))
+    yield from _claimed_twice(claims)
+    yield from _needed_in_vain(buses, devices, written, claims)
+    yield from _wrong_members(buses, claims)
+
+
+def _ports_of_chance(texts: list[Text]) -> Iterator[Finding]:
+    for path, text in texts:
+        match = ADDRESS.fullmatch(text)
+        if match is not None and int(match["port"]) == 0:
+            yield Finding(path, "port 0 is a port that nobody outside knows", "expected a port from 1 to 65535")
 
 
 def _same_ports(texts: list[Text]) -> Iterator[Finding]:
@@ -43,7 +55,7 @@ def _same_ports(texts: list[Text]) -> Iterator[Finding]:
     for path, text in texts:
         match = ADDRESS.fullmatch(text)
         if match is None or int(match["port"]) == 0:
-            continue
+            continue  # wrong by itself
         is_udp, host, port = match["scheme"] == "udp", LOOPBACK.get(match["host"], match["host"]), match["port"]
         for other_udp, other_host, other_port, where in taken:
             if (is_udp, port) == (other_udp, other_port) and (host == other_host or ANY_HOST & {host, other_host}):
@@ -71,24 +83,101 @@ def _texts(value: Any, path: KeyPath) -> list[Text]:
     return []
 
 
-def _same_node_ids(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) -> Iterator[Finding]:
-    """Two nodes with one number on one CAN bus (CiA 301 has no answer to that)."""
-    taken: dict[tuple[str, int], str] = {}
+class _Claimed(NamedTuple):
+    """A claim of one device on one bus."""
+
+    bus: str
+    device: str
+    claim: Claim
+
+    @property
+    def key(self) -> tuple[str, str, Hashable]:
+        return self.bus, self.claim.what, self.claim.value
+
+    @property
+    def path(self) -> KeyPath:
+        return ("devices", self.device, *self.claim.path)
+
+
+def _claims(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) -> Iterator[_Claimed]:
+    """Everything that devices claim on their buses.
+
+    Only the key `node_id` counts for an entry that is wrong in itself, or whose class states no claims.
+    """
     for name, device in devices.items():
+        settings = getattr(device, "settings", None)
+        if isinstance(settings, Settings) and says_claims(settings):
+            yield from _on_buses(name, device, settings.claims)
+            continue
         node_id, linked = _node_of(device)
         for bus in sorted(bus for bus in linked & buses.keys() if buses[bus].bus.family == "can"):
-            if type(node_id) is not int:
+            if type(node_id) is int:
+                yield _Claimed(bus, name, Claim("", "node-ID", node_id, ("node_id",)))
+
+
+def says_claims(settings: Settings) -> bool:
+    """True if this kind states what it has on its buses."""
+    return type(settings).claims is not Settings.claims
+
+
+def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
+    for claim in told(name):
+        buses = device.links.get(claim.link, ())
+        for bus in buses if claim.place is None else buses[claim.place : claim.place + 1]:
+            yield _Claimed(bus, name, claim)
+
+
+def _claimed_twice(claims: list[_Claimed]) -> Iterator[Finding]:
+    """Refuse two node-IDs, addresses or drivers of a wire where a bus has room for one."""
+    taken: dict[tuple[str, str, Hashable], _Claimed] = {}
+    for one in claims:
+        other = taken.setdefault(one.key, one)
+        if other is not one:
+            what, value = one.claim.what, one.claim.value
+            yield Finding(
+                one.path,
+                f"{what} {value} on {one.bus} is taken by {key_text(other.path)}",
+                f"expected one {what} {value} on a bus",
+            )
+
+
+def _needed_in_vain(
+    buses: "Mapping[str, BusEntry]",
+    devices: "Mapping[str, DeviceEntry]",
+    written: Mapping[Any, Any],
+    claims: list[_Claimed],
+) -> Iterator[Finding]:
+    """Refuse what a device needs on a bus where no other device has it and nobody outside the rig can have it.
+
+    A bus with a device whose claims are not known is left out.
+    """
+    silent = {name for name, device in devices.items() if not says_claims(device.settings)}
+    silent |= {name for name in written if name not in devices}
+    unsure = {bus for name in silent for bus in _node_of(devices.get(name, written.get(name)))[1]}
+    there = defaultdict(set)
+    for one in claims:
+        there[one.key].add(one.device)
+    for name, device in devices.items():
+        for need in _on_buses(name, device, device.settings.needs):
+            entry = buses.get(need.bus)
+            if entry is None or need.bus in unsure or there[need.key] - {name}:
                 continue
-            other = taken.setdefault((bus, node_id), name)
-            if other != name:
-                what = f"node {node_id} on {bus} is {other} already"
-                yield Finding(("devices", name, "node_id"), what, "give each node of a bus a number of its own")
+            what, value = need.claim.what, need.claim.value
+            if not entry.bus.settings.leads_to(what, value):
+                known = sorted(str(key[2]) for key, of in there.items() if key[:2] == need.key[:2] and of - {name})
+                yield Finding(
+                    need.path,
+                    f"nobody on {need.bus} has {what} {value}",
+                    (f"there are: {', '.join(known)}; " if known else "")
+                    + f"name one that is outside the rig in the settings of {need.bus}",
+                )
 
 
-def _wrong_members(buses: "Mapping[str, BusEntry]") -> Iterator[Finding]:
+def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[Finding]:
     """What buses say of devices that are not theirs."""
     for name, entry in buses.items():
-        for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members]):
+        masters = [one.device for one in claims if one.bus == name and one.claim.what == MASTER]
+        for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members], masters):
             yield Finding(("buses", name, *wrong.path), wrong.what, wrong.remedy)
 
 

@@ -11,10 +11,10 @@ A fault of such a bus is given to every end under one number, which the asker ch
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
+from fieldrig.asked import asked
 from fieldrig.control import Answer
 from fieldrig.errors import ControlError, refusals
 from fieldrig.real_clock import RealClock
-from fieldrig.untrusted import shown
 
 
 @runtime_checkable
@@ -43,6 +43,6 @@ def answers_of_end(bus: str, end: FaultyEnd, clock: RealClock) -> Answer:
                     return clock.handle(end.add_fault, fault, number)
                 case "clear_fault", {"number": int(number)}:
                     return clock.handle(end.clear_fault, number)
-        raise ControlError(f"an end can't {verb} {shown(message)}", "it can: faults, given, add_fault, clear_fault")
+        raise ControlError(f"an end can't {asked(verb, message)}", "it can: faults, given, add_fault, clear_fault")
 
     return answer

@@ -8,8 +8,8 @@ clear_fault   {"number": 1}, or null for all: which ones were cleared
 from collections.abc import Mapping
 from typing import Any, Final, Protocol
 
+from fieldrig.asked import asked
 from fieldrig.errors import ControlError
-from fieldrig.untrusted import shown
 
 VERBS: Final = ("faults", "add_fault", "clear_fault")
 
@@ -35,6 +35,4 @@ def answer_of_faults(subject: Faulty, verb: str, message: Any) -> Any:
             for one in numbers:
                 subject.clear_fault(one)
             return {"cleared": numbers}
-    raise ControlError(
-        f"{verb} can't be asked with {shown(message)}", 'right would be {"fault": {...}} or {"number": N}'
-    )
+    raise ControlError(f"can't {asked(verb, message)}", "expected a fault to add, or the number of one to clear")

@@ -1,8 +1,9 @@
 """One process of a rig in real time: `python -m fieldrig.host FILE --process NAME`.
 
-The rig's supervisor starts it, holds its standard input open, and reads its log.  It opens its hubs, asks the rig to
-join, attaches and starts its devices when it may, says that it is ready, answers questions, and ends on SIGTERM, or
-when its standard input ends because the supervisor is gone.  An exception in a device's code ends it too: exit code 70.
+The rig's supervisor starts it, holds its standard input open, follows its steps and reads its log.  It opens its
+hubs, asks the rig to join, attaches and starts its devices when it may, says that it is ready, answers questions, and
+ends on SIGTERM, or when its standard input ends because the supervisor is gone.  An exception in a device's code ends
+it too: exit code 70.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from fieldrig import endpoint
+from fieldrig import endpoint, log_files
 from fieldrig.bus_stream import BusStream
 from fieldrig.config import RigConfig, load
 from fieldrig.control import Control, NobodyError
@@ -28,6 +29,7 @@ from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
+from fieldrig.progress import finish, step
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
 from fieldrig.shared_loop import SharedLoop
@@ -58,7 +60,9 @@ class Host:
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._on_exception)
         clock = RealClock(loop)
+        step("connecting to the rig")
         control = Control(await endpoint.connect_patiently(self._config.control, self._patience_s), self._config.name)
+        step("connected to the rig")
         process = DeviceProcess(self._config, self._plan, clock, control)
         try:
             if not await self._unless_ended(self._start(control, process)):
@@ -95,16 +99,20 @@ class Host:
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
+        step("joining the rig")
         terms = await self._join(control)
+        step("joined the rig")
         for stream in self._streams:
             stream.begin(field(terms, "epoch_ns", int))
-        await process.attach(self._config.start_timeout_s)
+        await process.attach(self._patience_s)
         process.start()
         for device_name, device in process.devices.items():
             control.serve(f"device/{device_name}/*", answers(RealPoints(device_name, device, process.clock)))
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
         self._state = "ready"
+        step("ready")
+        finish()
         control.tell(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
 
@@ -145,6 +153,7 @@ class Host:
 
 def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is_realtime: bool = False) -> Exit:
     """Run one process of the rig until it is told to end."""
+    step("rig file read")
     hold = join_run(config.run)
     _name_process(plan.name)
     buses = [config.buses[bus].bus for device in plan.devices for bus in linked_buses(config.devices[device])]
@@ -222,10 +231,14 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     parser.add_argument("--devices", default="", help="that it runs, in order, with commas between")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--realtime", action="store_true")
+    parser.add_argument("--log", type=Path, help="a file of bounded size for what it says")
     options = parser.parse_args(arguments)
+    if options.log is not None:
+        log_files.take_over(options.log)
     start_log()
     buses, devices = (tuple(filter(None, names.split(","))) for names in (options.buses, options.devices))
     plan = ProcessPlan(options.process, buses, devices, attaches=(), after=(), on_exit="restart")
+    step("reading the rig file")
     try:
         config = load(options.file, options.set, only=(*buses, *devices))
     except ConfigError as wrong:

@@ -9,6 +9,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from fieldrig.blame import blame
 from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Timer
 from fieldrig.errors import refusals
@@ -45,7 +46,11 @@ class LocalLink:
 
     def deliver(self, delivery: Delivery[Any]) -> None:
         if self.handler is not None:
-            self._hub.clock.handle_at(delivery.time_ns, self.handler, delivery.message)
+            try:
+                self._hub.clock.handle_at(delivery.time_ns, self.handler, delivery.message)
+            except Exception as fault:
+                blame(fault, self._member, self._hub.bus.name, delivery.time_ns)
+                raise
 
 
 class LocalHub:

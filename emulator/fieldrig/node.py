@@ -5,18 +5,20 @@ A node is local, or remote in a process of its own (`remote_node`), with the sam
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
+from fieldrig.blame import blame, blamed
 from fieldrig.build import build_device
 from fieldrig.bus import Bus
 from fieldrig.clock import VirtualClock
 from fieldrig.config import DeviceEntry
 from fieldrig.device import Device, Point, Value
-from fieldrig.errors import ControlError, refusals
+from fieldrig.errors import ControlError, RigError, refusals
 from fieldrig.link import Link
 from fieldrig.sending import uninteresting, unsendable
 from fieldrig.store import Store
+from fieldrig.wording import closest
 
 BusName = str
 Deliveries = Sequence[tuple[BusName, Any]]
@@ -102,28 +104,37 @@ def _anything(_: Any) -> None:
 class EventNode:
     """A clock and links that only move in steps; what reacts to them may be a device, or a test."""
 
-    def __init__(self, name: str, now_ns: int = 0, post: Post | None = None) -> None:
-        """`post` may be one for many."""
-        self.name, self.post = name, post or Post()
+    def __init__(
+        self, name: str, now_ns: int = 0, post: Post | None = None, buses: Collection[str] | None = None
+    ) -> None:
+        """`post` may be one for many.  `buses` are those that there are; None: any."""
+        self.name, self.post, self._buses = name, post or Post(), buses
         self.clock = VirtualClock(now_ns)
         self._links: dict[BusName, NodeLink] = {}
         self._handlers: dict[BusName, Handler] = {}
 
     def link(self, bus: BusName) -> NodeLink:
-        """This node's end of `bus`; the same one at every call."""
+        """This node's end of `bus`; the same one at every call.  RigError for a bus that the rig doesn't have."""
         if bus not in self._links:
+            if self._buses is not None and bus not in self._buses:
+                raise RigError(f"the rig has no bus {bus!r}", closest(bus, list(self._buses)))
             self._links[bus] = NodeLink(self.name, bus, self.post, self._handlers)
         return self._links[bus]
 
     def react(self, until_ns: int, deliveries: Deliveries) -> int:
         """A step in one call, for who empties the post himself.  Returns the earliest wish, `NEVER_NS` without one."""
-        clock, handlers = self.clock, self._handlers
-        if deliveries:
-            clock.instant_ns = until_ns
-            for bus, message in deliveries:
-                if bus in handlers:
-                    handlers[bus](message)
-        return clock.advance_to(until_ns)
+        clock, handlers, at = self.clock, self._handlers, None
+        try:
+            if deliveries:
+                clock.instant_ns = until_ns
+                for at, message in deliveries:
+                    if at in handlers:
+                        handlers[at](message)
+                at = None
+            return clock.advance_to(until_ns)
+        except Exception as fault:
+            blame(fault, self.name, at, clock.instant_ns)
+            raise
 
     def finish(self) -> Stepped:
         """What has come of what it was handed, for who can't look into the post."""
@@ -144,18 +155,21 @@ class LocalNode(EventNode):
             parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
             for parameter, buses in entry.links.items()
         }
-        self.device: Device = build_device(entry, clock=self.clock, links=links, store=store, seed=seed)
-        self.device.start()
+        with blamed(self.name, 0):
+            self.device: Device = build_device(entry, clock=self.clock, links=links, store=store, seed=seed)
+            self.device.start()
 
     def keys(self) -> dict[str, str]:
         return {key: point.unit for key, point in self.device.points().items()}
 
     def get(self, now_ns: int, key: str) -> Value:
         self._look_at(now_ns)
-        return read_point(self.device.points(), key)
+        with blamed(self.name, now_ns):
+            return read_point(self.device.points(), key)
 
     def set(self, key: str, value: Value) -> None:
-        write_point(self.device.points(), key, value)
+        with blamed(self.name, self.clock.now_ns()):
+            write_point(self.device.points(), key, value)
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         with refusals(self.name):

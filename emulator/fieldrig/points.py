@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Protocol
 
+from fieldrig.asked import asked
 from fieldrig.control import Answer
 from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, refusals
@@ -83,6 +84,6 @@ def answers(source: Source) -> Answer:
                 return {key: source.get(key) for key in values}
         if verb in VERBS:
             return answer_of_faults(source, verb, message)
-        raise ControlError(f"a device can't {verb} {shown(message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
+        raise ControlError(f"a device can't {asked(verb, message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
 
     return answer

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.attach import RemoteLink
+from fieldrig.blame import blame, blamed
 from fieldrig.build import build_device
 from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
 from fieldrig.bus_questions import Subject, answers_of_bus
@@ -23,7 +24,8 @@ from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
 from fieldrig.placement import ProcessPlan, linked_buses
-from fieldrig.real_clock import RealClock
+from fieldrig.progress import step
+from fieldrig.real_clock import DeviceClock, RealClock
 from fieldrig.sending import CheckedLink
 from fieldrig.store import FileStore
 
@@ -46,10 +48,14 @@ class End:
         return self._process.path(name)
 
     def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
-        if instant_ns is None:
-            self.clock.handle(handler, message)
-        else:
-            self.clock.handle_at(instant_ns, handler, message)
+        try:
+            if instant_ns is None:
+                self.clock.handle(handler, message)
+            else:
+                self.clock.handle_at(instant_ns, handler, message)
+        except Exception as fault:
+            blame(fault, self.member, self._bus.name, self.clock.now_ns())
+            raise
 
     def heard(self, sender: str, message: Any) -> None:
         self._process.heard(self._bus.name, sender, message)
@@ -108,6 +114,7 @@ class DeviceProcess:
         for name in self.plan.buses:
             bus = self.config.buses[name].bus
             assert isinstance(bus, ModelBus)
+            step(f"opening {name}")
             hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed)
             await hub.open()
             self.hubs[name] = hub
@@ -129,16 +136,20 @@ class DeviceProcess:
     def start(self) -> None:
         """Build the devices, then power them on in order.  ConfigError if one finds its settings wrong."""
         for entry in self._entries():
+            step(f"building {entry.name}")
             store = self.stores[entry.name] = FileStore(self._run / "state" / f"{entry.name}.bin", entry.kind)
-            self.devices[entry.name] = build_device(
-                entry,
-                clock=self.clock,
-                links=_links(entry, self._ends.get(entry.name, {})),
-                store=store,
-                seed=self.config.seed,
-            )
-        for device in self.devices.values():
-            self.clock.handle(device.start)
+            with blamed(entry.name, self.clock.now_ns()):
+                self.devices[entry.name] = build_device(
+                    entry,
+                    clock=DeviceClock(self.clock, entry.name),
+                    links=_links(entry, self._ends.get(entry.name, {})),
+                    store=store,
+                    seed=self.config.seed,
+                )
+        for name, device in self.devices.items():
+            step(f"starting {name}")
+            with blamed(name, self.clock.now_ns()):
+                self.clock.handle(device.start)
 
     async def close(self) -> None:
         for wait in tuple(self._waits):
@@ -156,6 +167,12 @@ class DeviceProcess:
         return [self.config.devices[name] for name in self.plan.devices]
 
     async def _end(self, device: str, name: str, patience_s: float) -> Link[Any]:
+        step(f"attaching {device} to {name}")
+        link = await self._linked(device, name, patience_s)
+        step(f"{device} is attached to {name}")
+        return link
+
+    async def _linked(self, device: str, name: str, patience_s: float) -> Link[Any]:
         bus = self.config.buses[name].bus
         if name in self.hubs:
             return self.hubs[name].join(device)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from fieldrig import timerfd
+from fieldrig.blame import blame
 from fieldrig.clock import MS, NEVER_NS, Timer, TimerQueue, Watchdog
 
 STALL_NS = 20 * MS
@@ -26,14 +27,14 @@ class _RealWatchdog(Watchdog):
 
     __slots__ = ("_clock", "_due_ns", "_timer")
 
-    def __init__(self, clock: "RealClock", action: Callable[[], None]) -> None:
+    def __init__(self, clock: "RealClock | DeviceClock", action: Callable[[], None]) -> None:
         self._clock = clock
         self._due_ns = NEVER_NS
         self._timer: Timer | None = None
         super().__init__(action)
 
     @property
-    def due_ns(self) -> int:  # type: ignore[override]
+    def due_ns(self) -> int:
         return self._due_ns
 
     @due_ns.setter
@@ -156,7 +157,7 @@ class RealClock:
     def _on_due(self) -> None:
         self._armed_ns = _ARMED_LATER
         pop_due = self._timers.pop_due
-        now_ns = time.monotonic_ns()
+        now_ns, owner = time.monotonic_ns(), ""
         try:
             while (timer := pop_due(now_ns)) is not None:
                 late_ns = now_ns - timer.when_ns
@@ -167,9 +168,32 @@ class RealClock:
                 if action is not None:
                     instant_ns = timer.when_ns if late_ns < STALL_NS else now_ns
                     self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
+                    owner = timer.owner
                     action()
+        except Exception as fault:
+            if owner:
+                blame(fault, owner, None, self._latest_ns)
+            raise
         finally:
             self._instant_ns = self._armed_ns = None
             next_ns = self._timers.next_ns()
             if next_ns is not None:
                 self._arm(next_ns)
+
+
+class DeviceClock:
+    """The clock of a process as one of its devices has it: whose timers they are is known when one fails."""
+
+    __slots__ = ("_clock", "_device", "late_ns", "now_ns")
+
+    def __init__(self, clock: RealClock, device: str) -> None:
+        self._clock, self._device = clock, device
+        self.now_ns, self.late_ns = clock.now_ns, clock.late_ns
+
+    def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        timer = self._clock.call_at(when_ns, action)
+        timer.owner = self._device
+        return timer
+
+    def watch(self, action: Callable[[], None]) -> Watchdog:
+        return _RealWatchdog(self, action)

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
-from fieldrig.clock import NEVER_NS
+from fieldrig.clock import NEVER_NS, whole_ns
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError, refusals
@@ -79,7 +79,8 @@ class Rig:
         return next_ns is not None
 
     def run_until(self, until_ns: int) -> None:
-        """Let everything happen up to and including `until_ns`, and stand there."""
+        """Let everything happen up to and including `until_ns`, and stand there.  TypeError for anything but an int."""
+        until_ns = whole_ns(until_ns)
         while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
             self._run_instant(next_ns)
         self.now_ns = max(self.now_ns, until_ns)
@@ -90,7 +91,7 @@ class Rig:
         """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
-        node = EventNode(member, self.now_ns, Post(self.buses))
+        node = EventNode(member, self.now_ns, Post(self.buses), self.buses)
         self._outside[member] = self._here[member] = node
         self._wishes[member] = NEVER_NS
         for model in self._models.values():

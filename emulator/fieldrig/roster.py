@@ -14,11 +14,11 @@ from enum import StrEnum
 from importlib.metadata import version
 from typing import Any
 
+from fieldrig.asked import asked
 from fieldrig.config import RigConfig
 from fieldrig.control import VERSION, Control
 from fieldrig.errors import ControlError
 from fieldrig.placement import ProcessPlan
-from fieldrig.untrusted import shown
 
 
 class State(StrEnum):
@@ -60,6 +60,8 @@ class Member:
     state: State = State.STARTING
     pid: int | None = None
     restarts: int = 0
+    step: str = ""
+    """How far it has come with its start; only a supervisor knows."""
     since_s: float = field(default_factory=time.monotonic)
     """When it was spawned last, or came."""
     released: asyncio.Event = field(default_factory=asyncio.Event)
@@ -165,7 +167,7 @@ class Roster:
             case {"process": str(name), "pid": int(pid)} if name in self.members:
                 member = self.members[name]
             case _:
-                raise ControlError(f"{shown(message)} can't join this rig", f"it has: {', '.join(self.members)}")
+                raise ControlError(f"this rig can't {asked('join', message)}", f"it has: {', '.join(self.members)}")
         member.pid = pid
         released = member.released = asyncio.Event()
         self.set_state(member, State.WAITING)
@@ -228,6 +230,7 @@ def _shown(member: Member) -> dict[str, Any]:
         "pid": member.pid,
         "uptime_s": round(member.age_s(), 3) if member.pid is not None else None,
         "restarts": member.restarts,
+        "step": member.step if member.state in ON_ITS_WAY else "",
         "on_exit": plan.on_exit,
         "buses": plan.buses,
         "devices": plan.devices,

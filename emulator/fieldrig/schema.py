@@ -1,18 +1,41 @@
 """JSON Schema (draft 2020-12) of a rig file over all installed kinds, so that an editor completes and explains keys.
 
 What a schema can't say (links that fit, names that exist, classes of one's own) is left to `fieldrig check`.
+
+Files that a rig file names have schemas of their own: an entry point of the group "fieldrig.schemas" names the
+`Settings` model of such a file.
 """
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, Final
 
 from fieldrig import kinds
 from fieldrig.config_keys import NAME, BusKeys, DeviceKeys, RigKeys
 from fieldrig.errors import RigError
 from fieldrig.kinds import Kind, LinkParameter
 from fieldrig.settings import Settings
+from fieldrig.wording import closest
 
 Schema = dict[str, Any]
+DRAFT: Final = "https://json-schema.org/draft/2020-12/schema"
+RIG: Final = "rig"
+SCHEMAS: Final = "fieldrig.schemas"
+
+
+def names() -> list[str]:
+    """What there is a schema of."""
+    return [RIG, *kinds.installed(SCHEMAS)]
+
+
+def schema_of(name: str) -> Schema:
+    """RigError, with the names that there are, for another one."""
+    if name == RIG:
+        return json_schema()
+    point = kinds.installed(SCHEMAS).get(name)
+    if point is None:
+        raise RigError(f'there is no schema of "{name}"', closest(name, names()))
+    model: type[Settings] = point.load()
+    return {"$schema": DRAFT, **model.model_json_schema(), "title": f"fieldrig {name}"}
 
 
 def json_schema() -> Schema:
@@ -25,7 +48,7 @@ def json_schema() -> Schema:
     _add_kinds(installed_devices, kinds.find_device, devices, definitions)
     with_kind = {"additionalProperties": {"required": ["kind"]}}
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$schema": DRAFT,
         "title": "fieldrig rig file",
         "type": "object",
         "properties": {

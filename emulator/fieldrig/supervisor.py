@@ -2,30 +2,31 @@
 
 All are spawned at once; each loads its part of the rig, opens its hubs and asks to `join`.  The answer is held back
 until those that it waits for are there: order by message, not by sleep.  A process that ends before the whole rig is
-ready ends the start; later its `on_exit` decides.
+ready ends the start; later its `on_exit` decides.  A process that starts is waited for while it gets on; one that
+makes no progress for `start_timeout_s` is killed, and has twice as long when it is started again (`patience`).
 """
 
 import asyncio
 import signal
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
+from fieldrig.asked import asked
+from fieldrig.blame import NOTE
 from fieldrig.brood import Brood
 from fieldrig.child import how_it_ended
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
+from fieldrig.patience import Patience
 from fieldrig.placement import ProcessPlan
-from fieldrig.roster import Member, Report, Roster, State
+from fieldrig.roster import OPEN, Member, Report, Roster, State
 
 GRACE_S = 3.0
 """Between SIGTERM and SIGKILL."""
-FIRST_BACKOFF_S = 0.1
-LONGEST_BACKOFF_S = 5.0
-SETTLED_S = 10.0
-"""A process that lived this long is restarted without delay again."""
 
 
 class Supervisor:
@@ -34,7 +35,9 @@ class Supervisor:
     ) -> None:
         """What `brood` has not forked yet is spawned."""
         self.roster = Roster(config, plans, control, report)
-        self._start_timeout_s = config.start_timeout_s
+        self._patience = {name: Patience(config.start_timeout_s) for name in plans}
+        self._ready_at_s: dict[str, float] = {}
+        """By the loop's time; only of processes that are ready."""
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
         self._at_once = asyncio.Event()
         self._children = brood.children
@@ -66,11 +69,12 @@ class Supervisor:
 
     async def _tend(self, member: Member) -> None:
         """Wait for the end of one process, and do what is to be done then, over and over."""
-        backoff_s = FIRST_BACKOFF_S
+        patience = self._patience[member.name]
         while True:
             code = await self._children[member.name].wait()
             self._forget_timer(member.name)
-            lived_s = member.age_s()
+            self._children[member.name].forget_steps()
+            ready_s = self._ready_s(member)
             self.roster.set_state(member, State.DEAD)
             if self._ended.done():
                 return
@@ -79,15 +83,23 @@ class Supervisor:
             elif not self._goes_on_after(member, code):
                 return
             else:
-                if lived_s > SETTLED_S:
-                    backoff_s = FIRST_BACKOFF_S
-                self.roster.tell("died", member.name, f"{self._why(member, code)}; starting it again")
-                await asyncio.wait({self._ended}, timeout=backoff_s)
-                backoff_s = min(2 * backoff_s, LONGEST_BACKOFF_S)
+                pause_s = patience.after_death(ready_s)
+                self._note(member, "died", f"{self._why(member, code)}; starting it again")
+                await asyncio.wait({self._ended}, timeout=pause_s)
             if self._ended.done():
                 return
             member.restarts += 1
             await self._begin(member)
+
+    def _ready_s(self, member: Member) -> float:
+        """How long it has been ready; 0 if it is not."""
+        ready_at_s = self._ready_at_s.pop(member.name, None)
+        return 0.0 if ready_at_s is None else asyncio.get_running_loop().time() - ready_at_s
+
+    def _note(self, member: Member, what: str, text: str) -> None:
+        """Tell it, and put it into the log of the process too."""
+        self.roster.tell(what, member.name, text)
+        self._children[member.name].note(f"{what}: {text}")
 
     def _on_tender_done(self, tender: asyncio.Task[None]) -> None:
         """A fault in here, or of the system, must not leave a process alone."""
@@ -113,7 +125,8 @@ class Supervisor:
     def _why(self, member: Member, code: int) -> str:
         """In a line; after a fault of a device's own code with what Python said last."""
         said = self._children[member.name].tail().splitlines() if code == Exit.CRASHED else []
-        return how_it_ended(code) + (f" ({said[-1]})" if said else "")
+        is_noted = len(said) > 1 and said[-1].startswith(NOTE)
+        return how_it_ended(code) + (f" ({', '.join(said[-2:] if is_noted else said[-1:])})" if said else "")
 
     def _fail_start(self, member: Member, how: str, code: Exit) -> None:
         """Only the first one counts: the others end because of it, or are stopped with the rig."""
@@ -124,25 +137,49 @@ class Supervisor:
 
     async def _begin(self, member: Member) -> None:
         child = self._children[member.name]
+        member.step = "starting Python"
         self.roster.set_state(member, State.STARTING)
         if child.pid is None:
             await child.spawn()
         member.pid = child.pid
+        child.follow(partial(self._on_step, member))
+
+    def _on_step(self, member: Member, step: str) -> None:
+        """A process that starts has got further."""
+        member.step = step
+        self._be_patient(member)
 
     def _on_change(self, member: Member) -> None:
-        """Patience runs while a process works on its start, not while it waits for others."""
+        if member.state is State.READY:
+            self._ready_at_s[member.name] = asyncio.get_running_loop().time()
+        self._be_patient(member)
+
+    def _be_patient(self, member: Member) -> None:
+        """Wait anew, while a process works on its start; without a limit, while it waits for others."""
         self._forget_timer(member.name)
-        if member.state in (State.STARTING, State.RELEASED):
-            loop = asyncio.get_running_loop()
-            self._timers[member.name] = loop.call_later(self._start_timeout_s, self._lose_patience, member)
+        if member.state in (State.STARTING, State.RELEASED) and not self._ended.done():
+            loop, limit_s = asyncio.get_running_loop(), self._patience[member.name].limit_s
+            self._timers[member.name] = loop.call_later(limit_s, self._lose_patience, member)
 
     def _lose_patience(self, member: Member) -> None:
-        how = f"was not ready after {self._start_timeout_s:g} s"
+        timer = self._timers[member.name]
+        self._children[member.name].look()  # this process may have stood still longer than the other one
+        if self._timers[member.name] is not timer:
+            return
+        if member.state is State.RELEASED and self._waits_for_a_hub(member):
+            self._be_patient(member)
+            return
+        patience = self._patience[member.name]
+        how = f"made no progress while it started: for {patience.limit_s:g} s (its last step: {member.step})"
         if self.roster.was_ready:
-            self.roster.tell("late", member.name, f"{how}; killing it")
+            self._note(member, "late", f"{how}; killing it\n{patience.advice}")
             self._children[member.name].end(signal.SIGKILL)
         else:
-            self._fail_start(member, how, Exit.DEVICE_FAILED)
+            self._fail_start(member, f"{how}; {patience.advice}", Exit.DEVICE_FAILED)
+
+    def _waits_for_a_hub(self, member: Member) -> bool:
+        """A hub that it attaches to has died meanwhile."""
+        return any(self.roster.members[other].state not in OPEN for other in member.plan.attaches)
 
     def _forget_timer(self, name: str) -> None:
         timer = self._timers.pop(name, None)
@@ -157,7 +194,7 @@ class Supervisor:
             case {"name": str(name)}:
                 member = self.roster.member_of(name)
             case _:
-                raise ControlError("restart needs the name of a process", 'right would be {"name": "io"}')
+                raise ControlError(f"this rig can't {asked('restart', message)}", "expected the name of a process")
         if self._tenders[member.name].done():
             raise ControlError(f"{member.name} has ended for good", "stop the rig and start it again")
         self._wanted_restarts.add(member.name)

@@ -31,3 +31,8 @@ def fitting(value: Value, present: Value) -> Value:
     if isinstance(present, int) and isinstance(value, float) and value.is_integer():
         return int(value)
     return str(value) if isinstance(present, str) else value
+
+
+def show_number(value: float) -> str:
+    """With all its digits: the shortest text that is read back as the same number; whole ones without `.0`."""
+    return str(value).removesuffix(".0")

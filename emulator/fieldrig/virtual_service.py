@@ -12,6 +12,7 @@ from functools import partial
 from importlib.metadata import version
 from typing import Any
 
+from fieldrig.asked import asked
 from fieldrig.bus import Bus, Delivery
 from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream, OnDelivery
@@ -25,7 +26,6 @@ from fieldrig.points import answers
 from fieldrig.rig import Rig
 from fieldrig.roster import Event, Report
 from fieldrig.this_process import facts
-from fieldrig.untrusted import shown
 
 SLICE_S = 0.01
 """Of the computer's time."""
@@ -140,7 +140,7 @@ class VirtualService:
                 self._may_run.clear()
                 await self._run_until(self._rig.now_ns + duration_ns)
             case _:
-                raise ControlError(f"this rig can't {verb} {shown(message)}", "it can: status, stop, pause, run, step")
+                raise ControlError(f"this rig can't {asked(verb, message)}", "it can: status, stop, pause, run, step")
         return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
 
     async def _pace(self) -> None:

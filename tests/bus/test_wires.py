@@ -4,7 +4,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.wires import Motion, Signal, WiresModel, decode, encode, show
+from fieldrig_bus.wires import (
+    LONGEST_NAME,
+    MOST_OF_A_MEMBER,
+    MOST_WIRES,
+    Motion,
+    Signal,
+    WiresModel,
+    decode,
+    encode,
+    show,
+)
 
 
 def test_a_signal_reaches_those_who_listen_to_its_name() -> None:
@@ -102,3 +112,73 @@ def test_a_motion_crosses_processes_as_json() -> None:
 def test_what_is_no_motion_is_refused(course: str) -> None:
     with pytest.raises(ValueError, match=r"not a signal|beyond all that a float can hold"):
         decode(f'["axis1.encoder",7,"count",{course}]'.encode())
+
+
+def flood(model: WiresModel, member: str, names: int) -> None:
+    for number in range(names):
+        model.submit(0, member, Signal(f"{member}.{number}", number))
+    model.collect(0)
+
+
+def kept(model: WiresModel) -> int:
+    return int(model.statistics(0)["wires"])
+
+
+def test_a_member_drives_a_bounded_number_of_wires_and_the_others_go_on() -> None:
+    model = WiresModel()
+    for member in ("flood", "tank"):
+        model.join(member)
+    flood(model, "flood", 2 * MOST_OF_A_MEMBER)
+    assert kept(model) == MOST_OF_A_MEMBER
+    model.submit(1, "tank", Signal("tank.level", 1.0))
+    model.submit(1, "flood", Signal("flood.0", 7))  # what it drives already
+    assert [delivery.message.value for delivery in model.collect(1)] == [1.0, 7]
+
+
+def test_wires_of_members_that_are_gone_make_room_the_oldest_first() -> None:
+    model = WiresModel()
+    model.join("tank")
+    model.submit(0, "tank", Signal("tank.level", 1.0))
+    members = 2 * MOST_WIRES // MOST_OF_A_MEMBER
+    for number in range(members):
+        model.join(f"flood{number}")
+        flood(model, f"flood{number}", MOST_OF_A_MEMBER)
+        model.leave(f"flood{number}")
+    assert kept(model) == MOST_WIRES
+    model.join("panel")
+    model.listen(9, "panel", ["tank.level", "flood0.0", f"flood{members - 1}.0"])
+    assert [delivery.message.name for delivery in model.collect(9)] == ["tank.level", f"flood{members - 1}.0"]
+
+
+def test_without_room_a_new_wire_is_dropped_while_all_drivers_are_there() -> None:
+    model = WiresModel()
+    for number in range(MOST_WIRES // MOST_OF_A_MEMBER + 1):
+        model.join(f"flood{number}")
+        flood(model, f"flood{number}", MOST_OF_A_MEMBER)
+    assert kept(model) == MOST_WIRES
+
+
+def test_a_driver_that_comes_back_has_its_wires_again() -> None:
+    model = WiresModel()
+    for _ in range(3):
+        model.join("tank")
+        flood(model, "tank", MOST_OF_A_MEMBER)
+        model.leave("tank")
+    model.join("valve")
+    model.submit(1, "valve", Signal("tank.0", 5))
+    model.join("tank")
+    model.submit(2, "tank", Signal("tank.0", 6))
+    assert [(delivery.sender, delivery.message.value) for delivery in model.collect(2)] == [("valve", 5), ("tank", 6)]
+    assert kept(model) == MOST_OF_A_MEMBER
+
+
+def test_a_name_that_is_too_long_is_no_wire() -> None:
+    model = WiresModel()
+    model.join("flood")
+    model.submit(0, "flood", Signal((LONGEST_NAME + 1) * "x", True))
+    assert (kept(model), model.next_ns()) == (0, None)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_value_is_shown_with_all_its_digits(value: float) -> None:
+    assert float(show(Signal("level", value, "m")).split()[2]) == value

@@ -1,6 +1,6 @@
 """Kinds for the tests of the configuration; a module of its own, because a rig file names classes by module."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from random import Random
 from typing import Any, ClassVar, Literal
@@ -37,7 +37,7 @@ class LineSettings(Settings):
     also: list[str] = Field(default_factory=list)
     first: str | None = None
 
-    def wrong_for(self, members: Sequence[str]) -> Iterator[WrongKey]:
+    def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
         if self.first is not None and self.first not in members:
             yield WrongKey(("first",), f"{self.first} is not here", f"here are: {', '.join(members)}")
 

@@ -89,3 +89,19 @@ class Squabbler(Device):
 
     def _on_signal(self, signal: Signal) -> None:
         self._wires.send(Signal(self._name, signal.value + 1))
+
+
+class Brittle(Device):
+    """Has a fault in its code: a wire tells when it shows, at once or later."""
+
+    def __init__(self, clock: Clock, wires: Link[Signal]) -> None:
+        self._clock = clock
+        wires.on_receive(self._on_signal, ["hammer", "fuse"])
+
+    def _on_signal(self, signal: Signal) -> None:
+        if signal.name == "hammer":
+            self._break()
+        self._clock.call_at(self._clock.now_ns() + 3 * MS, self._break)
+
+    def _break(self) -> None:
+        raise RuntimeError("it broke")

@@ -307,7 +307,7 @@ def test_a_bus_and_a_device_cannot_share_a_name(refused: Refused) -> None:
 def test_two_nodes_of_a_bus_cannot_share_a_number(refused: Refused) -> None:
     node = f'{{kind: "{NODE}", node_id: 5, links: {{can: can0}}}}'
     (mistake,) = refused(LINES + f"      one: {node}\n      two: {node}\n")
-    assert mistake.startswith("rig.yaml:7: devices.two.node_id: node 5 on can0 is one already")
+    assert mistake.startswith("rig.yaml:7: devices.two.node_id: node-ID 5 on can0 is taken by devices.one.node_id")
 
 
 def test_that_two_nodes_share_a_number_is_told_also_of_one_that_is_wrong_in_itself(refused: Refused) -> None:
@@ -335,10 +335,42 @@ def test_a_bus_cannot_listen_where_the_control_service_does(refused: Refused) ->
     assert "port 7447 is taken by control" in mistake
 
 
-@pytest.mark.parametrize("other", ["127.0.0.2:5000", "127.0.0.1:0", "127.0.0.1:5001", "udp://127.0.0.1:5000"])
+LONG = 5_000 * "x"
+
+
+def test_a_file_name_that_no_system_takes_is_refused_wherever_it_stands(refused: Refused) -> None:
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: {LONG}}}\n'
+    (mistake,) = refused(text)
+    assert mistake.startswith("rig.yaml:6: devices.io.file: ")
+    assert "File name too long" in mistake
+    assert len(mistake) < 1000
+    assert "File name too long" in refused(f"extends: {LONG}\n")[0]
+    (mistake,) = refused(LINES + f'      io: {{kind: "{LONG}:Node"}}\n')
+    assert mistake.startswith("rig.yaml:6: devices.io.kind: ")
+    with pytest.raises(ConfigError, match="File name too long"):
+        load(Path(LONG))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a file that gives an I/O error")
+def test_a_file_that_gives_an_io_error_is_refused_with_its_key(refused: Refused) -> None:
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: /proc/self/mem}}\n'
+    (mistake,) = refused(text)
+    assert mistake.startswith("rig.yaml:6: devices.io.file: /proc/self/mem can't be read: Input/output error")
+    assert "Input/output error" in refused("extends: /proc/self/mem\n")[0]
+
+
+@pytest.mark.parametrize("other", ["127.0.0.2:5000", "127.0.0.1:5001", "udp://127.0.0.1:5000"])
 def test_other_hosts_ports_and_protocols_do_not_meet(loaded: Loaded, other: str) -> None:
     text = LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:5000"')
     assert loaded(text.replace('WordLine"', f'WordLine", listen: "{other}"'))
+
+
+def test_port_0_is_refused_where_outsiders_must_know_the_port(refused: Refused) -> None:
+    found = refused("control: tcp/127.0.0.1:0\n" + dedent(LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:0"')))
+    assert [one.partition(": ")[2] for one in found] == [
+        f"{key}: port 0 is a port that nobody outside knows\n    expected a port from 1 to 65535"
+        for key in ("control", "buses.can0.listen")
+    ]
 
 
 def test_a_port_that_a_bus_connects_to_is_not_taken(loaded: Loaded) -> None:

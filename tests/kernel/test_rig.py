@@ -209,3 +209,40 @@ def struck_frames(seed: int) -> list[tuple[int, str, bytes]]:
 
 def test_the_chance_of_a_fault_is_that_of_the_seed() -> None:
     assert struck_frames(1) == struck_frames(1) != struck_frames(2)
+
+
+@pytest.mark.parametrize(
+    ("wire", "note"),
+    [
+        ("hammer", "in device vase, with a message of bus wires, at 5000000 ns"),
+        ("fuse", "in device vase, in a timer or call of its own, at 8000000 ns"),
+    ],
+)
+def test_an_exception_inside_a_device_names_the_device_the_bus_and_the_time(wire: str, note: str) -> None:
+    vase = {"vase": {"kind": "rig_kinds:Brittle", "links": WIRES}}
+    with Rig(from_dict(dice_rig(devices=vase), HERE)) as rig:
+        bench = rig.attach("bench")
+        rig.run_until(5 * MS)
+        bench.link("wires").send(Signal(wire, True))
+        with pytest.raises(RuntimeError, match="it broke") as caught:
+            rig.run_until(10 * MS)
+    assert caught.value.__notes__ == [note]
+
+
+def test_an_attached_member_has_no_link_to_a_bus_that_is_not_there() -> None:
+    with (
+        Rig(from_dict(dice_rig(), HERE)) as rig,
+        pytest.raises(RigError, match=r"the rig has no bus 'wirse'\n  did you mean wires\?"),
+    ):
+        rig.attach("bench").link("wirse")
+
+
+@pytest.mark.parametrize("until_ns", [1.5, 5e6])
+def test_time_is_whole_nanoseconds(until_ns: Any) -> None:
+    with Rig(from_dict(dice_rig(), HERE)) as rig:
+        with pytest.raises(TypeError, match=f"time is a whole number of nanoseconds, not {until_ns!r}"):
+            rig.run_until(until_ns)
+        bench = rig.attach("bench")
+        with pytest.raises(TypeError, match="time is a whole number of nanoseconds"):
+            bench.clock.call_at(until_ns, lambda: None)
+        assert rig.now_ns == 0

@@ -171,13 +171,13 @@ def test_a_new_service_finds_processes_that_joined_the_last_one() -> None:
 
 def test_strangers_and_unknown_verbs_are_refused() -> None:
     async def case(bench: Bench) -> None:
-        with pytest.raises(ControlError, match="can't join this rig"):
+        with pytest.raises(ControlError, match="this rig can't join process three, pid 1"):
             await bench.line.answer("join", {"process": "three", "pid": 1})
         with pytest.raises(ControlError, match="can't step"):
             await bench.line.answer("step", None)
         garbage: list[Any] = [None, [], {"process": "one"}, {"process": 1, "pid": 1}]
         for message in garbage:
-            with pytest.raises(ControlError, match="can't join"):
+            with pytest.raises(ControlError, match="this rig can't join"):
                 await bench.line.answer("join", message)
 
     on_bench(case)

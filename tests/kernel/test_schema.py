@@ -7,7 +7,8 @@ from ruamel.yaml import YAML
 
 from fieldrig import kinds
 from fieldrig.config_keys import BusKeys, DeviceKeys
-from fieldrig.schema import json_schema
+from fieldrig.errors import RigError
+from fieldrig.schema import json_schema, names, schema_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -95,3 +96,37 @@ def test_no_bus_has_a_setting_that_is_a_key_of_every_bus(kind: kinds.Kind) -> No
 def test_no_device_has_a_setting_that_is_a_key_of_every_device(kind: kinds.Kind) -> None:
     settings = kinds.settings_model(kinds.find_device(kind.name)).model_fields
     assert not settings.keys() & DeviceKeys.model_fields.keys()
+
+
+FILES = {"register-table": "registers", "name-plate": "plates"}
+
+
+def test_the_files_that_rig_files_name_have_schemas() -> None:
+    assert names() == ["rig", *sorted(FILES)]
+    assert schema_of("rig") == json_schema()
+    with pytest.raises(RigError, match=r"did you mean register-table\?"):
+        schema_of("register-tables")
+
+
+@pytest.mark.parametrize(
+    ("name", "file"), [(name, file) for name, folder in FILES.items() for file in sorted((CONFIGS / folder).iterdir())]
+)
+def test_every_such_file_of_ours_keeps_to_its_schema(name: str, file: Path) -> None:
+    schema = schema_of(name)
+    Draft202012Validator.check_schema(schema)
+    assert wrong(Draft202012Validator(schema), YAML(typ="safe", pure=True).load(file)) == []
+
+
+@pytest.mark.parametrize(
+    ("table", "where"),
+    [
+        ({"coil": []}, ""),
+        ({"coils": [{"address": 70_000, "name": "run"}]}, "coils/0/address"),
+        ({"holding_registers": [{"address": 0, "name": "speed", "type": "u17"}]}, "holding_registers/0/type"),
+        ({"holding_registers": [{"address": 0, "name": "speed", "min": "low"}]}, "holding_registers/0/min"),
+        ({"input_registers": [{"name": "speed"}]}, "input_registers/0"),
+        ({"fifos": [{"address": 0, "name": "queue", "depth": 0}]}, "fifos/0/depth"),
+    ],
+)
+def test_a_register_table_that_is_wrong_is_wrong_by_its_schema(table: dict[str, Any], where: str) -> None:
+    assert wrong(Draft202012Validator(schema_of("register-table")), table) == [where]

@@ -40,7 +40,7 @@ class FacesBench:
                 "time": "virtual",
                 "seed": 7,
                 "buses": {
-                    "mb": {"kind": "modbus.virtual"},
+                    "mb": {"kind": "modbus.virtual", "servers": [7]},
                     "can0": {"kind": "can.virtual", "bitrate": 500_000},
                     "wires": {"kind": "wires.virtual"},
                     **(buses or {}),

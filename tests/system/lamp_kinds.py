@@ -108,6 +108,29 @@ class Stuck(Device):
             pass
 
 
+class Hanging(Device):
+    """Starts as it should at first, hangs when it is started again, and then starts as it should again."""
+
+    def __init__(self, store: Store, wires: Link[Signal]) -> None:
+        self._starts = int.from_bytes(store.load() or b"", "little") + 1
+        store.save(self._starts.to_bytes(4, "little"))
+
+    def start(self) -> None:
+        while self._starts == 2:
+            pass
+
+
+class Shy(Device):
+    """Has a fault in its code that shows when it hears that a lamp is switched on."""
+
+    def __init__(self, wires: Link[Signal]) -> None:
+        wires.on_receive(self._on_signal, ["lamp.on"])
+
+    def _on_signal(self, signal: Signal) -> None:
+        if signal.value:
+            raise RuntimeError("too bright")
+
+
 class Clinging(Device):
     """Never comes to the end of its end."""
 

@@ -45,9 +45,36 @@ def test_status_for_people_and_for_scripts(rig: RunningRig) -> None:
     assert status["buses"]["wires"]["statistics"]["wires"] >= 2
 
 
-@pytest.mark.parametrize(("name", "code"), [("lamp", 0), ("wires", 0), ("all", 0), ("rig", 0), ("bell", 7)])
+@pytest.mark.parametrize(("name", "code"), [("lamp", 0), ("wires", 0), ("all", 0), ("rig", 0)])
 def test_status_ready_is_an_exit_code(rig: RunningRig, name: str, code: int) -> None:
     assert rig.tool("status", "--ready", name).returncode == code
+
+
+def test_status_ready_of_a_part_that_is_not_there_says_so(rig: RunningRig) -> None:
+    done = rig.tool("status", "--ready", "lmap")
+    assert done.returncode == 6
+    assert done.stderr == "error: lab has no process, device or bus 'lmap'\n  did you mean lamp?\n"
+
+
+def test_get_prints_what_it_could_get(rig: RunningRig) -> None:
+    done = rig.tool("get", "lamp/colour", "bell/on", "switch/off", "lamp/times")
+    assert done.returncode == 6
+    assert [line.partition(" = ")[0] for line in done.stdout.splitlines()] == ["lamp/colour", "lamp/times"]
+    assert done.stderr == "error: lab has no device 'bell'; there is no 'off' here\n"
+    done = rig.tool("get", "bell", "lamp/colour", "--json")
+    assert (done.returncode, set(json.loads(done.stdout))) == (6, {"lamp/colour"})
+
+
+def test_get_prints_what_it_could_get_when_a_process_is_dead() -> None:
+    gone = '  extra: {kind: "lamp_kinds:Fragile", on_exit: ignore}\n'
+    with RunningRig(BLINKING.replace(", period_ms: 20", "") + gone, KINDS) as rig:
+        rig.until_ready()
+        rig.tool("set", "extra/hit=true")
+        until(lambda: rig.status()["processes"]["extra"]["state"] == "gone")
+        done = rig.tool("get", "lamp/colour", "extra/pid", "lamp/on")
+    assert done.returncode == 6
+    assert done.stdout == "lamp/colour = red\nlamp/on = false\n"
+    assert "extra does not answer" in done.stderr
 
 
 def test_get_and_set(rig: RunningRig) -> None:

@@ -1,5 +1,6 @@
 """Processes of a rig in real time: they start in order, are started again, and leave nothing behind."""
 
+import re
 import shlex
 import signal
 import stat
@@ -163,10 +164,20 @@ def test_a_fault_in_a_devices_code_is_in_its_log_and_it_is_started_again() -> No
         rig.tool("set", "extra/hit=true")
         rig.until_back("extra")
         assert "RuntimeError: hit too hard" in rig.log("extra")
-        assert (
-            "extra died: exit code 70: a device's own code failed (RuntimeError: hit too hard); starting it again"
-            in rig.output()
+        assert re.search(
+            r"extra died: exit code 70: a device's own code failed \(RuntimeError: hit too hard, "
+            r"in device extra, in a timer or call of its own, at \d+ ns\); starting it again",
+            rig.output(),
         )
+
+
+def test_an_exception_inside_a_device_names_the_device_the_bus_and_the_time() -> None:
+    shy = 'kind: "lamp_kinds:Shy", links: {wires: wires}, process: pair'
+    with RunningRig(with_device(shy).replace("switch: {", "switch: {process: pair, "), KINDS) as rig:
+        rig.until_ready()
+        rig.tool("set", "switch/on=true")
+        until(lambda: rig.status()["processes"]["pair"]["restarts"] > 0)
+        assert re.search(r"too bright\nin device extra, with a message of bus wires, at \d+ ns\n", rig.log("pair"))
 
 
 def test_on_exit_stop_ends_the_rig() -> None:
@@ -209,7 +220,23 @@ def test_a_device_that_cannot_start_is_named_with_the_end_of_its_log() -> None:
 def test_a_device_that_never_gets_ready_is_named() -> None:
     with RunningRig(with_device('kind: "lamp_kinds:Stuck"') + "start_timeout_s: 1.5\n", KINDS) as rig:
         assert rig.ended() == 5
-        assert "extra was not ready after 1.5 s" in rig.output()
+        assert "extra made no progress while it started: for 1.5 s (its last step: starting extra)" in rig.output()
+        assert "set start_timeout_s: 3 in the rig file" in rig.output()
+
+
+def test_a_process_that_hangs_when_it_is_started_again_is_told_of_even_if_quiet_and_comes_back() -> None:
+    entry = 'kind: "lamp_kinds:Hanging", links: {wires: wires}'
+    with RunningRig(with_device(entry) + "start_timeout_s: 3\n", KINDS, "--quiet") as rig:
+        signal_to(pids(rig.until_ready())["extra"], signal.SIGKILL)
+        rig.until_back("extra", restarts=2)
+        for said in (
+            "extra died: killed by SIGKILL; starting it again",
+            "s (its last step: starting extra); killing it",
+            "on a busy host set start_timeout_s: ",
+            "extra is back",
+        ):
+            assert said in rig.output()
+        assert "supervisor: late: made no progress" in rig.log("extra")
 
 
 def test_a_taken_port_is_named_with_its_remedy(free_port: int) -> None:

@@ -1,6 +1,6 @@
 """What a rig file says about the outside end of a serial line, and what is done with its bytes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, Protocol, Self
 
 from pydantic import Field, model_validator
@@ -42,6 +42,9 @@ class ModbusLineSettings(HubSettings, CharacterSettings):
         default=1000, ge=1, le=600_000, description="how long the line waits for one of `servers` (V1.02, 2.4.1)"
     )
     turnaround_ms: int = Field(default=100, ge=0, le=10_000, description="silence after a broadcast to them")
+
+    def leads_to(self, what: str, value: Hashable) -> bool:
+        return value in self.servers
 
     @model_validator(mode="after")
     def _check_one_way_in(self) -> Self:

@@ -14,7 +14,7 @@ A request costs one pass from `data_received` to `transport.write` without a tas
 
 import logging
 import shlex
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
@@ -53,6 +53,9 @@ class ModbusTcpSettings(HubSettings):
         default_factory=dict, description="units outside that devices of the rig ask: 7: host:port"
     )
     response_timeout_ms: int = Field(default=1000, ge=1, le=600_000, description="how long they are waited for")
+
+    def leads_to(self, what: str, value: Hashable) -> bool:
+        return value in self.servers
 
     @model_validator(mode="after")
     def _servers_are_elsewhere(self) -> Self:

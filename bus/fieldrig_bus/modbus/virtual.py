@@ -1,5 +1,6 @@
 """`modbus.virtual`: Modbus between devices in virtual time, as TCP (no baud) or as a serial line (with one)."""
 
+from collections.abc import Hashable
 from typing import Any, ClassVar
 
 from pydantic import Field
@@ -10,12 +11,20 @@ from fieldrig_bus.modbus.framing import Mode
 from fieldrig_bus.modbus.kind import CharacterSettings, ModbusBus
 from fieldrig_bus.modbus.line_model import LineModel
 from fieldrig_bus.modbus.model import ModbusModel
+from fieldrig_bus.modbus.outside import UnitId
 
 
 class ModbusVirtualSettings(CharacterSettings):
     baud: int | None = Field(default=None, ge=300, le=10_000_000, description="a serial line; null: instant, as on TCP")
     mode: Mode = Field(default="rtu", description="what a frame on the line looks like")
     response_timeout_ms: int = Field(default=1000, ge=1, description="after it the line is free for the next request")
+    servers: list[UnitId] = Field(
+        default_factory=list,
+        description="units that devices of the rig ask and an attached member, such as a test, serves",
+    )
+
+    def leads_to(self, what: str, value: Hashable) -> bool:
+        return value in self.servers
 
 
 class ModbusVirtual(ModbusBus):

@@ -1,6 +1,6 @@
 """`ring.virtual`: the fibre ring in virtual time.  What the medium does is in `model`."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field
@@ -24,23 +24,29 @@ class RingSettings(Settings):
     )
     faults: list[RingFault] = Field(default=[], description="that the ring has from the start")
 
-    def wrong_for(self, members: Sequence[str]) -> Iterator[WrongKey]:
+    def leads_to(self, what: str, value: Hashable) -> bool:
+        """A fibre has no end outside the rig."""
+        return False
+
+    def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
+        stations = [name for name in members if name not in masters]
         for place, name in enumerate(self.order):
-            yield from _wrong_name(("order", place), name, members)
+            yield from _wrong_name(("order", place), name, stations)
             if name in self.order[:place]:
                 yield WrongKey(
                     ("order", place), f"{name} is in the order already", "a station has one place in the ring"
                 )
         for place, name in enumerate(self.bypassed):
-            yield from _wrong_name(("bypassed", place), name, members)
+            yield from _wrong_name(("bypassed", place), name, stations)
         for place, fault in enumerate(self.faults):
             key, name = place_of(fault)
-            yield from _wrong_name(("faults", place, key), name, [*members, MASTER] if key == "after" else members)
+            known = [*stations, MASTER, *masters] if key == "after" else stations
+            yield from _wrong_name(("faults", place, key), name, known)
 
 
 def _wrong_name(path: tuple[str | int, ...], name: str, known: Sequence[str]) -> Iterator[WrongKey]:
     if name not in known:
-        yield WrongKey(path, f'no device "{name}" is linked to this ring', closest(name, list(known)))
+        yield WrongKey(path, f'this ring has no station "{name}"', closest(name, list(known)))
 
 
 class RingVirtual(ModelBus[RingMessage]):

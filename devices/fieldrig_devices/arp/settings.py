@@ -6,11 +6,11 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.clock import MS
-from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.files import HIGHEST_SYSTEM
 from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
-from fieldrig_devices.arp.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, feels
+from fieldrig_devices.arp.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, feels, wire_names
 from fieldrig_devices.arp.parameters import GENERAL, GENERAL_PARAMETERS, PARAMETERS, Par, Parameter
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs, Slices
@@ -159,6 +159,20 @@ class ArpSettings(Settings):
                 " never run; less would be right"
             )
         return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        """`master of node-ID`: a node answers one master only."""
+        yield Claim("can", "node-ID", self.can_node_id, ("parameters", "general", int(Par.CAN_NODE_ID)))
+        for place, node_id in enumerate(self.io_nodes):
+            if node_id is not None:
+                yield Claim("can", "master of node-ID", node_id, ("io_nodes", place))
+        if self.terminal:
+            node_id = self._general(Par.TERMINAL_NODE_ID)
+            yield Claim("can", "master of node-ID", node_id, ("parameters", "general", int(Par.TERMINAL_NODE_ID)))
+        yield Claim("user", "card number", self.number, ("number",))
+        names = wire_names(device, self.ties)
+        for terminal in OUTPUTS:
+            yield Claim("wires", "wire", names[terminal], ("ties", terminal))
 
     @property
     def needs_can(self) -> bool:

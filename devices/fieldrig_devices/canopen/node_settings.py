@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from fieldrig.errors import Mistake
-from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen import eds
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds_text import EdsError
@@ -69,6 +69,14 @@ class CanopenSettings(Settings):
 
         for one in check_eds(self.eds):
             yield Mistake(str(self.eds), one.line, one.place, one.what, one.remedy)
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        if self.node_id is not None:
+            yield Claim("can", "node-ID", self.node_id, ("node_id",))
+        dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
+        for key, bound in zip(self.ties, bind(dictionary, self.ties), strict=True):
+            if bound.is_output:
+                yield Claim("wires", "wire", bound.tie.wire, ("ties", key))
 
     def _start_values(self) -> dict[str, bool | int | float | str]:
         own = {} if self.serial_number is None else {SERIAL_NUMBER: self.serial_number}

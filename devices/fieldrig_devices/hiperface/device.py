@@ -8,7 +8,7 @@ anew.
 
 import binascii
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import tau
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal
@@ -19,7 +19,7 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import RUN, Device, Point, Tool, Value
 from fieldrig.link import Link
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig.store import Store, restore
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.serial.pty import SerialPty
@@ -56,6 +56,9 @@ class SmEncoderSettings(Settings):
     initial_turns: float = Field(default=0.0, ge=0, lt=4096, description="where the shaft is until its wire says so")
     shaft_wire: str | None = Field(default=None, description="in: rad, turn or count; NAME.shaft")
     temperature_wire: str | None = Field(default=None, description="in: degC; NAME.temperature")
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("line", "HIPERFACE address", self.address, ("address",))
 
 
 class SmEncoder(Device):

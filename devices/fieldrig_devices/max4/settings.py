@@ -1,10 +1,11 @@
 """What a rig file says about a MAx-4."""
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.max4.can_face_settings import CanFaceSettings
 from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings
 from fieldrig_devices.max4.configuration import Configuration, DriveSettings, Symbol
@@ -106,6 +107,29 @@ class Max4Settings(Settings):
     off_days: float = Field(default=0.0, ge=0, description="without power before the rig's start")
     disk_bytes: int = Field(default=4_000_000, ge=65_536, description="size of the flash disk")
     memory_free_bytes: int = Field(default=6_930_636, ge=0, description="parameter Memoryfree")
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        """`master of node-ID`: a node answers one master only."""
+        yield Claim("ring", MASTER, "of the ring", ())
+        yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))
+        if self.can_axes is not None:
+            for place, node_id in enumerate(self.can_axes.node_ids):
+                yield Claim("can", "node-ID", node_id, ("can_axes", "node_ids", place))
+        if self.can_master is not None:
+            yield Claim("can", "node-ID", self.can_master.node_id, ("can_master", "node_id"))
+            for symbol, node in self.can_master.nodes.items():
+                yield Claim("can", "master of node-ID", node.node_id, ("can_master", "nodes", symbol, "node_id"))
+        for symbol, wire in self.outputs.items():
+            if wire:
+                yield Claim("wires", "wire", wire, ("outputs", symbol))
+        if self.err_wire:
+            yield Claim("wires", "wire", self.err_wire, ("err_wire",))
+
+    def needs(self, device: str) -> Iterator[Claim]:
+        if self.modbus_client is not None:
+            for symbol, unit in self.modbus_client.units.items():
+                path = ("modbus_client", "units", symbol, "unit")
+                yield Claim("modbus", "unit", unit.unit, path, self.modbus_client.link - 1)
 
     @property
     def configuration(self) -> Configuration:

@@ -1,10 +1,11 @@
 """The keys of an MC-4 in a rig file."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig_devices.mc4.diagnosis import Code, Language
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.idns import settable
@@ -124,6 +125,11 @@ class Mc4Settings(Settings):
     position_wire: str | None = None
     shaft_wire: str | None = None
     faults: list[DriveFault] = Field(default=[], description="that the drive has from the start")
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("ring", "ring address", self.ring_address, ("ring_address",))
+        for what in ("ready", "brake", "position", "shaft"):
+            yield Claim("wires", "wire", self.wire(device, what), (f"{what}_wire",))
 
     def wire(self, device: str, what: str) -> str:
         own: Any = getattr(self, f"{what}_wire")

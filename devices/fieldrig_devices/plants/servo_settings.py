@@ -1,11 +1,13 @@
 """The keys of a servo axis in a rig file."""
 
 import math
+from collections.abc import Iterator
 from math import inf
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.settings import Claim
 from fieldrig_devices.plants.axis_model import Mechanics
 from fieldrig_devices.plants.settings import PlantSettings
 
@@ -69,6 +71,13 @@ class ServoSettings(PlantSettings):
         if self.breakaway_nm is not None and self.breakaway_nm < self.coulomb_nm:
             raise ValueError(f"breakaway_nm must be at least coulomb_nm: {self.coulomb_nm}")
         return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("wires", "wire", self.encoder_wire or f"{device}.encoder", ("encoder_wire",))
+        if self.index_wire is not None:
+            yield Claim("wires", "wire", self.index_wire, ("index_wire",))
+        for wire in self.switches:
+            yield Claim("wires", "wire", wire, ("switches", wire))
 
     @property
     def low_rad(self) -> float:

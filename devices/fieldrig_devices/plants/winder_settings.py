@@ -1,10 +1,12 @@
 """The keys of a winder in a rig file."""
 
 import math
+from collections.abc import Iterator
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.settings import Claim
 from fieldrig_devices.plants.settings import PlantSettings
 
 
@@ -85,6 +87,13 @@ class WinderSettings(PlantSettings):
         if self.initial_tension_n >= self.stiffness_n:
             raise ValueError(f"initial_tension_n must be below modulus times section: {self.stiffness_n} N")
         return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("wires", "wire", self.encoder_wire or f"{device}.encoder", ("encoder_wire",))
+        yield Claim("wires", "wire", self.web_wire or f"{device}.web", ("web_wire",))
+        for what, measure in (("load_cell", self.load_cell), ("dancer", self.dancer)):
+            if measure is not None:
+                yield Claim("wires", "wire", measure.wire or f"{device}.{what}", (what, "wire"))
 
     @property
     def stiffness_n(self) -> float:

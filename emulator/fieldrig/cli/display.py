@@ -79,7 +79,7 @@ class Display:
         self._say("")
 
     def report(self, event: Event) -> None:
-        """Before the rig is ready only failures are news; then, everything."""
+        """Before the rig is ready only failures are news; then, everything, and deaths and restarts even if quiet."""
         what, process = event.what, event.process
         if what == "ready" and not process:
             self._on_all_ready(event.text)
@@ -88,11 +88,10 @@ class Display:
         elif what == "stopping":
             self._say("stopping")
         elif self._was_ready and what not in ("stopped", "ready"):
-            self._say(
-                f"{_clock(event.time_s)}  {self._styled(f'{process} {what}', COLOURS.get(what, ''))}: {event.text}"
-            )
+            text = event.text.replace("\n", "\n    ")
+            self._warn(f"{_clock(event.time_s)}  {self._styled(f'{process} {what}', COLOURS.get(what, ''))}: {text}")
         elif self._was_ready and what == "ready":
-            self._say(f"{_clock(event.time_s)}  {self._styled(f'{process} is back', GREEN)}")
+            self._warn(f"{_clock(event.time_s)}  {self._styled(f'{process} is back', GREEN)}")
 
     def on_signal(self) -> None:
         self._signals += 1
@@ -147,6 +146,11 @@ class Display:
         if not self._is_quiet:
             self._erase_load()
             self._print(text, sys.stdout)
+
+    def _warn(self, text: str) -> None:
+        """Something that went wrong, or is right again."""
+        self._erase_load()
+        self._print(text, sys.stderr if self._is_quiet else sys.stdout)
 
     def _print(self, text: str, file: TextIO) -> None:
         """A reader that went away (`| head`) is no reason to end a rig."""

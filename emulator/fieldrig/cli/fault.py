@@ -178,10 +178,12 @@ def _words(fault: Mapping[str, Any], *, is_time: bool) -> str:
 
 
 def _text(key: str, value: Any) -> str:
+    from fieldrig.values import show_number
+
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):
         return f"[{', '.join(map(str, value))}]"
     if isinstance(value, float):
-        return f"{value:g}"
+        return show_number(value)
     return f"{value:#x}" if key in IN_HEX and isinstance(value, int) else str(value)

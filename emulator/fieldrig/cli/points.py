@@ -24,20 +24,27 @@ def get(
         fieldrig get tank                     everything that the device shows
         fieldrig get tank/level io/6200:01    single values
         fieldrig get tank --json              {"tank/level": 0.5, ...}
+
+    What can't be read is told after the values that can, and the exit code is 6.
     """
     from fieldrig.control import Client
+    from fieldrig.errors import ControlError
 
+    values: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    refusals: list[ControlError] = []
     with Client(endpoint) as client:
-        values: dict[str, Any] = {}
-        units: dict[str, str] = {}
         for name in names:
             device, _, key = name.partition("/")
-            got = _ask(client, device, "get", {"keys": [key]} if key else None)
-            values |= {f"{device}/{one}": value for one, value in got.items()}
-            if not as_json:
-                facts = _ask(client, device, "keys", None)
-                units |= {f"{device}/{one}": fact["unit"] for one, fact in facts.items()}
+            try:
+                got = _ask(client, device, "get", {"keys": [key]} if key else None)
+                values |= {f"{device}/{one}": value for one, value in got.items()}
+                units |= {} if as_json else _units(client, device)
+            except ControlError as refusal:
+                refusals.append(refusal)
     _echo(values, units, as_json)
+    if refusals:
+        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(one.what for one in refusals))
 
 
 def set_(
@@ -74,7 +81,13 @@ def set_(
         for device, device_values in wanted.items():
             got = _ask(client, device, "set", {"values": device_values})
             values |= {f"{device}/{key}": value for key, value in got.items()}
-    _echo(values, {}, as_json)
+        units = {} if as_json else {key: unit for device in wanted for key, unit in _units(client, device).items()}
+    _echo(values, units, as_json)
+
+
+def _units(client: Any, device: str) -> dict[str, str]:
+    facts = _ask(client, device, "keys", None)
+    return {f"{device}/{key}": fact["unit"] for key, fact in facts.items()}
 
 
 def _ask(client: Any, device: str, verb: str, message: Any) -> Any:
@@ -105,6 +118,9 @@ def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:
 
 
 def show_value(value: Any) -> str:
+    """With all its digits."""
+    from fieldrig.values import show_number
+
     if isinstance(value, bool):
         return "true" if value else "false"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return show_number(value) if isinstance(value, float) else str(value)

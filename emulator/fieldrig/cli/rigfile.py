@@ -43,19 +43,29 @@ def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -
     typer.echo(f"{file} is right: {config.name}, time: {config.time}, {content}")
 
 
-def schema() -> None:
-    """Print the JSON Schema of rig files, so that an editor completes and explains keys.
+def schema(
+    name: Annotated[
+        str, typer.Argument(metavar="[FILE]", help="Kind of file: rig, register-table or name-plate.")
+    ] = "rig",
+) -> None:
+    """Print the JSON Schema of rig files, or of a file that they name, so that an editor completes and explains keys.
 
     \b
         fieldrig schema > fieldrig.schema.json
+        fieldrig schema register-table > register-table.schema.json
     and as the first line of a rig file, for editors with the YAML language server:
         # yaml-language-server: $schema=fieldrig.schema.json
     """
     import json
 
-    from fieldrig.schema import json_schema
+    from fieldrig.errors import RigError
+    from fieldrig.schema import schema_of
 
-    typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    try:
+        text = json.dumps(schema_of(name), indent=2, ensure_ascii=False)
+    except RigError as wrong:
+        raise typer.BadParameter(f"{wrong.what}; {wrong.remedy}") from wrong
+    typer.echo(text)
 
 
 def devices(

@@ -38,12 +38,23 @@ def status(
     with Client(endpoint) as client:
         rig = client.ask("rig/status")
         if ready is not None:
+            _check_name(rig, ready)
             raise typer.Exit(Exit.OK if _is_ready(rig, ready) else Exit.NOT_READY)
         details = client.ask_all("process/*/status", timeout_s=HUNG_S)
     if as_json:
         echo_json(_joined(rig, details))
     else:
         _show(rig, details)
+
+
+def _check_name(rig: dict[str, Any], name: str) -> None:
+    """ControlError, with the closest names, for a part that the rig doesn't have."""
+    from fieldrig.errors import ControlError
+    from fieldrig.wording import closest
+
+    known = [*dict.fromkeys([*rig["processes"], *rig["devices"], *rig["buses"], "all", "rig"])]
+    if name not in known:
+        raise ControlError(f"{rig['rig']} has no process, device or bus {name!r}", closest(name, known))
 
 
 def _is_ready(rig: dict[str, Any], name: str) -> bool:
@@ -108,7 +119,12 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
 
 def _figures(statistics: dict[str, float]) -> str:
     """What has happened, in a line; all of it, and that of single members (`io.tec`), is in the JSON."""
-    return ", ".join(f"{key} {value:g}" for key, value in statistics.items() if value and "." not in key)
+    return ", ".join(f"{key} {_figure(value)}" for key, value in statistics.items() if value and "." not in key)
+
+
+def _figure(value: float) -> str:
+    """Counters with all their digits."""
+    return str(int(value)) if float(value).is_integer() else f"{value:g}"
 
 
 def _duration(seconds: float) -> str:

@@ -47,7 +47,9 @@ def up(
         bool,
         typer.Option("--realtime", help="Ask the system for SCHED_FIFO for every process (root, or CAP_SYS_NICE)."),
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only what goes wrong.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print only what goes wrong: deaths, restarts, failures.")
+    ] = False,
 ) -> None:
     """Start a rig, print how to reach each part, and show what happens, until Ctrl-C.
 

@@ -136,12 +136,14 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     watched = {device: keys for device, keys in wanted.items() if keys}
     if not watched:
         raise ControlError(f"no device fits {' '.join(patterns)}", f"there are: {', '.join(devices)}")
-    units = {device: client.ask(f"device/{device}/keys") for device in watched}
+    units: dict[str, Any] = {}
     present: dict[str, Any] = {}
     while True:
         started_s = time.monotonic()
         for device, keys in watched.items():
             try:
+                if device not in units:
+                    units[device] = client.ask(f"device/{device}/keys")
                 values = client.ask(f"device/{device}/get")
             except NobodyError:  # it is being restarted
                 continue

@@ -1,12 +1,13 @@
 """Settings of an operator terminal in a rig file."""
 
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
 from pydantic import Field, field_validator
 
-from fieldrig.settings import Settings
+from fieldrig.settings import Claim, Settings
 from fieldrig_devices.arp.terminal.editor import LONGEST_PASSWORD
 from fieldrig_devices.arp.terminal.panel import Model
 from fieldrig_devices.arp.terminal.pattern import Decimals
@@ -29,6 +30,9 @@ class TerminalSettings(Settings):
     decimals: Decimals = Field(
         default="cut", description="of a value that its field has no room for: cut off, or rounded (digest 16)"
     )
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("can", "node-ID", self.node_id, ("node_id",))
 
     @field_validator("time")
     @classmethod

@@ -1,0 +1,35 @@
+"""How long the supervisor lets one process go without progress while it starts, and how soon it starts it again.
+
+Both grow with each restart of the same process, and are back to normal once it has been ready for a while.
+"""
+
+from typing import Final
+
+FIRST_PAUSE_S: Final = 0.1
+LONGEST_PAUSE_S: Final = 5.0
+LONGEST_LIMIT_S: Final = 600.0
+"""The limit doubles no further, unless the rig file asks for more from the start."""
+SETTLED_S: Final = 10.0
+"""A process that was ready this long has settled."""
+
+
+class Patience:
+    def __init__(self, start_timeout_s: float) -> None:
+        self._first_s = start_timeout_s
+        self.limit_s = start_timeout_s
+        """Longest time without progress."""
+        self._pause_s = FIRST_PAUSE_S
+
+    def after_death(self, ready_s: float) -> float:
+        """The pause before the process is started again, now that it has ended after being ready for `ready_s`."""
+        if ready_s >= SETTLED_S:
+            self.limit_s, self._pause_s = self._first_s, FIRST_PAUSE_S
+        else:
+            self.limit_s = max(self.limit_s, min(2 * self.limit_s, LONGEST_LIMIT_S))
+        pause_s, self._pause_s = self._pause_s, min(2 * self._pause_s, LONGEST_PAUSE_S)
+        return pause_s
+
+    @property
+    def advice(self) -> str:
+        """What the user may set when the limit was too short."""
+        return f"on a busy host set start_timeout_s: {2 * self.limit_s:g} in the rig file, or by --set"
