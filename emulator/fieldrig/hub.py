@@ -4,6 +4,7 @@ What a member sends carries the instant at which it was asked for, so the hop to
 medium takes.  A member may lag by `LAG_LIMIT_NS` at the most; later it counts as asked for now.
 """
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from random import Random
@@ -19,6 +20,8 @@ from fieldrig.real_clock import RealClock
 from fieldrig.sending import uninteresting, unsendable
 
 LAG_LIMIT_NS = 2 * MS
+LONGEST_TURN_NS = 5 * MS
+"""Of a hub that carries: where a medium asks for more work than this computer does in time, others have their turn."""
 
 
 class LocalLink:
@@ -114,7 +117,7 @@ class LocalHub:
         self._is_collecting = True
         try:
             model, members = self.model, self._members
-            next_ns = model.next_ns()
+            next_ns, give_up_ns = model.next_ns(), time.monotonic_ns() + LONGEST_TURN_NS
             while next_ns is not None and next_ns <= (now_ns := self.clock.now_ns()):
                 for delivery in model.collect(now_ns):
                     for receiver in delivery.receivers:
@@ -124,6 +127,8 @@ class LocalHub:
                     if self.on_delivery is not None:
                         self.on_delivery(delivery)
                 next_ns = model.next_ns()
+                if time.monotonic_ns() > give_up_ns:
+                    break
         finally:
             self._is_collecting = False
         self._wake_at(next_ns)

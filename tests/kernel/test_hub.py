@@ -215,6 +215,18 @@ def test_no_hub_is_an_error_with_a_remedy(tmp_path: Path) -> None:
     asyncio.run(scene())
 
 
+def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_their_turn(tmp_path: Path) -> None:
+    async def scene() -> None:
+        bench = HubBench(tmp_path)
+        bench.hub.model.next_ns = lambda: 0  # type: ignore[method-assign]
+        bench.hub.carry()
+        for _ in range(3):
+            await asyncio.sleep(0.001)
+        await bench.close()
+
+    asyncio.run(scene())
+
+
 @pytest.mark.parametrize(
     "garbage",
     [

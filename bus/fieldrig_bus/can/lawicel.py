@@ -80,7 +80,9 @@ def encode(frame: CanFrame) -> bytes:
 
 def decode(command: bytes) -> CanFrame:
     """The inverse of `encode`.  ValueError for anything else."""
-    form = FORMS[chr(command[0])]
+    form = FORMS.get(command[:1].decode("latin-1"))
+    if form is None:
+        raise ValueError("no command with a frame")
     digits = 8 if form.is_extended else 3
     identifier = int.from_bytes(unhexlify(command[1 : 1 + digits].rjust(8, b"0")), "big")
     length, data = command[1 + digits : 2 + digits], unhexlify(command[2 + digits :])

@@ -8,6 +8,7 @@ begun is lost.  A client that asks anew has given up what it asked for before.
 Where servers stand outside (see `routing`), their answers have had their time on the line when they come in.
 """
 
+import logging
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -15,6 +16,11 @@ from fieldrig.bus import BusModel, Delivery
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusEvent, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.routing import Routing, is_server_outside
+
+log = logging.getLogger(__name__)
+
+MOST_WANTED = 1_000
+"""Messages that wait for the line; what comes on top is lost, as nobody waits so long for an answer."""
 
 
 class _Wanted(NamedTuple):
@@ -57,6 +63,9 @@ class LineModel(BusModel[ModbusEvent]):
 
     def submit(self, now_ns: int, member: str, message: ModbusEvent) -> None:
         if not isinstance(message, ModbusRequest | ModbusResponse):
+            return
+        if len(self._wanted) >= MOST_WANTED:
+            log.debug("%s: %d messages wait for the line; dropped %r", member, MOST_WANTED, message)
             return
         if isinstance(message, ModbusRequest) and member == self._client:
             self._exchange = None

@@ -10,6 +10,7 @@ something it counts as `ControlLines()`, DTR and RTS on.  Left out: handshaking;
 """
 
 import heapq
+import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,6 +19,10 @@ from fieldrig.clock import MS, S
 from fieldrig_bus.serial.garble import garbled
 from fieldrig_bus.serial.message import KINDS, Break, Format, SerialMessage, check_interest
 
+log = logging.getLogger(__name__)
+
+LONGEST_BACKLOG_NS = 3600 * S
+"""What one end may have asked for ahead of its line: memory is not without end."""
 BYTES_ONLY = frozenset({"data"})
 
 
@@ -67,7 +72,9 @@ class SerialModel(BusModel[SerialMessage]):
 
     def submit(self, now_ns: int, member: str, message: SerialMessage) -> None:
         end = self._ends[member]
-        if type(message) is bytes:
+        if end.free_ns - now_ns > LONGEST_BACKLOG_NS:
+            log.debug("%s has more to send than an hour takes; dropped %r", member, message)
+        elif type(message) is bytes:
             self._characters += len(message)
             self._send_bytes(now_ns, member, end, message)
         elif type(message) is Break:

@@ -54,7 +54,7 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
                 )
             )
             yield TraceEntry(round(message.timestamp * 1e6) * 1000, str(message.channel), "can", "", encode(frame))
-    except (ValueError, OverflowError) as cause:
+    except (ValueError, OverflowError, IndexError) as cause:  # the reader of python-can raises all of these
         what = f"line {lines.count} is not one of candump's: {cause}"
         raise UsageError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
 
