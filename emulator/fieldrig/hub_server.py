@@ -43,8 +43,12 @@ class HubServer:
         loop, bus = asyncio.get_running_loop(), self._hub.bus
         if hasattr(asyncio, "open_unix_connection"):
             # The rig's lock says that no living rig owns this folder: what lies here is left from a killed one.
-            self._path.unlink(missing_ok=True)
-            self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
+            try:
+                self._path.unlink(missing_ok=True)
+                self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
+            except OSError as cause:
+                remedy = "make room there, or name another run folder: --set run=FOLDER"
+                raise BusError(f"{bus.name}: {self._path} can't be made: {cause.strerror}", remedy) from cause
         if bus.attach is not None:
             host, port = split_address(bus.attach)
             secret = token()

@@ -8,6 +8,7 @@ out: Windows, which has neither these locks nor Unix sockets; there only the con
 import os
 import stat
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -57,14 +58,20 @@ class RunFolder:
                 f"stop it: `fieldrig stop`, Ctrl-C where it runs, or kill {owner};"
                 " or give this one its own folder: --set run=FOLDER",
             )
-        lock.truncate(0)
-        lock.write(f"{os.getpid()}\n")
-        lock.flush()
         self._lock = lock
+        with suppress(OSError):  # on a full disk nobody can read who holds it
+            lock.truncate(0)
+            os.write(lock.fileno(), f"{os.getpid()}\n".encode())
 
     def wait_for_the_last(self) -> None:
         """RigError if processes of a rig that was killed are still there after a while."""
-        with (self.folder / PROCESSES_LOCK).open("a") as lock:
+        try:
+            lock = (self.folder / PROCESSES_LOCK).open("a")
+        except OSError as cause:
+            raise RigError(
+                f"{self.folder} can't be written: {cause.strerror}", "make room, or --set run=FOLDER"
+            ) from cause
+        with lock:
             if not _locked(lock, wait_s=LINGER_S):
                 raise RigError(
                     f"processes of an earlier rig still run in {self.folder}",

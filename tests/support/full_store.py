@@ -11,6 +11,7 @@ class FullStore(MemoryStore):
     def __init__(self, data: bytes | None = None) -> None:
         super().__init__(data)
         self.is_full = True
+        self.has_ram = True
         self.refused = 0
 
     def save(self, data: bytes) -> None:
@@ -18,3 +19,8 @@ class FullStore(MemoryStore):
             self.refused += 1
             raise StoreError(ENOSPC, "No space left on device")
         super().save(data)
+
+    def buffered_ram(self, size: int) -> memoryview:
+        if not self.has_ram:
+            raise StoreError(ENOSPC, "No space left on device")
+        return super().buffered_ram(size)

@@ -286,19 +286,12 @@ def test_what_was_refused_at_the_first_start_is_stored_when_there_is_room() -> N
 
 
 def test_variables_last_again_after_a_reset_when_there_is_ram() -> None:
-    class LateRam(MemoryStore):
-        is_there = False
-
-        def buffered_ram(self, size: int) -> memoryview:
-            if not self.is_there:
-                raise StoreError(ENOSPC, "No space left on device")
-            return super().buffered_ram(size)
-
-    store = LateRam()
+    store = FullStore()
+    store.is_full = store.has_ram = False
     bench = CardBench(store=store).run_for(50)
     bench.put_variable(7, 12.5)
     bench.run_for(20)
-    store.is_there = True
+    store.has_ram = True
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(50)
     bench.put_variable(8, 3.5)
     bench.run_for(20)
@@ -324,11 +317,9 @@ def test_a_read_error_of_the_store_is_e03(tmp_path: Path) -> None:
 
 
 def test_no_ram_at_all_is_e03_and_variables_last_until_power_off() -> None:
-    class WithoutRam(MemoryStore):
-        def buffered_ram(self, size: int) -> memoryview:
-            raise StoreError(ENOSPC, "No space left on device")
-
-    bench = CardBench(LOOP, store=WithoutRam()).run_for(50)
+    store = FullStore()
+    store.is_full = store.has_ram = False
+    bench = CardBench(LOOP, store=store).run_for(50)
     assert (bench.state, bench.error) == (CardState.BLOCKED, 103)
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(50)
     assert (bench.state, bench.variable(1) > 0) == (CardState.RUN, True)

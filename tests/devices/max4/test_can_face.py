@@ -8,6 +8,7 @@ from can_face_bench import NODE, CanFaceBench
 from canopen.objectdictionary import ODArray, ODRecord, import_od
 from canopen.sdo.exceptions import SdoAbortedError
 from cut_store import CutStore, Killed
+from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -262,6 +263,19 @@ def test_parameters_are_stored_in_one_step(allowed: int) -> None:
     found = [again.sdo[index].raw == 12_345 for index in (0x6081, 0x6085, 0x6881, 0x6885)]
     assert found == [bool(allowed)] * 4
     assert store.saves == allowed
+
+
+def test_parameters_that_the_disk_does_not_take_are_a_hardware_error() -> None:
+    store = FullStore()
+    store.is_full = False
+    bench = CanFaceBench(simulated=("belt", "knife"), store=store).run(200)
+    node = bench.master()
+    store.is_full = True
+    with pytest.raises(SdoAbortedError) as refused:
+        node.sdo[0x1010][1].raw = 0x65766173
+    assert refused.value.code == 0x0606_0000
+    store.is_full = False
+    node.sdo[0x1010][1].raw = 0x65766173
 
 
 def home(bench: CanFaceBench, node: Any) -> None:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from full_store import FullStore
 from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError
@@ -131,3 +132,38 @@ def test_without_power_nothing_is_recorded() -> None:
         bench.max4.tcp_connected("10.205.10.24")
     assert bench.codes() == [8002, 8003]
     assert bench.get("DiagCode") == 0
+
+
+def test_without_room_for_the_ram_entries_last_until_there_is() -> None:
+    store = FullStore()
+    store.is_full = store.has_ram = False
+    bench = Bench(store=store).run(100).set("nvram", "0:a1")
+    assert bench.codes() == [8002, 8003]
+    store.has_ram = True
+    bench.do("system reset").run(100).set("nvram", "1:b2")
+    again = Bench(store=store).run(100)
+    assert (bytes(again.max4.ram.nvram[:2]).hex(), again.codes()[:2]) == ("a1b2", [8002, 8003])
+
+
+def test_a_download_that_the_disk_does_not_take_ends_there_and_leaves_the_files() -> None:
+    store = FullStore()
+    store.is_full = False
+    bench = Bench(store=store).run(100)
+    before = {name: bench.max4.disk.read(name) for name in bench.max4.disk.names}
+    store.is_full = True
+    bench.do("download").run(10_000)
+    assert {name: bench.max4.disk.read(name) for name in bench.max4.disk.names} == before
+    assert (8010 in bench.codes(), store.refused) == (False, 1)
+    store.is_full = False
+    bench.do("download").run(10_000)
+    assert bench.codes().count(8010) == 7
+
+
+def test_a_file_that_can_not_be_deleted_is_still_there() -> None:
+    store = FullStore()
+    store.is_full = False
+    bench = Bench(store=store).run(100).do("save log \\A.LOG")
+    store.is_full = True
+    with pytest.raises(ControlError, match="the flash disk can't be written: No space left on device"):
+        bench.do("delete log \\A.LOG")
+    assert "\\A.LOG" in bench.max4.disk

@@ -63,8 +63,11 @@ def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> 
     """Write these files, and remove what an earlier compilation left."""
     from fieldrig.store import replace_file
 
-    for letter in "DEMOS":
-        if letter not in contents:
-            (folder / f"{name}.{letter}{system:02}").unlink(missing_ok=True)
-    for letter, content in contents.items():
-        replace_file(folder / f"{name}.{letter}{system:02}", content)
+    try:
+        for letter in "DEMOS":
+            if letter not in contents:
+                (folder / f"{name}.{letter}{system:02}").unlink(missing_ok=True)
+        for letter, content in contents.items():
+            replace_file(folder / f"{name}.{letter}{system:02}", content)
+    except OSError as cause:
+        raise typer.BadParameter(f"{folder} can't be written: {cause.strerror}") from cause

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from arp_terminal import START, TerminalBench
+from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -18,6 +19,7 @@ from fieldrig.errors import ControlError
 from fieldrig.rig import Rig
 from fieldrig.store import FileStore
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.messages import Messages
 from fieldrig_devices.arp.terminal.settings import EDS, TerminalSettings
 from fieldrig_devices.canopen.eds_check import check_eds
@@ -161,6 +163,7 @@ KILLED_AFTER_A_MESSAGE = """
 import os, signal, sys
 from pathlib import Path
 from fieldrig.store import FileStore
+from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.messages import Messages
 Messages(FileStore(Path(sys.argv[1])))[35] = "AUTOMATIC CYCLE"
 os.kill(os.getpid(), signal.SIGKILL)
@@ -173,6 +176,22 @@ def test_message_survives_a_kill(tmp_path: Path) -> None:
     killed = subprocess.run([sys.executable, "-c", KILLED_AFTER_A_MESSAGE, str(tmp_path / "tr")], check=False)
     assert killed.returncode == -9
     assert Messages(FileStore(tmp_path / "tr"))[35] == "AUTOMATIC CYCLE"
+
+
+def test_message_that_the_memory_does_not_take_is_a_hardware_error() -> None:
+    store = FullStore()
+    store.has_ram = False
+    bench = TerminalBench(store)
+    index, subindex = objects.place_of_message(1)
+    write = f"614#23 {index & 0xFF:02x} {index >> 8:02x} {subindex:02x} 41 42 43 44"
+    (answer,) = bench.send(write)
+    assert answer == f"594#80 {index & 0xFF:02x} {index >> 8:02x} {subindex:02x} 00 00 06 06"
+    with pytest.raises(ControlError, match="message 1 can't be stored: No space left on device"):
+        bench.store_message(1, "ABCD")
+    assert bench.get("message.1") == ""
+    store.has_ram = True
+    (answer,) = bench.send(write)
+    assert (answer[:6], bench.get("message.1")) == ("594#60", "ABCD")
 
 
 @pytest.mark.parametrize("text", ["x" * 17, "A\nB", "€"])
