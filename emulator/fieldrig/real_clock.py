@@ -33,7 +33,7 @@ class _RealWatchdog(Watchdog):
         super().__init__(action)
 
     @property
-    def due_ns(self) -> int:  # type: ignore[override]
+    def due_ns(self) -> int:
         return self._due_ns
 
     @due_ns.setter
