@@ -11,7 +11,8 @@ from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, US
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
-from fieldrig_bus.modbus.message import ModbusRequest
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.ring.message import Answers, Cycle
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axis import Mode
@@ -41,8 +42,18 @@ def test_controller_has_its_interfaces_all_at_once() -> None:
     }
     belt = {"kind": MC4, "ring_address": 1, "motor": {"name_plate": PLATE}, "links": {"ring": "ring"}}
     heard: dict[str, set[str]] = {}
+    answers: list[tuple[str, ModbusResponse]] = []
+    lamps: list[object] = []
+    device_types: list[bytes] = []
 
     def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        match delivery.message:
+            case ModbusResponse() as answer:
+                answers.append((bus.name, answer))
+            case Signal(name="panel.h1", value=value):
+                lamps.append(value)
+            case CanFrame(identifier=0x581, data=data):
+                device_types.append(data)
         heard.setdefault(bus.name, set()).add(delivery.sender)
 
     config = from_dict({"time": "virtual", "buses": buses, "devices": {"max4": max4, "belt": belt}})
@@ -54,8 +65,15 @@ def test_controller_has_its_interfaces_all_at_once() -> None:
     outside.link("wires").send(Signal("panel.s1", True))
     rig.set("max4", "O_bLampH1.Value", True)
     rig.run_until(4_500 * MS)
+    outside.link("can0").send(CanFrame(0x601, bytes.fromhex("40 00 10 00 00 00 00 00")))
+    rig.run_until(4_600 * MS)
     assert rig.get("max4", "I_bStartS1.Value") is True
     assert all("max4" in heard[name] for name in buses), {name: sorted(heard[name]) for name in heard}
+    assert (rig.get("max4", "ring.state"), rig.get("max4", "belt.MC4State")) == ("up", 0x10)
+    assert lamps == [False, True]
+    answered = [(name, message.pdu[:2].hex()) for name, message in answers]
+    assert sorted(answered) == [("com1", "0302"), ("com2", "0302"), ("ethernet", "0302")]
+    assert device_types == [bytes.fromhex("43 00 10 00 92 01 ff ff")]
 
 
 @pytest.mark.manual("PD-023")

@@ -212,6 +212,35 @@ V6 == h1000""")
     assert bench.card.warnings == []
 
 
+@pytest.mark.manual("ARP-079")
+@pytest.mark.parametrize(
+    ("literal", "raw"),
+    [
+        ("1000.000", 1_000_000),
+        ("-12.5", -12_500),
+        ("H1000", 4_096),  # "equal to the decimal 4096", as a raw value
+        ("h1000", 4_096),
+        ("PIG", 3_142),
+        ("HI", 1_000),
+        ("ON", 1_000),
+        ("LO", 0),
+        ("OFF", 0),
+    ],
+)
+def test_literals_and_constants_have_the_values_of_the_manual(literal: str, raw: int) -> None:
+    bench = ArpBench(f"V1 == 7\nV1 == {literal}\nV2 == {literal} + 1").run()
+    assert bench.card.V[1:3] == [raw, raw + 1_000]
+
+
+@pytest.mark.manual("ARP-079")
+@pytest.mark.parametrize(("literal", "bit"), [("HI", 1), ("ON", 1), ("LO", 0), ("OFF", 0)])
+def test_constants_are_levels_of_flags_and_outputs(literal: str, bit: int) -> None:
+    bench = ArpBench(f"F1 == {literal}\nO101 == {literal}")
+    bench.card.F[1] = bench.card.O[101] = 1 - bit
+    bench.run()
+    assert (bench.card.F[1], bench.card.O[101]) == (bit, bit)
+
+
 def test_a10_analog_inputs_and_outputs() -> None:
     bench = ArpBench("V001 == ADC 2\nDAC 1, 5, 2\nDAC 2, V001\nDAC 1, -10")
     bench.card.channels[2] = 2_500

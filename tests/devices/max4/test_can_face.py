@@ -12,8 +12,13 @@ from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig.bus import Bus, Delivery
+from fieldrig.clock import MS, S
+from fieldrig.config import from_dict
 from fieldrig.errors import RigError
+from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.eds import load
 from fieldrig_devices.canopen.eds_check import check_eds
 from fieldrig_devices.conformance.description import Description
@@ -58,6 +63,33 @@ def test_objects_with_sub_indices_are_arrays_or_records(indices: tuple[int, ...]
 def test_bit_rates_are_those_of_the_manual() -> None:
     rates = load(EDS, NODE).features.bit_rates
     assert (min(rates), max(rates)) == (20_000, 1_000_000)
+
+
+@pytest.mark.manual("PD-301")
+@pytest.mark.parametrize("bit_rate", [20_000, 1_000_000])
+def test_face_is_a_member_of_a_bus_with_arbitration(bit_rate: int) -> None:
+    """Of two that begin at one instant the lower identifier wins, and the other follows when that is over."""
+    frames: list[tuple[int, CanFrame]] = []
+
+    def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        if bus.name == "can0":
+            frames.append((delivery.time_ns, delivery.message))
+
+    axis = {"ring_address": 1, "simulated": True}
+    max4 = {"kind": "max4", "links": {"can": "can0"}, "drives": {"belt": axis}, "can_axes": {"node_ids": [NODE]}}
+    buses = {"can0": {"kind": "can.virtual", "bitrate": bit_rate}}
+    with Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"max4": max4}}), on_delivery) as rig:
+        ends = [rig.attach(name).link("can0") for name in ("one", "other")]
+        rig.run_until(500 * MS)
+        assert [frame.identifier for _, frame in frames] == [0x700 + NODE]
+        frames.clear()
+        ends[0].send(CanFrame(0x600 + NODE, bytes.fromhex("40 00 10 00 00 00 00 00")))
+        ends[1].send(CanFrame(0x001, b""))
+        rig.run_until(1_000 * MS)
+        assert [frame.identifier for _, frame in frames] == [0x001, 0x600 + NODE, 0x580 + NODE]
+        assert frames[2][1].data == bytes.fromhex("43 00 10 00 92 01 ff ff")
+        bits = (frames[1][0] - frames[0][0]) * bit_rate / S
+        assert 111 <= bits <= 135 + 3  # ISO 11898-1: 111 with the gap of 3, and at most 24 stuff bits
 
 
 def test_our_conformance_cases_of_objects_and_pdos_pass(bench: CanFaceBench) -> None:

@@ -24,6 +24,23 @@ def test_the_least_controller_has_seven_groups() -> None:
     assert [child.type_name for child in root.children] == ["RTBUS", "D_OUT_GROUP", "D_IN_GROUP", "M_IN_GROUP"]
 
 
+@pytest.mark.manual("PD-334")
+def test_group_versions_shows_what_the_controller_is() -> None:
+    identity = {"article_number": "13130237", "serial_number": "0000012345", "hardware_code": "0700"}
+    bench = Bench(identity=identity).run(100)
+    group = bench.max4.tree.root.groups["Versions"]
+    shown = {name: parameter.value for name, parameter in group.parameters.items()}
+    assert shown == {
+        "SoftwareVersion": bench.max4.settings.version,
+        "ProductName": "MAx-4",
+        "ArticleNumber": "13130237",
+        "SerialNumber": "0000012345",
+        "HardwareCode": "0700",
+    }
+    assert {name: bench.get(name) for name in shown} == shown
+    assert not any(parameter.is_writable for parameter in group.parameters.values())
+
+
 @pytest.mark.manual("PD-022")
 @pytest.mark.manual("PD-024")
 def test_objects_have_default_and_symbolic_names() -> None:

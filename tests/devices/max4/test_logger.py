@@ -97,9 +97,11 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     again = Bench(simulated=("Achse_1",), program=str(program), store=bench.store, boot={"finished_ms": 72})
     again.run(80).clock_shows(22_470).do("login").clock_shows(679_582).do("start")
     lines = again.log()
-    for line, printed in zip(lines, GOLDEN_1.splitlines(), strict=False):
-        assert seen(line, printed) == printed
+    printed = GOLDEN_1.splitlines()
+    assert [seen(line, one) for line, one in zip(lines[: len(printed)], printed, strict=True)] == printed
     assert len(lines) == 325
+    older = [line.split("\t") for line in lines[len(printed) :]]
+    assert [(fields[0], fields[7]) for fields in older] == [(f"{n}", f"entry {n - 1}") for n in range(308, 0, -1)]
 
 
 @pytest.mark.manual("PD-040")
@@ -125,6 +127,8 @@ def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
     bench.fault("Achse_2", what="supply_24v", duration_ms=100)
     bench.clock_shows(9_321_400).run(29)
     entries = [entry for _, entry in bench.max4.logger.entries()]
+    (supply,) = (entry for entry in entries if entry.code == 7134)
+    assert 9_321_400 <= supply.stamp_ms <= 9_321_429
     bench.max4.logger.reset()
     for entry in entries[::-1]:  # which cycle hears of it is not the manual's
         is_supply = entry.code == 7134
@@ -133,6 +137,36 @@ def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
     again.clock_shows(9_529).max4.tcp_connected("10.205.10.24")
     again.clock_shows(9_540).do("login")
     assert again.log()[:19] == GOLDEN_2.splitlines()
+
+
+@pytest.mark.manual("PD-113")
+@pytest.mark.manual("PD-118")
+@pytest.mark.parametrize("sender", [Sender("MAX4", "MAX4"), Sender("LZS", "LZS"), Sender("MC_4", "Achse_2")])
+def test_entry_has_the_fields_of_the_manual_in_their_order(sender: Sender) -> None:
+    bench = Bench().run(100)
+    bench.max4.logger.reset()
+    bench.clock_shows(22_470)
+    bench.max4.logger.insert(0x0002, sender, 2106, "0acd0a18", "Kommunikationsfehler")
+    line = f"1\t22.470\t0x0002\t{sender.object}\t{sender.instance}\t2106\t0acd0a18\tKommunikationsfehler"
+    assert bench.log() == [line]
+    bench.max4.logger.save("\\RUN.LOG")
+    head = "No.\tTimestamp\tType\tObject\tInstance\tDiag. Code\tExt. diagnosis\tMessage"
+    assert bench.max4.disk.read("\\RUN.LOG").decode() == f"{head}\n{line}\n"
+
+
+@pytest.mark.manual("PD-118", "PD-123", "PD-124")
+def test_each_message_says_whose_it_is(tmp_path: Path) -> None:
+    """Type, object and instance, also of lines in which the manual's print hides them."""
+    program = tmp_path / "conveyor.prg"
+    program.write_bytes(b"PROGRAM PLC_PRG")
+    bench = Bench("Achse_1", "Achse_2", program=str(program)).boot()
+    bench.fault("Achse_2", what="supply_24v")
+    bench.run(100).do("login").do("start").do("logout").do("system reset").boot()
+    seen = {entry.code: (f"0x{entry.type:04x}", *entry.sender) for _, entry in bench.max4.logger.entries()}
+    of_run = {8004: "LZS", 8007: "LZS", 8008: "LZS", 8002: "MAX4", 8003: "MAX4"}
+    assert {code: seen[code] for code in of_run} == {code: ("0x0001", name, name) for code, name in of_run.items()}
+    assert seen[8016] == ("0x1000", "MAX4", "MAX4")
+    assert seen[7134] == ("0x0002", "MC_4", "Achse_2")
 
 
 @pytest.mark.manual("PD-110")

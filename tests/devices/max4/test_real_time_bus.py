@@ -1,10 +1,13 @@
 """The controller on a ring of MC-4 drives: phase-up, axes, failures, and what the log says of them."""
 
+import itertools
+from collections.abc import Iterator
 from itertools import count
 
 import pytest
 from max4_bench import Bench, Course
 
+from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.max4.axis import AxisState, Mode, SetValues
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.drive_end import RingDrive
@@ -305,6 +308,43 @@ def test_as_many_axes_as_the_manual_names_move_at_4_ms(count: int) -> None:
 
 
 # ---- what it takes of a cycle
+
+
+@pytest.mark.manual("PD-084")
+def test_real_time_process_sees_to_all_that_the_manual_names_without_a_task() -> None:
+    """Logic and master encoders, motion tasks with set values, measuring inputs, and the exchange over the ring."""
+    bench = Bench(
+        "belt",
+        logic_encoders=["Virtual"],
+        master_encoders={"Line": "line.encoder"},
+        measuring_inputs={"Probe": "probe.1"},
+    ).boot()
+    bench.run(2_000).enable("belt")
+    assert not bench.max4.is_program_running
+    asked: list[float] = []
+
+    def path() -> Iterator[int]:
+        for place in itertools.count():
+            asked.append(bench.max4.system.process.master_encoders[0].position)
+            yield 1_000 * place
+
+    bench.axis("belt").follow(Course(path()))
+    bench.set("Virtual.Velocity", 250.0)
+    begin = int(bench.get("cycles"))
+    wires = bench.rig.attach("line").link("wires")
+    wires.send(Motion("line.encoder", 0.0, "count", bench.rig.now_ns, 500.0))
+    bench.run(400)
+    cycles = int(bench.get("cycles")) - begin
+    assert cycles == 100
+    assert bench.get("Virtual.Position") == pytest.approx(cycles * 0.004 * 250)
+    assert len(asked) == pytest.approx(cycles, abs=1)
+    steps = {round(after - before, 6) for before, after in itertools.pairwise(asked[2:])}
+    assert steps == {2.0}, "500 a second, sampled in each cycle"
+    wires.send(Signal("probe.1", True))
+    bench.run(20)
+    assert bench.get("Probe.Count") == 1
+    assert float(bench.get("Probe.Position_belt")) == pytest.approx(bench.axis("belt").position, abs=12_000)
+    assert bench.axis("belt").velocity == pytest.approx(250_000, rel=0.01)
 
 
 @pytest.mark.manual("PD-084")

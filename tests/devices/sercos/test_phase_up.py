@@ -1,5 +1,6 @@
 """A ring brought up, telegram by telegram; and what brings it down again."""
 
+import itertools
 from itertools import pairwise
 from typing import Any
 
@@ -115,11 +116,20 @@ def test_the_cycle_is_1_2_or_4_ms(cycle_ms: int) -> None:
 @pytest.mark.manual("PD-132")
 def test_command_values_are_sent_in_every_cycle_and_all_states_come_back() -> None:
     bench = RingBench(3, 1).up()
-    drive = bench.drives[1]
-    drive.commands.clear()
-    cycles = bench.cycles
+    numbers, came_back = itertools.count(1_000), dict[int, list[tuple[int, ...]]]({1: [], 3: []})
+
+    def on_cycle() -> None:
+        number = next(numbers)
+        for address, drive in bench.master.drives.items():
+            came_back[address].append(drive.feedback)
+            bench.master.set_commands(address, 0, number * address)
+
+    bench.master._on_cycle = on_cycle
     bench.run(400)
-    assert (bench.cycles - cycles, len(drive.commands)) == (100, 100)
+    for address, drive in bench.drives.items():
+        given = [(number * address,) for number in range(1_000, 1_100)]
+        assert drive.commands[-100:] in (given, [(0,), *given[:-1]])
+        assert came_back[address][-90:] in [given[10 - lag : 100 - lag] for lag in (1, 2, 3)]
 
 
 @pytest.mark.manual("PD-137")

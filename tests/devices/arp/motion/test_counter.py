@@ -5,8 +5,9 @@ from arp_axes import AxesBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig_devices.arp.language.instructions import WRITABLE
 from fieldrig_devices.arp.motion.counter import Counter, Span
-from fieldrig_devices.arp.motion.flags import AxisFlag
+from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
 
 
 @pytest.mark.manual("ARP-018")
@@ -59,6 +60,58 @@ def test_counter_goes_round_and_says_which_way(axis: int, up: int, down: int) ->
     bench.loop()
     assert bench.axes.position(axis) == 355_000
     assert (bench.F[up], bench.F[down]) == (0, 1)
+
+
+# Manual 4.6, table 1: axis 1, axis 2, and whether a program may write it.
+SYSTEM_FLAGS = [
+    (257, 289, "R", None),
+    (258, 290, "R", AxisFlag.HOMING),
+    (259, 291, "R", AxisFlag.HOMED),
+    (260, 292, "R", AxisFlag.ARRIVED),
+    (261, 293, "R", AxisFlag.SYNCHRONOUS),
+    (262, 294, "R/W", AxisFlag.STOP),
+    (263, 295, "R", AxisFlag.RUNNING),
+    (264, 296, "R", AxisFlag.FINAL_SPEED),
+    (265, 297, "R/W", AxisFlag.ARM_RISING),
+    (266, 298, "R/W", AxisFlag.ARM_FALLING),
+    (267, 299, "R/W", AxisFlag.PASSED_MAXIMUM),
+    (268, 300, "R/W", AxisFlag.PASSED_MINIMUM),
+]
+
+
+@pytest.mark.manual("ARP-065")
+@pytest.mark.parametrize(("first", "second", "access", "flag"), SYSTEM_FLAGS)
+def test_system_flags_lie_where_the_manual_has_them(
+    first: int, second: int, access: str, flag: AxisFlag | None
+) -> None:
+    for axis, number in ((1, first), (2, second)):
+        assert (number in WRITABLE) is (access == "R/W")
+        if flag is not None:
+            flags = [0] * 321
+            AxisFlags(axis, flags)[flag] = 1
+            assert [place for place, bit in enumerate(flags) if bit] == [number]
+
+
+@pytest.mark.manual("ARP-065")
+@pytest.mark.parametrize("axis", [1, 2])
+def test_a_movement_shows_in_the_flags_of_its_axis_alone(axis: int) -> None:
+    first = {1: 257, 2: 289}[axis]
+    kinds = (axis, 4, 1.0)  # simulated
+    bench = AxesBench(kinds, (axis, 7, 100.0), (axis, 8, 1_000.0))
+    others = [number for number in range(257, 321) if not first <= number < first + 32]
+    before = [bench.F[number] for number in others]
+    bench.loop(50)
+    bench.axes.move_to(axis, 10_000)
+    bench.loop()
+    assert (bench.F[first + 3], bench.F[first + 6]) == (0, 1)  # F260 arrived, F263 movement
+    bench.loop(1_000)
+    assert (bench.F[first + 3], bench.F[first + 6]) == (1, 0)
+    bench.axes.move_to(axis, 90_000)
+    bench.loop(300)
+    bench.F[first + 5] = 1  # F262: stop, at its speed
+    bench.loop(5)
+    assert (bench.F[first + 3], bench.F[first + 6], bench.F[first + 7]) == (0, 0, 1)  # F264 final speed
+    assert [bench.F[number] for number in others] == before
 
 
 @pytest.mark.manual("ARP-023")
