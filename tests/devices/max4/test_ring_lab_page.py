@@ -47,7 +47,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> CanFaceBench:
 
 
 def play(bench: CanFaceBench, capsys: pytest.CaptureFixture[str], code: Any) -> None:
-    exec(code, {"__name__": "__main__"})
+    exec(code, {"__name__": "__main__"})  # the page's own program
     said = capsys.readouterr().out
     assert said.startswith("infeed is at ")
     assert int(said.rpartition(" ")[2]) == pytest.approx(WANTED, abs=2_000)
