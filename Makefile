@@ -5,7 +5,7 @@ BIN := .venv/bin
 DRIVER := $(BIN)/python -m tests.driver
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test test-fast check format fuzz bench coverage-of-manuals clean
+.PHONY: help lab test test-fast check format fuzz bench coverage-of-manuals mutation clean
 .DELETE_ON_ERROR:
 
 help: ## say what there is
@@ -36,6 +36,9 @@ bench: .venv/dev-installed ## measure, and write docs/benchmarks.md
 coverage-of-manuals: .venv/dev-installed ## which rows of the manuals the tests show, which not, which are set aside
 	@$(BIN)/python -m pytest -q --no-header -m "manual and not vcan and not docker" --manual-rows \
 		|| [ $$? = 5 ] # no test is marked
+
+mutation: .venv/dev-installed ## change the code behind a sample of the rows, see their tests fail; writes docs/mutation.md
+	@$(BIN)/python -m tests.mutation
 
 clean: ## remove everything that was made here
 	rm -rf .venv build dist run .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis

@@ -1,10 +1,20 @@
-"""Rigs as pytest fixtures: virtual time, one process, ready in milliseconds.
+"""Rigs as pytest fixtures.
 
-def test_level_rises(fieldrig_rig):
-    rig = fieldrig_rig("rigs/tank.yaml")
-    rig.set("drive", "run", True)
-    rig.run_until(10 * S)
-    assert rig.get("tank", "level") > 0.1
+In virtual time, in the test's own process, ready in milliseconds:
+
+    def test_level_rises(fieldrig_rig):
+        rig = fieldrig_rig("rigs/tank.yaml")
+        rig.set("drive", "run", True)
+        rig.run_until(10 * S)
+        assert rig.get("tank", "level") > 0.1
+
+In real time, in processes of their own, for masters with a clock of their own:
+
+    @pytest.fixture(scope="session")
+    def modbus(fieldrig_up):
+        port = free_port()
+        fieldrig_up("rigs/tank-real.yaml", f"buses.mb_tcp.listen=127.0.0.1:{port}")
+        return port
 """
 
 from collections.abc import Callable, Iterator
@@ -15,9 +25,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from fieldrig.live_rig import LiveRig
     from fieldrig.rig import Rig
 
 RigMaker = Callable[..., "Rig"]
+LiveRigMaker = Callable[..., "LiveRig"]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -48,3 +60,19 @@ def fieldrig_rig() -> Iterator[RigMaker]:
             return rigs.enter_context(Rig(config))
 
         yield make
+
+
+@pytest.fixture(scope="session")
+def fieldrig_up() -> Iterator[LiveRigMaker]:
+    """Starts rig files (`str`, `Path`, with overrides) in real time, and returns each when it is ready.
+
+    Each has a control endpoint and a run folder of its own, so parallel workers don't meet; they end with the session.
+    """
+    from fieldrig.live_rig import LiveRig
+
+    with ExitStack() as rigs:
+
+        def start(file: str | Path, *overrides: str) -> LiveRig:
+            return rigs.enter_context(LiveRig(Path(file), *overrides))
+
+        yield start

@@ -1,7 +1,17 @@
-"""Fakes for unit tests of devices: good enough to live in the product, small enough to read."""
+"""Help for tests: a link that records, and ports for rigs in real time."""
 
+import socket
+import tempfile
 from collections.abc import Callable, Sequence
-from typing import Generic, TypeVar
+from pathlib import Path
+from typing import IO, Generic, TypeVar
+
+try:
+    import fcntl
+except ImportError:  # Windows: ports are free, but only this process keeps them apart
+    HAS_LOCKS = False
+else:
+    HAS_LOCKS = True
 
 M = TypeVar("M")
 
@@ -28,3 +38,38 @@ class RecordedLink(Generic[M]):
         """What was sent since the last call."""
         sent, self.sent = self.sent, []
         return sent
+
+
+_kept: dict[int, IO[bytes]] = {}
+"""The ports that this process was given, with the files that keep other processes off them."""
+
+
+def free_port() -> int:
+    """Return a TCP port of 127.0.0.1 that is free, and that no other living process was given by this function.
+
+    So the workers of a parallel test run, and the jobs of one machine, don't give one port to two rigs.
+    """
+    folder = Path(tempfile.gettempdir()) / "fieldrig-ports"
+    folder.mkdir(exist_ok=True)
+    while True:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port: int = probe.getsockname()[1]
+        if port not in _kept and (file := _locked(folder / str(port))) is not None:
+            _kept[port] = file
+            return port
+
+
+def _locked(path: Path) -> IO[bytes] | None:
+    """The file, locked for as long as it is open; None if another process has it."""
+    try:
+        file = path.open("ab")
+    except PermissionError:  # another user's
+        return None
+    if HAS_LOCKS:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            return None
+    return file

@@ -1,16 +1,25 @@
 """The ARP's BASIC against CPython doing the same by hand, unchecked: nanoseconds a statement.
 
 By hand means what a Python programmer would write for the same fixed-point integers, `while` and `if` for GOTO, on the
-same lists, with no range check, no saturation and nobody who could stop it.
+same lists, with no range check, no saturation and nobody who could stop it.  Products, quotients and remainders are
+truncated toward zero by hand as well, wherever the sign of an operand is not known.
+
+A program runs in one piece, and in the slices that a card gives it: as many instructions as one control period leaves.
 """
 
 import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from arp_card import ArpBench
 from report import Report, progress
+
+from fieldrig.clock import MS
+from fieldrig_devices.arp.fixed import SCALE
+from fieldrig_devices.arp.parameters import GENERAL, PARAMETERS, Par
+from fieldrig_devices.arp.runtime.slices import Costs, Slices
 
 ROUNDS = 20_000
 REPEATS = 7
@@ -58,6 +67,14 @@ L2:
 V4 == V[V5]
 V4 += V2
 IF F20 = HI, V4 == 0
+GOTO LOOP"""
+
+OPERATIONS = """\
+LOOP:
+V1 == V2 * V3
+V4 == V1 / V5
+V7 == V4 % V3
+V2 += 0.001
 GOTO LOOP"""
 
 CALLS = """\
@@ -122,6 +139,17 @@ def machine_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], roun
             v[4] = 0
 
 
+def operations_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
+    for _ in range(rounds):
+        product = v[2] * v[3]
+        v[1] = product // 1000 if product >= 0 else -(-product // 1000)
+        dividend, divisor = v[1] * 1000, v[5]
+        v[4] = dividend // divisor if (dividend >= 0) == (divisor > 0) else -(-dividend // divisor)
+        dividend, divisor = v[4], v[3]
+        v[7] = dividend % divisor if (dividend >= 0) == (divisor > 0) else -(-dividend % divisor)
+        v[2] += 1
+
+
 def calls_by_hand(v: list[int], f: list[int], i: list[int], o: list[int], rounds: int) -> None:
     def sub() -> None:
         v[2] = v[1] - 1000
@@ -145,6 +173,7 @@ class Case:
 CASES = (
     Case("counting and comparing", COUNT, 4, count_by_hand),
     Case("calculating", CALCULATE, 6, calculate_by_hand),
+    Case("multiply, divide, remainder", OPERATIONS, 5, operations_by_hand),
     Case("bits", LOGIC, 7, logic_by_hand),
     Case("a machine's cycle", MACHINE, 10, machine_by_hand),
     Case("calls of a subprogram", CALLS, 7, calls_by_hand),
@@ -158,42 +187,80 @@ def tables(bench: ArpBench) -> tuple[list[int], list[int], list[int], list[int]]
     return card.V, card.F, card.I, card.O
 
 
-def measure(case: Case) -> tuple[float, float, float]:
-    """Nanoseconds a statement: by hand, compiled, with breakpoints on.  The three take turns, the fastest counts."""
-    fast, watched = ArpBench(case.source), ArpBench(case.source)
+class Taken(NamedTuple):
+    """Nanoseconds a statement."""
+
+    by_hand: float
+    compiled: float
+    in_slices: float
+    with_stops: float
+
+
+def slice_size() -> int:
+    """Instructions that a card with the costs and periods of its first start gives a program after a control loop."""
+    budgets: list[int] = []
+
+    def run(budget: int) -> int:
+        budgets.append(budget)
+        return 0
+
+    period_ns, scheduler_ns = (
+        PARAMETERS[GENERAL][number].default // SCALE * MS for number in (Par.CONTROL_PERIOD_MS, Par.SCHEDULER_PERIOD_MS)
+    )
+    Slices(Costs(), period_ns, scheduler_ns).give(run)
+    return budgets[0]
+
+
+def measure(case: Case, slice_: int) -> Taken:
+    """The four take turns, and the fastest of each counts."""
+    fast, sliced, watched = ArpBench(case.source), ArpBench(case.source), ArpBench(case.source)
     routine = watched.program.compiled.program.routines[0]
     assert watched.program.break_at({routine.end_number})  # where none of them ever comes
     total = case.statements * ROUNDS
-    taken: list[list[float]] = [[], [], []]
+    taken: list[list[float]] = [[], [], [], []]
     for _ in range(REPEATS):
         numbers = tables(fast)
         start = time.perf_counter_ns()
         case.by_hand(*numbers, ROUNDS)
         taken[0].append((time.perf_counter_ns() - start) / total)
-        for place, bench in ((1, fast), (2, watched)):
+        for place, bench, size in ((1, fast, total), (2, sliced, slice_), (3, watched, total)):
             tables(bench)
             bench.program.start()
             start = time.perf_counter_ns()
-            bench.program.run(total)
-            taken[place].append((time.perf_counter_ns() - start) / total)
-    by_hand, compiled, with_stops = (min(each) for each in taken)
-    return by_hand, compiled, with_stops
+            for _ in range(total // size):
+                bench.program.run(size)
+            taken[place].append((time.perf_counter_ns() - start) / (total // size * size))
+    return Taken(*(min(each) for each in taken))
 
 
 def run() -> Report:
+    size = slice_size()
     report = Report(
         "The ARP's BASIC",
-        f"Loops of a few statements, {ROUNDS:,} rounds, best of {REPEATS}; nanoseconds a statement.",
-        ("program", "CPython by hand, unchecked", "compiled", "ratio, at most 3", "breakpoints on", "ratio, at most 4"),
+        f"Loops of a few statements, {ROUNDS:,} rounds, best of {REPEATS}; nanoseconds a statement.  In slices: a card "
+        f"gives the program {size} instructions after each control loop.",
+        (
+            "program",
+            "CPython by hand, unchecked",
+            "compiled",
+            "ratio, at most 3",
+            "in slices",
+            "ratio",
+            "breakpoints on",
+            "ratio, at most 4",
+        ),
     )
     ratios = []
     for case in CASES:
         progress(f"ARP BASIC: {case.name}")
-        by_hand, compiled, watched = measure(case)
-        ratios.append((compiled / by_hand, watched / by_hand))
-        report.add(case.name, by_hand, compiled, compiled / by_hand, watched, watched / by_hand)
-    fast, stops = (statistics.geometric_mean(each) for each in zip(*ratios, strict=True))
-    report.notes.append(f"geometric means of the ratios: {fast:.2f} compiled, {stops:.2f} with breakpoints on")
+        taken = measure(case, size)
+        whole, slices, stops = (one / taken.by_hand for one in taken[1:])
+        ratios.append((whole, slices, stops))
+        report.add(case.name, taken.by_hand, taken.compiled, whole, taken.in_slices, slices, taken.with_stops, stops)
+    whole, slices, stops = (statistics.geometric_mean(each) for each in zip(*ratios, strict=True))
+    report.notes.append(
+        f"geometric means of the ratios: {whole:.2f} compiled, {slices:.2f} in slices, {stops:.2f} with breakpoints on"
+    )
     return report
 
 

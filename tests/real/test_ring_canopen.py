@@ -57,7 +57,7 @@ def test_speed_of_each_axis(ring: RingProcess, plc: Plc, axis: int) -> None:
     plc.enable(axis, 3)
     plc.axes.sdo[0x60FF + base].raw = 2 * TURN
     until(lambda: abs(float(ring.get(f"{DRIVES[axis]}/speed")) - 120) < 6)
-    assert plc.axes.sdo[0x606C + base].raw == pytest.approx(2 * TURN, rel=0.1)
+    until(lambda: plc.axes.sdo[0x606C + base].raw == pytest.approx(2 * TURN, rel=0.1))
     plc.axes.sdo[0x60FF + base].raw = 0
     until(lambda: abs(float(ring.get(f"{DRIVES[axis]}/speed"))) < 2)
     plc.disable(axis)

@@ -106,6 +106,15 @@ def test_a_break_arrives(rig: SerialRig, port: Any) -> None:
     until(lambda: 250 <= rig.value("one/break_ms") < 2000)
 
 
+def test_xon_xoff_is_granted_and_its_characters_are_not_data(rig: SerialRig, port: Any) -> None:
+    port.xonxoff = True  # pyserial raises if the server refuses it
+    port.write(b"a\x13\x11b")
+    assert port.read(2) == b"ab"
+    port.xonxoff = False
+    port.write(b"\x13\x11")
+    assert port.read(2) == b"\x13\x11"
+
+
 def test_hanging_up_takes_the_lines_away(rig: SerialRig) -> None:
     with opened(rig.url("com1")):
         until(lambda: rig.value("one/dtr") is True)

@@ -53,6 +53,10 @@ class Wire:
     def write(self, data: bytes) -> None:
         assert os.write(self.fd, data) == len(data)
 
+    def be_quiet(self) -> None:
+        """Leave the silence that separates two frames on a serial line."""
+        self._bench.be_quiet()
+
     def read(self, size: int) -> bytes:
         """So many bytes, as soon as they are there."""
         self._bench.pump(lambda: len(self.received) >= size or not self.is_open)
@@ -202,6 +206,7 @@ class Master:
         if response:
             self.expect(response, unit)
         else:
+            self._wire.be_quiet()
             self._wire.write(self._frame(1, self.MARK))
             self.expect(self.MARK.hex(), 1)
 

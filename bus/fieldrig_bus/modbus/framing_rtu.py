@@ -2,11 +2,11 @@
 
 Source: Modbus over serial line V1.02, 2.5.1.  Two ways to keep its gaps:
 
-strict     as written: a silence of more than 1.5 characters spoils the frame, one of 3.5 ends it.
+strict     as written: a silence of more than 1.5 characters spoils the frame, and only one of 3.5 ends it.  Two frames
+           without that silence between them are one frame with a wrong CRC.
 tolerant   for media where the time of reading says little (USB adapters, FIFOs, TCP): a frame that has been read
-           in pieces is whole when its CRC says so; what is not whole after 50 ms is given up.
-
-In both, frames that were read at one go, so that no gap can have been measured, are told apart by their lengths.
+           in pieces is whole when its CRC is right, and frames that were read together are separated by their
+           lengths.  A frame that is still incomplete `frame_timeout_ns` after its last byte is dropped.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,8 @@ from typing import Final
 from fieldrig.clock import MS
 from fieldrig_bus.modbus.framing import LineTiming
 
-PATIENCE_NS: Final = 50 * MS
+FRAME_TIMEOUT_NS: Final = 50 * MS
+"""How long a tolerant framer waits for the rest of a frame unless it is told otherwise."""
 SHORTEST, LONGEST = 4, 256  # bytes of a frame with its CRC
 MOST_KEPT: Final = 8 * LONGEST
 
@@ -80,14 +81,20 @@ Size = Callable[[bytes], int | None]
 class RtuFramer:
     """`is_burst`: bytes are read ahead of the line's time (pty, TCP) and counted as if they came at its pace.
 
-    `size_of` tells frames apart that were read at one go: requests, or responses.
+    A tolerant framer separates frames that were read together by `size_of` (requests, or responses), and drops a
+    frame that is incomplete `frame_timeout_ns` after its last byte.
     """
 
     def __init__(
-        self, timing: LineTiming, is_strict: bool = True, is_burst: bool = True, size_of: Size = request_size
+        self,
+        timing: LineTiming,
+        is_strict: bool = True,
+        is_burst: bool = True,
+        size_of: Size = request_size,
+        frame_timeout_ns: int = FRAME_TIMEOUT_NS,
     ) -> None:
         self._timing, self._is_strict, self._is_burst = timing, is_strict, is_burst
-        self._size_of = size_of
+        self._size_of, self._frame_timeout_ns = size_of, frame_timeout_ns
         self._gap_ns, self._silence_ns = timing.gap_ns, timing.silence_ns
         self._buffer = bytearray()
         self._end_ns = 0  # of the last character
@@ -132,20 +139,26 @@ class RtuFramer:
         """The line has been silent for 3.5 characters at least."""
         if not self._is_spoilt:
             for start in self._starts:
-                frames = split(bytes(self._buffer[start:]), self._size_of)
+                frames = self._frames(bytes(self._buffer[start:]))
                 if frames:
                     self.errors += start > 0
                     self.messages += len(frames)
                     self._done += [(frame[0], frame[1:-2]) for frame in frames]
                     self._forget()
                     return
-        given_up_ns = self._end_ns + PATIENCE_NS
+        given_up_ns = self._end_ns + self._frame_timeout_ns
         if self._is_strict or self._is_spoilt or now_ns >= given_up_ns:
             self.errors += 1
             self._forget()
         else:
             self._starts.append(len(self._buffer))
             self._wish_ns = given_up_ns
+
+    def _frames(self, data: bytes) -> list[bytes]:
+        """The frames in what came between two silences; empty if it is damaged."""
+        if is_frame(data):
+            return [data]
+        return [] if self._is_strict else split(data, self._size_of)
 
     def _forget(self) -> None:
         self._buffer.clear()
@@ -154,10 +167,13 @@ class RtuFramer:
         self._wish_ns = None
 
 
+def is_frame(data: bytes) -> bool:
+    """True if `data` is one frame: 4 to 256 bytes with the right CRC at its end."""
+    return SHORTEST <= len(data) <= LONGEST and crc16(data) == 0  # a CRC over its own bytes is 0
+
+
 def split(data: bytes, size_of: Size = request_size) -> list[bytes]:
     """The frames that `data` is made of, with their CRCs; empty if it is not made of whole, right ones."""
-    if SHORTEST <= len(data) <= LONGEST and crc16(data) == 0:  # a CRC over its own bytes is 0
-        return [data]
     frames = []
     while data:
         size = size_of(data)

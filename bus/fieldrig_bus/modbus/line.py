@@ -12,9 +12,9 @@ doesn't see them.  Left out: taking back the echo of two-wire adapters.
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fieldrig.bus import BusModel, Hub, Port, Time
 from fieldrig.clock import MS
@@ -23,7 +23,7 @@ from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
-from fieldrig_bus.modbus.framing_rtu import RtuFramer, request_size, response_size
+from fieldrig_bus.modbus.framing_rtu import FRAME_TIMEOUT_NS, RtuFramer, request_size, response_size
 from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.line_client import LineClient
 from fieldrig_bus.modbus.line_model import LineModel
@@ -41,6 +41,18 @@ class ModbusRtuSettings(ModbusLineSettings):
         description="strict: silences of 1.5 and 3.5 characters as in V1.02, 2.5.1.1; tolerant: a frame in pieces is "
         "whole when its CRC is right (see framing_rtu); null: strict on a pty, tolerant elsewhere",
     )
+    frame_timeout_ms: int = Field(
+        default=FRAME_TIMEOUT_NS // MS,
+        ge=1,
+        le=60_000,
+        description="with tolerant gaps: a frame that is incomplete this long after its last byte is dropped",
+    )
+
+    @model_validator(mode="after")
+    def _check_frame_timeout(self) -> Self:
+        if self.is_strict and "frame_timeout_ms" in self.model_fields_set:
+            raise ValueError("frame_timeout_ms has no effect with strict gaps; expected gaps: tolerant beside it")
+        return self
 
     @property
     def is_strict(self) -> bool:
@@ -93,7 +105,13 @@ class ModbusRtu(_ModbusLine):
     def framer(self, timing: LineTiming) -> LineFramer:
         settings: ModbusRtuSettings = self.settings
         size_of = response_size if settings.servers else request_size
-        return RtuFramer(timing, settings.is_strict, is_burst=settings.port is None, size_of=size_of)
+        return RtuFramer(
+            timing,
+            settings.is_strict,
+            is_burst=settings.port is None,
+            size_of=size_of,
+            frame_timeout_ns=settings.frame_timeout_ms * MS,
+        )
 
     def tools(self, run: Path) -> list[Tool]:
         settings: ModbusRtuSettings = self.settings

@@ -2,9 +2,10 @@
 end of a serial line.
 
 A request that can't be granted is answered with the value that stays in force (chapter 2).  So are 1.5 stop bits,
-mark and space parity, XON/XOFF, and flow control by DCD, DTR or DSR: this line has none of them.  Hardware flow
-control holds the client's data while CTS is off; the other direction is never held.  Of the line states only a break
-is reported.
+mark and space parity, inbound hardware flow control, and flow control by DCD, DTR or DSR: this line has none of them.
+Hardware flow control holds the client's data while CTS is off.  XON/XOFF holds it between the device's XOFF and XON;
+inbound, it stops the device while a suspended client's data fill the buffer.  A setting "(outbound/both)" holds for
+both directions until an inbound one follows it.  Of the line states only a break is reported.
 
 pyserial's `rfc2217.PortManager` would be the library for it, but bytes from outside raise in it (a SE without SB, a
 short SET-BAUDRATE, an unknown parity), it leaves requests for DTR, RTS and break unanswered, and it polls.
@@ -30,6 +31,7 @@ from fieldrig_bus.serial.telnet import (
     escape,
     subnegotiation,
 )
+from fieldrig_bus.serial.xon_xoff import Obedience, Request
 
 COM_PORT_OPTION = 44
 # chapter 1: the client's codes; the server answers with the same plus 100
@@ -65,7 +67,8 @@ class ComPort:
         self._options = Options(OUR_OPTIONS, THEIR_OPTIONS, write)
         self._other_end = ControlLines()
         self._modem_state = 0  # as it was last told
-        self._flow = FLOW_NONE
+        self._flow, self._inbound_flow = FLOW_NONE, INBOUND_FLOW_NONE
+        self._obedience, self._request = Obedience(), Request(MOST_HELD)
         self._break_began_ns: int | None = None
         self._is_suspended = False
         self._held = bytearray()
@@ -85,9 +88,10 @@ class ComPort:
             self._options.ask(agreement, option)
 
     def stop(self) -> None:
-        """The client has gone; a break that it left on ends."""
+        """The client has gone; a break that it left on ends, and a device that was stopped may go on."""
         if self._break_began_ns is not None:
             self._end_break()
+        self._end.send_at_once(self._request.end())
 
     def from_client(self, data: bytes) -> None:
         for event in self._reader.feed(data):
@@ -100,16 +104,23 @@ class ComPort:
 
     def from_line(self, message: SerialMessage) -> None:
         if type(message) is bytes:
-            if self._is_suspended:
-                self._held += message[: MOST_HELD - len(self._held)]
-            else:
-                self._write(escape(message))
+            self._on_data(message)
         elif type(message) is ControlLines:
             self._other_end = message
-            self._hold_by_cts()
+            self._hold_or_send()
             self._notify_modem_state()
         elif type(message) is Break and self._masks[LINESTATE_MASK] & BREAK_DETECTED:
             self._answer(NOTIFY_LINESTATE, bytes((BREAK_DETECTED,)))
+
+    def _on_data(self, data: bytes) -> None:
+        if self._flow == FLOW_XON_XOFF:
+            data = self._obedience.filter(data)
+            self._hold_or_send()
+        if self._is_suspended:
+            self._held += data[: MOST_HELD - len(self._held)]
+            self._ask_device()
+        elif data:
+            self._write(escape(data))
 
     def _on_negotiation(self, command: int, option: int) -> None:
         if self._options.negotiate(command, option) and option == COM_PORT_OPTION:
@@ -148,9 +159,8 @@ class ComPort:
         """Chapter 3, SET-CONTROL: do it, and give what is in force after that."""
         end = self._end
         if value in (FLOW_ASKED, FLOW_NONE, FLOW_XON_XOFF, FLOW_HARDWARE, FLOW_DCD, FLOW_DSR):
-            if value in (FLOW_NONE, FLOW_HARDWARE):
-                self._flow = value
-                self._hold_by_cts()
+            if value in (FLOW_NONE, FLOW_XON_XOFF, FLOW_HARDWARE):
+                self._set_flow(value)
             return self._flow
         if value in (BREAK_ON, BREAK_OFF, BREAK_ASKED):
             self._set_break(value)
@@ -162,7 +172,9 @@ class ComPort:
             end.set_rts(end.lines.rts if value == RTS_ASKED else value == RTS_ON)
             return RTS_ON if end.lines.rts else RTS_OFF
         if INBOUND_FLOW_ASKED <= value <= INBOUND_HARDWARE or value == INBOUND_DTR:
-            return INBOUND_FLOW_NONE
+            if value in (INBOUND_FLOW_NONE, INBOUND_XON_XOFF):
+                self._set_inbound_flow(value)
+            return self._inbound_flow
         return self._flow  # a code that chapter 3 doesn't know
 
     def _set_break(self, value: int) -> None:
@@ -176,12 +188,31 @@ class ComPort:
         if began_ns is not None:
             self._end.send_break(max(1, round((self._clock.now_ns() - began_ns) / MS)))
 
-    def _hold_by_cts(self) -> None:
-        self._end.hold(self._flow == FLOW_HARDWARE and not inputs_from(self._other_end).cts)
+    def _set_flow(self, value: int) -> None:
+        self._flow, self._obedience = value, Obedience()
+        self._hold_or_send()
+        self._set_inbound_flow(INBOUND_XON_XOFF if value == FLOW_XON_XOFF else INBOUND_FLOW_NONE)
+
+    def _set_inbound_flow(self, value: int) -> None:
+        self._inbound_flow = value
+        self._ask_device()
+
+    def _hold_or_send(self) -> None:
+        """Keep the client's data back for as long as the other end is not ready for it."""
+        is_held = self._obedience.is_stopped
+        if self._flow == FLOW_HARDWARE:
+            is_held = not inputs_from(self._other_end).cts
+        self._end.hold(is_held)
+
+    def _ask_device(self) -> None:
+        """Stop the other end while what is held for a suspended client fills the buffer."""
+        is_asking = self._inbound_flow == INBOUND_XON_XOFF
+        self._end.send_at_once(self._request.at(len(self._held)) if is_asking else self._request.end())
 
     def _purge(self, value: int) -> None:
         if value in (PURGE_RECEIVED, PURGE_BOTH):
             self._held.clear()
+            self._ask_device()
         if value in (PURGE_SENT, PURGE_BOTH):
             self._end.purge()
         self._answer(PURGE, bytes((value,)))
@@ -191,6 +222,7 @@ class ComPort:
         if not is_suspended and self._held:
             self._write(escape(bytes(self._held)))
             self._held.clear()
+            self._ask_device()
 
     def _notify_modem_state(self, is_asked: bool = False) -> None:
         """Chapter 4: the state and what changed in it, within the client's mask, once the option is in force."""

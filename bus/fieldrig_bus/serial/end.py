@@ -36,6 +36,11 @@ class LineEnd:
         self._waiting += data
         self._feed()
 
+    def send_at_once(self, data: bytes) -> None:
+        """Send `data` ahead of everything that waits, held or not: a flow control character."""
+        if data:
+            self._link.send(data)
+
     def hold(self, is_held: bool) -> None:
         """Keep what comes to be sent (the other end is not ready), or send it after all."""
         self._is_held = is_held

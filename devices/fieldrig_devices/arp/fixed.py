@@ -3,8 +3,8 @@
 Source: manual 4.1, 5.3; digest chapter 2.  An arithmetic result outside the range is W02 and the limit is taken; every
 operation is checked, so that one sum in brackets behaves as two statements do.  Products and quotients are truncated
 toward zero.  Bit operations work on the raw 32 bits and never warn: a word whose bit 31 is set is legal, although it
-prints outside the range.  Addition and multiplication stand inline in the generated code (`language.expressions`);
-here is what they call when a result is out of range, and everything longer.
+prints outside the range.  The four operations and the remainder are inline in the generated code (`language.emit`);
+here is what they call when a result is out of range or a divisor is zero, and everything longer.
 """
 
 import math
@@ -62,22 +62,10 @@ class Arithmetic:
         self._warn(OUT_OF_RANGE)
         return LIMIT if raw > 0 else -LIMIT
 
-    def quotient(self, dividend: int, divisor: int) -> int:
-        if divisor == 0:
-            self._warn(DIVISION_BY_ZERO)
-            return 0
-        scaled = dividend * SCALE
-        raw = scaled // divisor if (scaled >= 0) == (divisor > 0) else -(-scaled // divisor)
-        return raw if -LIMIT <= raw <= LIMIT else self.saturated(raw)
-
-    def remainder(self, dividend: int, divisor: int) -> int:
-        """With the sign of the dividend, as truncated division leaves it."""
-        if divisor == 0:
-            self._warn(DIVISION_BY_ZERO)
-            return 0
-        raw = abs(dividend) % abs(divisor)
-        raw = raw if dividend >= 0 else -raw
-        return raw if -LIMIT <= raw <= LIMIT else self.saturated(raw)
+    def divided_by_zero(self) -> int:
+        """What a division by zero gives, and its remainder."""
+        self._warn(DIVISION_BY_ZERO)
+        return 0
 
     def shifted_left(self, word: int, count: int) -> int:
         return signed(word << places) if (places := self._places(count)) < 32 else 0

@@ -8,7 +8,7 @@ from pymodbus.framer import FramerRTU
 from fieldrig.clock import MS, US
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.framing_rtu import (
-    PATIENCE_NS,
+    FRAME_TIMEOUT_NS,
     RtuFramer,
     crc16,
     request_size,
@@ -107,8 +107,17 @@ def test_what_is_too_short_or_too_long_is_no_frame(data: bytes) -> None:
     assert framer.errors == 1
 
 
-def test_frames_that_were_read_at_one_go_are_told_apart() -> None:
+def test_strict_takes_requests_without_a_silence_between_them_as_one_damaged_frame() -> None:
     framer = RtuFramer(SLOW)
+    framer.feed(T0, READ + WRITE)
+    assert taken(framer) == []
+    assert (framer.messages, framer.errors) == (0, 1)  # V1.02, 2.5.1.1: 3.5 characters separate two frames
+    framer.feed(T0 + 100 * MS, READ)
+    assert taken(framer) == [pdu(READ)]
+
+
+def test_tolerant_separates_requests_that_were_read_together() -> None:
+    framer = RtuFramer(SLOW, is_strict=False)
     framer.feed(T0, READ + WRITE)
     framer.feed(T0, READ)
     assert taken(framer) == [pdu(READ), pdu(WRITE), pdu(READ)]
@@ -128,11 +137,20 @@ def test_tolerant_gives_a_piece_up_in_the_end() -> None:
     framer.feed(T0, READ[:3])
     assert taken(framer, T0 + 20 * MS) == []
     wish_ns = framer.next_ns()
-    assert wish_ns == T0 + SLOW.characters_ns(3) + PATIENCE_NS
+    assert wish_ns == T0 + SLOW.characters_ns(3) + FRAME_TIMEOUT_NS
     assert taken(framer, wish_ns) == []
     assert framer.errors == 1
     framer.feed(T0 + 100 * MS, WRITE)
     assert taken(framer) == [pdu(WRITE)]
+
+
+def test_tolerant_waits_for_the_rest_of_a_frame_as_long_as_it_is_told() -> None:
+    framer = RtuFramer(SLOW, is_strict=False, frame_timeout_ns=300 * MS)
+    framer.feed(T0, READ[:3])
+    framer.take(T0 + 20 * MS)
+    assert framer.next_ns() == T0 + SLOW.characters_ns(3) + 300 * MS
+    framer.feed(T0 + 280 * MS, READ[3:])
+    assert taken(framer, T0 + 300 * MS) == [pdu(READ)]
 
 
 def test_tolerant_hears_the_next_frame_behind_a_piece() -> None:
@@ -228,7 +246,7 @@ def test_a_response_that_cannot_be_told_is_none() -> None:
 
 @pytest.mark.parametrize("late", RESPONSES)
 def test_responses_that_were_read_at_one_go_are_told_apart(late: str) -> None:
-    framer = RtuFramer(SLOW, size_of=response_size)
+    framer = RtuFramer(SLOW, is_strict=False, size_of=response_size)
     right = bytes.fromhex("03 02 0001")
     framer.feed(T0, rtu_frame(7, bytes.fromhex(late)) + rtu_frame(7, right))
     assert taken(framer) == [(7, bytes.fromhex(late)), (7, right)]

@@ -41,6 +41,29 @@ def test_a_frame_in_pieces_is_silence_when_strict() -> None:
         Master(wire, rtu).exchange("08 000C 0000", "08 000C 0002")
 
 
+def test_two_requests_without_a_silence_are_one_damaged_frame_when_strict() -> None:
+    with real_bench(rtu_bus()) as bench:
+        wire = bench.open_pty()
+        wire.write(2 * rtu(1, bytes.fromhex("06 0001 0003")))
+        bench.be_quiet()
+        Master(wire, rtu).exchange("03 0001 0001", "03 02 0000")
+        Master(wire, rtu).exchange("08 000C 0000", "08 000C 0001")
+
+
+def test_two_requests_without_a_silence_are_both_answered_when_tolerant() -> None:
+    with real_bench(rtu_bus(gaps="tolerant")) as bench:
+        wire = bench.open_pty()
+        wire.write(2 * rtu(1, bytes.fromhex("06 0001 0003")))
+        Master(wire, rtu).expect("06 0001 0003")
+        Master(wire, rtu).expect("06 0001 0003")
+
+
+def test_a_frame_timeout_beside_strict_gaps_is_refused() -> None:
+    assert rtu_bus(gaps="tolerant", frame_timeout_ms=200).settings.frame_timeout_ms == 200
+    with pytest.raises(ValidationError, match="expected gaps: tolerant"):
+        rtu_bus(frame_timeout_ms=200)
+
+
 def test_a_frame_in_pieces_is_heard_when_tolerant() -> None:
     with real_bench(rtu_bus(gaps="tolerant")) as bench:
         wire = bench.open_pty()

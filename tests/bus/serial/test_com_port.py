@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.serial.com_port import ComPort
+from fieldrig_bus.serial.com_port import MOST_HELD, ComPort
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 
@@ -107,7 +107,7 @@ def test_setting_is_answered_with_what_is_in_force(bench: Bench, request_: str, 
 CONTROL = [
     ("00", "01"),  # flow control: none
     ("01", "01"),
-    ("02", "01"),  # XON/XOFF, which this line has not
+    ("02", "02"),  # XON/XOFF
     ("03", "03"),
     ("04", "06"),  # break: off
     ("07", "08"),  # DTR: on
@@ -115,7 +115,8 @@ CONTROL = [
     ("0a", "0b"),  # RTS: on
     ("0c", "0c"),
     ("0d", "0e"),  # inbound flow control: none
-    ("10", "0e"),
+    ("0f", "0f"),  # XON/XOFF
+    ("10", "0e"),  # hardware, which this line has not
     ("11", "01"),
     ("12", "0e"),
     ("13", "01"),
@@ -227,6 +228,76 @@ def test_purge_forgets_what_cts_holds(bench: Bench) -> None:
     bench.client("61 62 ff fa 2c 0c 02 ff f0")
     bench.port.from_line(ControlLines())
     assert bench.line.take() == []
+
+
+# ITU-T T.50: XON is 11, XOFF is 13
+def test_xoff_of_the_device_holds_the_client_until_xon(bench: Bench) -> None:
+    bench.com_port("05 02")
+    bench.port.from_line(b"a\x13b")
+    assert bench.written() == "61 62"  # the characters of the flow control are not data
+    bench.client("63 64")
+    assert bench.line.take() == []
+    bench.port.from_line(b"\x11")
+    assert bench.line.take() == [b"cd"]
+    assert bench.written() == ""
+
+
+def test_without_flow_control_xon_and_xoff_are_data(bench: Bench) -> None:
+    bench.port.from_line(b"\x13\x11\x13")
+    assert bench.written() == "13 11 13"
+    bench.client("61")
+    assert bench.line.take() == [b"a"]
+
+
+def test_xoff_is_forgotten_when_the_client_wants_no_flow_control_any_more(bench: Bench) -> None:
+    bench.com_port("05 02")
+    bench.port.from_line(b"\x13")
+    bench.client("61")
+    assert bench.com_port("05 01") == "69 01"
+    assert bench.line.take() == [b"a"]
+
+
+def test_xon_xoff_outbound_holds_inbound_too_until_inbound_is_set(bench: Bench) -> None:
+    bench.com_port("05 02")
+    assert bench.com_port("05 0d") == "69 0f"
+    assert bench.com_port("05 0e") == "69 0e"
+    assert bench.com_port("05 00") == "69 02"
+
+
+def test_device_is_stopped_while_a_suspended_clients_data_fill_the_buffer(bench: Bench) -> None:
+    bench.com_port("05 0f")
+    bench.client("ff fa 2c 08 ff f0")
+    bench.port.from_line(bytes(MOST_HELD // 2))
+    assert bench.line.take() == []
+    bench.port.from_line(bytes(MOST_HELD // 4))
+    bench.port.from_line(b"late")
+    assert bench.line.take() == [b"\x13"]
+    bench.client("ff fa 2c 09 ff f0")
+    assert bench.line.take() == [b"\x11"]
+
+
+def test_device_that_was_stopped_goes_on_when_the_client_leaves(bench: Bench) -> None:
+    bench.com_port("05 0f")
+    bench.client("ff fa 2c 08 ff f0")
+    bench.port.from_line(bytes(MOST_HELD))
+    bench.port.stop()
+    assert bench.line.take() == [b"\x13", b"\x11"]
+
+
+@given(
+    st.lists(st.binary(max_size=8) | st.sampled_from([b"\x11", b"\x13"])), st.lists(st.binary(min_size=1, max_size=8))
+)
+def test_nothing_but_the_two_characters_is_lost_under_xon_xoff(device: list[bytes], client: list[bytes]) -> None:
+    bench = Bench().start()
+    bench.com_port("05 02")
+    for data in device:
+        bench.port.from_line(data)
+    received = bytes.fromhex(bench.written()).replace(b"\xff\xff", b"\xff")
+    assert received == b"".join(device).replace(b"\x11", b"").replace(b"\x13", b"")
+    for data in client:
+        bench.port.from_client(data.replace(b"\xff", b"\xff\xff"))
+    bench.port.from_line(b"\x11")
+    assert b"".join(piece for piece in bench.line.take() if isinstance(piece, bytes)) == b"".join(client)
 
 
 def test_signature_is_told_when_asked(bench: Bench) -> None:

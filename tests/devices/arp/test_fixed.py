@@ -90,6 +90,7 @@ def test_words_outside_the_range_are_clamped_by_arithmetic_alone(a: int, b: int)
     assert ADD(a, b) == clamped(a + b)
     assert MULTIPLY(a, b) == clamped(truncated(Fraction(a * b, 1000)))
     assert DIVIDE(a, b) == (clamped(truncated(Fraction(a * 1000, b))) if b else (0, [201]))
+    assert REMAIN(a, b) == (clamped(a - b * truncated(Fraction(a, b))) if b else (0, [201]))
 
 
 @pytest.mark.manual("ARP-081")

@@ -204,11 +204,24 @@ def test_a_mistake_reads_as_place_fault_and_remedy() -> None:
     assert str(found) == "2:4: values are assigned by ==, and = compares; expected =="
 
 
+@pytest.mark.parametrize("line", ["X: V1 = 5", "x : V1 == 5 ?", f"X: V1 == {'1 + ' * 40}1"])
+def test_a_label_counts_although_its_line_has_another_mistake(line: str) -> None:
+    first, second = mistakes(f"BEG M\n{line}\nGOTO X\nX:\nEND")
+    assert first.line == 2
+    assert (second.line, second.column, second.what) == (4, 1, "X is already defined in line 2")
+
+
+def test_a_bit_that_does_not_exist_is_one_mistake() -> None:
+    assert [one.what for one in of_line("RES F0")] == ["there is no F0"]
+    assert [one.what for one in of_line("F0 == HI")] == ["there is no F0"]
+
+
 @pytest.mark.manual("ARP-017")
 def test_general_parameters_can_be_read_but_not_written() -> None:
     assert of_line("V1 == @PAR[16]") == []
     (found,) = of_line("@PAR[16] += 1")
     assert (found.column, found.expected) == (1, "@PAR1[...] or @PAR2[...]")
+    assert "manual 2.2" in found.what
 
 
 @pytest.mark.manual("ARP-054")

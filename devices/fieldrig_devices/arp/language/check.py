@@ -138,7 +138,7 @@ class _Checker:
         elif isinstance(target, System) and target.word.startswith("#"):
             self._say(target, f"{target.word}{target.number} can only be read", "a variable, or one that begins with @")
         elif isinstance(target, System) and target.word == "@PAR" and target.number is None:
-            self._say(target, "a program can't change general parameters (manual 3.1)", "@PAR1[...] or @PAR2[...]")
+            self._say(target, "a program can't change general parameters (manual 2.2)", "@PAR1[...] or @PAR2[...]")
         elif not isinstance(target, Direct | Indexed | System):
             self._say(target, "a number can't be assigned to", "a name for a variable, a flag or an output")
 
@@ -151,8 +151,9 @@ class _Checker:
             self._say(node.value, "a number can't be assigned to one bit", "flags, inputs, outputs, HI or LO")
 
     def _writable(self, target: Direct | Indexed) -> None:
-        is_system = target.letter == "F" and isinstance(target, Direct) and target.number <= 320
-        if is_system and isinstance(target, Direct) and target.number not in instructions.WRITABLE:
+        if not isinstance(target, Direct) or target.letter != "F" or target.number > 320:
+            return
+        if target.number in instructions.numbers("F") and target.number not in instructions.WRITABLE:
             self._say(target, f"only the system writes F{target.number}", "a flag that is R/W (manual 4.6)")
 
     # ---- jumps and calls

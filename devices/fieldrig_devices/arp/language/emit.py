@@ -111,9 +111,9 @@ class Emitter:
             case "*":
                 return self._truncated(self._new(f"{a} * {b}"), SCALE)
             case "/":
-                return self._new(f"quotient({a}, {b})")
+                return self._divided(self._new(f"{a} * {SCALE}"), "//", self._new(b))
             case "%":
-                return self._new(f"remainder({a}, {b})")
+                return self._divided(self._new(a), "%", self._new(b))
             case "<<" | ">>":
                 return self._new(f"{SHIFTS[sign]}({a}, {b})")
         return self._new(f"{a} {sign} {b}")  # & | ^ stay within 32 bits
@@ -122,6 +122,12 @@ class Emitter:
         if divisor != 1:
             self.lines.append(f"{name} = {name} // {divisor} if {name} >= 0 else -(-{name} // {divisor})")
         return self._checked(name)
+
+    def _divided(self, a: str, sign: str, b: str) -> str:
+        """Truncated division of two temporaries, where Python's own rounds toward minus infinity."""
+        result = f"{a} {sign} {b} if ({a} >= 0) == ({b} > 0) else -(-{a} {sign} {b})"
+        self.lines.append(f"{a} = ({result}) if {b} else divided_by_zero()")
+        return self._checked(a)
 
     # ---- bits
 

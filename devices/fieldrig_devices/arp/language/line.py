@@ -36,6 +36,20 @@ EDGES: Final = ("!", "/", "\\")
 DEEPEST_IF: Final = 20  # a line of 120 characters has no room for more
 _NUMBERED = re.compile(r"(ON|CAM)([0-9]+)", re.ASCII)
 _RESERVED = re.compile(r"[VFIO][0-9]+|(ON|CAM)[1-6]", re.ASCII)
+_LABEL = re.compile(r"\s*([A-Z]\w*)\s*:", re.ASCII | re.IGNORECASE)
+
+
+def label_of(text: str, number: int) -> Line | None:
+    """The line as far as its label, for a line that can't be read to its end; None if it has no valid label."""
+    found = _LABEL.match(text)
+    name = found[1].upper() if found is not None else ""
+    if found is None or _is_reserved(name):
+        return None
+    return Line(number, name, None, found.start(1) + 1)
+
+
+def _is_reserved(name: str) -> bool:
+    return name in KEYWORDS or _RESERVED.fullmatch(name) is not None
 
 
 class LineReader(ExpressionReader):
@@ -86,7 +100,7 @@ class LineReader(ExpressionReader):
         token = self._token
         if token.kind is not Kind.WORD:
             raise LineError(token.column, f"{token} can't be a name", what)
-        if token.text in KEYWORDS or _RESERVED.fullmatch(token.text):
+        if _is_reserved(token.text):
             raise LineError(token.column, f"{token.text} is a word of the language", what)
         return self._next().text
 

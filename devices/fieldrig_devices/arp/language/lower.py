@@ -58,7 +58,7 @@ _PLAIN: Final = ("HOME", "VEL", "ACC", "DEC", "PAC", "PRC", "PVC", "PST", "STOP"
 
 NAMES: Final = frozenset(
     {
-        "V", "F", "I", "O", "terminals", "wrong_index", "saturated", "quotient", "remainder", "wait",
+        "V", "F", "I", "O", "terminals", "wrong_index", "saturated", "divided_by_zero", "wait",
         "general", "parameter", "set_parameter", "set_flag", "adc", "tim", "error", "warning", "on_bit", "on_position",
         *READERS.values(), *WRITERS.values(), *_FUNCTIONS.values(), *SHIFTS.values(),
         *(word.lower() for word in _PLAIN), *(name for names in _CALLS.values() for name in names.values()),

@@ -12,7 +12,7 @@ Hexadecimal numbers and names look alike (HEAD): a word that the program defines
 import re
 from collections.abc import Collection, Iterable
 
-from fieldrig_devices.arp.language.line import LineReader
+from fieldrig_devices.arp.language.line import LineReader, label_of
 from fieldrig_devices.arp.language.mistakes import LineError, Mistake
 from fieldrig_devices.arp.language.tokens import LONGEST_LINE, Kind, Token, tokens
 from fieldrig_devices.arp.language.tree import Equ, Line, Program, Routine
@@ -60,6 +60,9 @@ class _ProgramReader:
             self._read(number, tokens(text))
         except LineError as wrong:
             self._mistakes.append(Mistake(number, wrong.column, wrong.what, wrong.expected))
+            label = label_of(text, number) if self._open is not None else None
+            if label is not None:  # jumps to it, and a second one of its name, are judged all the same
+                self._lines.append(label)
 
     def end(self) -> tuple[Program, list[Mistake]]:
         if self._open is not None:

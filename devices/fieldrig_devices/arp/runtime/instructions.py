@@ -38,7 +38,7 @@ class Instructions:
         self.V, self.F, self.I, self.O = card.V, card.F, card.I, card.O
         self.terminals = numbers("O")
         arithmetic = Arithmetic(card.warn)
-        self.saturated, self.quotient, self.remainder = arithmetic.saturated, arithmetic.quotient, arithmetic.remainder
+        self.saturated, self.divided_by_zero = arithmetic.saturated, arithmetic.divided_by_zero
         self.shifted_left, self.shifted_right = arithmetic.shifted_left, arithmetic.shifted_right
         self.root, self.integer = arithmetic.root, arithmetic.integer
         self.sine, self.cosine = arithmetic.sine, arithmetic.cosine

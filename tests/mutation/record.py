@@ -1,0 +1,45 @@
+"""A pytest plugin: which lines of the devices each marked test runs, as JSON in the file that LINES_FILE names.
+
+Lines that run when a module is imported belong to no test, so tables and constants are left out.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import coverage
+import pytest
+
+VARIABLE = "LINES_FILE"
+
+
+class Recorder:
+    def __init__(self, source: Path, file: Path) -> None:
+        self._source, self._file = source, file
+        self._rows: dict[str, list[str]] = {}
+        self._coverage = coverage.Coverage(data_file=None, source=[str(source)], config_file=False)
+        self._coverage.start()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        self._rows[item.nodeid] = [row for mark in item.iter_markers("manual") for row in mark.args]
+        self._coverage.switch_context(item.nodeid)
+        result = yield
+        self._coverage.switch_context("")
+        return result
+
+    def pytest_sessionfinish(self) -> None:
+        self._coverage.stop()
+        data = self._coverage.get_data()
+        lines: dict[str, dict[str, list[int]]] = {nodeid: {} for nodeid in self._rows}
+        for file in sorted(data.measured_files()):
+            for line, contexts in data.contexts_by_lineno(file).items():
+                for nodeid in filter(None, contexts):
+                    lines[nodeid].setdefault(file, []).append(line)
+        self._file.write_text(json.dumps({"rows": self._rows, "lines": lines}))
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    file = os.environ[VARIABLE]
+    config.pluginmanager.register(Recorder(config.rootpath / "devices", Path(file)))

@@ -1,0 +1,71 @@
+"""Rigs in real time as a user's tests start them: each with an endpoint of its own, and never another test's rig."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fieldrig import live_rig
+from fieldrig.errors import RigError
+from fieldrig.live_rig import LiveRig
+from fieldrig.testing import free_port
+
+pytestmark = pytest.mark.system
+
+RIG = """
+time: real
+buses:
+  wires: {kind: wires.hub}
+devices:
+  tank:
+    kind: plant.tank
+    area_m2: 1
+    height_m: 2
+    outlet_area_m2: 0
+    pump_flow_m3_per_s: 0.001
+    initial_level_m: 0.5
+    links: {wires: wires}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    file = tmp_path / "tank.yaml"
+    file.write_text(RIG)
+    return file
+
+
+def test_points_are_read_and_written_and_the_rig_ends_in_order(file: Path) -> None:
+    with LiveRig(file, "devices.tank.initial_level_m=1.25") as rig:
+        assert rig.get("tank", "level") == 1.25
+        assert rig.status()["processes"]["tank"]["state"] == "ready"
+        assert (rig.run / "log" / "tank.log").exists()
+    assert rig.process.returncode == 0
+
+
+def test_a_rig_that_ends_at_its_start_says_why(file: Path) -> None:
+    with pytest.raises(RigError, match=r"exit code 2 [^$]*initial_level_m"):
+        LiveRig(file, "devices.tank.initial_level_m=high")
+
+
+def test_another_rig_at_the_endpoint_is_not_taken_for_its_own(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with LiveRig(file) as first:
+        port = int(first.endpoint.rpartition(":")[2])
+        monkeypatch.setattr(live_rig, "free_port", lambda: port)
+        with pytest.raises(RigError, match="ended with exit code"):
+            LiveRig(file)
+        assert first.get("tank", "level") == 0.5
+
+
+def test_two_rigs_of_one_file_run_side_by_side(file: Path) -> None:
+    with LiveRig(file, "devices.tank.initial_level_m=0.1") as one, LiveRig(file) as other:
+        assert (one.get("tank", "level"), other.get("tank", "level")) == (0.1, 0.5)
+
+
+def test_a_port_is_given_to_one_process_only() -> None:
+    ports = {free_port() for _ in range(20)}
+    assert len(ports) == 20
+    code = "from fieldrig.testing import free_port; print(*(free_port() for _ in range(20)))"
+    there = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ports.isdisjoint(map(int, there.stdout.split()))
