@@ -6,16 +6,26 @@ steadily, an encoder or a train of pulses, is told as a `Motion`, when its cours
 """
 
 import json
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar
 
-from fieldrig.bus import BusModel, Delivery, ModelBus, Time
+from fieldrig.bus import BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.clock import S
 from fieldrig.settings import Settings
+from fieldrig.untrusted import WIDEST, read_json
 from fieldrig_bus.net import HubSettings
 
+log = logging.getLogger(__name__)
+
+LONGEST_NAME = 256
+LONGEST_UNIT = 32
+LONGEST_SIGNAL = 4096
+"""Bytes of an encoded one."""
+MOST_WIRES = 65_536
+"""Of one bus; nobody drives more."""
 _LATEST_NS = (1 << 63) - 1
 
 
@@ -58,23 +68,67 @@ def encode(signal: Signal) -> bytes:
 
 def decode(data: bytes) -> Signal:
     """ValueError for anything that `encode` doesn't write."""
-    try:
-        signal = _read(json.loads(data))
-    except (OverflowError, RecursionError):  # an integer beyond all floats, brackets without end
-        signal = None
+    signal = _read(read_json(data, LONGEST_SIGNAL, deepest=1))
     if signal is None:
         raise ValueError(f"not a signal: {data[:80]!r}")
+    check_sent(signal)
     return signal
+
+
+def check_sent(message: Any) -> None:
+    """TypeError or ValueError for what can't be on a wire."""
+    if not isinstance(message, Signal):
+        raise TypeError(f"expected a Signal, found {type(message).__name__}")
+    _check_text("name", message.name, LONGEST_NAME)
+    _check_text("unit", message.unit, LONGEST_UNIT)
+    value = message.value
+    if type(value) is float:
+        if not isfinite(value):
+            raise ValueError(f"value {value}: expected a number that is finite")
+    else:
+        _check_number("value", value)
+    if isinstance(message, Motion):
+        if isinstance(value, bool):
+            raise TypeError("value: expected a number, found bool: what is on or off doesn't move")
+        _check_number("speed", message.speed)
+        _check_number("acceleration", message.acceleration)
+        if type(message.time_ns) is not int:
+            raise TypeError(f"time_ns: expected int, found {type(message.time_ns).__name__}")
+        if abs(message.time_ns) > _LATEST_NS:
+            raise ValueError(f"time_ns {message.time_ns}: expected an instant of 64 bits")
+
+
+def check_interest(interest: Any) -> None:
+    """TypeError or ValueError for what is not names of wires."""
+    for name in words_of(interest):
+        _check_text("name", name, LONGEST_NAME)
+
+
+def _check_text(what: str, text: Any, longest: int) -> None:
+    if type(text) is not str:
+        raise TypeError(f"{what}: expected str, found {type(text).__name__}")
+    if len(text) > longest:
+        raise ValueError(f"{what} of {len(text)} characters: expected at most {longest}")
+    if not text.isascii():
+        text.encode()  # ValueError for half of a surrogate pair, which is no text
+
+
+def _check_number(what: str, value: Any) -> None:
+    if not isinstance(value, bool | int | float):
+        raise TypeError(f"{what}: expected bool, int or float, found {type(value).__name__}")
+    if isinstance(value, float):
+        if not isfinite(value):
+            raise ValueError(f"{what} {value}: expected a number that is finite")
+    elif not WIDEST[0] <= value <= WIDEST[1]:
+        raise ValueError(f"{what}: expected an integer of 64 bits")
 
 
 def _read(fields: Any) -> Signal | None:
     match fields:
-        case [str(name), bool() | int() | float() as value, str(unit)] if isfinite(value):
+        case [str(name), bool() | int() | float() as value, str(unit)]:
             return Signal(name, value, unit)
         case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, course] if (
             isinstance(course, int | float)
-            and all(map(isfinite, (value, speed, course)))
-            and abs(time_ns) <= _LATEST_NS
         ):
             return Motion(name, value, unit, time_ns, speed, course)
     return None
@@ -107,6 +161,9 @@ class WiresModel(BusModel[Signal]):
                 self._due.append(Delivery(now_ns, driver, signal, (member,)))
 
     def submit(self, now_ns: int, member: str, message: Signal) -> None:
+        if message.name not in self._present and len(self._present) >= MOST_WIRES:
+            log.debug("%s drives a wire too many: %s", member, message.name)
+            return
         self._present[message.name] = (member, message)
         receivers = [
             name
@@ -146,6 +203,9 @@ class _Wires(ModelBus[Signal]):
 
     def show(self, message: Signal) -> str:
         return show(message)
+
+    check = staticmethod(check_sent)
+    check_interest = staticmethod(check_interest)
 
     def model(self) -> WiresModel:
         return WiresModel()

@@ -15,7 +15,7 @@ import zenoh
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.wires import Signal, decode, encode, show
+from fieldrig_bus.wires import Signal, check_interest, check_sent, decode, encode, show
 
 log = logging.getLogger(__name__)
 
@@ -133,6 +133,9 @@ class WiresZenoh(DirectBus[Signal]):
 
     def show(self, message: Signal) -> str:
         return show(message)
+
+    check = staticmethod(check_sent)
+    check_interest = staticmethod(check_interest)
 
     async def open(self, at: Attachment) -> WiresEnd:
         end = self._ends[at.member] = WiresEnd(at, self.name)

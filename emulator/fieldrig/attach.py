@@ -14,6 +14,9 @@ from fieldrig.errors import BusError
 from fieldrig.hub_wire import Kind, Records, pack, socket_name
 from fieldrig.net import split_address
 from fieldrig.real_clock import RealClock
+from fieldrig.sending import uninteresting, unsendable
+from fieldrig.shared_token import proof, token
+from fieldrig.untrusted import field, read_json, shown
 
 log = logging.getLogger(__name__)
 
@@ -28,16 +31,24 @@ class RemoteLink(asyncio.Protocol):
         self, bus: ModelBus[Any], member: str, clock: RealClock, run: Path, on_lost: Callable[[str], None]
     ) -> None:
         self._bus, self._member, self._clock, self._run, self._on_lost = bus, member, clock, run, on_lost
-        self._encode, self._decode = bus.encode, bus.decode
+        self._check, self._encode, self._decode = bus.check, bus.encode, bus.decode
         self._standing_of, self._standing = bus.standing_of, dict[Hashable, bytes]()
         self._handler: Callable[[Any], None] | None = None
         self._interest: Sequence[object] | None = None
         self._transport: asyncio.Transport | None = None
+        """Of a hub that has welcomed us."""
+        self._line: asyncio.Transport | None = None
+        """Also before it has."""
         self._records = Records()
         self._offset_ns = 0  # our clock less the hub's: 0 on one machine
+        self._challenge: asyncio.Future[str] | None = None
         self._welcome: asyncio.Future[None] | None = None
 
     def send(self, message: Any) -> None:
+        try:
+            self._check(message)
+        except (TypeError, ValueError) as cause:
+            raise unsendable(cause, self._member, self._bus.name, message) from cause
         data = self._encode(message)
         if self._standing_of is not None and (standing := self._standing_of(message)) is not None:
             self._standing[standing] = data
@@ -47,13 +58,17 @@ class RemoteLink(asyncio.Protocol):
         self._transport.write(pack(Kind.MESSAGE, self._clock.now_ns() - self._offset_ns, data))
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        try:
+            self._bus.check_interest(interest)
+        except (TypeError, ValueError) as cause:
+            raise uninteresting(cause, self._member, self._bus.name, interest) from cause
         self._handler, self._interest = handler, interest
         self._listen()
 
     async def connect(self) -> None:
         """Attach to the hub.  BusError if it is not there, or refuses."""
         loop = asyncio.get_running_loop()
-        self._welcome = loop.create_future()
+        self._challenge, self._welcome = loop.create_future(), loop.create_future()
         self._records = Records()
         address = getattr(self._bus.settings, "connect", None) or self._bus.attach
         path = self._run / socket_name(self._bus)
@@ -69,11 +84,11 @@ class RemoteLink(asyncio.Protocol):
             raise BusError(
                 f"{self._bus.name}: no hub answers: {cause}", "start the process that runs this bus first"
             ) from cause
-        hello = {"bus": self._bus.name, "member": self._member}
-        transport.write(pack(Kind.HELLO, time.monotonic_ns(), json.dumps(hello).encode()))
         try:
+            hello = self._hello(await self._challenge)
+            transport.write(pack(Kind.HELLO, time.monotonic_ns(), json.dumps(hello).encode()))
             await self._welcome
-        except BusError:
+        except BaseException:
             transport.abort()
             raise
         self._transport = transport
@@ -89,29 +104,62 @@ class RemoteLink(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         handle_at, decode, offset_ns = self._clock.handle_at, self._decode, self._offset_ns
-        for kind, instant_ns, body in self._records.feed(data):
-            if kind == Kind.MESSAGE:
-                if self._handler is not None:
-                    handle_at(instant_ns + offset_ns, self._handler, decode(body))
-            elif self._welcome is not None and not self._welcome.done():
-                self._on_answer(kind, json.loads(body))
+        records = self._records.feed(data)
+        while True:
+            try:
+                kind, instant_ns, body = next(records)
+                if kind == Kind.MESSAGE:
+                    message = decode(body)
+                else:
+                    self._on_answer(kind, read_json(body))
+            except StopIteration:
+                return
+            except ValueError as fault:
+                self._hang_up(f"what the hub said can't be understood: {fault}")
+                return
+            if kind == Kind.MESSAGE and self._handler is not None:
+                handle_at(instant_ns + offset_ns, self._handler, message)
+
+    def connection_made(self, transport: Any) -> None:
+        self._line = transport
 
     def connection_lost(self, cause: Exception | None) -> None:
-        was_attached, self._transport = self._transport is not None, None
-        if self._welcome is not None and not self._welcome.done():
-            self._welcome.set_exception(BusError(f"{self._bus.name}: the hub closed the line: {cause}"))
-        elif was_attached:
+        was_attached, self._transport, self._line = self._transport is not None, None, None
+        self._fail(f"the hub closed the line: {cause}")
+        if was_attached:
             self._on_lost(f"{self._bus.name}: the hub is gone")
 
-    def _on_answer(self, kind: int, answer: dict[str, Any]) -> None:
-        assert self._welcome is not None
-        if kind == Kind.HELLO:
-            offset_ns = time.monotonic_ns() - int(answer["now_ns"])
+    def _hello(self, nonce: str) -> dict[str, str]:
+        bus, member, secret = self._bus.name, self._member, token()
+        hello = {"bus": bus, "member": member}
+        return hello if secret is None else {**hello, "proof": proof(secret, nonce, bus, member)}
+
+    def _on_answer(self, kind: int, answer: Any) -> None:
+        if kind == Kind.REFUSED:
+            why = field(answer, "why", str)
+            if self._transport is not None:
+                log.error("%s: the hub puts %s off: %s", self._bus.name, self._member, shown(why))
+            self._fail(why)
+        elif kind == Kind.CHALLENGE and self._challenge is not None and not self._challenge.done():
+            self._challenge.set_result(field(answer, "nonce", str))
+        elif kind == Kind.HELLO and self._welcome is not None and not self._welcome.done():
+            offset_ns = time.monotonic_ns() - field(answer, "now_ns", int)
             # Clocks of one machine agree; another machine's may be off by its whole time since boot.
             self._offset_ns = offset_ns if abs(offset_ns) > S else 0
             self._welcome.set_result(None)
-        else:
-            self._welcome.set_exception(BusError(f"{self._bus.name}: {answer.get('why', 'refused')}"))
+
+    def _fail(self, why: str) -> None:
+        """Whoever waits for the hub's word waits no longer."""
+        for awaited in (self._challenge, self._welcome):
+            if awaited is not None and not awaited.done():
+                awaited.set_exception(BusError(f"{self._bus.name}: {why}"))
+                awaited.exception()  # only one of them is looked at
+
+    def _hang_up(self, why: str) -> None:
+        log.warning("%s: %s: %s", self._bus.name, self._member, why)
+        self._fail(why)
+        if self._line is not None:
+            self._line.abort()
 
     def _listen(self) -> None:
         if self._transport is not None:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 M = TypeVar("M")
 Time = Literal["real", "virtual"]
 
+MOST_WORDS = 16_384
+"""Of one interest."""
+
 NO_FAULTS = "this bus takes no faults\nkinds that do have a key `faults`: see `fieldrig devices KIND`"
 
 
@@ -188,9 +191,39 @@ class Bus(ABC, Generic[M]):
     def show(self, message: M) -> str:
         """The message as one short line for a person."""
 
+    def check(self, message: Any) -> None:
+        """Called with everything that a member sends: what can't be on the medium must not get there.
+
+        TypeError for what is no message, or has a field of another type; ValueError for a value that can't be.
+        """
+        if not isinstance(message, self.messages):
+            names = ", ".join(kind.__name__ for kind in self.messages)
+            raise TypeError(f"expected a message of {names}, found {type(message).__name__}")
+
+    def check_interest(self, interest: Any) -> None:
+        """Called with every interest, also one that a process elsewhere sent as JSON.
+
+        ValueError, or TypeError, for one that is not in the words of this bus; here: None, or a sequence of texts and
+        integers.
+        """
+        for word in words_of(interest):
+            if type(word) not in (str, int):
+                raise ValueError(f"expected a text or an integer, found {word!r}")
+
     def tools(self, run: Path) -> "list[Tool]":
         """Lines to copy that reach this bus with foreign tools; `run` is the rig's run folder."""
         return []
+
+
+def words_of(interest: Any) -> Sequence[Any]:
+    """The words of an interest; none of None.  TypeError for what is no sequence, ValueError for one without end."""
+    if interest is None:
+        return ()
+    if not isinstance(interest, Sequence) or isinstance(interest, str | bytes | bytearray):
+        raise TypeError(f"expected None or a list, found {type(interest).__name__}")
+    if len(interest) > MOST_WORDS:
+        raise ValueError(f"{len(interest)} words, expected at most {MOST_WORDS}")
+    return interest
 
 
 class ModelBus(Bus[M]):

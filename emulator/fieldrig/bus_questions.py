@@ -5,6 +5,7 @@ from typing import Any, Protocol
 from fieldrig.control import Answer
 from fieldrig.errors import ControlError
 from fieldrig.fault_questions import VERBS, Faulty, answer_of_faults
+from fieldrig.untrusted import shown
 
 
 class Subject(Faulty, Protocol):
@@ -19,6 +20,6 @@ def answers_of_bus(bus: Subject) -> Answer:
             return bus.statistics()
         if verb in VERBS:
             return answer_of_faults(bus, verb, message)
-        raise ControlError(f"a bus can't {verb} {message!r}", f"it can: status, {', '.join(VERBS)}")
+        raise ControlError(f"a bus can't {verb} {shown(message)}", f"it can: status, {', '.join(VERBS)}")
 
     return answer

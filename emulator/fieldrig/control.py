@@ -19,13 +19,15 @@ import asyncio
 import json
 import logging
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
-from queue import Empty, SimpleQueue
+from contextlib import suppress
+from queue import Empty, Full, Queue
 from typing import Any, Final, Self
 
 import zenoh
 
 from fieldrig.endpoint import close, connect
 from fieldrig.errors import ControlError
+from fieldrig.untrusted import MalformedError, field, read_json, shown
 
 VERSION: Final = 1
 """Of the messages; `status` tells it."""
@@ -33,6 +35,13 @@ VERSION: Final = 1
 log = logging.getLogger(__name__)
 
 MOMENT_S: Final = 0.1
+LONGEST_TOLD: Final = 64 << 20
+"""Bytes of an answer, or of what is told, such as a batch of messages; a query has the reader's own limit."""
+LONGEST_REFUSAL: Final = 8_000  # characters
+MOST_TOLD: Final = 10_000
+"""Messages that wait for a tool to read them."""
+MOST_QUERIES: Final = 1_000
+"""Of one process, that are being answered; further ones are refused."""
 
 Answer = Callable[[str, Any], Awaitable[Any]]
 """Handles a query: its last key part (the verb) and its payload.  A ControlError is the negative answer."""
@@ -74,8 +83,8 @@ class Control:
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
-                message = json.loads(sample.payload.to_bytes())
-            except ValueError as fault:
+                message = read_json(sample.payload.to_bytes(), LONGEST_TOLD)
+            except MalformedError as fault:
                 log.debug("%s: %s", sample.key_expr, fault)
             else:
                 self._hand_over(handler, _last_part(sample.key_expr), message)
@@ -150,6 +159,10 @@ class Control:
                 self._is_open = False
 
     def _start(self, query: zenoh.Query, place: str, answer: Answer) -> None:
+        if len(self._tasks) >= MOST_QUERIES:
+            with query:
+                _refuse(query, f"{MOST_QUERIES} questions wait for their answers", "ask again later")
+            return
         task = self._loop.create_task(_answer(query, place, answer))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -181,14 +194,22 @@ async def _answer(query: zenoh.Query, place: str, answer: Answer) -> None:
     with query:
         try:
             payload = query.payload
-            message = json.loads(payload.to_bytes()) if payload is not None else None
+            message = read_json(payload.to_bytes()) if payload is not None else None
+        except MalformedError as cause:
+            _refuse(query, f"not understood: {cause}")
+            return
+        try:
             reply = await answer(verb, message)
         except ControlError as refusal:
-            query.reply_err(json.dumps({"what": refusal.what, "remedy": refusal.remedy}))
+            _refuse(query, refusal.what, refusal.remedy)
         except ValueError as cause:
-            query.reply_err(json.dumps({"what": f"not understood: {cause}", "remedy": ""}))
+            _refuse(query, f"not understood: {cause}")
         else:
             query.reply(f"{place}/{verb}", json.dumps(reply))
+
+
+def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:
+    query.reply_err(json.dumps({"what": what[:LONGEST_REFUSAL], "remedy": remedy[:LONGEST_REFUSAL]}))
 
 
 class Client:
@@ -216,10 +237,11 @@ class Client:
 
     def inbox(self, paths: Sequence[str]) -> "Iterator[tuple[str, Any] | None]":
         """What is told at any of the paths, as last key part and message; None when nothing came for a moment."""
-        told: SimpleQueue[tuple[str, bytes]] = SimpleQueue()
+        told: Queue[tuple[str, bytes]] = Queue(MOST_TOLD)
 
         def on_sample(sample: zenoh.Sample) -> None:
-            told.put((_last_part(sample.key_expr), sample.payload.to_bytes()))
+            with suppress(Full):  # whoever reads too slowly misses some, and sees how many by the batches' numbers
+                told.put_nowait((_last_part(sample.key_expr), sample.payload.to_bytes()))
 
         subscribers = [self.session.declare_subscriber(key("*", path), _directly(on_sample)) for path in paths]
         while subscribers:
@@ -228,28 +250,34 @@ class Client:
             except Empty:
                 yield None
             else:
-                yield name, json.loads(message)
+                try:
+                    yield name, read_json(message, LONGEST_TOLD)
+                except MalformedError as fault:
+                    log.debug("%s: %s", name, fault)
 
 
 def _by_star(path: str, replies: Iterable[zenoh.Reply]) -> dict[str, Any]:
     place = key("*", path).split("/").index("*", 2)
-    return {
-        str(reply.ok.key_expr).split("/")[place]: json.loads(reply.ok.payload.to_bytes())
-        for reply in replies
-        if reply.ok is not None
-    }
+    return {str(reply.ok.key_expr).split("/")[place]: _answer_of(reply.ok) for reply in replies if reply.ok is not None}
+
+
+def _answer_of(sample: zenoh.Sample) -> Any:
+    try:
+        return read_json(sample.payload.to_bytes(), LONGEST_TOLD)
+    except MalformedError as cause:
+        raise ControlError(f"{sample.key_expr}: the answer can't be understood: {cause}") from cause
 
 
 def _message_of(reply: zenoh.Reply) -> Any:
     if reply.ok is not None:
-        return json.loads(reply.ok.payload.to_bytes())
+        return _answer_of(reply.ok)
     error = reply.err
     body = error.payload.to_bytes() if error is not None else b""
     try:
-        refusal = json.loads(body)
-        what, remedy = refusal["what"], refusal["remedy"]
-    except (ValueError, KeyError, TypeError):
-        what, remedy = body.decode(errors="replace"), ""
+        refusal = read_json(body)
+        what, remedy = field(refusal, "what", str), field(refusal, "remedy", str)
+    except MalformedError:
+        what, remedy = shown(body.decode(errors="replace")), ""
     raise ControlError(what, remedy)
 
 

@@ -1,14 +1,12 @@
 """Where a rig's control messages go: opening Zenoh sessions that nobody else can come upon.
 
 The rig listens at one endpoint and routes; processes and tools connect to it.  No scouting of any kind.  Away from
-loopback both ends need the same token in the environment variable FIELDRIG_TOKEN.
+loopback both ends need the same token (`shared_token`).
 """
 
 import asyncio
 import hashlib
-import ipaddress
 import json
-import os
 import socket
 import tempfile
 from collections.abc import Mapping
@@ -18,10 +16,11 @@ from typing import Any, Final
 import zenoh
 
 from fieldrig.errors import ControlError, RigError
+from fieldrig.net import is_loopback
+from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
-TOKEN_VARIABLE: Final = "FIELDRIG_TOKEN"
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.02
@@ -36,25 +35,25 @@ def is_local(endpoint: str) -> bool:
     protocol, _, address = endpoint.partition("/")
     if protocol == "unixsock-stream":
         return True
-    host = address.partition("?")[0].rpartition(":")[0].strip("[]")
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
+    return is_loopback(address.partition("?")[0].rpartition(":")[0].strip("[]"))
 
 
 def is_guarded(endpoint: str) -> bool:
     """Whether nobody outside this machine gets in without a token."""
-    return is_local(endpoint) or _token() is not None
+    return is_local(endpoint) or token() is not None
 
 
 def listen(endpoint: str) -> zenoh.Session:
-    """The rig's own session.  RigError if the endpoint is taken or would be open to anybody."""
+    """The rig's own session.  RigError if the endpoint is taken or would be open to anybody.
+
+    If the token is to lie in a file that isn't there yet, it is made.
+    """
+    make_token()
     if not is_guarded(endpoint):
         raise RigError(
             f"the control endpoint {endpoint} can be reached from other machines",
             f"set a token in the environment variable {TOKEN_VARIABLE}, for the rig and for its tools,"
-            f" or listen on {DEFAULT_ENDPOINT}",
+            f" or name a file for it in {FILE_VARIABLE}, or listen on {DEFAULT_ENDPOINT}",
         )
     try:
         return open_session({"mode": "router", "listen/endpoints": [endpoint]})
@@ -69,12 +68,12 @@ def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
 
     zenoh.ZError if it can't be had.
     """
-    token = _token()
-    if token is None or not settings.get("listen/endpoints"):
+    password = _password()
+    if password is None or not settings.get("listen/endpoints"):
         return _open(dict(settings))
     with tempfile.TemporaryDirectory() as folder:  # Zenoh reads the passwords it accepts from a file, once
         dictionary = Path(folder) / "users"
-        dictionary.write_text(f"{_USER}:{token}\n")
+        dictionary.write_text(f"{_USER}:{password}\n")
         return _open({**settings, "transport/auth/usrpwd/dictionary_file": str(dictionary)})
 
 
@@ -131,17 +130,17 @@ def is_answered(endpoint: str) -> bool:
     return True
 
 
-def _token() -> str | None:
+def _password() -> str | None:
     """The token in letters that Zenoh's `user:password` lines can hold."""
-    token = os.environ.get(TOKEN_VARIABLE)
-    return None if token is None else hashlib.sha256(token.encode()).hexdigest()
+    secret = token()
+    return None if secret is None else hashlib.sha256(secret.encode()).hexdigest()
 
 
 def _open(settings: dict[str, Any]) -> zenoh.Session:
     config = zenoh.Config()
-    token = _token()
-    if token is not None:
-        settings |= {"transport/auth/usrpwd/user": _USER, "transport/auth/usrpwd/password": token}
+    password = _password()
+    if password is not None:
+        settings |= {"transport/auth/usrpwd/user": _USER, "transport/auth/usrpwd/password": password}
     settings |= {
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,

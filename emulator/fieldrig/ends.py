@@ -14,6 +14,7 @@ from typing import Any, Protocol, runtime_checkable
 from fieldrig.control import Answer
 from fieldrig.errors import ControlError, refusals
 from fieldrig.real_clock import RealClock
+from fieldrig.untrusted import shown
 
 
 @runtime_checkable
@@ -42,6 +43,6 @@ def answers_of_end(bus: str, end: FaultyEnd, clock: RealClock) -> Answer:
                     return clock.handle(end.add_fault, fault, number)
                 case "clear_fault", {"number": int(number)}:
                     return clock.handle(end.clear_fault, number)
-        raise ControlError(f"an end can't {verb} {message!r}", "it can: faults, given, add_fault, clear_fault")
+        raise ControlError(f"an end can't {verb} {shown(message)}", "it can: faults, given, add_fault, clear_fault")
 
     return answer

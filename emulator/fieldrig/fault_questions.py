@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Protocol
 
 from fieldrig.errors import ControlError
+from fieldrig.untrusted import shown
 
 VERBS: Final = ("faults", "add_fault", "clear_fault")
 
@@ -34,4 +35,6 @@ def answer_of_faults(subject: Faulty, verb: str, message: Any) -> Any:
             for one in numbers:
                 subject.clear_fault(one)
             return {"cleared": numbers}
-    raise ControlError(f"{verb} can't be asked with {message!r}", 'right would be {"fault": {...}} or {"number": N}')
+    raise ControlError(
+        f"{verb} can't be asked with {shown(message)}", 'right would be {"fault": {...}} or {"number": N}'
+    )

@@ -32,6 +32,7 @@ from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
 from fieldrig.shared_loop import SharedLoop
 from fieldrig.this_process import facts, on_signals
+from fieldrig.untrusted import field
 
 log = logging.getLogger(__name__)
 
@@ -96,7 +97,7 @@ class Host:
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         terms = await self._join(control)
         for stream in self._streams:
-            stream.begin(terms["epoch_ns"])
+            stream.begin(field(terms, "epoch_ns", int))
         await process.attach(self._config.start_timeout_s)
         process.start()
         for device_name, device in process.devices.items():

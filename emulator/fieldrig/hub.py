@@ -15,6 +15,7 @@ from fieldrig.errors import refusals
 from fieldrig.hub_server import HubServer
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
+from fieldrig.sending import uninteresting, unsendable
 
 LAG_LIMIT_NS = 2 * MS
 
@@ -24,12 +25,21 @@ class LocalLink:
 
     def __init__(self, hub: "LocalHub", member: str) -> None:
         self._hub, self._member = hub, member
+        self._check = hub.bus.check
         self.handler: Callable[[Any], None] | None = None
 
     def send(self, message: Any) -> None:
+        try:
+            self._check(message)
+        except (TypeError, ValueError) as cause:
+            raise unsendable(cause, self._member, self._hub.bus.name, message) from cause
         self._hub.submit(self._hub.clock.now_ns(), self._member, message)
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        try:
+            self._hub.bus.check_interest(interest)
+        except (TypeError, ValueError) as cause:
+            raise uninteresting(cause, self._member, self._hub.bus.name, interest) from cause
         self.handler = handler
         self._hub.listen(self._member, interest)
 

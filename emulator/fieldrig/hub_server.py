@@ -3,20 +3,28 @@
 import asyncio
 import json
 import logging
+import secrets
 import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from fieldrig.bus import Delivery
 from fieldrig.errors import BusError
-from fieldrig.hub_wire import Kind, Records, pack, socket_name
-from fieldrig.net import bind_remedy, split_address
+from fieldrig.hub_wire import LONGEST_BODY, LONGEST_HELLO, LONGEST_NAME, Kind, Records, pack, socket_name
+from fieldrig.net import bind_remedy, is_loopback, split_address
+from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, token
+from fieldrig.untrusted import field, read_json, shown
 
 if TYPE_CHECKING:
     from fieldrig.hub import LocalHub
 
 log = logging.getLogger(__name__)
 
+LONGEST_WHY = 300  # characters
+PATIENCE_S = 10.0
+"""For the hello of somebody who has opened a connection."""
+MOST_STRANGERS = 256
+"""Connections at a time without a hello; the next one is closed at once."""
 SLOWEST_BACKLOG = 4 << 20  # bytes; a member that reads no more is put off the bus rather than filling the memory
 
 
@@ -31,16 +39,23 @@ class HubServer:
         self._sleep_at_ns = 0
 
     async def open(self) -> None:
-        """BusError if a socket can't be had."""
+        """BusError if a socket can't be had, or if others than the rig's own processes could attach."""
         loop, bus = asyncio.get_running_loop(), self._hub.bus
         if hasattr(asyncio, "open_unix_connection"):
             # The rig's lock says that no living rig owns this folder: what lies here is left from a killed one.
             self._path.unlink(missing_ok=True)
-            self._servers.append(await loop.create_unix_server(self._stream, str(self._path)))
+            self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
         if bus.attach is not None:
             host, port = split_address(bus.attach)
+            secret = token()
+            if secret is None and not is_loopback(host):
+                raise BusError(
+                    f"{bus.name}: {bus.attach} can be reached from other machines",
+                    f"set a token in the environment variable {TOKEN_VARIABLE}, for this process and for those that"
+                    f" attach, or name a file for it in {FILE_VARIABLE}, or attach at 127.0.0.1",
+                )
             try:
-                self._servers.append(await loop.create_server(self._stream, host, port))
+                self._servers.append(await loop.create_server(lambda: self._stream(secret), host, port))
             except OSError as cause:
                 raise BusError(f"{bus.name}: can't listen on {bus.attach}: {cause}", bind_remedy(cause)) from cause
 
@@ -68,16 +83,22 @@ class HubServer:
         else:
             self._sleep_at_ns = 0
 
-    def _stream(self) -> "MemberStream":
-        return MemberStream(self._hub, self)
+    def _stream(self, secret: str | None) -> "MemberStream":
+        return MemberStream(self._hub, self, secret)
 
 
 class MemberStream(asyncio.Protocol):
-    """One member in another process."""
+    """One member in another process.
 
-    def __init__(self, hub: "LocalHub", server: HubServer) -> None:
-        self._hub, self._server = hub, server
-        self._records = Records()
+    Whatever comes that should not puts this member off the bus, with a word why, and nobody else.
+    """
+
+    def __init__(self, hub: "LocalHub", server: HubServer, secret: str | None = None) -> None:
+        """`secret` is the token that the member has to know, if any."""
+        self._hub, self._server, self._secret = hub, server, secret
+        self._records = Records(LONGEST_HELLO)
+        self._nonce = secrets.token_hex(16)
+        self._patience: asyncio.TimerHandle | None = None
         self._member: str | None = None
         self._transport: asyncio.Transport | None = None
         self._encode = hub.bus.encode
@@ -85,11 +106,20 @@ class MemberStream(asyncio.Protocol):
 
     def connection_made(self, transport: Any) -> None:
         self._transport = transport
-        self._server.streams.add(self)
+        streams = self._server.streams
+        if sum(stream.is_stranger for stream in streams) >= MOST_STRANGERS:
+            log.warning("%s: %d connections wait for a hello; no more", self._hub.bus.name, MOST_STRANGERS)
+            self.abort()
+            return
+        streams.add(self)
         transport.set_write_buffer_limits(high=SLOWEST_BACKLOG)
+        self._write(Kind.CHALLENGE, {"nonce": self._nonce})
+        self._patience = asyncio.get_running_loop().call_later(PATIENCE_S, self._put_off, "no hello came")
 
     def connection_lost(self, _cause: Exception | None) -> None:
         self._server.streams.discard(self)
+        if self._patience is not None:
+            self._patience.cancel()
         if self._member is not None:
             self._hub.leave(self._member)
 
@@ -98,24 +128,39 @@ class MemberStream(asyncio.Protocol):
         self.abort()
 
     def abort(self) -> None:
-        if self._transport is not None:
-            self._transport.abort()
+        """What was written is still tried once; nothing more is read."""
+        transport, self._transport = self._transport, None
+        if transport is not None:
+            transport.abort()
+
+    @property
+    def is_stranger(self) -> bool:
+        return self._member is None
 
     def data_received(self, data: bytes) -> None:
         hub, member, decode = self._hub, self._member, self._decode
-        try:
-            for kind, instant_ns, body in self._records.feed(data):
+        records = self._records.feed(data)
+        while self._transport is not None:
+            # Only what reads the member's own bytes is in here: a ValueError of the hub, or of a device, is our own.
+            try:
+                kind, instant_ns, body = next(records)
                 if kind == Kind.MESSAGE and member is not None:
-                    hub.submit_late(instant_ns, member, decode(body))
+                    message = decode(body)
                 elif kind == Kind.LISTEN and member is not None:
-                    hub.listen(member, _interest(body))
+                    interest = self._interest(body)
                 elif kind == Kind.HELLO and member is None:
                     member = self._greet(body)
                 else:
-                    raise ValueError(f"record of kind {kind} out of place")
-        except ValueError as fault:
-            log.warning("%s: %s is put off the bus: %s", hub.bus.name, member, fault)
-            self.abort()
+                    raise ValueError(f"a record of kind {kind} is out of place")
+            except StopIteration:
+                break
+            except (TypeError, ValueError) as fault:
+                self._put_off(str(fault))
+                break
+            if kind == Kind.MESSAGE:
+                hub.submit_late(instant_ns, member, message)
+            elif kind == Kind.LISTEN:
+                hub.listen(member, interest)
         hub.carry()
         self._server.stay_awake()
 
@@ -124,17 +169,21 @@ class MemberStream(asyncio.Protocol):
             self._transport.write(pack(Kind.MESSAGE, delivery.time_ns, self._encode(delivery.message)))
 
     def _greet(self, body: bytes) -> str:
-        hello = json.loads(body)
-        if not isinstance(hello, dict) or not isinstance(member := hello.get("member"), str):
-            raise ValueError("a hello without a member's name")
-        try:
-            if hello.get("bus") != self._hub.bus.name:
-                raise ValueError(f"this is {self._hub.bus.name}, not {hello.get('bus')}")
-            self._hub.join_as(member, self.deliver)
-        except ValueError as fault:
-            self._write(Kind.REFUSED, {"why": str(fault)})
-            raise
+        hello, own_bus = read_json(body), self._hub.bus.name
+        member, bus = field(hello, "member", str), field(hello, "bus", str)
+        if not 1 <= len(member) <= LONGEST_NAME or not member.isprintable():
+            raise ValueError(f"{shown(member)} is no name of a member")
+        if bus != own_bus:
+            raise ValueError(f"this is {own_bus}, not {shown(bus)}")
+        if self._secret is not None:
+            given = field(hello, "proof", str) if "proof" in hello else ""
+            if not is_proof(given, self._secret, self._nonce, bus, member):
+                raise ValueError(f"this hub asks for the rig's token: set {TOKEN_VARIABLE} to the rig's")
+        self._hub.join_as(member, self.deliver)
         self._member = member
+        self._records.longest = LONGEST_BODY
+        if self._patience is not None:
+            self._patience.cancel()
         self._write(Kind.HELLO, {"now_ns": time.monotonic_ns()})
         return member
 
@@ -142,9 +191,16 @@ class MemberStream(asyncio.Protocol):
         if self._transport is not None:
             self._transport.write(pack(kind, time.monotonic_ns(), json.dumps(body).encode()))
 
+    def _interest(self, body: bytes) -> Sequence[Any] | None:
+        interest: Sequence[Any] | None = read_json(body)
+        self._hub.bus.check_interest(interest)
+        return interest
 
-def _interest(body: bytes) -> Sequence[Any] | None:
-    interest = json.loads(body)
-    if interest is not None and not isinstance(interest, list):
-        raise ValueError("an interest that is not a list")
-    return interest
+    def _put_off(self, why: str) -> None:
+        log.warning("%s: %s is put off the bus: %s", self._hub.bus.name, self._member or "a stranger", _brief(why))
+        self._write(Kind.REFUSED, {"why": _brief(why)})
+        self.abort()
+
+
+def _brief(why: str) -> str:
+    return why if len(why) <= LONGEST_WHY else f"{why[:LONGEST_WHY]}..."

@@ -3,10 +3,14 @@
 Records both ways: kind (1 byte), instant (8, ns of the sender's clock), length of the body (4), body; little endian.
 
     kind       member to hub                     hub to member
-    HELLO      JSON {"bus", "member"}            JSON {"now_ns"}: welcome, with the hub's clock
+    CHALLENGE  -                                 JSON {"nonce"}: the first record, another text at every connection
+    HELLO      JSON {"bus", "member", "proof"}   JSON {"now_ns"}: welcome, with the hub's clock
     LISTEN     JSON interest or null             -
     MESSAGE    asked for at the instant          delivered at the instant
     REFUSED    -                                 JSON {"why"}: and the stream ends
+
+Over TCP, where the rig has a token, the hub lets in only those whose `proof` shows that they know it
+(`shared_token.proof`, of nonce, bus and member); others may leave it out.
 """
 
 import struct
@@ -15,9 +19,14 @@ from enum import IntEnum
 from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
+from fieldrig.untrusted import MalformedError
 
 HEADER: Final = struct.Struct("<BqI")
 LONGEST_BODY: Final = 1 << 20
+LONGEST_HELLO: Final = 4096
+"""Of a body from somebody who has not said who he is."""
+LONGEST_NAME: Final = 128
+"""Characters of a member's name."""
 
 
 class Kind(IntEnum):
@@ -25,6 +34,7 @@ class Kind(IntEnum):
     LISTEN = 1
     MESSAGE = 2
     REFUSED = 3
+    CHALLENGE = 4
 
 
 class Record(NamedTuple):
@@ -38,12 +48,13 @@ def pack(kind: int, instant_ns: int, body: bytes) -> bytes:
 
 
 class Records:
-    """Cuts a stream into records.  ValueError from `feed` for a body longer than a hub ever sends."""
+    """Cuts a stream into records.  MalformedError from `feed` for a body longer than `longest`."""
 
-    __slots__ = ("_rest",)
+    __slots__ = ("_rest", "longest")
 
-    def __init__(self) -> None:
+    def __init__(self, longest: int = LONGEST_BODY) -> None:
         self._rest = b""
+        self.longest = longest
 
     def feed(self, data: bytes) -> Iterator[Record]:
         if self._rest:
@@ -51,8 +62,8 @@ class Records:
         start, size, end = 0, HEADER.size, len(data)
         while end - start >= size:
             kind, instant_ns, length = HEADER.unpack_from(data, start)
-            if length > LONGEST_BODY:
-                raise ValueError(f"a record of {length} bytes")
+            if length > self.longest:
+                raise MalformedError(f"a record of {length} bytes, expected at most {self.longest}")
             stop = start + size + length
             if stop > end:
                 break

@@ -1,6 +1,7 @@
 """Addresses as people write them: `host:port`, `tcp://host:port`, `[::1]:5020`."""
 
 import errno
+import ipaddress
 from urllib.parse import urlsplit
 
 
@@ -14,6 +15,14 @@ def split_address(address: str) -> tuple[str, int]:
     if parts.scheme != "tcp" or not parts.hostname or port is None or parts.path:
         raise ValueError(f"{address!r} is no address: write host:port, such as 127.0.0.1:5020")
     return parts.hostname, port
+
+
+def is_loopback(host: str) -> bool:
+    """Whether nobody outside this machine can reach it."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 def bind_remedy(cause: OSError) -> str:

@@ -9,11 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from fieldrig.build import build_device
+from fieldrig.bus import Bus
 from fieldrig.clock import VirtualClock
 from fieldrig.config import DeviceEntry
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError, refusals
 from fieldrig.link import Link
+from fieldrig.sending import uninteresting, unsendable
 from fieldrig.store import Store
 
 BusName = str
@@ -54,7 +56,9 @@ class Node(Protocol):
 class Post:
     """What nodes have to say when a step is over, in the order in which they reacted: who, at which bus, what."""
 
-    def __init__(self) -> None:
+    def __init__(self, buses: Mapping[BusName, Bus[Any]] | None = None) -> None:
+        """`buses` say what may be sent; None where there are none, as in a test of a device alone."""
+        self.buses = buses
         self.listens: list[tuple[str, BusName, Sequence[Any] | None]] = []
         self.sent: list[tuple[str, BusName, Any]] = []
         self.common: defaultdict[BusName, dict[type, Any]] = defaultdict(dict)
@@ -64,19 +68,34 @@ class Post:
 class NodeLink:
     """An end of a bus under virtual time: keeps what is sent until the step is over."""
 
-    __slots__ = ("_add", "_bus", "_handlers", "_name", "_post", "common")
+    __slots__ = ("_add", "_bus", "_check", "_check_interest", "_handlers", "_name", "_post", "common")
 
     def __init__(self, name: str, bus: BusName, post: Post, handlers: dict[BusName, Handler]) -> None:
         self._name, self._bus, self._post, self._handlers = name, bus, post, handlers
         self._add = post.sent.append
         self.common = post.common[bus]
+        known = None if post.buses is None else post.buses.get(bus)
+        self._check: Callable[[Any], None] = _anything if known is None else known.check
+        self._check_interest: Callable[[Any], None] = _anything if known is None else known.check_interest
 
     def send(self, message: Any) -> None:
+        try:
+            self._check(message)
+        except (TypeError, ValueError) as cause:
+            raise unsendable(cause, self._name, self._bus, message) from cause
         self._add((self._name, self._bus, message))
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        try:
+            self._check_interest(interest)
+        except (TypeError, ValueError) as cause:
+            raise uninteresting(cause, self._name, self._bus, interest) from cause
         self._handlers[self._bus] = handler
         self._post.listens.append((self._name, self._bus, interest))
+
+
+def _anything(_: Any) -> None:
+    """Whatever a test of a device alone lets it send."""
 
 
 class EventNode:

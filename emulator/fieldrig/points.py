@@ -9,6 +9,7 @@ from fieldrig.errors import ControlError, refusals
 from fieldrig.fault_questions import VERBS, Faulty, answer_of_faults
 from fieldrig.node import read_point, write_point
 from fieldrig.real_clock import RealClock
+from fieldrig.untrusted import items, shown
 from fieldrig.values import fitting
 
 
@@ -53,6 +54,20 @@ class RealPoints:
         return self._device.faults()
 
 
+MOST_KEYS = 65_536
+"""Of one question."""
+
+
+def _taken(key: str, value: Any, present: Value) -> Value:
+    """The value as the point takes it.  ControlError for what is no value, or a text where a number stands."""
+    if not isinstance(value, bool | int | float | str):
+        raise ControlError(f"{key} can't be {shown(value)}: expected a number, a text, true or false")
+    if isinstance(value, str) and not isinstance(present, str):
+        kind = "true or false" if isinstance(present, bool) else "a number"
+        raise ControlError(f"{key} can't be {shown(value)}: expected {kind}")
+    return fitting(value, present)
+
+
 def answers(source: Source) -> Answer:
     async def answer(verb: str, message: Any) -> Any:
         match verb, message:
@@ -61,13 +76,13 @@ def answers(source: Source) -> Answer:
             case "get", None:
                 return {key: source.get(key) for key in source.facts()}
             case "get", {"keys": list(keys)}:
-                return {key: source.get(key) for key in keys}
+                return {key: source.get(key) for key in items(keys, str, MOST_KEYS, "keys")}
             case "set", {"values": dict(values)}:
                 for key, value in values.items():
-                    source.set(key, fitting(value, source.get(key)))
+                    source.set(key, _taken(key, value, source.get(key)))
                 return {key: source.get(key) for key in values}
         if verb in VERBS:
             return answer_of_faults(source, verb, message)
-        raise ControlError(f"a device can't {verb} {message!r}", f"it can: keys, get, set, {', '.join(VERBS)}")
+        raise ControlError(f"a device can't {verb} {shown(message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
 
     return answer

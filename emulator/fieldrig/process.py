@@ -24,6 +24,7 @@ from fieldrig.hub import LocalHub
 from fieldrig.link import Link
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.real_clock import RealClock
+from fieldrig.sending import CheckedLink
 from fieldrig.store import FileStore
 
 log = logging.getLogger(__name__)
@@ -161,7 +162,7 @@ class DeviceProcess:
             self._direct.append((bus, device))
             if isinstance(link, FaultyEnd):
                 self.control.serve(f"end/{name}/{device}/*", answers_of_end(name, link, self.clock))
-            return link
+            return CheckedLink(link, bus, device)
         assert isinstance(bus, ModelBus)
         return await self._attached(bus, device, patience_s)
 

@@ -13,7 +13,7 @@ from fieldrig.bus import Bus
 from fieldrig.config import DeviceEntry
 from fieldrig.device import Value
 from fieldrig.errors import RigError
-from fieldrig.node import BusName, Deliveries, LocalNode, Stepped
+from fieldrig.node import BusName, Deliveries, LocalNode, Post, Stepped
 from fieldrig.store import Store
 
 
@@ -102,7 +102,7 @@ class RemoteNode:
 def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses: Mapping[BusName, Bus[Any]]) -> None:
     """The child: builds the device, then answers until the pipe closes."""
     try:
-        node = LocalNode(entry, seed, store)
+        node = LocalNode(entry, seed, store, Post(buses))
     except RigError as fault:
         pipe.send(("failed", fault))
         sys.exit(1)

@@ -45,7 +45,7 @@ class Rig:
             self._models[name] = bus_entry.bus.model()
             self._models[name].begin(0, Random(f"{config.seed}/{name}"))
         self._nodes: dict[str, Node] = {}
-        self._post = Post()
+        self._post = Post(self.buses)
         """Of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
         self._here: dict[str, EventNode] = {}
@@ -90,7 +90,7 @@ class Rig:
         """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
-        node = EventNode(member, self.now_ns)
+        node = EventNode(member, self.now_ns, Post(self.buses))
         self._outside[member] = self._here[member] = node
         self._wishes[member] = NEVER_NS
         for model in self._models.values():

@@ -18,6 +18,7 @@ from fieldrig.config import RigConfig
 from fieldrig.control import VERSION, Control
 from fieldrig.errors import ControlError
 from fieldrig.placement import ProcessPlan
+from fieldrig.untrusted import shown
 
 
 class State(StrEnum):
@@ -164,7 +165,7 @@ class Roster:
             case {"process": str(name), "pid": int(pid)} if name in self.members:
                 member = self.members[name]
             case _:
-                raise ControlError(f"{message!r} can't join this rig", f"it has: {', '.join(self.members)}")
+                raise ControlError(f"{shown(message)} can't join this rig", f"it has: {', '.join(self.members)}")
         member.pid = pid
         released = member.released = asyncio.Event()
         self.set_state(member, State.WAITING)

@@ -1,6 +1,7 @@
 """Every message of a rig, with time, bus and sender."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from fieldrig.bus import Bus, Delivery
 
@@ -18,3 +19,18 @@ class TraceEntry:
 
 def entry_of(bus: "Bus[object]", delivery: "Delivery[object]") -> TraceEntry:
     return TraceEntry(delivery.time_ns, bus.name, bus.family, delivery.sender, bus.encode(delivery.message))
+
+
+def is_batch(message: Any) -> bool:
+    """Whether what somebody told is a batch of `bus_stream`, with all that a listener relies on."""
+    match message:
+        case {"family": str(), "process": str(), "first": int(), "epoch_ns": int(), "entries": list(entries)}:
+            return all(map(_is_entry, entries))
+    return False
+
+
+def _is_entry(entry: Any) -> bool:
+    match entry:
+        case [int(), str(), str()]:
+            return True
+    return False

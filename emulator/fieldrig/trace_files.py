@@ -4,6 +4,7 @@ Our own is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, write, 
 "fieldrig.trace_formats".
 """
 
+import logging
 from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import entry_points
@@ -14,7 +15,9 @@ from typing import Any, BinaryIO, Final, Protocol, cast
 
 from fieldrig import trace_jsonl
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
+from fieldrig.trace import TraceEntry, is_batch
+
+log = logging.getLogger(__name__)
 
 FLUSH_S: Final = 0.5
 
@@ -76,7 +79,11 @@ class Recorder:
         self._thread = Thread(target=self._write, name="trace", daemon=True)
         self._thread.start()
 
-    def take(self, bus: str, batch: dict[str, Any]) -> None:
+    def take(self, bus: str, batch: Any) -> None:
+        """A batch; anything else that somebody told is left out."""
+        if not is_batch(batch) or not all(map(_is_hex, (data for _, _, data in batch["entries"]))):
+            log.debug("%s: told something that is no batch", bus)
+            return
         source, size = (bus, batch["process"]), len(batch["entries"])
         self._lost += batch["first"] - self._expected.get(source, batch["first"])
         self._expected[source] = batch["first"] + size
@@ -114,6 +121,14 @@ class Recorder:
             family, epoch_ns = batch["family"], batch["epoch_ns"]
             for time_ns, sender, data in batch["entries"]:
                 yield TraceEntry(time_ns + epoch_ns, bus, family, sender, bytes.fromhex(data))
+
+
+def _is_hex(text: str) -> bool:
+    try:
+        bytes.fromhex(text)
+    except ValueError:
+        return False
+    return True
 
 
 @cache

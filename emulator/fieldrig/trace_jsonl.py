@@ -11,8 +11,10 @@ from typing import BinaryIO
 
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
+from fieldrig.untrusted import read_json
 
 SUFFIX = ".jsonl"
+LONGEST_LINE = 4 << 20  # bytes; the longest message is half of it as hex
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
@@ -35,7 +37,7 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
     """UsageError, with the line, for what `write` doesn't write."""
     for number, line in enumerate(file, 1):
         try:
-            match json.loads(line):
+            match read_json(line, LONGEST_LINE):
                 case {
                     "time_ns": int(time_ns),
                     "bus": str(bus),
@@ -46,7 +48,7 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
                     entry = TraceEntry(time_ns, bus, family, sender, bytes.fromhex(data))
                 case _:
                     raise ValueError("a key is missing, or has another type")
-        except (ValueError, RecursionError) as cause:
+        except ValueError as cause:
             what = f"line {number} is no message of a trace: {cause}"
             raise UsageError(what, "a .jsonl trace is written by `fieldrig trace record`") from cause
         yield entry

@@ -15,7 +15,7 @@ from typing import Any
 from fieldrig.bus import Bus, Delivery
 from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream, OnDelivery
-from fieldrig.clock import S
+from fieldrig.clock import NEVER_NS, S
 from fieldrig.config import RigConfig
 from fieldrig.control import VERSION, Control
 from fieldrig.device import Value
@@ -25,9 +25,12 @@ from fieldrig.points import answers
 from fieldrig.rig import Rig
 from fieldrig.roster import Event, Report
 from fieldrig.this_process import facts
+from fieldrig.untrusted import shown
 
 SLICE_S = 0.01
 """Of the computer's time."""
+FASTEST = 1e9
+"""Times real time; faster than any computer."""
 BEHIND_S = 0.5
 """A rig that lags further gives up the time that it lost."""
 
@@ -126,18 +129,18 @@ class VirtualService:
                 self.end()
             case "pause", _:
                 self._may_run.clear()
-            case "run", {"speed": int() | float() | None as speed} if speed is None or speed > 0:
+            case "run", {"speed": int() | float() | None as speed} if speed is None or 0 < speed <= FASTEST:
                 self._speed = speed
                 self._rebase()
                 self._may_run.set()
             case "run", None:
                 self._rebase()
                 self._may_run.set()
-            case "step", {"ns": int(duration_ns)} if duration_ns >= 0:
+            case "step", {"ns": int(duration_ns)} if 0 <= duration_ns < NEVER_NS - self._rig.now_ns:
                 self._may_run.clear()
                 await self._run_until(self._rig.now_ns + duration_ns)
             case _:
-                raise ControlError(f"this rig can't {verb} {message!r}", "it can: status, stop, pause, run, step")
+                raise ControlError(f"this rig can't {verb} {shown(message)}", "it can: status, stop, pause, run, step")
         return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
 
     async def _pace(self) -> None:
@@ -154,7 +157,7 @@ class VirtualService:
                 await asyncio.sleep(SLICE_S)
             else:
                 await asyncio.sleep(0)
-                if (target_ns - self._rig.now_ns) / (self._speed * S) > BEHIND_S:
+                if target_ns - self._rig.now_ns > BEHIND_S * self._speed * S:
                     self._rebase()
 
     async def _run_until_asked(self) -> None:

@@ -13,6 +13,7 @@ from fieldrig.clock import Clock
 from fieldrig.errors import BusError
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
+from fieldrig.sending import CheckedLink
 
 OnEnd = Callable[[Exception | None], None]
 Start = Callable[[Clock, Link[Any], OnEnd], None]
@@ -76,8 +77,7 @@ async def _visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
 
 async def _join(bus: Bus[Any], run: Path, member: str, clock: RealClock, on_end: OnEnd) -> Link[Any]:
     if isinstance(bus, DirectBus):
-        link: Link[Any] = await bus.open(_Visitor(member, clock, run))
-        return link
+        return CheckedLink(await bus.open(_Visitor(member, clock, run)), bus, member)
     assert isinstance(bus, ModelBus)
     remote = RemoteLink(bus, member, clock, run, lambda reason: on_end(BusError(reason)))
     await remote.connect()

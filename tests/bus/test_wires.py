@@ -50,8 +50,8 @@ def test_a_signal_crosses_processes_as_json() -> None:
 
 SIGNALS = st.builds(
     Signal,
-    name=st.text(),
-    value=st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False),
+    name=st.text(max_size=256),
+    value=st.booleans() | st.integers(-(1 << 63), (1 << 64) - 1) | st.floats(allow_nan=False, allow_infinity=False),
     unit=st.text(max_size=8),
 )
 
@@ -100,5 +100,5 @@ def test_a_motion_crosses_processes_as_json() -> None:
 
 @pytest.mark.parametrize("course", ["12,1.5", '12,1.5,"a"', "1.5,1.5,0", "12,1e999,0", "12,0,null", "12,0,0,0"])
 def test_what_is_no_motion_is_refused(course: str) -> None:
-    with pytest.raises(ValueError, match="not a signal"):
+    with pytest.raises(ValueError, match="not a signal|beyond all that a float can hold"):
         decode(f'["axis1.encoder",7,"count",{course}]'.encode())

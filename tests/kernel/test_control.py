@@ -11,6 +11,7 @@ import pytest
 from fieldrig import endpoint as endpoints
 from fieldrig.control import Client, Control, NobodyError
 from fieldrig.errors import ControlError, RigError
+from fieldrig.shared_token import TOKEN_VARIABLE
 
 pytestmark = pytest.mark.system
 
@@ -211,10 +212,10 @@ def test_a_taken_endpoint_is_refused(endpoint: str) -> None:
 
 @pytest.mark.parametrize("endpoint", ["tcp/0.0.0.0:7447", "tcp/[::]:7447", "tcp/bench-3:7447", "udp/10.0.0.1:1"])
 def test_without_a_token_nobody_listens_beyond_this_machine(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(endpoints.TOKEN_VARIABLE, raising=False)
+    monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
     with pytest.raises(RigError, match="can be reached from other machines") as refused:
         endpoints.listen(endpoint)
-    assert endpoints.TOKEN_VARIABLE in refused.value.remedy
+    assert TOKEN_VARIABLE in refused.value.remedy
 
 
 @pytest.mark.parametrize(
@@ -226,14 +227,14 @@ def test_loopback_is_local(endpoint: str) -> None:
 
 
 def test_only_the_right_token_opens(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(endpoints.TOKEN_VARIABLE, "open sesame")
+    monkeypatch.setenv(TOKEN_VARIABLE, "open sesame")
     session = endpoints.listen(endpoint)
     try:
         endpoints.close(endpoints.connect(endpoint))
-        monkeypatch.setenv(endpoints.TOKEN_VARIABLE, "guess")
+        monkeypatch.setenv(TOKEN_VARIABLE, "guess")
         with pytest.raises(ControlError, match="does not let us in"):
             endpoints.connect(endpoint)
-        monkeypatch.delenv(endpoints.TOKEN_VARIABLE)
+        monkeypatch.delenv(TOKEN_VARIABLE)
         with pytest.raises(ControlError, match=r"does not let us in[^$]*FIELDRIG_TOKEN"):
             endpoints.connect(endpoint)
     finally:

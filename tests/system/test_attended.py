@@ -1,12 +1,15 @@
 """A rig whose processes somebody else starts, as containers do: `--control-only` and `--only`."""
 
+import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from addresses import free_port
 from running_rig import RunningRig, until
 
 pytestmark = pytest.mark.system
@@ -74,3 +77,34 @@ def test_a_part_without_its_control_service_gives_up() -> None:
     with RunningRig(LAMP + "start_timeout_s: 0.3\n", KINDS, "--only", "lamp") as rig:
         assert rig.ended() == 3
         assert "no rig answers" in rig.output()
+
+
+@pytest.mark.parametrize("blank", ["", "  "])
+@pytest.mark.parametrize("command", [["up", "--control-only"], ["up"], ["status"]])
+def test_a_blank_token_is_wrong_configuration(tmp_path: Path, command: list[str], blank: str) -> None:
+    (tmp_path / "rig.yaml").write_text(LAMP)
+    arguments = [*command, "rig.yaml"] if command[0] == "up" else command
+    beyond = {"FIELDRIG_CONTROL": f"tcp/0.0.0.0:{free_port()}", "PYTHONPATH": str(KINDS.parent)}
+    ended = subprocess.run(
+        [sys.executable, "-m", "fieldrig", *arguments],
+        cwd=tmp_path,
+        env={**os.environ, **beyond, "FIELDRIG_TOKEN": blank},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == 2, ended.stderr
+    assert "FIELDRIG_TOKEN: the token is empty" in ended.stderr
+
+
+def test_parts_share_the_token_that_the_rig_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FIELDRIG_TOKEN")
+    monkeypatch.setenv("FIELDRIG_TOKEN_FILE", str(tmp_path / "token"))
+    with RunningRig(LAMP, KINDS, "--control-only") as rig, ExitStack() as parts:
+        rig.until_there()
+        for name in ("wires", "lamp", "switch"):
+            parts.enter_context(part(rig, name))
+        rig.until_ready()
+        rig.environment["FIELDRIG_TOKEN_FILE"] = str(tmp_path / "another")
+        assert rig.tool("status").returncode == 4

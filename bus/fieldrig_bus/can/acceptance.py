@@ -19,6 +19,7 @@ are left out.
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
+from fieldrig.bus import words_of
 from fieldrig_bus.can.frame import CanFrame
 
 EXTENDED: Final = 0x8000_0000
@@ -48,6 +49,13 @@ def filters_of(interest: Sequence[Any] | None) -> Filters | None:
     if interest is None:
         return None
     return tuple(_pair(each) for each in interest if each not in _WORDS)
+
+
+def check_interest(interest: Any) -> None:
+    """ValueError or TypeError for an interest that no CAN bus can be asked for."""
+    for each in words_of(interest):
+        if each not in _WORDS:
+            _pair(each)
 
 
 def wants_own(interest: Sequence[Any] | None) -> bool:

@@ -6,11 +6,11 @@ A notice begins with flags that no frame has (see `notices`).
 """
 
 import struct
-from typing import Final
+from typing import Any, Final
 
 from fieldrig_bus.can import notices
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, check
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, check, check_frame
 from fieldrig_bus.can.notices import NOTICE, Notice
 
 _HEAD: Final = struct.Struct("<IB")
@@ -65,6 +65,14 @@ def decode(data: bytes) -> CanFrame | Notice:
     if not is_remote and length & ~_SWITCHED != len(payload):
         raise ValueError(f"not a CAN frame, its length is wrong: {data.hex(' ')}")
     return check(frame)
+
+
+def check_sent(message: Any) -> None:
+    """TypeError or ValueError for what a member can't send, such as a notice that is its controller's to say."""
+    if type(message) is CanFrame:
+        check_frame(message)
+    else:
+        notices.check_sent(message)
 
 
 def show(message: CanFrame | Notice) -> str:

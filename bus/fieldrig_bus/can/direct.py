@@ -19,7 +19,7 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.can import codec
+from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import ERRORS, STATE, Filters, filters_of, wants, wants_own
 from fieldrig_bus.can.faulty_link import FaultyLink, LinkFault
 from fieldrig_bus.can.frame import CanFrame
@@ -122,6 +122,8 @@ class CanDirectBus(DirectBus[CanMessage]):
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
     show = staticmethod(codec.show)
+    check = staticmethod(codec.check_sent)
+    check_interest = staticmethod(acceptance.check_interest)
 
     def __init__(self, name: str, settings: Any) -> None:
         super().__init__(name, settings)

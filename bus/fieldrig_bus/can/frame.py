@@ -5,6 +5,7 @@ Left out on purpose: error and overload frames (error counters are an issue of t
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 STANDARD_MASK = 0x7FF
 EXTENDED_MASK = 0x1FFF_FFFF
@@ -30,10 +31,33 @@ class CanFrame:
     is_bit_rate_switched: bool = False
 
 
-def check(frame: CanFrame) -> CanFrame:
-    """The frame itself, if a bus can carry it; ValueError, with what would be right, if not.
+def check_frame(frame: CanFrame) -> None:
+    """TypeError or ValueError for a frame that no bus can carry.  Called with every frame that a member sends."""
+    identifier, data = frame.identifier, frame.data
+    if type(data) is bytes and type(identifier) is int and len(data) <= 8:
+        flags = (frame.is_extended, frame.is_remote, frame.is_fd, frame.is_bit_rate_switched)
+        if flags == _PLAIN and 0 <= identifier <= STANDARD_MASK and frame.remote_length == 0:
+            return  # as most are
+    _check_type("identifier", identifier, int)
+    _check_type("data", data, bytes)
+    _check_type("remote_length", frame.remote_length, int)
+    for name in ("is_extended", "is_remote", "is_fd", "is_bit_rate_switched"):
+        _check_type(name, getattr(frame, name), bool)
+    check(frame)
 
-    For the edges where frames come from outside; inside the rig a frame is what its maker says.
+
+_PLAIN = (False, False, False, False)
+
+
+def _check_type(name: str, value: Any, kind: type) -> None:
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+        raise TypeError(f"{name}: expected {kind.__name__}, found {type(value).__name__}")
+
+
+def check(frame: CanFrame) -> CanFrame:
+    """The frame itself, if a bus can carry it; ValueError, with what is expected, if not.
+
+    For frames whose fields have their types, such as those that were read from bytes; `check_frame` looks at both.
     """
     widest = EXTENDED_MASK if frame.is_extended else STANDARD_MASK
     if not 0 <= frame.identifier <= widest:

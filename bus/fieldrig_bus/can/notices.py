@@ -144,6 +144,25 @@ def encode(notice: Notice) -> bytes:
             return _word(5) + BitRate.WIRE.pack(bit_per_s)
 
 
+def check_sent(notice: Any) -> None:
+    """TypeError or ValueError for what a member can't tell its controller."""
+    match notice:
+        case CanControl():
+            for name in ("is_one_shot", "is_listen_only", "recover"):
+                value = getattr(notice, name)
+                if value is None and name != "recover":
+                    continue
+                if type(value) is not bool:
+                    raise TypeError(f"{name}: expected bool, found {type(value).__name__}")
+        case BitRate(bit_per_s):
+            if type(bit_per_s) is not int:
+                raise TypeError(f"bit_per_s: expected int, found {type(bit_per_s).__name__}")
+            if not SLOWEST <= bit_per_s <= FASTEST:
+                raise ValueError(f"{bit_per_s} bit/s: expected {SLOWEST} to {FASTEST}")
+        case _:
+            raise TypeError(f"expected a CanFrame, CanControl or BitRate, found {type(notice).__name__}")
+
+
 def decode(data: bytes) -> Notice:
     """ValueError for anything that `encode` doesn't write."""
     try:

@@ -15,7 +15,7 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.errors import BusError
 from fieldrig.settings import Settings
-from fieldrig_bus.can import codec
+from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import Filters, filters_of, passes, received
 from fieldrig_bus.can.frame import CanFrame
 
@@ -106,6 +106,8 @@ class PythonCan(DirectBus[Any]):
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
     show = staticmethod(codec.show)
+    check = staticmethod(codec.check_sent)
+    check_interest = staticmethod(acceptance.check_interest)
 
     def __init__(self, name: str, settings: PythonCanSettings) -> None:
         super().__init__(name, settings)

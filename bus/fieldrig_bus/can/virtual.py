@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import ModelBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.can import codec
+from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.faults import PACED, CanFault
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.member import Controller
@@ -54,6 +54,8 @@ class CanModelBus(ModelBus[CanMessage]):
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
     show = staticmethod(codec.show)
+    check = staticmethod(codec.check_sent)
+    check_interest = staticmethod(acceptance.check_interest)
 
     @staticmethod
     def standing_of(message: CanMessage) -> str | None:

@@ -10,7 +10,14 @@ import ipaddress
 import struct
 from typing import Final
 
-from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import (
+    LONGEST_PDU,
+    ClientConnected,
+    LineState,
+    ModbusEvent,
+    ModbusRequest,
+    ModbusResponse,
+)
 
 RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED = range(5)
 
@@ -100,6 +107,6 @@ def _address(data: bytes) -> str:
 
 
 def _pdu(data: bytes, start: int) -> bytes:
-    if not 1 <= len(data) - start <= 253:
+    if not 1 <= len(data) - start <= LONGEST_PDU:
         raise ValueError(f"not a Modbus message, its length is wrong: {data.hex(' ')}")
     return data[start:]

@@ -4,7 +4,7 @@ from typing import Any, ClassVar, Literal
 
 from fieldrig.bus import ModelBus
 from fieldrig.settings import Settings
-from fieldrig_bus.modbus import codec
+from fieldrig_bus.modbus import codec, message
 from fieldrig_bus.modbus.framing import LineTiming, Mode
 from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest, ModbusResponse
 
@@ -22,6 +22,9 @@ class ModbusBus(ModelBus[ModbusEvent]):
 
     def show(self, message: ModbusEvent) -> str:
         return codec.show(message)
+
+    check = staticmethod(message.check_sent)
+    check_interest = staticmethod(message.check_interest)
 
 
 class CharacterSettings(Settings):

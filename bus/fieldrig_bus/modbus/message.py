@@ -5,8 +5,11 @@ Nobody changes a message; that they are not `frozen` is because making a frozen 
 times a request.
 """
 
+import ipaddress
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from fieldrig.bus import words_of
 
 BROADCAST = 0
 """Unit id of a broadcast on a serial line: every server acts, none answers."""
@@ -60,6 +63,42 @@ class ClientConnected:
 
 CONNECTIONS = "connections"
 
+LONGEST_PDU = 253
+"""Bytes (application protocol V1.1b3, chapter 4.1)."""
+_HIGHEST_EXCHANGE = 0xFFFF_FFFF
+
 ModbusMessage = ModbusRequest | ModbusResponse
 ModbusEvent = ModbusMessage | ClientConnected
 """All that a Modbus bus carries."""
+
+
+def check_sent(message: Any) -> None:
+    """TypeError or ValueError for what can't be on a Modbus bus."""
+    if isinstance(message, ClientConnected):
+        if type(message.peer) is not str:
+            raise TypeError(f"peer: expected str, found {type(message.peer).__name__}")
+        ipaddress.ip_address(message.peer)
+        return
+    if not isinstance(message, ModbusRequest | ModbusResponse):
+        raise TypeError(f"expected a ModbusRequest, ModbusResponse or ClientConnected, found {type(message).__name__}")
+    unit, pdu, exchange = message.unit, message.pdu, message.exchange
+    if type(pdu) is not bytes:
+        raise TypeError(f"pdu: expected bytes, found {type(pdu).__name__}")
+    if type(unit) is not int or type(exchange) is not int:
+        raise TypeError(f"expected int for unit and exchange, found {unit!r} and {exchange!r}")
+    if not 0 <= unit <= 255:
+        raise ValueError(f"unit {unit}: expected 0 to 255")
+    if not 1 <= len(pdu) <= LONGEST_PDU:
+        raise ValueError(f"a PDU of {len(pdu)} bytes: expected 1 to {LONGEST_PDU}")
+    if not 0 <= exchange <= _HIGHEST_EXCHANGE:
+        raise ValueError(f"exchange {exchange}: expected 0 to {_HIGHEST_EXCHANGE}")
+    line = message.line if isinstance(message, ModbusRequest) else None
+    if line is not None and not isinstance(line, LineState):
+        raise TypeError(f"line: expected a LineState or None, found {type(line).__name__}")
+
+
+def check_interest(interest: Any) -> None:
+    """TypeError or ValueError for what is not unit ids, and the word `CONNECTIONS`."""
+    for word in words_of(interest):
+        if word != CONNECTIONS and not (type(word) is int and 0 <= word <= 255):
+            raise ValueError(f'{word!r}: expected a unit id, 0 to 255, or "{CONNECTIONS}"')

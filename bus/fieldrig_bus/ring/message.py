@@ -9,7 +9,9 @@ stuffing and FCS are the chip's affair: a telegram with a wrong FCS does not arr
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
+
+from fieldrig.bus import words_of
 
 BROADCAST: Final = 0xFF
 """Address of every MST, and of the MDT in CP3 and CP4."""
@@ -70,6 +72,41 @@ _CYCLE, _ANSWERS, _AT, _MST, _MDT = range(5)
 _HEAD: Final = struct.Struct("<BIBH")  # sort, number, length of the MST, length of the MDT
 _MST_HEAD: Final = struct.Struct("<BI")  # sort, number
 _ANSWERS_HEAD: Final = struct.Struct("<BI?HH")  # sort, number, ring closed, errors, late
+
+
+LONGEST: Final = 0xFFFF
+"""Bytes of a telegram: what a length in a record can say, and more than a ring has time for in a cycle."""
+
+
+def check_sent(message: Any) -> None:
+    """TypeError or ValueError for what no station can send.  `Cycle` and `Answers` are the ring's own words."""
+    if type(message) is bytes:
+        data, shortest = message, 0
+    elif type(message) is Mdt:
+        data, shortest = message.data, 0
+    elif type(message) is Mst:
+        data, shortest = message.data, 1
+        if type(message.number) is not int:
+            raise TypeError(f"number: expected int, found {type(message.number).__name__}")
+        if message.number < 0:
+            raise ValueError(f"number {message.number}: expected one that counts")
+    else:
+        raise TypeError(f"expected an Mst, Mdt, or the bytes of an AT, found {type(message).__name__}")
+    if type(data) is not bytes:
+        raise TypeError(f"data: expected bytes, found {type(data).__name__}")
+    if not shortest <= len(data) <= LONGEST:
+        raise ValueError(f"a telegram of {len(data)} bytes: expected {shortest} to {LONGEST}")
+
+
+def check_interest(interest: Any) -> None:
+    """`["master"]`; `[["drive", ADDRESS], ...]`; None.  TypeError or ValueError for anything else."""
+    for word in words_of(interest):
+        match word:
+            case "master":
+                continue
+            case ["drive", int(address)] if type(address) is int and 0 <= address < BROADCAST:
+                continue
+        raise ValueError(f'{word!r}: expected "master", or ["drive", ADDRESS] with an address of 0 to 254')
 
 
 def encode(message: RingMessage) -> bytes:

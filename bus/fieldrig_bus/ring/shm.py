@@ -17,6 +17,7 @@ from typing import Any, ClassVar, Final
 
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
+from fieldrig.untrusted import read_json
 from fieldrig_bus.ring.shm_image import Image
 from fieldrig_bus.ring.star import Star, Stations
 from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
@@ -54,7 +55,7 @@ class _Peer:
     def _on_readable(self) -> None:
         try:
             word = self.socket.recv(LONGEST_WORD)
-            self._on_word(self, json.loads(word) if word else None)
+            self._on_word(self, read_json(word) if word else None)
         except BlockingIOError:
             return
         except (OSError, ValueError) as fault:

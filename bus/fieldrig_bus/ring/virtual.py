@@ -53,6 +53,8 @@ class RingVirtual(ModelBus[RingMessage]):
     encode = staticmethod(message.encode)
     decode = staticmethod(message.decode)
     show = staticmethod(message.show)
+    check = staticmethod(message.check_sent)
+    check_interest = staticmethod(message.check_interest)
 
     def __init__(self, name: str, settings: RingSettings) -> None:
         super().__init__(name, settings)

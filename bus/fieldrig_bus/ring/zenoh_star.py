@@ -23,6 +23,7 @@ from fieldrig import endpoint
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
 from fieldrig.shared_loop import SharedLoop
+from fieldrig.shared_token import TOKEN_VARIABLE
 from fieldrig_bus.ring.star import Star, Stations
 from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
 from fieldrig_bus.ring.star_rack import Rack
@@ -182,7 +183,7 @@ class RingZenoh(RingStar):
     def hold(self, at: Attachment, star: Star) -> ZenohSpokes:
         place = self._place(at)
         if not endpoint.is_guarded(place):
-            remedy = f"set a token in the environment variable {endpoint.TOKEN_VARIABLE}, or listen on 127.0.0.1"
+            remedy = f"set a token in the environment variable {TOKEN_VARIABLE}, or listen on 127.0.0.1"
             raise BusError(f"{self.name}: {place} can be reached from other machines", remedy)
         if endpoint.is_answered(place):
             raise BusError(f"{self.name}: another program listens on {place}", "a ring has one master")

@@ -12,7 +12,7 @@ from fieldrig.clock import US
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 from fieldrig_bus.serial import codec
-from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, check_interest, check_sent
 from fieldrig_bus.serial.model import SerialModel
 
 
@@ -53,6 +53,9 @@ class SerialBus(ModelBus[SerialMessage]):
 
     def decode(self, data: bytes) -> SerialMessage:
         return codec.decode(data)
+
+    check = staticmethod(check_sent)
+    check_interest = staticmethod(check_interest)
 
     def show(self, message: SerialMessage) -> str:
         return codec.show(message)

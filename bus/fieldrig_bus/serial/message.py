@@ -4,7 +4,9 @@ A receiver hears `bytes` only, unless its interest names more: any of "data", "l
 """
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args, get_type_hints
+
+from fieldrig.bus import words_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,3 +60,53 @@ class Break:
 
 
 SerialMessage = bytes | ControlLines | Format | Break
+
+KINDS: Final[dict[type, str]] = {bytes: "data", ControlLines: "lines", Format: "format", Break: "break"}
+"""The word of an interest for each."""
+FASTEST: Final = 0xFFFF_FFFF
+"""Baud."""
+LONGEST_BREAK_MS: Final = 0xFFFF_FFFF
+
+_FORMATS: Final = {
+    name: get_args(hint)
+    for name, hint in get_type_hints(Format).items()
+    if name in ("data_bits", "parity", "stop_bits")
+}
+
+
+def check_sent(message: Any) -> None:
+    """TypeError or ValueError for what can't be on a serial line."""
+    if type(message) is bytes:
+        return
+    match message:
+        case ControlLines():
+            for name in ("dtr", "rts", "ri", "dcd"):
+                value = getattr(message, name)
+                if type(value) is not bool and not (name == "dcd" and value is None):
+                    raise TypeError(f"{name}: expected bool, found {type(value).__name__}")
+        case Format():
+            _check_number("baud", message.baud, 1, FASTEST)
+            for name, choices in _FORMATS.items():
+                value = getattr(message, name)
+                if type(value) is not type(choices[0]):
+                    raise TypeError(f"{name}: expected {type(choices[0]).__name__}, found {type(value).__name__}")
+                if value not in choices:
+                    raise ValueError(f"{name} {value!r}: expected one of {choices}")
+        case Break():
+            _check_number("duration_ms", message.duration_ms, 0, LONGEST_BREAK_MS)
+        case _:
+            raise TypeError(f"expected bytes, ControlLines, Format or Break, found {type(message).__name__}")
+
+
+def check_interest(interest: Any) -> None:
+    """TypeError or ValueError for what is not the words of `KINDS`."""
+    for word in words_of(interest):
+        if word not in KINDS.values():
+            raise ValueError(f"no such interest on a serial line: {word!r}; there are {list(KINDS.values())}")
+
+
+def _check_number(name: str, value: Any, lowest: int, highest: int) -> None:
+    if type(value) is not int:
+        raise TypeError(f"{name}: expected int, found {type(value).__name__}")
+    if not lowest <= value <= highest:
+        raise ValueError(f"{name} {value}: expected {lowest} to {highest}")

@@ -16,9 +16,8 @@ from typing import Any
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS, S
 from fieldrig_bus.serial.garble import garbled
-from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
+from fieldrig_bus.serial.message import KINDS, Break, Format, SerialMessage, check_interest
 
-KINDS: dict[type, str] = {bytes: "data", ControlLines: "lines", Format: "format", Break: "break"}
 BYTES_ONLY = frozenset({"data"})
 
 
@@ -57,9 +56,8 @@ class SerialModel(BusModel[SerialMessage]):
         heapq.heapify(self._under_way)
 
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        check_interest(interest)
         words = BYTES_ONLY if interest is None else frozenset(interest)
-        if unknown := words - set(KINDS.values()):
-            raise ValueError(f"no such interest on a serial line: {sorted(unknown)}; there are {list(KINDS.values())}")
         self._ends[member].interest = words
         self._receivers.clear()
         for other, end in self._ends.items():

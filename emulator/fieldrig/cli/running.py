@@ -18,6 +18,7 @@ from fieldrig.host import loop_factory
 from fieldrig.hub_wire import socket_name
 from fieldrig.placement import is_modelled, placement
 from fieldrig.run_folder import RunFolder
+from fieldrig.shared_token import token
 from fieldrig.supervisor import Supervisor
 from fieldrig.this_process import age_s, interrupt_on_signals, on_signals
 from fieldrig.trace_files import Recorder
@@ -45,6 +46,7 @@ class Wish:
 
 def run_rig(config: RigConfig, wish: Wish) -> Exit:
     """RigError if the rig can't start."""
+    token()  # one that is wrong is found before anything starts
     display = Display(config, time.monotonic() - age_s(), wish.is_quiet)
     if wish.is_attended:
         plans = placement(config)

@@ -72,6 +72,8 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
 
 
 def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
+    from fieldrig.trace import is_batch
+
     status = client.ask("rig/status")
     known = status["buses"]
     if not any(fnmatchcase(bus, pattern) for bus in known for pattern in patterns):
@@ -96,7 +98,7 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                 f"{_time_of_day(round(event['time_s'] * NANO))}  -- {words}{': ' if text else ''}{text}",
                 {"event": event},
             )
-        elif any(fnmatchcase(told[0], pattern) for pattern in patterns):
+        elif any(fnmatchcase(told[0], pattern) for pattern in patterns) and is_batch(told[1]):
             yield from _of_batch(*told, width, is_real, expected)
 
 

@@ -13,6 +13,7 @@ from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, zenoh
 
 from fieldrig import endpoint
 from fieldrig.errors import BusError
+from fieldrig.shared_token import TOKEN_VARIABLE
 from fieldrig_bus.ring.message import Cycle
 from fieldrig_bus.ring.star_wire import encode_spread
 from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings, _stations_of, _token_of
@@ -89,7 +90,7 @@ def test_a_cycle_that_another_has_overtaken_is_not_heard_any_more(ring: StarRing
 
 
 def test_an_address_that_others_can_reach_asks_for_a_token(ring: StarRing, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(endpoint.TOKEN_VARIABLE, raising=False)
+    monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
     open_to_all = RingZenoh("ring1", RingZenohSettings(endpoint=f"tcp/0.0.0.0:{free_port()}"))
     with pytest.raises(BusError, match="other machines"):
         open_to_all.hold(ring.at["max4"], ring.star)

@@ -1,0 +1,52 @@
+"""The law of every end of a bus: what can't be on its medium raises at whoever sends it, and says so.
+
+All ends that the kernel makes keep it: under virtual time (`node`), in the hub's process (`hub`), in another process
+(`attach`), and around the end of a direct bus (`CheckedLink`).  `Bus.check` and `Bus.check_interest` say what is good.
+It is our own bug if they don't, so it is a TypeError or a ValueError, and nobody catches it.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fieldrig.bus import Bus
+from fieldrig.untrusted import shown
+
+
+def unsendable(cause: Exception, member: str, bus: str, message: Any) -> Exception:
+    """To be raised from `cause`, which `Bus.check` raised."""
+    return _of_kind(cause)(f"{member} can't send {shown(message)} on {bus}: {cause}")
+
+
+def uninteresting(cause: Exception, member: str, bus: str, interest: Any) -> Exception:
+    """To be raised from `cause`, which `Bus.check_interest` raised."""
+    return _of_kind(cause)(f"{member} can't listen to {shown(interest)} on {bus}: {cause}")
+
+
+class CheckedLink:
+    """A device's end of a direct bus, as it is but for the law."""
+
+    def __init__(self, link: Any, bus: Bus[Any], member: str) -> None:
+        self._link, self._bus, self._member = link, bus, member
+        self._check, self._send = bus.check, link.send
+
+    def send(self, message: Any) -> None:
+        try:
+            self._check(message)
+        except (TypeError, ValueError) as cause:
+            raise unsendable(cause, self._member, self._bus.name, message) from cause
+        self._send(message)
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        try:
+            self._bus.check_interest(interest)
+        except (TypeError, ValueError) as cause:
+            raise uninteresting(cause, self._member, self._bus.name, interest) from cause
+        self._link.on_receive(handler, interest)
+
+    def __getattr__(self, name: str) -> Any:
+        """What else the bus's own end can do, such as to lend a ring a way through a cycle."""
+        return getattr(self._link, name)
+
+
+def _of_kind(cause: Exception) -> type[Exception]:
+    return TypeError if isinstance(cause, TypeError) else ValueError

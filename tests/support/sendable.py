@@ -1,0 +1,104 @@
+"""For every type of message that a bus may carry: some that a member may send, and some that nobody can.
+
+Each row is from a standard: ISO 11898-1 (identifiers of 11 and 29 bits, 0 to 8 bytes, the lengths of FD), the Modbus
+application protocol V1.1b3, chapter 4.1 (a PDU has 1 to 253 bytes), TIA-232 formats; wires carry finite numbers.
+"""
+
+from math import inf, nan
+from typing import Any
+
+from fieldrig_bus.can.bits import Place
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
+from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst
+from fieldrig_bus.serial.message import Break, ControlLines, Format
+from fieldrig_bus.wires import Motion, Signal
+
+_any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
+
+
+GOOD: dict[type, list[Any]] = {
+    CanFrame: [
+        CanFrame(0), CanFrame(0x7FF, bytes(8)), CanFrame(0x1FFF_FFFF, b"1", is_extended=True),
+        CanFrame(1, is_remote=True, remote_length=8), CanFrame(1, bytes(64), is_fd=True, is_bit_rate_switched=True),
+    ],
+    CanControl: [CanControl(), CanControl(True, False, True)],
+    BitRate: [BitRate(125_000)],
+    ModbusRequest: [ModbusRequest(255, bytes(253)), ModbusRequest(0, b"\x03", 0xFFFF_FFFF, LineState(1, 2, True))],
+    ModbusResponse: [ModbusResponse(1, b"\x83\x02")],
+    ClientConnected: [ClientConnected("127.0.0.1"), ClientConnected("::1")],
+    ControlLines: [ControlLines(), ControlLines(False, False, True, True)],
+    Format: [Format(), Format(115_200, 7, "E", 2)],
+    Break: [Break(0), Break(250)],
+    Mst: [Mst(0, b"\xff\x04")],
+    Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
+    bytes: [b"", b"\x05\x00\x00"],
+    Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
+             Motion("encoder", 7, "count", -5, 1.5, 0.0)],
+}  # fmt: skip
+
+BAD: dict[type, list[Any]] = {
+    CanFrame: [
+        CanFrame(0x123, bytes(9)), CanFrame(0x3FFF_FFFF, is_extended=True), CanFrame(0x3FFF_FFFF), CanFrame(0x800),
+        CanFrame(-1), CanFrame(1, is_remote=True, remote_length=9), CanFrame(1, b"1", is_remote=True),
+        CanFrame(1, remote_length=1), CanFrame(1, bytes(9), is_fd=True), CanFrame(1, bytes(65), is_fd=True),
+        CanFrame(1, is_fd=True, is_remote=True), CanFrame(1, is_bit_rate_switched=True),
+        CanFrame(_any("1")), CanFrame(_any(1.0)), CanFrame(_any(None)), CanFrame(_any(True)), CanFrame(1, _any("12")),
+        CanFrame(1, _any(bytearray(2))), CanFrame(1, _any([1, 2])), CanFrame(1, _any(None)),
+        CanFrame(1, is_extended=_any(1)), CanFrame(1, is_fd=_any("yes")),
+    ],
+    CanControl: [CanControl(_any(1)), CanControl(None, _any("no")), CanControl(recover=_any(None))],
+    BitRate: [BitRate(0), BitRate(-5), BitRate(1 << 40), BitRate(_any(125e3)), BitRate(_any("125000"))],
+    # These are a controller's to say, and the bus's, never a member's.
+    CanError: [CanError(ErrorKind.BIT, next(iter(Place)), 1, 1, True, False, 8, 0)],
+    BusState: [BusState(CanState.ACTIVE, 0, 0)],
+    FaultNote: [FaultNote(1, "dropped")],
+    ModbusRequest: [
+        ModbusRequest(256, b"\x03"), ModbusRequest(-1, b"\x03"), ModbusRequest(1, b""), ModbusRequest(1, bytes(254)),
+        ModbusRequest(1, b"\x03", -1), ModbusRequest(1, b"\x03", 1 << 32), ModbusRequest(_any("1"), b"\x03"),
+        ModbusRequest(1, _any("03")), ModbusRequest(1, _any(bytearray(b"\x03"))), ModbusRequest(1, b"\x03", _any(1.0)),
+        ModbusRequest(1, b"\x03", 1, _any("line")), ModbusRequest(_any(True), b"\x03"),
+    ],
+    ModbusResponse: [
+        ModbusResponse(256, b"\x03"), ModbusResponse(1, b""), ModbusResponse(1, bytes(254)),
+        ModbusResponse(1, _any(None)), ModbusResponse(1, b"\x03", _any("1")),
+    ],
+    ClientConnected: [ClientConnected("somewhere"), ClientConnected(""), ClientConnected(_any(2130706433))],
+    ControlLines: [ControlLines(_any(1)), ControlLines(rts=_any(None)), ControlLines(dcd=_any("on"))],
+    Format: [Format(0), Format(-9600), Format(1 << 32), Format(9600, _any(9)), Format(9600, 8, _any("X")),
+             Format(9600, 8, "N", _any(3)), Format(_any("9600")), Format(9600, _any("8")), Format(9600, 8, _any(b"N"))],
+    Break: [Break(-1), Break(1 << 32), Break(_any(0.5)), Break(_any("1"))],
+    Mst: [Mst(0, b""), Mst(-1, b"\xff\x04"), Mst(0, bytes(1 << 16)), Mst(0, _any("ff")), Mst(_any("0"), b"\xff\x04")],
+    Mdt: [Mdt(bytes(1 << 16)), Mdt(_any(None)), Mdt(_any(bytearray(2)))],
+    # The ring's own words.
+    Cycle: [Cycle(0, b"\xff\x04", b"")],
+    Answers: [Answers(0, (), True)],
+    bytes: [],
+    Signal: [
+        Signal("level", nan), Signal("level", inf), Signal("level", -inf), Signal("level", 1 << 64),
+        Signal("level", -(1 << 63) - 1), Signal("level", _any("1")), Signal("level", _any(None)), Signal(_any(5), 1),
+        Signal("level", 1, _any(None)), Signal("x" * 1000, 1), Signal("\ud800", 1), Signal("level", 1, "m" * 100),
+        Motion("m", nan), Motion("m", True), Motion("m", 1, "", 0, nan), Motion("m", 1, "", 0, 0.0, inf),
+        Motion("m", 1, "", 1 << 70), Motion("m", 1, "", _any(0.5)), Motion("m", 1, "", 0, _any("fast")),
+    ],
+}  # fmt: skip
+
+NO_MESSAGES: list[Any] = [
+    "hello",
+    None,
+    5,
+    1.5,
+    True,
+    object(),
+    [],
+    {},
+    bytearray(b"1"),
+    memoryview(b"1"),
+    Exception("x"),
+]
+
+BAD_INTERESTS: list[Any] = [
+    "all", b"all", 5, {"a": 1}, {1}, [[1, 2, 3]], [{"a": 1}], [None], [1.5], [True], [-1], [[]], [object()],
+    [1 << 40], ["\ud800"], [["drive"]], [["drive", "x"]], [["drive", 255]], [1] * 20_000,
+]  # fmt: skip
