@@ -23,8 +23,10 @@ from doc_pages import PAGES, ROOT, Block, blocks
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
-PORTS = ("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556")
-PORTS += ("5024", "5025", "7013", "7452", "29560", "29561", "29562")
+PORTS = (
+    *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
+    *("5024", "5025", "7013", "7452", "29560", "29561", "29562"),
+)
 """Those of the lab, the ring and the machine, and those that pages give to rigs of their own."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
 """What rig files of a page find beside them, as those of configs do."""

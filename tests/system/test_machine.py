@@ -7,6 +7,7 @@ import pytest
 from fieldrig.clock import S
 from fieldrig.config import load
 from fieldrig.pytest_plugin import RigMaker
+from fieldrig.rig import Rig
 from fieldrig.yaml_source import read
 
 pytestmark = pytest.mark.system
@@ -15,6 +16,17 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 MACHINE = "configs/machine-virtual.yaml"
 PARTS = ("lab.yaml", "arp-cell.yaml", "ring.yaml")
 DRIVES = ("infeed", "film", "jaw", "outfeed")
+
+
+def number(rig: Rig, device: str, key: str) -> float:
+    value = rig.get(device, key)
+    assert not isinstance(value, str)
+    return value
+
+
+def film_runs(rig: Rig) -> int:
+    """The panel's input of the tower's lamp."""
+    return int(number(rig, "panel", "6000:01")) >> 5 & 1
 
 
 @pytest.mark.parametrize("part", PARTS)
@@ -32,8 +44,8 @@ def test_film_runs_glue_rises_and_the_wrapper_follows(fieldrig_rig: RigMaker) ->
     rig = fieldrig_rig(MACHINE)
     rig.run_until(5 * S)
     assert (rig.get("max4", "ring.state"), rig.get("max4", "DiagCode")) == ("up", 0)
-    assert rig.get("panel", "6000:01") >> 5 & 1 == 0
-    level = rig.get("tank", "level")
+    assert film_runs(rig) == 0
+    level = number(rig, "tank", "level")
     rig.set("drive", "speed_set", 100)
     rig.set("drive", "run", True)
     rig.set("line", "F33", True)
@@ -42,12 +54,12 @@ def test_film_runs_glue_rises_and_the_wrapper_follows(fieldrig_rig: RigMaker) ->
     rig.run_until(15 * S)
     assert rig.get("line", "V20") == 3
     assert [rig.get(name, "axis_state") for name in DRIVES] == [3, 3, 3, 3]
-    assert rig.get("panel", "6000:01") >> 5 & 1 == 1  # tower.green
-    before, turned = rig.get("max4", "FilmEncoder.Position"), rig.get("nip", "encoder")
+    assert film_runs(rig) == 1
+    before, turned = number(rig, "max4", "FilmEncoder.Position"), number(rig, "nip", "encoder")
     rig.run_until(16 * S)
-    assert rig.get("max4", "FilmEncoder.Position") > before
-    assert rig.get("nip", "encoder") > turned
-    assert rig.get("tank", "level") > level + 0.03  # 1 l/s on 0.25 m2
+    assert number(rig, "max4", "FilmEncoder.Position") > before
+    assert number(rig, "nip", "encoder") > turned
+    assert number(rig, "tank", "level") > level + 0.03  # 1 l/s on 0.25 m2
 
 
 def test_emergency_stop_of_the_panel_stops_cards_and_drives(fieldrig_rig: RigMaker) -> None:
@@ -59,6 +71,6 @@ def test_emergency_stop_of_the_panel_stops_cards_and_drives(fieldrig_rig: RigMak
     assert (rig.get("line", "V20"), rig.get("film", "axis_state")) == (3, 3)
     rig.set("panel", "6200:01", 0)
     rig.run_until(20 * S)
-    assert abs(rig.get("nip", "speed")) < 0.01
+    assert abs(number(rig, "nip", "speed")) < 0.01
     assert rig.get("film", "axis_state") != 3
     assert rig.get("max4", "film.AxisState") == 0
