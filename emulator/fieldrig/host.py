@@ -121,9 +121,10 @@ class Host:
         loop = asyncio.get_running_loop()
         give_up_s = loop.time() + self._patience_s
         while True:
+            left_s = max(give_up_s - loop.time(), RETRY_S)  # a busy computer may have slept past the end
             try:
                 terms: dict[str, Any] = await control.ask(
-                    "rig/join", {"process": self._plan.name, "pid": os.getpid()}, give_up_s - loop.time()
+                    "rig/join", {"process": self._plan.name, "pid": os.getpid()}, left_s
                 )
             except NobodyError:
                 if loop.time() + RETRY_S > give_up_s:

@@ -52,7 +52,10 @@ def json_schema() -> Schema:
         "title": "fieldrig rig file",
         "type": "object",
         "properties": {
-            "extends": {"type": "string", "description": "a rig file that this one is laid over, relative to this one"},
+            "extends": {
+                "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}],
+                "description": "the rig file, or the rig files, that this one is laid over, relative to this one",
+            },
             **rig["properties"],
             "buses": _section(installed_buses, buses, definitions, "the buses, by name"),
             "devices": _section(installed_devices, devices, definitions, "the devices, by name"),

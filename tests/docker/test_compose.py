@@ -1,164 +1,193 @@
-"""The lab in containers: built, started, and used from outside by a CANopen and a Modbus master."""
+"""The machine in containers, from outside: foreign masters on its buses, and containers that are killed."""
 
-import json
-import os
-import shutil
+import re
 import subprocess
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import addresses
-import can
-import canopen
 import pytest
+from canopen import RemoteNode
+from compose_stack import FOLDER, Stack, compose_program, node_of, shut_in, stack_of
+from lab_process import IO32, LEVEL_SENSOR
 from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
 
-pytestmark = [pytest.mark.docker, pytest.mark.timeout(600)]
+from fieldrig.config import load
+from fieldrig.placement import placement
+from fieldrig_devices.arp.can.face import EDS as CARD
+from fieldrig_devices.max4.can_face_objects import EDS as AXES
 
-FOLDER = Path(__file__).parents[2] / "docker"
-CONFIGS = FOLDER.parent / "configs"
-PARTS = {"rig", "can0", "tank", "io", "sensor", "drive"}
-READY_LIMIT_S = 90
+pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 
-
-@dataclass(frozen=True, slots=True)
-class Stack:
-    """One Compose project, and the ports of this machine where it can be reached."""
-
-    project: str
-    ports: Mapping[str, int]
-
-    @property
-    def environment(self) -> Mapping[str, str]:
-        return {**os.environ, **{f"FIELDRIG_{name}_PORT": str(port) for name, port in self.ports.items()}}
-
-    def compose(self, *arguments: str) -> str:
-        command = [*_compose(), "-p", self.project, "-f", str(FOLDER / "compose.yaml"), *arguments]
-        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
-        return done.stdout
-
-    def containers(self) -> dict[str, Any]:
-        """What Docker says of each container, by the name of its service."""
-        ids = self.compose("ps", "-q").split()
-        inspected = json.loads(_docker("inspect", *ids))
-        return {one["Config"]["Labels"]["com.docker.compose.service"]: one for one in inspected}
-
-    def wait_until_healthy(self) -> None:
-        give_up = time.monotonic() + READY_LIMIT_S
-        while waiting := {name: _health(one) for name, one in self.containers().items() if _health(one) != "healthy"}:
-            if time.monotonic() > give_up:
-                pytest.fail(f"not healthy: {waiting}\n{self.compose('logs', '--no-color', '--tail=20')}")
-            time.sleep(0.5)
+RIG = load(FOLDER / "machine.yaml")
+OUTSIDE = ("can0", "can1", "can2", "mb_tcp", "mb_rtu", "modbus", "com1", "user1", "user2", "jaw_line")
+"""The buses that a foreign master can be on."""
+PROFILED_POSITION = 1
+# CiA 402, figure 8: what brings an axis to Operation enabled, by what its status word has under the mask 6Fh.
+NEXT_WORD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x31: 0x07, 0x23: 0x0F, 0x33: 0x0F}
+ENABLED = (0x27, 0x37)
+FILM_AXIS = 1100  # registers of the second axis
+UNDER_CONTROL, REACHED = 4, 16
 
 
 @pytest.fixture(scope="module")
 def stack() -> Iterator[Stack]:
-    ports = {name: addresses.free_port() for name in ("SOCKETCAND", "SLCAN", "MODBUS", "RTU")}
-    stack = Stack(f"fieldrig-test-{os.getpid()}", ports)
-    try:
-        stack.compose("build")
-        stack.compose("up", "-d")
-        stack.wait_until_healthy()
+    with stack_of("compose.yaml", OUTSIDE) as stack:
         yield stack
-    finally:
-        stack.compose("down", "--volumes")
 
 
-def test_every_part_runs_and_is_shut_in(stack: Stack) -> None:
-    containers = stack.containers()
-    assert containers.keys() == PARTS
-    for one in containers.values():
-        host = one["HostConfig"]
-        assert host["ReadonlyRootfs"]
-        assert host["CapDrop"] == ["ALL"]
-        assert "no-new-privileges:true" in host["SecurityOpt"]
-        assert one["Config"]["User"] not in ("", "0", "root")
-        published = [binding["HostIp"] for bindings in host["PortBindings"].values() for binding in bindings]
-        assert set(published) <= {"127.0.0.1"}
-
-
-def test_canopen_master_reads_back_what_it_writes(stack: Stack) -> None:
-    with _io_node(stack) as node:
-        assert node.sdo[0x1000].raw & 0xFFFF == 401
-        outputs = node.sdo[0x6200][1]
-        outputs.raw = 0xA5
-        assert outputs.raw == 0xA5
-
-
-def test_modbus_master_starts_the_pump_and_the_canopen_master_sees_the_tank_fill(stack: Stack) -> None:
-    with _io_node(stack) as node, ModbusTcpClient("127.0.0.1", port=stack.ports["MODBUS"]) as drive:
-        level_tenth_mm = node.sdo[0x6401][1]
-        before = level_tenth_mm.raw
-        assert not drive.write_register(0, 1000, device_id=1).isError()  # 100.0 %
-        assert not drive.write_coil(0, True, device_id=1).isError()
-        _wait_until(lambda: level_tenth_mm.raw >= before + 40)  # 4 mm, a second's worth
-        assert not drive.write_coil(0, False, device_id=1).isError()
-
-
-def test_what_has_a_pty_in_the_lab_has_a_port_here(stack: Stack) -> None:
-    with ModbusTcpClient("127.0.0.1", port=stack.ports["RTU"], framer=FramerType.RTU) as drive:
-        assert drive.read_coils(0, count=2, device_id=1).bits[:2] == [False, False]
-    with can.Bus(f"socket://127.0.0.1:{stack.ports['SLCAN']}", "slcan", bitrate=250_000) as bus:
-        bus.send(can.Message(arbitration_id=0x605, data=bytes.fromhex("40 00 10 00 00 00 00 00"), is_extended_id=False))
-        _wait_until(lambda: _is_answer(bus.recv(1)))
-
-
-def test_a_part_that_is_killed_comes_back(stack: Stack) -> None:
-    before = stack.containers()["sensor"]["RestartCount"]
-    kill_all = "import os, signal; os.kill(-1, signal.SIGKILL)"
-    # its own exit code is left alone: the container may be gone before or after this command ends
-    subprocess.run(["docker", "exec", stack.containers()["sensor"]["Id"], "python", "-c", kill_all], check=False)
-    _wait_until(lambda: stack.containers()["sensor"]["RestartCount"] > before)
-    stack.wait_until_healthy()
-
-
-@pytest.mark.parametrize("name", ["compose.yaml", "compose.vcan.yaml"])
+@pytest.mark.parametrize("name", ["compose.yaml", "compose.lab.yaml", "compose.vcan.yaml"])
 def test_compose_files_are_valid(name: str) -> None:
     done = subprocess.run(
-        [*_compose(), "-f", str(FOLDER / name), "config", "-q"], capture_output=True, text=True, check=False
+        [*compose_program(), "-f", str(FOLDER / name), "config", "-q"], capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@contextmanager
-def _io_node(stack: Stack) -> Iterator[canopen.RemoteNode]:
-    """The I/O node as a master on this machine sees it, by socketcand."""
-    with can.Bus("can0", "socketcand", host="127.0.0.1", port=stack.ports["SOCKETCAND"]) as bus:
-        network = canopen.Network(bus)
-        network.connect()
-        try:
-            yield network.add_node(5, str(CONFIGS / "eds" / "io32.eds"))
-        finally:
-            network.disconnect()
+def test_every_part_has_a_container_and_is_shut_in(stack: Stack) -> None:
+    containers = stack.containers()
+    assert containers.keys() == {"rig", *placement(RIG)}
+    assert [name for name, one in containers.items() if not shut_in(one)] == []
 
 
-def _is_answer(message: can.Message | None) -> bool:
-    """What object 1000h of the I/O node holds, by expedited SDO: 000F0191h."""
-    return message is not None and bytes(message.data) == bytes.fromhex("43 00 10 00 91 01 0f 00")
+def test_every_bus_has_one_address_for_foreign_masters(stack: Stack) -> None:
+    assert {name for name, bus in RIG.buses.items() if bus.bus.family not in ("ring", "wires")} == set(OUTSIDE)
+    published = [
+        int(binding["HostPort"])
+        for one in stack.containers().values()
+        for bindings in one["HostConfig"]["PortBindings"].values()
+        for binding in bindings
+    ]
+    assert sorted(published) == sorted(stack.ports.values())
 
 
-def _wait_until(is_so: Callable[[], bool]) -> None:
-    give_up = time.monotonic() + READY_LIMIT_S
-    while not is_so():
-        assert time.monotonic() < give_up
-        time.sleep(0.5)
+@pytest.mark.parametrize(
+    ("bus", "node_id", "eds", "device_type"),
+    [
+        ("can0", 5, IO32, 401),
+        ("can0", 6, LEVEL_SENSOR, 404),
+        ("can1", 1, IO32, 401),
+        ("can1", 2, IO32, 401),
+        ("can2", 1, AXES, 402),
+        ("can2", 20, IO32, 401),
+    ],
+)
+def test_canopen_master_finds_the_nodes(stack: Stack, bus: str, node_id: int, eds: Path, device_type: int) -> None:
+    with stack.network(bus, bus) as network:
+        assert node_of(network, node_id, eds).sdo[0x1000].raw & 0xFFFF == device_type
 
 
-def _health(container: Mapping[str, Any]) -> str:
-    return str(container["State"].get("Health", {}).get("Status", container["State"]["Status"]))
+@pytest.mark.parametrize(
+    ("bus", "framer"),
+    [
+        ("mb_tcp", FramerType.SOCKET),
+        ("mb_rtu", FramerType.RTU),
+        ("modbus", FramerType.SOCKET),
+        ("com1", FramerType.RTU),
+    ],
+)
+def test_modbus_master_is_answered(stack: Stack, bus: str, framer: FramerType) -> None:
+    with ModbusTcpClient("127.0.0.1", port=stack.ports[bus], framer=framer, timeout=20) as client:
+        assert not client.read_holding_registers(0, count=1, device_id=1).isError()
 
 
-def _compose() -> list[str]:
-    """Compose 2 if Docker has it, else the old program."""
-    has_plugin = subprocess.run(["docker", "compose", "version"], capture_output=True, check=False).returncode == 0
-    return ["docker", "compose"] if has_plugin or shutil.which("docker-compose") is None else ["docker-compose"]
+def test_one_output_of_the_panel_enables_drives_and_cards(stack: Stack) -> None:
+    """The film's I108 on one bus, the wrapper's panel on another, and wires between them."""
+    with stack.network("can2", "can2") as wrapper, stack.network("can1", "can1") as film:
+        output = node_of(wrapper, 20, IO32).sdo[0x6200][1]
+        inputs = [node_of(film, card, CARD).sdo[0x2012][1] for card in (11, 12)]
+        for value in (0, 1):
+            output.raw = value
+            stack.until(lambda: {one.raw >> 7 & 1 for one in inputs} == {value}, f"I108 is {value}")  # noqa: B023
 
 
-def _docker(*arguments: str) -> str:
-    return subprocess.run(["docker", *arguments], capture_output=True, text=True, check=True).stdout
+def test_canopen_master_moves_an_axis_and_the_modbus_master_another(stack: Stack) -> None:
+    with stack.network("can2", "can2") as network:
+        axes = node_of(network, 1, AXES)
+        _enable(stack, axes)
+        begin = axes.sdo[0x6064].raw
+        axes.sdo[0x6081].raw = 5_000_000  # increments/s
+        axes.sdo[0x607A].raw = begin + 1_000_000  # a turn
+        axes.sdo[0x6040].raw = 0x1F
+        stack.until(lambda: abs(axes.sdo[0x6064].raw - begin - 1_000_000) < 1_000, "the infeed has turned")
+    with ModbusTcpClient("127.0.0.1", port=stack.ports["modbus"], timeout=20) as client:
+        _enable_film(stack, client)
+        # position; a turn, 5 turns/s, 50 turns/s2 up and down; -, -; go so far from where it is
+        move = [0, 0, 1_000, 0, 5_000, 0, 50_000, 0, 50_000, 0, 0, 0, 2]
+        assert not client.write_registers(FILM_AXIS + 1, move, device_id=1).isError()
+        stack.until(lambda: _film(client) & REACHED > 0, "the film has moved")
+
+
+def test_drive_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack) -> None:
+    """Its manual has the ring wait until somebody quits."""
+    before = stack.restarts()
+    stack.kill("outfeed")
+    stack.until(lambda: stack.restarts()["outfeed"] > before["outfeed"], "outfeed is started again")
+    stack.until_ready()
+    with stack.network("can2", "can2") as network:
+        axes = node_of(network, 1, AXES)
+        assert re.search(r"\t(2560|2561)\t", stack.fieldrig("get", "max4/log").stdout)
+        _enable(stack, axes)
+        _enable(stack, axes, outfeed := 3)
+        assert axes.sdo[0x6041 + 0x800 * outfeed].raw & 0x6F in ENABLED
+    assert _others(stack.restarts(), "outfeed") == _others(before, "outfeed")
+
+
+def test_controller_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack) -> None:
+    before = stack.restarts()
+    stack.kill("max4")
+    stack.until(lambda: stack.restarts()["max4"] > before["max4"], "max4 is started again")
+    stack.until_ready()
+    stack.until(lambda: "= up" in stack.fieldrig("get", "max4/ring.state").stdout, "the ring is up, unasked")
+    with stack.network("can2", "can2") as network:
+        _enable(stack, node_of(network, 1, AXES))
+    with ModbusTcpClient("127.0.0.1", port=stack.ports["modbus"], timeout=20) as client:
+        _enable_film(stack, client)
+    assert _others(stack.restarts(), "max4") == _others(before, "max4")
+
+
+def test_checks_of_docker_find_all_of_it_healthy(stack: Stack) -> None:
+    stack.until_healthy()
+
+
+def _enable(stack: Stack, axes: RemoteNode, axis: int = 0) -> None:
+    """As a CiA 402 master does it, with a fault reset as often as it takes."""
+    base = 0x800 * axis
+    control, status = axes.sdo[0x6040 + base], axes.sdo[0x6041 + base]
+    axes.sdo[0x6060 + base].raw = PROFILED_POSITION
+
+    def is_enabled() -> bool:
+        state = status.raw & 0x6F
+        if state in ENABLED:
+            return True
+        if state & 0x08:
+            control.raw = 0x00
+            control.raw = 0x80
+        elif state in NEXT_WORD:
+            control.raw = NEXT_WORD[state]
+        return False
+
+    stack.until(is_enabled, f"axis {axis} is enabled")
+
+
+def _enable_film(stack: Stack, client: ModbusTcpClient) -> None:
+    """A controller that has a diagnosis refuses until somebody quits."""
+
+    def is_enabled() -> bool:
+        if _film(client) & UNDER_CONTROL:
+            return True
+        stack.fieldrig("set", "max4/command=quit")
+        client.write_register(FILM_AXIS, 0, device_id=1)
+        client.write_register(FILM_AXIS, 1, device_id=1)
+        return False
+
+    stack.until(is_enabled, "the film is under control")
+
+
+def _film(client: ModbusTcpClient) -> int:
+    """Status word of the axis."""
+    return int(client.read_holding_registers(FILM_AXIS + 23, device_id=1).registers[0])
+
+
+def _others(restarts: dict[str, int], but: str) -> dict[str, int]:
+    return {name: count for name, count in restarts.items() if name != but}

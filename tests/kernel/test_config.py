@@ -502,14 +502,102 @@ def test_a_mistake_names_the_file_that_it_stands_in(refused: Refused, base: Path
 @pytest.mark.parametrize(
     ("value", "what"),
     [
-        ("5", "it takes one file"),
+        ("5", "it takes a file, or a list of files"),
+        ("[]", "it takes a file, or a list of files"),
+        ("[other.yaml, 5]", "it takes a file, or a list of files"),
         ("no.yaml", "no such file: no.yaml"),
         ("rig.yaml", "rig.yaml extends this file in turn"),
+        ("[rig.yaml]", "rig.yaml extends this file in turn"),
     ],
 )
 def test_a_file_that_cannot_be_extended_is_a_mistake(refused: Refused, value: str, what: str) -> None:
     (mistake,) = refused(f"time: real\nextends: {value}\n")
     assert mistake.startswith(f"rig.yaml:2: extends: {what}\n")
+
+
+ONE = f"""\
+time: virtual
+seed: 1
+buses:
+  can0: {{kind: "config_kinds:CanLine", bitrate: 250000}}
+  words: {{kind: "config_kinds:WordLine"}}
+devices:
+  io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, ties: {{x: one, y: both}}}}
+"""
+TWO = f"""\
+time: virtual
+seed: 2
+buses:
+  can0: {{kind: "config_kinds:CanLine", bitrate: 500000}}
+devices:
+  io:
+    kind: "{NODE}"
+    node_id: 6
+    links: {{can: can0}}
+    ties: {{x: two, y: both, z: two}}
+  lamp: {{kind: "{NODE}", node_id: 7, links: {{can: can0}}}}
+"""
+
+
+@pytest.fixture
+def two_files(tmp_path: Path) -> None:
+    """Files that a rig can extend at once, and that contradict each other in four keys."""
+    (tmp_path / "one.yaml").write_text(ONE)
+    (tmp_path / "two.yaml").write_text(TWO)
+
+
+@pytest.mark.usefixtures("two_files")
+def test_files_that_are_extended_together_are_joined(loaded: Loaded) -> None:
+    config = loaded(
+        """\
+        extends: [one.yaml, two.yaml]
+        seed: 3
+        buses: {can0: {bitrate: 100000}}
+        devices: {io: {node_id: 9, ties: {x: three}}}
+        """
+    )
+    assert (config.seed, list(config.buses), list(config.devices)) == (3, ["can0", "words"], ["io", "lamp"])
+    io = config.devices["io"].settings.model_dump()
+    assert (io["node_id"], io["ties"]) == (9, {"x": "three", "y": "both", "z": "two"})
+
+
+@pytest.mark.usefixtures("two_files")
+def test_every_key_in_which_they_differ_is_refused_with_both_places(refused: Refused) -> None:
+    mistakes = refused("extends: [one.yaml, two.yaml]\n")
+    places = {"seed": (2, 2), "buses.can0.bitrate": (4, 4), "devices.io.node_id": (8, 7), "devices.io.ties.x": (10, 7)}
+    assert [mistake.splitlines() for mistake in mistakes] == [
+        [
+            f"two.yaml:{second}: {key}: one.yaml:{first} has another value, and rig.yaml extends both files",
+            "    give the key a value in rig.yaml, or the same value in both",
+        ]
+        for key, (second, first) in places.items()
+    ]
+
+
+@pytest.mark.parametrize("io", ["null", f'{{kind: "{NODE}", node_id: 8, links: {{can: can0}}}}'])
+@pytest.mark.usefixtures("two_files")
+def test_an_entry_that_is_replaced_or_taken_away_is_no_conflict(loaded: Loaded, io: str) -> None:
+    config = loaded(
+        f"extends: [one.yaml, two.yaml]\nseed: 3\nbuses: {{can0: {{bitrate: 100000}}}}\ndevices: {{io: {io}}}\n"
+    )
+    assert list(config.devices) == (["lamp"] if io == "null" else ["io", "lamp"])
+
+
+@pytest.mark.usefixtures("two_files")
+def test_a_file_between_settles_it_for_those_that_extend_it(loaded: Loaded, tmp_path: Path) -> None:
+    settled = "seed: 3\nbuses: {can0: {bitrate: 100000}}\ndevices: {io: {node_id: 9, ties: {x: three}}}\n"
+    (tmp_path / "both.yaml").write_text(f"extends: [one.yaml, two.yaml]\n{settled}")
+    assert loaded("extends: both.yaml\nseed: 4\n").seed == 4
+
+
+def test_a_file_that_is_extended_on_two_ways_is_read_once(refused: Refused, base: Path) -> None:
+    base.write_text(base.read_text().replace("node_id: 5", "node_id: 500"))
+    last = base
+    for name in range(64):  # 2**64 ways to the base
+        (base.parent / f"{name}.yaml").write_text(f"extends: [{last.name}, {last.name}]\n")
+        last = base.parent / f"{name}.yaml"
+    (mistake,) = refused(f"extends: [{last}, {base}]\n")
+    assert mistake.startswith(f"{base}:6: devices.io.node_id: 500 doesn't fit")
 
 
 def test_overrides_are_laid_over_the_file(loaded: Loaded) -> None:

@@ -76,7 +76,9 @@ def test_a_class_of_ones_own_may_have_any_keys(validator: Draft202012Validator) 
 
 
 def test_a_file_that_extends_another_may_leave_out_what_that_has(validator: Draft202012Validator) -> None:
-    assert wrong(validator, {"extends": "lab.yaml", "devices": {"io": {"node_id": 7}, "tank": None}}) == []
+    for extends in ("lab.yaml", ["lab.yaml", "cell.yaml"]):
+        assert wrong(validator, {"extends": extends, "devices": {"io": {"node_id": 7}, "tank": None}}) == []
+    assert wrong(validator, {"extends": [], "devices": {}}) != []
 
 
 def test_keys_are_described(schema: dict[str, Any]) -> None:

@@ -21,13 +21,16 @@ import pytest
 from addresses import exchanged, free_port
 from doc_pages import PAGES, ROOT, Block, blocks
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
-PORTS = ("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556")
-"""Those of the lab and of the ring, and those that pages give to rigs of their own."""
+PORTS = (
+    *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
+    *("5024", "5025", "7013", "7452", "29560", "29561", "29562"),
+)
+"""Those of the lab, the ring and the machine, and those that pages give to rigs of their own."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
 """What rig files of a page find beside them, as those of configs do."""
-PATIENCE_S = 60.0
+PATIENCE_S = 240.0
 PROMPT = "$ "
 MAKE_LAB = "make lab"
 """Its output is that of the lab which is running for the page."""
@@ -44,8 +47,9 @@ class Desk:
         for name, target in BESIDE.items():
             (self.folder / name).symlink_to(target)
         self._ports = {port: str(free_port()) for port in PORTS}
-        ring = self.folder / "configs/ring.yaml"
-        ring.write_text(self._with_free_ports(ring.read_text(encoding="utf-8")), encoding="utf-8")
+        for name in ("ring", "machine"):
+            rig = self.folder / "configs" / f"{name}.yaml"
+            rig.write_text(self._with_free_ports(rig.read_text(encoding="utf-8")), encoding="utf-8")
         self._originals = {free: port for port, free in self._ports.items()}
         programs = f"{self.folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self._environment = {**os.environ, "PATH": programs}

@@ -10,10 +10,10 @@ from fieldrig.config import load
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
-OTHERS = ("lab.yaml", "arp-cell.yaml")
+OTHERS = ("lab.yaml", "arp-cell.yaml", "machine.yaml")
 
 
-@pytest.mark.parametrize("name", ["ring", "packaging-line"])
+@pytest.mark.parametrize("name", ["ring", "packaging-line", "machine"])
 def test_virtual_twin_has_the_same_devices(name: str) -> None:
     real, virtual = load(CONFIGS / f"{name}.yaml"), load(CONFIGS / f"{name}-virtual.yaml")
     assert (real.time, virtual.time) == ("real", "virtual")

@@ -1,0 +1,36 @@
+"""A process that asks to join its rig."""
+
+import asyncio
+from typing import Any, cast
+
+import pytest
+
+from fieldrig.config import from_dict
+from fieldrig.control import Control, NobodyError
+from fieldrig.host import Host
+from fieldrig.placement import ProcessPlan
+
+
+class EmptyRig:
+    """A control service that nobody answers in; like Zenoh it takes no time that is negative."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    async def ask(self, _path: str, _message: Any, timeout_s: float) -> Any:
+        if timeout_s < 0:
+            raise ValueError("negative timeout")
+        self.asked += 1
+        raise NobodyError("nobody answers", "")
+
+
+@pytest.mark.parametrize("patience_s", [0.0, -5.0])
+def test_process_that_slept_past_its_patience_asks_once_and_says_that_nobody_answers(patience_s: float) -> None:
+    async def join() -> int:
+        rig = EmptyRig()
+        host = Host(from_dict({"time": "real"}), ProcessPlan("io", (), (), (), (), "restart"), patience_s)
+        with pytest.raises(NobodyError):
+            await host._join(cast(Control, rig))
+        return rig.asked
+
+    assert asyncio.run(join()) == 1

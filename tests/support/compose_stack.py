@@ -1,0 +1,134 @@
+"""One Compose project of ours for as long as a test needs it, on ports of this machine that are free."""
+
+import json
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import can
+import canopen
+from addresses import free_port
+
+FOLDER = Path(__file__).parents[2] / "docker"
+READY_LIMIT_S = 900
+"""Twenty containers start at once, on a computer that may have other things to do."""
+POLL_S = 0.5
+ANSWER_LIMIT_S = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    file: str
+    project: str
+    ports: Mapping[str, int]
+    """By the part of their variable that tells them apart, such as the name of the bus."""
+
+    def compose(self, *arguments: str) -> str:
+        environment = {
+            **os.environ,
+            **{f"FIELDRIG_{name.upper()}_PORT": str(port) for name, port in self.ports.items()},
+        }
+        command = [*compose_program(), "-p", self.project, "-f", str(FOLDER / self.file), *arguments]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
+        return done.stdout
+
+    def containers(self) -> dict[str, Any]:
+        """What Docker says of each container, by the name of its service."""
+        ids = self.compose("ps", "-q").split()
+        inspected = json.loads(docker("inspect", *ids).stdout)
+        return {one["Config"]["Labels"]["com.docker.compose.service"]: one for one in inspected}
+
+    def restarts(self) -> dict[str, int]:
+        return {name: int(one["RestartCount"]) for name, one in self.containers().items()}
+
+    def fieldrig(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
+        """A tool inside the container of the control service."""
+        return docker("exec", self.containers()["rig"]["Id"], "fieldrig", *arguments)
+
+    def kill(self, service: str) -> None:
+        """End all processes of a container from inside, which Docker takes for a failure of its own.
+
+        The result of this command is left alone: the container may be gone before or after it ends.
+        """
+        docker("exec", self.containers()[service]["Id"], "sh", "-c", "kill -KILL -1")
+
+    def until(self, is_so: Callable[[], bool], what: str) -> None:
+        """Wait for a condition, and fail with the logs if it doesn't come in a generous time."""
+        give_up = time.monotonic() + READY_LIMIT_S
+        while not is_so():
+            if time.monotonic() > give_up:
+                raise AssertionError(f"{what}: it did not come\n{self.compose('logs', '--no-color', '--tail=20')}")
+            time.sleep(POLL_S)
+
+    def until_ready(self) -> None:
+        """Every part says so to the control service."""
+        self.until(lambda: self.fieldrig("status", "--ready", "all").returncode == 0, "all parts are ready")
+
+    def until_healthy(self) -> None:
+        """Docker's own checks have found it as well."""
+        self.until(lambda: {_health(one) for one in self.containers().values()} == {"healthy"}, "all are healthy")
+
+    @contextmanager
+    def network(self, bus: str, port: str) -> Iterator[canopen.Network]:
+        """A CANopen master on this machine, by socketcand."""
+        with can.Bus(bus, "socketcand", host="127.0.0.1", port=self.ports[port]) as line:
+            network = canopen.Network(line)
+            network.connect()
+            try:
+                yield network
+            finally:
+                network.disconnect()
+
+
+@contextmanager
+def stack_of(file: str, ports: Sequence[str]) -> Iterator[Stack]:
+    """Built, started and ready; all of it is gone in the end."""
+    stack = Stack(file, f"fieldrig-test-{os.getpid()}-{file.split('.')[1]}", {name: free_port() for name in ports})
+    try:
+        stack.compose("build")
+        stack.compose("up", "-d")
+        stack.until_ready()
+        yield stack
+    finally:
+        stack.compose("down", "--volumes")
+
+
+def node_of(network: canopen.Network, node_id: int, eds: Path) -> canopen.RemoteNode:
+    """A node that is given time to answer."""
+    node = network.add_node(node_id, str(eds))
+    node.sdo.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
+    return node
+
+
+def shut_in(container: Mapping[str, Any]) -> bool:
+    """It can do nothing to this machine, and only this machine reaches it."""
+    host = container["HostConfig"]
+    bindings = [binding["HostIp"] for bindings in host["PortBindings"].values() for binding in bindings]
+    return bool(
+        host["ReadonlyRootfs"]
+        and host["CapDrop"] == ["ALL"]
+        and "no-new-privileges:true" in host["SecurityOpt"]
+        and container["Config"]["User"] not in ("", "0", "root")
+        and set(bindings) <= {"127.0.0.1"}
+    )
+
+
+def compose_program() -> list[str]:
+    """Compose 2 if Docker has it, else the old program."""
+    has_plugin = subprocess.run(["docker", "compose", "version"], capture_output=True, check=False).returncode == 0
+    return ["docker", "compose"] if has_plugin or shutil.which("docker-compose") is None else ["docker-compose"]
+
+
+def docker(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(["docker", *arguments], capture_output=True, text=True, check=False)
+
+
+def _health(container: Mapping[str, Any]) -> str:
+    return str(container["State"].get("Health", {}).get("Status", container["State"]["Status"]))
