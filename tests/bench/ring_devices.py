@@ -8,7 +8,7 @@ import struct
 from math import sin
 from typing import Final
 
-from fieldrig.clock import MS, US, Clock
+from fieldrig.clock import MS, US, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
@@ -114,6 +114,58 @@ class Master(Device):
             if drive.status & FOLLOWS and abs(swing) < 500:
                 base[address] = drive.feedback[0] - swing
                 self._swinging.append((drive.place + HEAD_VALUES, base[address]))
+
+
+class RunnerSettings(Settings):
+    addresses: list[int]
+    cycle_us: int
+    speed: int
+    """Increments per second."""
+    ramp_s: float = 0.5
+
+
+class Runner(Device):
+    """Brings a ring up as any master does, enables its drives, and sends each a set position that runs at one speed."""
+
+    def __init__(self, clock: Clock, settings: RunnerSettings, ring: Link[RingMessage]) -> None:
+        self._way = settings.speed * settings.cycle_us / S * US
+        """Increments in a cycle."""
+        self._ramp_cycles = round(settings.ramp_s * S / (settings.cycle_us * US))
+        self._running: dict[int, list[float]] = {}
+        """By the place of the set position in the MDT: where it is, and the cycles since it began."""
+        self.ring = SercosMaster(
+            clock,
+            ring,
+            settings.cycle_us * US,
+            [Drive(address, (47,), (51,)) for address in settings.addresses],
+            on_event=lambda _event: None,
+            on_cycle=self._on_cycle,
+        )
+
+    def start(self) -> None:
+        self.ring.start()
+        self.ring.request_phase(4)
+
+    def points(self) -> dict[str, Point]:
+        return {"moving": Point(lambda: len(self._running))}
+
+    def _on_cycle(self) -> None:
+        ring, running = self.ring, self._running
+        if len(running) < len(ring.drives):
+            self._enable()
+        values, way, ramp_cycles = ring.command_values, self._way, self._ramp_cycles
+        for place, state in running.items():
+            state[1] += 1
+            state[0] += way * min(state[1] / ramp_cycles, 1.0)
+            values[place] = (round(state[0]) + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+
+    def _enable(self) -> None:
+        for address, drive in self.ring.drives.items():
+            place = drive.place + HEAD_VALUES
+            if place not in self._running:
+                self.ring.set_commands(address, ENABLED, drive.feedback[0])
+                if drive.status & FOLLOWS:
+                    self._running[place] = [drive.feedback[0], 0]
 
 
 def prepare(table: IdnTable, settings: RingSettings, address: int) -> None:
