@@ -26,6 +26,7 @@ INTERNAL_LIMIT: Final = 0x0800
 """Of the status word."""
 FOLLOWING_ERROR: Final = 0x8611
 """Of 603Fh."""
+_FOLLOWING_WINDOW: Final = (objects.FOLLOWING_WINDOW, 0)
 NO_MODE: Final = 0
 MODES: Final[tuple[type[Mode], ...]] = (
     ProfilePosition, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
@@ -177,7 +178,8 @@ class AxisDrive:
         if self.is_moving and self.shown_mode != NO_MODE:
             mode.step()
             self.kind, self.set_value = mode.gives, mode.value
-            self._watch_following()
+            if self._numbers.numbers[_FOLLOWING_WINDOW] != objects.NO_WINDOW:
+                self._watch_following()
         elif self.is_moving or self.is_ramp:
             context.motion.step(context.cycle_s)
             self.kind, self.set_value = Kind.POSITION, round(context.motion.position)
@@ -186,8 +188,6 @@ class AxisDrive:
 
     def _watch_following(self) -> None:
         window = self._numbers[objects.FOLLOWING_WINDOW]
-        if window == objects.NO_WINDOW:
-            return
         is_outside = abs(self.following_error) > window * self._context.units.per_unit
         time = self._numbers[objects.FOLLOWING_TIME]
         if self._following.update(is_outside, time, self._context.cycle_ns):

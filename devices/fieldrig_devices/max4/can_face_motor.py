@@ -39,6 +39,8 @@ class AxisMotor:
         self._resetting: Callable[[], None] | None = None
         self._torque_limit = TorqueLimit()
         self.mode = Mode.POSITION
+        self.kind = Kind.POSITION
+        """Of the guide, as `mode` shows it."""
         self.revolution = INCREMENTS
         self.is_changed = True
         """The axis' state or diagnosis, since the last cycle of the CiA 402 axis."""
@@ -153,7 +155,7 @@ class AxisMotor:
     # ---- `max4.axis.SetValues`
 
     def begin(self, axis: Axis) -> None:
-        self.mode = Mode.POSITION
+        self.mode, self.kind = Mode.POSITION, Kind.POSITION
         if self.guide is not None:
             self.guide.kind, self.guide.set_value = Kind.POSITION, axis.position
 
@@ -167,5 +169,5 @@ class AxisMotor:
     def show_mode(self) -> None:
         """After the CiA 402 axis' cycle: the drive is told the mode before it asks for the value."""
         assert self.guide is not None
-        kind = self.guide.kind
+        kind = self.kind = self.guide.kind
         self.mode = Mode.POSITION if kind is Kind.POSITION else MODES[kind]

@@ -121,12 +121,11 @@ class Positioner:
         self._rest_at(self._axis.position)
 
     def _follow(self, profile: Profile, seconds: float) -> None:
-        state = profile.at(seconds)
-        self._speed = state.speed
-        self._place = self._origin + state.position
+        way, self._speed, _ = profile.course(seconds)
+        self._place = self._origin + way
         if seconds < profile.duration_s:
             return
-        if state.speed:
+        if self._speed:
             self.has_arrived = True
             return
         self._profile = None

@@ -6,7 +6,7 @@ the axis go on, and calls `look` when something may have changed.  Slow things a
 """
 
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.mc4 import idns, tuning
@@ -40,20 +40,13 @@ STEP: Final = 31
 """Increments that the encoder's serial position leaves open."""
 
 
-class Ride(Protocol):
-    """The axis is moved together with others."""
-
-    def end(self) -> None:
-        """The axis is up to date, and alone; `ride` is None."""
-
-
 class Machine:
     __slots__ = (
         "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_is_dc_dead",
         "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_readings", "_shown_mode", "_slow_due_ns",
-        "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis_alone", "chain",
+        "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis", "chain",
         "controller", "cycle_steps", "dc", "diagnosis", "enable_bit", "encoder", "faults", "inverter_enable",
-        "is_cyclic", "load_nm", "motor", "operation_mode", "overload_position", "ride", "runs", "settings",
+        "is_cyclic", "load_nm", "motor", "operation_mode", "overload_position", "runs", "settings",
         "shaft_offset", "thermal", "times", "true_motor",
     )  # fmt: skip
 
@@ -89,7 +82,6 @@ class Machine:
         self.dc = DcCircuit(settings.amplifier.mains_v)
         self.motor: MotorData | None = None
         """As the plate has it; None: not known, so nothing can be enabled."""
-        self.ride: Ride | None = None
         self.cycle_steps = 16
         self.is_cyclic = False
         """The ring is in operation; then each cycle is gone by whoever has the ring."""
@@ -118,13 +110,6 @@ class Machine:
         """Increments from what the drive calls its position to where the shaft is."""
         self._build(true_motor or MotorData())
         self.axis.put(round(settings.initial_turns * INCREMENTS_PER_TURN))
-
-    @property
-    def axis(self) -> Axis:
-        """For whoever knows that it doesn't ride there is `axis_alone`."""
-        if self.ride is not None:
-            self.ride.end()
-        return self.axis_alone
 
     # ---- motor and loops
 
@@ -231,7 +216,7 @@ class Machine:
         load, settings = self.settings.load, self.settings
         self.true_motor = motor
         kind = IdealAxis if settings.simulated else Axis
-        self.axis_alone = kind(
+        self.axis = kind(
             *self._constants, dry_nm=load.coulomb_nm, brake_nm=motor.brake_torque_nm, cycle_steps=self.cycle_steps
         )
         self.axis.load((load.torque_nm + self.load_nm) / load.gear_ratio)
@@ -390,7 +375,7 @@ class Machine:
         seconds = (now_ns - self._slow_ns) / 1e9
         self._slow_ns = now_ns
         self._slow_due_ns = now_ns + SLOW_NS - (now_ns - self.settings.ring_address * SPREAD_NS) % SLOW_NS
-        heat, work = self.axis_alone.take(seconds)
+        heat, work = self.axis.take(seconds)
         if self.settings.simulated:
             return False
         was_charged = self.dc.is_charged

@@ -66,26 +66,31 @@ class ProfileVelocity(Mode):
 
     def step(self) -> None:
         context = self.context
+        motion = context.motion
         if not self.is_halted:
-            self._watch_switches()
-        context.motion.step(context.cycle_s)
+            travel = context.travel
+            if travel.bars(motion.speed or self._wanted):
+                self._stop_at_switch()
+            elif self._is_stopped or travel.range is not None:
+                self._go_on()
+        motion.step(context.cycle_s)
         self._compare()
 
-    def _watch_switches(self) -> None:
-        context = self.context
-        if not context.travel.bars(context.motion.speed or self._wanted):
-            if self._is_stopped:
-                self._run()
-            self._watch_limits()
-        elif not self._is_stopped:
+    def _stop_at_switch(self) -> None:
+        if not self._is_stopped:
             self._is_stopped = True
             self.brake(Ramp.QUICK_STOP)
+
+    def _go_on(self) -> None:
+        """No switch is in the way."""
+        if self._is_stopped:
+            self._run()
+        if self.context.travel.range is not None and not self._is_ending:
+            self._watch_limits()
 
     def _watch_limits(self) -> None:
         """So that the stop at a software limit begins in time."""
         context, motion = self.context, self.context.motion
-        if context.travel.range is None or self._is_ending:
-            return
         limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
         way = context.travel.stop_ahead(motion.position, motion.speed, self._wanted, limits, context.cycle_s)
         if way is not None:
@@ -95,13 +100,13 @@ class ProfileVelocity(Mode):
     def _compare(self) -> None:
         """606Dh to 6070h.  What holds and has held long enough goes on to."""
         context = self.context
-        velocity, numbers, cycle_ns = context.motor.velocity, context.objects.numbers, context.cycle_ns
+        velocity = context.motor.velocity
         is_near = abs(velocity - self._asked) <= context.velocity_window
         if not (is_near and self._reached.is_held):
-            self._reached.update(is_near, numbers[_WINDOW_TIME], cycle_ns)
+            self._reached.update(is_near, context.objects.numbers[_WINDOW_TIME], context.cycle_ns)
         is_fast = abs(velocity) > context.threshold
         if not (is_fast and self._faster.is_held):
-            self._faster.update(is_fast, numbers[_THRESHOLD_TIME], cycle_ns)
+            self._faster.update(is_fast, context.objects.numbers[_THRESHOLD_TIME], context.cycle_ns)
 
     @property
     def status(self) -> int:
