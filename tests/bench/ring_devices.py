@@ -118,6 +118,9 @@ class Master(Device):
 
 
 class RunnerSettings(Settings):
+    mdt: list[int]
+    at: list[int]
+    """IDNs of command and feedback values; the position is the first of both."""
     addresses: list[int]
     cycle_us: int
     speed: int
@@ -138,7 +141,7 @@ class Runner(Device):
             clock,
             ring,
             settings.cycle_us * US,
-            [Drive(address, (47,), (51,)) for address in settings.addresses],
+            [Drive(address, settings.mdt, settings.at) for address in settings.addresses],
             on_event=lambda _event: None,
             on_cycle=self._on_cycle,
         )

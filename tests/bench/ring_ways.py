@@ -71,11 +71,11 @@ def run() -> Report:
             progress(str(found[way][-1]))
     for way, name in ((False, "without the straight way"), (True, "with it")):
         cpu, trips = zip(*found[way], strict=True)
-        ratios = [
-            [a[place] / b[place] for a, b in zip(found[way], found[False], strict=True)] for place in range(2)
-        ]
+        ratios = [[a[place] / b[place] for a, b in zip(found[way], found[False], strict=True)] for place in range(2)]
         shown = [f"{mean(several):.2f} ± {stdev(several):.2f}" for several in ratios]
-        report.add(name, f"{mean(cpu):.0f} ± {stdev(cpu):.0f} us", f"{mean(trips):,.0f} ± {stdev(trips):,.0f} us", *shown)
+        report.add(
+            name, f"{mean(cpu):.0f} ± {stdev(cpu):.0f} us", f"{mean(trips):,.0f} ± {stdev(trips):,.0f} us", *shown
+        )
     return report
 
 

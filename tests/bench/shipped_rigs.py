@@ -5,11 +5,8 @@ that only sets positions, and nothing else.  Both run in this process and take t
 whatever else the computer does meets both.
 """
 
-import gc
-import resource
 import sys
 import time
-import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from statistics import mean, stdev
@@ -18,16 +15,17 @@ from typing import Any
 from report import Report, progress
 from rig_hands import CanMaster, ModbusClient
 
-from fieldrig.clock import MS, S
+from fieldrig.clock import S
 from fieldrig.config import from_dict, load
 from fieldrig.rig import Rig
+from fieldrig_devices.max4.drive_end import AT, MDT
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parents[1] / "configs"
 LINE = CONFIGS / "packaging-line-virtual.yaml"
 BOOT_NS = 10 * S
-WINDOW_NS = 2 * S
-WINDOWS = 10
+WINDOW_NS = 1 * S
+WINDOWS = 5
 SETTLING_NS = 2 * S
 SPEED = 2_000_000
 """Increments per second: two turns."""
@@ -48,7 +46,8 @@ def bare_ring() -> Rig:
         if entry.kind == "mc4"
     }
     addresses = [drive["ring_address"] for drive in drives.values()]
-    master = {"kind": "ring_devices:Runner", "addresses": addresses, "cycle_us": 4_000, "speed": SPEED}
+    telegrams = {"mdt": [MDT["position"]], "at": AT}
+    master = {"kind": "ring_devices:Runner", "addresses": addresses, "cycle_us": 4_000, "speed": SPEED, **telegrams}
     rig = {
         "time": "virtual",
         "buses": {"ring": {"kind": "ring.virtual"}},
@@ -147,7 +146,11 @@ def run() -> Report:
     report = Report("x", "y", ("rig", "speed", "ratio"))
     rigs: dict[str, Rig] = {}
     for name, make in (
-        (BARE, bare_ring), ("idle", line), ("holding", holding), ("modbus", moving_by_modbus), ("can", moving_by_can),
+        (BARE, bare_ring),
+        ("idle", line),
+        ("holding", holding),
+        ("modbus", moving_by_modbus),
+        ("can", moving_by_can),
     ):
         progress(name)
         rigs[name] = make()

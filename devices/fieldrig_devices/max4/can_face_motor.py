@@ -33,7 +33,7 @@ class AxisMotor:
         self._quit_all = quit_all
         self._axis: Axis | None = None
         self.guide: Guide | None = None
-        self._inputs = AxisInputs({})
+        self._inputs, self._has_inputs = AxisInputs({}), False
         self._outputs: dict[int, Parameter] = {}
         self._shown_outputs = 0
         self._resetting: Callable[[], None] | None = None
@@ -52,6 +52,7 @@ class AxisMotor:
         if self._axis is not None:
             self._axis.watchers.remove(self._on_change)
         self._axis, self._inputs, self._outputs = axis, AxisInputs(inputs), outputs
+        self._has_inputs = bool(inputs)
         if axis is not None:
             axis.watchers.append(self._on_change)
         self._torque_limit.bind(axis)
@@ -121,7 +122,7 @@ class AxisMotor:
 
     @property
     def inputs(self) -> int:
-        return self._inputs.inputs
+        return self._inputs.inputs if self._has_inputs else 0
 
     def enable(self, is_on: bool) -> None:
         axis = self._axis

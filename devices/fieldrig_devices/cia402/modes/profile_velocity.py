@@ -74,7 +74,11 @@ class ProfileVelocity(Mode):
             elif self._is_stopped or travel.range is not None:
                 self._go_on()
         motion.step(context.cycle_s)
-        self._compare()
+        velocity = context.motor.velocity
+        is_near = abs(velocity - self._asked) <= context.velocity_window
+        is_fast = abs(velocity) > context.threshold
+        if not (is_near and is_fast and self._reached.is_held and self._faster.is_held):
+            self._compare(is_near=is_near, is_fast=is_fast)
 
     def _stop_at_switch(self) -> None:
         if not self._is_stopped:
@@ -97,14 +101,11 @@ class ProfileVelocity(Mode):
             self._is_ending = True
             motion.start(way)
 
-    def _compare(self) -> None:
+    def _compare(self, *, is_near: bool, is_fast: bool) -> None:
         """606Dh to 6070h.  What holds and has held long enough goes on to."""
         context = self.context
-        velocity = context.motor.velocity
-        is_near = abs(velocity - self._asked) <= context.velocity_window
         if not (is_near and self._reached.is_held):
             self._reached.update(is_near, context.objects.numbers[_WINDOW_TIME], context.cycle_ns)
-        is_fast = abs(velocity) > context.threshold
         if not (is_fast and self._faster.is_held):
             self._faster.update(is_fast, context.objects.numbers[_THRESHOLD_TIME], context.cycle_ns)
 
