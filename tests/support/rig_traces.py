@@ -10,6 +10,7 @@ with its buses' virtual kinds.  `--keep FOLDER` writes the deliveries themselves
 
 import argparse
 import hashlib
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -107,16 +108,15 @@ class Work:
                 yield when_ns, lambda value=value: self._drive(Signal("panel.start", value))  # type: ignore[misc]
 
     def _of_the_ring(self) -> Iterator[Act]:
+        drives = self._of_kind("mc4")
         for master in self._of_kind("max4"):
-            drives = self._of_kind("mc4")
-            for place, drive in enumerate(drives):
+            for place in range(len(drives)):
                 at_ns = BOOTED_NS + place * 40 * MS
                 if place % 2:
                     yield at_ns, lambda place=place: self._run_by_modbus(place)  # type: ignore[misc]
                 else:
                     yield at_ns, lambda place=place: self._run_by_can(place)  # type: ignore[misc]
-            hot = {"what": "overtemperature", "duration_ms": 500}
-            yield 15 * S, lambda: self._fault(drives[1], hot)
+            yield 15 * S, lambda: self._fault(drives[1], {"what": "overtemperature", "duration_ms": 500})
             yield 16 * S, lambda master=master: self._rig.set(master, "command", "quit")  # type: ignore[misc]
             yield 17 * S, lambda: self._rig.set("panel", "6200:01", 0)
             yield 18 * S, lambda: self._rig.set("panel", "6200:01", 15)
@@ -188,7 +188,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = [CONFIGS / f"{name}.yaml" for name in given.rigs] or files()
     for path in chosen:
         for line in traces(path, given.keep):
-            print(line, flush=True)
+            sys.stdout.write(f"{line}\n")
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -179,7 +179,9 @@ class Cia402Axis(Service):
     def is_awake(self) -> bool:
         """Whether a cycle has to look at more than where it moves, though the motor is in the same state as before."""
         drive = self.drive
-        return self._is_woken or drive.is_ramp or self._probes.is_armed or (drive.own_error != 0 and drive.is_moving)
+        if drive.is_moving:
+            return self._is_woken or self._probes.is_armed or drive.own_error != 0
+        return self._is_woken or self._probes.is_armed or drive.is_ramp
 
     def step(self) -> None:
         """Actual values are those of this cycle; afterwards `drive.set_value` is this cycle's.

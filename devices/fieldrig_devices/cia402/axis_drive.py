@@ -26,7 +26,6 @@ INTERNAL_LIMIT: Final = 0x0800
 """Of the status word."""
 FOLLOWING_ERROR: Final = 0x8611
 """Of 603Fh."""
-_FOLLOWING_WINDOW: Final = (objects.FOLLOWING_WINDOW, 0)
 NO_MODE: Final = 0
 MODES: Final[tuple[type[Mode], ...]] = (
     ProfilePosition, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
@@ -48,8 +47,8 @@ class AxisDrive:
         self._is_halt_wanted = self._is_halted = False
         self.own_error = 0
         self._following = Window()
-        self._demanded: float | None = None
-        """The position that was demanded in the cycle before; None: none was."""
+        self.following_error = 0.0
+        """What was demanded in the cycle before, minus what is."""
         self.kind = Kind.POSITION
         self.set_value: float = 0
 
@@ -63,11 +62,6 @@ class AxisDrive:
     def position_demand(self) -> float:
         """In increments; where the axis is, if it is not told to be anywhere."""
         return self._context.motion.position if self.is_moving or self.is_ramp else self._motor.position
-
-    @property
-    def following_error(self) -> float:
-        """What was demanded in the cycle before, minus what is."""
-        return 0.0 if self._demanded is None else self._demanded - self._motor.position
 
     @property
     def velocity_demand(self) -> float:
@@ -180,12 +174,12 @@ class AxisDrive:
         context, mode = self._context, self.mode
         motion = context.motion
         is_guided = self.is_moving and self.kind is Kind.POSITION
-        self._demanded = motion.position if is_guided else None
+        self.following_error = motion.position - self._motor.position if is_guided else 0.0
         if self.is_moving and self.shown_mode != NO_MODE:
             mode.step()
             self.kind = kind = mode.gives
             self.set_value = round(motion.position) if kind is Kind.POSITION else mode.value
-            if self._numbers.numbers[_FOLLOWING_WINDOW] != objects.NO_WINDOW:
+            if context.has_following_window:
                 self._watch_following()
         elif self.is_moving or self.is_ramp:
             context.motion.step(context.cycle_s)

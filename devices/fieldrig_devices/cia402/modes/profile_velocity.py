@@ -66,31 +66,27 @@ class ProfileVelocity(Mode):
 
     def step(self) -> None:
         context = self.context
-        motion = context.motion
-        if not self.is_halted:
-            travel = context.travel
-            if travel.bars(motion.speed or self._wanted):
-                self._stop_at_switch()
-            elif self._is_stopped or travel.range is not None:
-                self._go_on()
+        motion, travel, motor = context.motion, context.travel, context.motor
+        is_limited = motor.inputs or travel.held or travel.range is not None or self._is_stopped
+        if is_limited and not self.is_halted:
+            self._watch_switches()
         motion.step(context.cycle_s)
-        velocity = context.motor.velocity
+        velocity = motor.velocity
         is_near = abs(velocity - self._asked) <= context.velocity_window
         is_fast = abs(velocity) > context.threshold
         if not (is_near and is_fast and self._reached.is_held and self._faster.is_held):
             self._compare(is_near=is_near, is_fast=is_fast)
 
-    def _stop_at_switch(self) -> None:
-        if not self._is_stopped:
+    def _watch_switches(self) -> None:
+        context = self.context
+        if not context.travel.bars(context.motion.speed or self._wanted):
+            if self._is_stopped:
+                self._run()
+            if context.travel.range is not None and not self._is_ending:
+                self._watch_limits()
+        elif not self._is_stopped:
             self._is_stopped = True
             self.brake(Ramp.QUICK_STOP)
-
-    def _go_on(self) -> None:
-        """No switch is in the way."""
-        if self._is_stopped:
-            self._run()
-        if self.context.travel.range is not None and not self._is_ending:
-            self._watch_limits()
 
     def _watch_limits(self) -> None:
         """So that the stop at a software limit begins in time."""
