@@ -231,7 +231,7 @@ class Full(Mc4):
 
     def __init__(self, clock: Clock, name: str, settings: FullSettings, ring: Link[RingMessage]) -> None:
         if not settings.is_straight:
-            RingSide._go_straight = lambda _self, _at, _cycle: None  # type: ignore[method-assign]
+            RingSide._go_straight = lambda self, at, _cycle: None  # type: ignore[method-assign]
         motor = MotorSettings(name_plate=settings.name_plate)
         super().__init__(clock, name, Mc4Settings(ring_address=settings.ring_address, motor=motor), ring)
         assert self._side is not None

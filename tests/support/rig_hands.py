@@ -25,7 +25,8 @@ class CanMaster:
         self._rig = rig
         self._link = rig.attach(member).link(bus)
         self._link.on_receive(self._on_frame, [(0x580, 0x780)])
-        self._answer: CanFrame | None = None
+        self._answers: dict[int, bytes] = {}
+        """Data by identifier, since the last question."""
 
     def send(self, frame: CanFrame) -> None:
         self._link.send(frame)
@@ -60,16 +61,16 @@ class CanMaster:
         self.write(node, 0x60FF + base, 0, speed, 4)
 
     def _ask(self, node: int, data: bytes) -> bytes:
-        self._answer = None
+        self._answers.clear()
         self._link.send(CanFrame(0x600 + node, data))
         end_ns = self._rig.now_ns + PATIENCE_NS
-        while self._answer is None or self._answer.identifier != 0x580 + node:
+        while 0x580 + node not in self._answers:
             assert self._rig.now_ns < end_ns, f"node {node} does not answer"
             self._rig.step()
-        return self._answer.data
+        return self._answers[0x580 + node]
 
     def _on_frame(self, frame: CanFrame) -> None:
-        self._answer = frame
+        self._answers[frame.identifier] = frame.data
 
 
 class ModbusClient:
@@ -79,7 +80,7 @@ class ModbusClient:
         self._rig, self._unit = rig, unit
         self._link = rig.attach(member).link(bus)
         self._link.on_receive(self._on_message)
-        self._answer: bytes | None = None
+        self._answers: list[bytes] = []
         self._exchange = 0
         """Of the request whose answer is awaited; 0 is of those whose answer is not."""
 
@@ -99,16 +100,17 @@ class ModbusClient:
         self._link.send(ModbusRequest(self._unit, pdu))
 
     def _ask(self, pdu: bytes) -> bytes:
-        self._answer = None
+        self._answers.clear()
         self._exchange += 1
         self._link.send(ModbusRequest(self._unit, pdu, self._exchange))
         end_ns = self._rig.now_ns + PATIENCE_NS
-        while self._answer is None:
+        while not self._answers:
             assert self._rig.now_ns < end_ns, f"unit {self._unit} does not answer"
             self._rig.step()
-        assert self._answer[0] == pdu[0], f"unit {self._unit} refuses {pdu.hex(' ')}: {self._answer.hex(' ')}"
-        return self._answer
+        (answer,) = self._answers
+        assert answer[0] == pdu[0], f"unit {self._unit} refuses {pdu.hex(' ')}: {answer.hex(' ')}"
+        return answer
 
     def _on_message(self, message: Any) -> None:
         if isinstance(message, ModbusResponse) and message.exchange == self._exchange:
-            self._answer = message.pdu
+            self._answers.append(message.pdu)

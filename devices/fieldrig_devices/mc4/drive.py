@@ -25,8 +25,7 @@ from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import RAD
-from fieldrig_devices.mc4.folded import Course
+from fieldrig_devices.mc4.folded import RAD, Course
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.points import limited_load, points_of

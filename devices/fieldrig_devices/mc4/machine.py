@@ -10,7 +10,7 @@ from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.mc4 import idns, tuning
-from fieldrig_devices.mc4.axis import INCREMENTS, Axis, IdealAxis, Mode
+from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
@@ -23,7 +23,7 @@ from fieldrig_devices.mc4.faults import (
     StuckBrake,
     WrongMotor,
 )
-from fieldrig_devices.mc4.folded import INNER_NS, Gains, Limits, Plant
+from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings

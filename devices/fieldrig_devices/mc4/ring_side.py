@@ -15,11 +15,10 @@ from fieldrig.clock import US, Clock
 from fieldrig.link import Link
 from fieldrig_bus.ring.message import Cycle, RingMessage, Straight
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INNER_NS, Course, Following
+from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Course, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.straight import Frame, straight
