@@ -125,6 +125,8 @@ class RingSide:
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         feedback = self.feedback()
+        if not axis.is_at_rest:
+            self.slave.then = self._then
         is_still = axis.is_at_rest and self._feedback.is_of_the_axis
         self._still, self._still_value, self._still_since = feedback if is_still else None, value, axis.slow_cycles
         return self._status, feedback

@@ -221,10 +221,3 @@ def test_whatever_changes_ends_it(change: int) -> None:
     one = OneStraight()
     changes(one.drive)[change]()
     assert one.slave._straight is None
-
-
-def test_many_of_a_process_go_together_and_not_straight() -> None:
-    line = Line(24)
-    line.swing(Random(1))
-    line.run(10)
-    assert (line.riding, line.straight) == (24, 0)
