@@ -1,10 +1,9 @@
 """A device's end of one bus."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 M = TypeVar("M")
-T = TypeVar("T")
 
 
 class Link(Protocol[M]):
@@ -20,15 +19,3 @@ class Link(Protocol[M]):
         ids on Modbus, names on wires.  None is everything.  What is of no interest costs this device nothing:
         it is not even carried to its process.  A second call replaces handler and interest of the first.
         """
-
-
-def shared(link: Link[Any], kind: type[T]) -> T:
-    """The one object of this kind that all devices of this process have which are at the same bus.
-
-    It is for what is cheaper done for many at once.  What they send must not depend on who shares their process.
-    """
-    common: dict[type, Any] = getattr(link, "common", {})
-    if kind not in common:
-        common[kind] = kind()
-    found: T = common[kind]
-    return found

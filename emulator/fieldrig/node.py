@@ -4,7 +4,6 @@ be called again.
 A node is local, or remote in a process of its own (`remote_node`), with the same result.
 """
 
-from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -64,19 +63,16 @@ class Post:
         self.buses = buses
         self.listens: list[tuple[str, BusName, Sequence[Any] | None]] = []
         self.sent: list[tuple[str, BusName, Any]] = []
-        self.common: defaultdict[BusName, dict[type, Any]] = defaultdict(dict)
-        """What the nodes share; see `fieldrig.link.shared`."""
 
 
 class NodeLink:
     """An end of a bus under virtual time: keeps what is sent until the step is over."""
 
-    __slots__ = ("_add", "_bus", "_check", "_check_interest", "_handlers", "_name", "_post", "common")
+    __slots__ = ("_add", "_bus", "_check", "_check_interest", "_handlers", "_name", "_post")
 
     def __init__(self, name: str, bus: BusName, post: Post, handlers: dict[BusName, Handler]) -> None:
         self._name, self._bus, self._post, self._handlers = name, bus, post, handlers
         self._add = post.sent.append
-        self.common = post.common[bus]
         known = None if post.buses is None else post.buses.get(bus)
         self._check: Callable[[Any], None] = _anything if known is None else known.check
         self._check_interest: Callable[[Any], None] = _anything if known is None else known.check_interest

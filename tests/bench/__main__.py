@@ -2,6 +2,7 @@
 
 import os
 import platform
+import subprocess
 import sys
 from datetime import date
 from importlib.metadata import version
@@ -16,23 +17,50 @@ import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import modbus  # noqa: E402
 import ring  # noqa: E402
+import ring_ways  # noqa: E402
+import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
 import timers  # noqa: E402
 import virtual_time  # noqa: E402
 
-BENCHMARKS = (start_up, timers, can_hub, canopen_node, modbus, ring, virtual_time, arp_language, arp_loop)
+BENCHMARKS = (
+    start_up,
+    timers,
+    can_hub,
+    canopen_node,
+    modbus,
+    ring,
+    ring_ways,
+    shipped_rigs,
+    virtual_time,
+    arp_language,
+    arp_loop,
+)
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"
 
 INTRODUCTION = """# Benchmarks
 
 Written by `make bench`; don't edit.  Ratios are within one run, against a named peer or the line's own limit; seconds
-depend on the machine.  Measured {day}, {cores} cores, {system}, Python {python}, {peers}.
+depend on the machine.  Measured {day} on commit {commit}, {cores} cores, {system}, Python {python}, {peers}.
 """
+
+
+def commit() -> str:
+    """What is measured; said to be changed if the files are not those of the commit."""
+    described = subprocess.run(
+        ["git", "describe", "--always", "--dirty=, changed since"],
+        cwd=HERE,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return described.stdout.strip() or "unknown"
 
 
 def main() -> None:
     introduction = INTRODUCTION.format(
+        commit=commit(),
         day=date.today().isoformat(),  # noqa: DTZ011  the day where the reader is
         cores=os.cpu_count(),
         system=f"{platform.system()} {platform.machine()}",

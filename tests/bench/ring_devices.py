@@ -8,12 +8,13 @@ import struct
 from math import sin
 from typing import Final
 
-from fieldrig.clock import MS, US, Clock
+from fieldrig.clock import MS, US, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4.drive import Mc4
+from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings, MotorSettings
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
@@ -116,6 +117,61 @@ class Master(Device):
                 self._swinging.append((drive.place + HEAD_VALUES, base[address]))
 
 
+class RunnerSettings(Settings):
+    mdt: list[int]
+    at: list[int]
+    """IDNs of command and feedback values; the position is the first of both."""
+    addresses: list[int]
+    cycle_us: int
+    speed: int
+    """Increments per second."""
+    ramp_s: float = 0.5
+
+
+class Runner(Device):
+    """Brings a ring up as any master does, enables its drives, and sends each a set position that runs at one speed."""
+
+    def __init__(self, clock: Clock, settings: RunnerSettings, ring: Link[RingMessage]) -> None:
+        self._way = settings.speed * settings.cycle_us / S * US
+        """Increments in a cycle."""
+        self._ramp_cycles = round(settings.ramp_s * S / (settings.cycle_us * US))
+        self._running: dict[int, list[float]] = {}
+        """By the place of the set position in the MDT: where it is, and the cycles since it began."""
+        self.ring = SercosMaster(
+            clock,
+            ring,
+            settings.cycle_us * US,
+            [Drive(address, settings.mdt, settings.at) for address in settings.addresses],
+            on_event=lambda _event: None,
+            on_cycle=self._on_cycle,
+        )
+
+    def start(self) -> None:
+        self.ring.start()
+        self.ring.request_phase(4)
+
+    def points(self) -> dict[str, Point]:
+        return {"moving": Point(lambda: len(self._running))}
+
+    def _on_cycle(self) -> None:
+        ring, running = self.ring, self._running
+        if len(running) < len(ring.drives):
+            self._enable()
+        values, way, ramp_cycles = ring.command_values, self._way, self._ramp_cycles
+        for place, state in running.items():
+            state[1] += 1
+            state[0] += way * min(state[1] / ramp_cycles, 1.0)
+            values[place] = (round(state[0]) + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+
+    def _enable(self) -> None:
+        for address, drive in self.ring.drives.items():
+            place = drive.place + HEAD_VALUES
+            if place not in self._running:
+                self.ring.set_commands(address, ENABLED, drive.feedback[0])
+                if drive.status & FOLLOWS:
+                    self._running[place] = [drive.feedback[0], 0]
+
+
 def prepare(table: IdnTable, settings: RingSettings, address: int) -> None:
     """What a drive is told in CP2."""
     from fieldrig.clock import VirtualClock
@@ -166,12 +222,16 @@ class Echo(Device):
 
 class FullSettings(EchoSettings):
     name_plate: ConfigFile
+    is_straight: bool = True
+    """Whether it may go the straight way; for a process that has nothing but such drives."""
 
 
 class Full(Mc4):
     """An MC-4 with its motor and plate."""
 
     def __init__(self, clock: Clock, name: str, settings: FullSettings, ring: Link[RingMessage]) -> None:
+        if not settings.is_straight:
+            RingSide._go_straight = lambda self, at, _cycle: None  # type: ignore[method-assign]
         motor = MotorSettings(name_plate=settings.name_plate)
         super().__init__(clock, name, Mc4Settings(ring_address=settings.ring_address, motor=motor), ring)
         assert self._side is not None

@@ -106,9 +106,8 @@ class Cia402Bench(CanopenBench):
             for axis, motor in zip(self.axes, self.motors, strict=True):
                 axis.step()
                 motor.cycle(axis.drive.kind, axis.drive.set_value)
-            for variable in self.node.transmitted:
-                if variable.reader is not None:
-                    variable.set(variable.reader())
+            for variable, read in self.node.watched:
+                variable.set(read())
         self.clock.advance_to(self.clock.now_ns())
         return self
 

@@ -44,7 +44,6 @@ class Line:
     more: Mapping[str, Any] = field(default_factory=dict)
     said: list[str] = field(default_factory=list)
     swings: list[Swing] = field(default_factory=list)
-    rides: int = 0
     straights: int = 0
 
     def __post_init__(self) -> None:
@@ -80,12 +79,7 @@ class Line:
 
     def run(self, cycles: int) -> None:
         self.rig.run_until(self.rig.now_ns + cycles * CYCLE_NS)
-        self.rides += self.riding
         self.straights += self.straight
-
-    @property
-    def riding(self) -> int:
-        return sum(drive.machine.ride is not None for drive in self.drives)
 
     @property
     def straight(self) -> int:

@@ -52,7 +52,6 @@ class RingEnd:
         self.patience_ns = bus.settings.patience_ms * MS
         """Devices at both ends forgive as much."""
         self._rack, self._member = bus.rack(at), at.member
-        self.common = self._rack.common
 
     def send(self, message: RingMessage) -> None:
         if isinstance(message, bytes):

@@ -37,8 +37,6 @@ class Rack:
     def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
         self._bus = bus
-        self.common: dict[type, Any] = {}
-        """See `fieldrig.link.shared`."""
         self._stations: dict[str, _Station] = {}
         self._drives: tuple[_Station, ...] = ()
         """Those that don't only observe."""

@@ -6,7 +6,7 @@ or an SDO client.
 This file puts the services together; each has a file of its own and knows only its parameters and the port.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -89,6 +89,8 @@ class CanopenNode(Device):
             lambda: self.nmt.boot(Reset.COMMUNICATION),
         )
         self._tpdos: list[Tpdo] = []
+        self._watched: list[tuple[Variable, Callable[[], bytes]]] | None = None
+        """As found; None: something has changed since."""
         self._services = self._make_services(clock, settings)
         self._points = _points(self.dictionary) | self._own_points()
 
@@ -139,6 +141,8 @@ class CanopenNode(Device):
         services += [Rpdo(clock, port, dictionary, sync, self.emcy, number) for number in numbers]
         numbers = _numbers(dictionary, tpdo.COMMUNICATION)
         self._tpdos = [Tpdo(clock, port, dictionary, sync, number) for number in numbers]
+        for one in self._tpdos:
+            one.on_change = self._on_pdo_change
         return [*services, *self._tpdos]
 
     def _restart(self, scope: Reset) -> None:
@@ -189,10 +193,16 @@ class CanopenNode(Device):
         return write_dcf(EdsSource(self._settings.eds), self.dictionary, self._port.node_id, self.name)
 
     @property
-    def transmitted(self) -> list[Variable]:
-        """What TPDOs carry at present.  An application that has put readers into variables keeps these up to date
-        with `set`; nobody looks at the others but SDO, which asks the reader."""
-        return [variable for tpdo in self._tpdos for variable in tpdo.variables]
+    def watched(self) -> list[tuple[Variable, Callable[[], bytes]]]:
+        """What TPDOs carry at present that are sent when it changes, and its reader.  An application that has put
+        readers into variables keeps these up to date with `set`; for the others whoever looks asks the reader."""
+        if self._watched is None:
+            found = dict.fromkeys(variable for tpdo in self._tpdos for variable in tpdo.watched)
+            self._watched = [(one, one.reader) for one in found if one.reader is not None]
+        return self._watched
+
+    def _on_pdo_change(self) -> None:
+        self._watched = None
 
     def send_to(self, number: int, node_id: int, index: int, subindex: int) -> None:
         """Send what TPDO `number`, from 1, has mapped to a variable of another node (destination address mode)."""

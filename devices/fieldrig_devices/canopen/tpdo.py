@@ -53,8 +53,10 @@ class Tpdo(Service):
         self._inhibited = Deadline(clock, self._send_due)
         self._event_timer = Deadline(clock, self._on_event)
         self._watches: list[tuple[Variable, Callable[[], None]]] = []
-        self.variables: list[Variable] = []
-        """What it carries at present; nothing while it is not sent."""
+        self.watched: list[Variable] = []
+        """What it carries at present, if it is sent when that changes."""
+        self.on_change: Callable[[], None] = lambda: None
+        """Called when `watched` is another."""
         self._scanner: mpdo.Scanner | None = None
         self.destination: tuple[int, int, int] | None = None
         """Node-ID, index and sub-index to which the application sends a multiplexed PDO."""
@@ -105,7 +107,8 @@ class Tpdo(Service):
 
     def _deactivate(self) -> None:
         self._is_active = self._is_due = False
-        self.variables = []
+        self.watched = []
+        self.on_change()
         self._inhibited.cancel()
         self._event_timer.cancel()
         self._sync.subscribe((1, self._number), None)
@@ -115,10 +118,7 @@ class Tpdo(Service):
 
     def _activate(self) -> None:
         self._is_active = True
-        self.variables = _carried(self._mapping)
-        for variable in self.variables:
-            if variable.reader is not None:  # the application's: nobody has kept it up to date until now
-                variable.set(variable.reader())
+        self._refresh()
         self._pack, self._sample = self._packer(), None
         self._type = _number(self._type_variable, 255) if self._mapping.mode is Mode.MAPPED else EVENT_DRIVEN[-1]
         self._inhibit_ns = _number(self._inhibit_time) * INHIBIT_UNIT_NS
@@ -127,7 +127,9 @@ class Tpdo(Service):
         if self._type <= LAST_CYCLIC or self._type == RTR_SYNCHRONOUS:
             self._sync.subscribe((1, self._number), self._sync_handler())
         if self._type == ACYCLIC or self._type in EVENT_DRIVEN:
+            self.watched = _carried(self._mapping)
             self._watch()
+        self.on_change()
         self._start_event_timer()
 
     def _watch(self) -> None:
@@ -139,10 +141,17 @@ class Tpdo(Service):
         for variable, on_event in self._watches:
             variable.events.append(on_event)
 
-    def _packed(self) -> bytes:
-        for variable in self.variables:
+    def _refresh(self) -> None:
+        """Bring what the application or the machine moves on to the present."""
+        for variable in _carried(self._mapping):
             if variable.live is not None:
                 variable.sample()
+            elif variable.reader is not None:
+                variable.set(variable.reader())
+
+    def _sampled(self) -> bytes:
+        """For a PDO that is sent at its time, whatever has changed."""
+        self._refresh()
         return self._pack()
 
     def _packer(self) -> Pack:
@@ -189,7 +198,7 @@ class Tpdo(Service):
 
     def _send_due(self) -> None:
         while self._is_due and self._is_active and self._has_something_to_say:
-            self._send(self._packed())
+            self._send(self._sampled())
             self._is_due = self._scanner is not None and self._scanner.is_waiting
             if self._inhibited.when_ns is not None:
                 return
@@ -205,14 +214,14 @@ class Tpdo(Service):
         self._syncs += 1
         if self._syncs >= self._type:
             self._syncs = 0
-            self._send(self._packed())
+            self._send(self._sampled())
 
     def _on_sync_rtr(self, counter: int | None) -> None:
-        self._sample = self._packed()
+        self._sample = self._sampled()
 
     def _on_frame(self, frame: CanFrame) -> None:
         if frame.is_remote and self._is_active:
-            self._send(self._packed() if self._sample is None else self._sample)
+            self._send(self._sampled() if self._sample is None else self._sample)
 
     def _send(self, data: bytes) -> None:
         self._is_due = False

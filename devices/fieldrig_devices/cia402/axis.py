@@ -177,12 +177,17 @@ class Cia402Axis(Service):
 
     @property
     def is_awake(self) -> bool:
-        """Whether a cycle makes a difference though the motor is in the same state as before."""
+        """Whether a cycle has to look at more than where it moves, though the motor is in the same state as before."""
         drive = self.drive
-        return drive.is_moving or drive.is_ramp or self._is_woken or self._probes.is_armed
+        if drive.is_moving:
+            return self._is_woken or self._probes.is_armed or drive.own_error != 0
+        return self._is_woken or self._probes.is_armed or drive.is_ramp
 
     def step(self) -> None:
-        """Actual values are those of this cycle; afterwards `drive.set_value` is this cycle's."""
+        """Actual values are those of this cycle; afterwards `drive.set_value` is this cycle's.
+
+        While it is not awake `drive.step` alone does the same, and that only while the mode moves it.
+        """
         state, self._is_woken = self.machine.state, False
         if self._probes.is_armed:
             self._probes.step()

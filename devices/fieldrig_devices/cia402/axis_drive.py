@@ -172,12 +172,15 @@ class AxisDrive:
     def step(self) -> None:
         """Actual values are those of this cycle; afterwards `set_value` is too."""
         context, mode = self._context, self.mode
+        motion = context.motion
         is_guided = self.is_moving and self.kind is Kind.POSITION
-        self.following_error = context.motion.position - self._motor.position if is_guided else 0.0
+        self.following_error = motion.position - self._motor.position if is_guided else 0.0
         if self.is_moving and self.shown_mode != NO_MODE:
             mode.step()
-            self.kind, self.set_value = mode.gives, mode.value
-            self._watch_following()
+            self.kind = kind = mode.gives
+            self.set_value = round(motion.position) if kind is Kind.POSITION else mode.value
+            if context.has_following_window:
+                self._watch_following()
         elif self.is_moving or self.is_ramp:
             context.motion.step(context.cycle_s)
             self.kind, self.set_value = Kind.POSITION, round(context.motion.position)
@@ -186,8 +189,6 @@ class AxisDrive:
 
     def _watch_following(self) -> None:
         window = self._numbers[objects.FOLLOWING_WINDOW]
-        if window == objects.NO_WINDOW:
-            return
         is_outside = abs(self.following_error) > window * self._context.units.per_unit
         time = self._numbers[objects.FOLLOWING_TIME]
         if self._following.update(is_outside, time, self._context.cycle_ns):

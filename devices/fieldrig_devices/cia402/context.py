@@ -31,6 +31,8 @@ class Context:
         """606Fh, in increments per second."""
         self.velocity_window = 0.0
         """606Dh, likewise."""
+        self.has_following_window = False
+        """Whether 6065h is watched."""
         self.largest_speed = 0.0
         """607Fh, likewise."""
         self.use(cycle_ns, None)
@@ -62,6 +64,7 @@ class Context:
         self.threshold = self.way(numbers[objects.THRESHOLD, 0])
         self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_unit
         self.largest_speed = self.way(numbers[objects.MAX_VELOCITY, 0])
+        self.has_following_window = numbers[objects.FOLLOWING_WINDOW, 0] != objects.NO_WINDOW
         self.travel.range = self._range()
 
     def set_home(self, home: float) -> None:

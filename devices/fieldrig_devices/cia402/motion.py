@@ -37,9 +37,9 @@ class Motion:
         self._profile, self._begin, self._seconds, self.speed = keep(speed), position, 0.0, speed
 
     def step(self, seconds: float) -> None:
-        self._seconds += seconds
-        state = self._profile.at(self._seconds)
-        self.position, self.speed = self._begin + state.position, state.speed
+        self._seconds = seconds = self._seconds + seconds
+        way, self.speed, _ = self._profile.course(seconds)
+        self.position = self._begin + way
 
     @property
     def overrun_s(self) -> float:

@@ -119,7 +119,7 @@ class Axis:
         """The mode of `set_value`."""
         self.set_values: SetValues | None = None
         self.watchers: list[Callable[[], None]] = []
-        """Called when state, enable or diagnosis have changed."""
+        """Called when state, enable, diagnosis or the source of set values have changed."""
         self._quit: Callable[[Axis, Callable[[bool], None] | None], None] | None = None
 
     @property
@@ -169,6 +169,7 @@ class Axis:
             if before is not None:
                 before.end()
             self._begin()
+        self.changed()
 
     def read(self, idn: int, done: Done, element: Element = Element.DATA) -> None:
         """A parameter of the drive; slow (PD-028).  `done` gets the bytes, or a ServiceError, maybe at once."""

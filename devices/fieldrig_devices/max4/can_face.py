@@ -16,6 +16,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 from fieldrig_devices.cia402.axis import Cia402Axis
+from fieldrig_devices.cia402.axis_drive import AxisDrive
 from fieldrig_devices.max4 import can_face_cells
 from fieldrig_devices.max4.axis import Axis
 from fieldrig_devices.max4.axis_inputs import check_terminals, terminals_in
@@ -118,7 +119,7 @@ class FaceNode:
         can_face_cells.connect(self.node.dictionary, controller)
         for number in range(settings.axes_per_node):
             self._add(number)
-        self._stepped: list[tuple[AxisMotor, Cia402Axis]] = []
+        self._stepped: list[tuple[AxisMotor, Cia402Axis, AxisDrive]] = []
         self._told: set[int] = set()
         """Error codes of the controller."""
         self._told_of_axes: dict[int, int] = {}
@@ -146,7 +147,8 @@ class FaceNode:
             terminals = self._settings.terminals.get(name, AxisTerminals())
             motor.bind(axis, terminals_in(tree, terminals.all_inputs), terminals_in(tree, terminals.all_outputs))
             self.axes[place].use(self._controller.cycle_ns, self._origins.of(name))
-        self._stepped = list(zip(self.motors, self.axes, strict=True))[: len(axes)]
+        drives = [axis.drive for axis in self.axes]
+        self._stepped = list(zip(self.motors, self.axes, drives, strict=True))[: len(axes)]
         self._told.clear()
         self._told_of_axes.clear()
         self._places = tuple(f"{axis.ring_address}." for axis in self._controller.axes.values())
@@ -158,14 +160,17 @@ class FaceNode:
             motor.bind(None, {}, {})
 
     def step(self) -> None:
-        for motor, axis in self._stepped:
+        for motor, axis, drive in self._stepped:
             if motor.is_changed or axis.is_awake:
                 motor.refresh()
                 axis.step()
                 motor.show_mode()
-        for variable in self.node.transmitted:
-            if variable.reader is not None:
-                variable.set(variable.reader())
+            elif drive.is_moving:
+                drive.step()
+                if drive.kind is not motor.kind:
+                    motor.show_mode()
+        for variable, read in self.node.watched:
+            variable.set(read())
 
     def _on_error(self, source: int, motor: AxisMotor, code: int) -> None:
         emcy, told = self.node.emcy, self._told_of_axes.pop(source, 0)

@@ -33,12 +33,14 @@ class AxisMotor:
         self._quit_all = quit_all
         self._axis: Axis | None = None
         self.guide: Guide | None = None
-        self._inputs = AxisInputs({})
+        self._inputs, self._has_inputs = AxisInputs({}), False
         self._outputs: dict[int, Parameter] = {}
         self._shown_outputs = 0
         self._resetting: Callable[[], None] | None = None
         self._torque_limit = TorqueLimit()
         self.mode = Mode.POSITION
+        self.kind = Kind.POSITION
+        """Of the guide, as `mode` shows it."""
         self.revolution = INCREMENTS
         self.is_changed = True
         """The axis' state or diagnosis, since the last cycle of the CiA 402 axis."""
@@ -50,6 +52,7 @@ class AxisMotor:
         if self._axis is not None:
             self._axis.watchers.remove(self._on_change)
         self._axis, self._inputs, self._outputs = axis, AxisInputs(inputs), outputs
+        self._has_inputs = bool(inputs)
         if axis is not None:
             axis.watchers.append(self._on_change)
         self._torque_limit.bind(axis)
@@ -119,7 +122,7 @@ class AxisMotor:
 
     @property
     def inputs(self) -> int:
-        return self._inputs.inputs
+        return self._inputs.inputs if self._has_inputs else 0
 
     def enable(self, is_on: bool) -> None:
         axis = self._axis
@@ -153,7 +156,7 @@ class AxisMotor:
     # ---- `max4.axis.SetValues`
 
     def begin(self, axis: Axis) -> None:
-        self.mode = Mode.POSITION
+        self.mode, self.kind = Mode.POSITION, Kind.POSITION
         if self.guide is not None:
             self.guide.kind, self.guide.set_value = Kind.POSITION, axis.position
 
@@ -167,5 +170,5 @@ class AxisMotor:
     def show_mode(self) -> None:
         """After the CiA 402 axis' cycle: the drive is told the mode before it asks for the value."""
         assert self.guide is not None
-        kind = self.guide.kind
+        kind = self.kind = self.guide.kind
         self.mode = Mode.POSITION if kind is Kind.POSITION else MODES[kind]

@@ -100,14 +100,19 @@ class RingDrive:
                 axis.velocity = 0.0
             return
         self._seen = values
+        before = self.raw
         if self._per_way:
             _, _, raw, axis.torque, state, code = values
-            axis.velocity = self._way_to(raw) * self._per_way
+            way = 0 if before is None else ((raw - before + _HALF) & _MASK) - _HALF
+            axis.velocity = way * self._per_way
         else:
             _, _, raw, velocity, axis.torque, state, code = values
+            way = 0 if before is None else ((raw - before + _HALF) & _MASK) - _HALF
             axis.velocity = velocity * PER_VELOCITY
-        if raw != self.raw:
-            self._move(raw)
+        if raw != before:
+            # counted on over 32 bits; the first one after phase-up is absolute
+            axis.position = raw if before is None else axis.position + way
+            self.raw = raw
             self._is_idle = False
         if state != self.state:
             self.state = state
@@ -116,18 +121,6 @@ class RingDrive:
             self.code = code
             if code:
                 self.on_code(axis, code)
-
-    def _move(self, raw: int) -> None:
-        """Counted on over 32 bits; the first one after phase-up is absolute."""
-        axis = self.axis
-        if self.raw is None:
-            axis.position = raw
-        else:
-            axis.position += self._way_to(raw)
-        self.raw = raw
-
-    def _way_to(self, raw: int) -> int:
-        return ((raw - self.raw + _HALF) & _MASK) - _HALF if self.raw is not None else 0
 
     def give(self) -> None:
         """Set values.  An axis that follows positions has a short way, and one without control that stands has none."""

@@ -78,7 +78,7 @@ class Positioner:
         """What limits leave of the order."""
         if self.mode is Mode.TORQUE:
             self._watch_torque()
-        elif self._profile is not None:
+        elif self._profile is not None and self.travel.is_there:
             self._watch_profile()
 
     def _watch_torque(self) -> None:
@@ -113,20 +113,20 @@ class Positioner:
         profile = self._profile
         if profile is not None:
             self._cycles += 1
-            self._follow(profile, self._cycles * self._cycle_ns / S)
+            seconds = self._cycles * self._cycle_ns / S
+            way, self._speed, _ = profile.course(seconds)
+            self._place = self._origin + way
+            if seconds >= profile.duration_s and not (self._speed and self.has_arrived):
+                self._arrive()
         return round(self._place)
 
     def end(self) -> None:
         self.travel.release()
         self._rest_at(self._axis.position)
 
-    def _follow(self, profile: Profile, seconds: float) -> None:
-        state = profile.at(seconds)
-        self._speed = state.speed
-        self._place = self._origin + state.position
-        if seconds < profile.duration_s:
-            return
-        if state.speed:
+    def _arrive(self) -> None:
+        """The profile is at its end."""
+        if self._speed:
             self.has_arrived = True
             return
         self._profile = None

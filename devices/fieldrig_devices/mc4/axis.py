@@ -16,8 +16,10 @@ from typing import Final, NamedTuple
 
 from fieldrig.clock import S
 from fieldrig_devices.mc4.folded import (
+    INCREMENTS,
     INNER_NS,
     INNER_S,
+    RAD,
     Arrangement,
     Following,
     Gains,
@@ -29,13 +31,8 @@ from fieldrig_devices.mc4.folded import (
     most_way_of,
     moved,
 )
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
-RAD: Final = tau / INCREMENTS_PER_TURN
-"""Of one increment."""
-INCREMENTS: Final = INCREMENTS_PER_TURN / tau
-"""In one radian."""
 HALF: Final = RAD / 2
 """What the encoder can't see."""
 CREEP: Final = RAD
@@ -205,11 +202,11 @@ class Axis:
 
     # ---- time
 
-    def following(self, numbers: Numbers) -> Following | None:
+    def following(self, numbers: Numbers, *, is_told: bool) -> Following | None:
         """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it."""
         if not self._is_folded:
             return None
-        return following(self.arrangement, numbers)
+        return following(self.arrangement, numbers, is_told=is_told)
 
     def cycle(self) -> None:
         """One cycle further."""
@@ -384,7 +381,7 @@ class IdealAxis(Axis):
 
     __slots__ = ()
 
-    def following(self, numbers: Numbers) -> None:
+    def following(self, numbers: Numbers, *, is_told: bool) -> None:
         """It knows no map."""
 
     def cycle(self) -> None:

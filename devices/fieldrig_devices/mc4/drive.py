@@ -25,14 +25,13 @@ from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import RAD
 from fieldrig_devices.mc4.faults import MODELS
+from fieldrig_devices.mc4.folded import RAD, Course
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide
-from fieldrig_devices.mc4.seat import Course, Telling
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.idn import idn_of
@@ -72,8 +71,7 @@ class Mc4(Device):
         self._tells_shaft = encoder is not None or settings.shaft_wire is not None
         if wires is not None:
             self._side.on_moved = self._tell_positions
-            if not self._tells_shaft:
-                self._side.telling = Telling(self._tell_positions, self._course)
+            self._side.is_told = not self._tells_shaft
             probes = self._side.probes
             handlers: list[Callable[[float], None]] = [self._on_inverter_enable, self._on_load_torque]
             handlers += [partial(probes.put, one) for one in PROBES]
@@ -156,17 +154,15 @@ class Mc4(Device):
             self._told[what] = value
             self._wires.send(Signal(self._names[what], value))
 
-    def _course(self) -> Course:
-        settings = self._settings
-        told = self._courses["position"]
-        return Course(told, settings.position_tolerance, settings.load.gear_ratio, self.machine.shaft_offset)
-
     def _tell_positions(self) -> None:
         axis, gear = self.machine.axis, self._settings.load.gear_ratio
         shaft = self.machine.shaft_increments * RAD
         if self._tells_shaft:
             self._tell_course("shaft", shaft, axis.v)
         self._tell_course("position", (shaft - axis.twist) / gear, (axis.load_speed if axis.twist else axis.v) / gear)
+        if self._side is not None and self._side.is_told:
+            told, tolerance = self._courses["position"], self._settings.position_tolerance
+            self._side.course = Course(told.value, told.speed, told.time_ns, tolerance, gear, self.machine.shaft_offset)
 
     def _tell_course(self, what: str, position: float, speed: float) -> None:
         """When what was told has led astray."""

@@ -56,11 +56,11 @@ class Feedback:
     def encode(self) -> bytes:
         return self._moving_record.pack(*self._moving()) + self.standing
 
-    def following(self, axis: Axis) -> Following | None:
+    def following(self, axis: Axis, *, is_told: bool) -> Following | None:
         """A cycle of the axis that gives what comes before `standing`; None: there is more than it knows."""
         if not self.is_of_the_axis:
             return None
-        return axis.following(self.following_numbers)
+        return axis.following(self.following_numbers, is_told=is_told)
 
     @property
     def following_numbers(self) -> Numbers:

@@ -13,8 +13,6 @@ the load, and the friction `f` at the motor.  As long as
 nothing is limited a cycle of n steps is M^n, whose rows are written out as Python text (five times as fast as loops
 over lists).  Whether anything could have been limited on the way is seen from how far the state is from the steady one
 of this set speed: `reach` bounds set torque and speeds over all steps of the cycle.
-
-Many axes of a process go by the same map as arrays (`axis_array`).
 """
 
 import struct
@@ -24,11 +22,15 @@ from functools import lru_cache
 from math import tau
 from typing import Final, NamedTuple, Protocol, cast
 
-from fieldrig.clock import US
+from fieldrig.clock import US, S
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 
 INNER_NS: Final = 250 * US
 INNER_S: Final = INNER_NS / 1e9
+RAD: Final = tau / INCREMENTS_PER_TURN
+"""Of one increment."""
+INCREMENTS: Final = INCREMENTS_PER_TURN / tau
+"""In one radian."""
 
 Row = list[float]
 Matrix = list[Row]
@@ -207,10 +209,26 @@ class Moving(Protocol):
 Cycle = Callable[[Moving], bool]
 """One cycle further; False, and nothing is done, if a limit may be met on the way."""
 
-Following = Callable[[Moving, int, float], bytes | None]
+
+class Course(NamedTuple):
+    """What others were told of where the load of an axis is, and how it moves: they reckon with it."""
+
+    position: float
+    """Of the load, in rad, at `time_ns`."""
+    speed: float
+    time_ns: int
+    tolerance: float
+    """Rad by which the load may be elsewhere before they have to be told anew."""
+    gear_ratio: float
+    offset: float
+    """Increments from the axis to the shaft."""
+
+
+Following = Callable[[Moving, int, float, int, Course | None], bytes | None]
 """One cycle further, and then told to follow this set position, modulo 2^32: the numbers that were asked for, packed.
 
-None, and nothing is done, at rest, if a limit may be met, or the following error comes to the last argument, in rad."""
+None, and nothing is done, at rest, if a limit may be met, if the following error comes to the third argument, in rad,
+or if the load is not where the course says for the instant of the fourth (nanoseconds)."""
 
 
 class Arrangement(NamedTuple):
@@ -256,9 +274,10 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
 
 
 @lru_cache(maxsize=256)
-def following(arrangement: Arrangement, numbers: Numbers) -> Following:
-    """`folded` and what comes after it, in one."""
-    lines = ["def following(axis, wanted, most_error):", *following_lines(arrangement)]
+def following(arrangement: Arrangement, numbers: Numbers, *, is_told: bool) -> Following:
+    """`folded` and what comes after it, in one.  `is_told`: there is a course, and the load has to keep to it."""
+    checks = course_lines(arrangement.plant.elastic is not None) if is_told else []
+    lines = ["def following(axis, wanted, most_error, now_ns, course):", *following_lines(arrangement, checks)]
     lines.append(f"    return {numbers.packed}")
     return cast(Following, compiled("\n".join(lines), "following", pack=numbers.pack))
 
@@ -285,6 +304,18 @@ def following_lines(arrangement: Arrangement, checks: Sequence[str] = ()) -> lis
         f"        follow = {most_way} if follow > 0 else {-most_way}",
         "    axis.way = follow",
         f"    axis.lead = {lead_gain!r} * (follow - way)",
+    ]
+
+
+def course_lines(is_elastic: bool) -> list[str]:
+    """None is returned if what was told of the load holds no longer."""
+    twist, speed = (" - new_w", "(new_l if new_w else new_v)") if is_elastic else ("", "new_v")
+    load = f"((axis.set_increments + way - new_e * {INCREMENTS!r} + offset) * {RAD!r}{twist}) / gear_ratio"
+    return [
+        "    told_at, told_speed, told_ns, tolerance, gear_ratio, offset = course",
+        f"    astray = told_at + told_speed * ((now_ns - told_ns) / {S}) - {load}",
+        f"    if not -tolerance <= astray <= tolerance or told_speed and not {speed}:",
+        "        return None",
     ]
 
 

@@ -7,11 +7,11 @@ the axis go on, and calls `look` when something may have changed.  Slow things a
 
 from collections.abc import Callable
 from copy import copy
-from typing import Final, Protocol
+from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.mc4 import idns, tuning
-from fieldrig_devices.mc4.axis import INCREMENTS, Axis, IdealAxis, Mode, Moment
+from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode, Moment
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
@@ -24,7 +24,7 @@ from fieldrig_devices.mc4.faults import (
     StuckBrake,
     WrongMotor,
 )
-from fieldrig_devices.mc4.folded import INNER_NS, Gains, Limits, Plant
+from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
@@ -41,20 +41,13 @@ STEP: Final = 31
 """Increments that the encoder's serial position leaves open."""
 
 
-class Ride(Protocol):
-    """The axis is moved together with others."""
-
-    def end(self) -> None:
-        """The axis is up to date, and alone; `ride` is None."""
-
-
 class Machine:
     __slots__ = (
         "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_is_dc_dead",
         "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_readings", "_shown_mode", "_slow_due_ns",
-        "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis_alone", "chain",
+        "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis", "chain",
         "controller", "cycle_steps", "dc", "diagnosis", "enable_bit", "encoder", "faults", "inverter_enable",
-        "is_cyclic", "load_nm", "motor", "operation_mode", "overload_position", "ride", "runs", "settings",
+        "is_cyclic", "load_nm", "motor", "operation_mode", "overload_position", "runs", "settings",
         "shaft_offset", "thermal", "times", "true_motor",
     )  # fmt: skip
 
@@ -90,7 +83,6 @@ class Machine:
         self.dc = DcCircuit(settings.amplifier.mains_v)
         self.motor: MotorData | None = None
         """As the plate has it; None: not known, so nothing can be enabled."""
-        self.ride: Ride | None = None
         self.cycle_steps = 16
         self.is_cyclic = False
         """The ring is in operation; then each cycle is gone by whoever has the ring."""
@@ -119,13 +111,6 @@ class Machine:
         """Increments from what the drive calls its position to where the shaft is."""
         self._build(true_motor or MotorData())
         self.axis.put(round(settings.initial_turns * INCREMENTS_PER_TURN))
-
-    @property
-    def axis(self) -> Axis:
-        """For whoever knows that it doesn't ride there is `axis_alone`."""
-        if self.ride is not None:
-            self.ride.end()
-        return self.axis_alone
 
     # ---- motor and loops
 
@@ -273,7 +258,7 @@ class Machine:
         load, settings = self.settings.load, self.settings
         self.true_motor = motor
         kind = IdealAxis if settings.simulated else Axis
-        self.axis_alone = kind(
+        self.axis = kind(
             *self._constants, dry_nm=load.coulomb_nm, brake_nm=motor.brake_torque_nm, cycle_steps=self.cycle_steps
         )
         self.axis.load((load.torque_nm + self.load_nm) / load.gear_ratio)
@@ -433,7 +418,7 @@ class Machine:
         seconds = (now_ns - self._slow_ns) / 1e9
         self._slow_ns = now_ns
         self._slow_due_ns = now_ns + SLOW_NS - (now_ns - self.settings.ring_address * SPREAD_NS) % SLOW_NS
-        heat, work = self.axis_alone.take(seconds)
+        heat, work = self.axis.take(seconds)
         if self.settings.simulated:
             return False
         was_charged = self.dc.is_charged

@@ -12,24 +12,22 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import US, Clock
-from fieldrig.link import Link, shared
+from fieldrig.link import Link
 from fieldrig_bus.ring.message import Cycle, RingMessage, Straight
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INNER_NS, Following
+from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Course, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
-from fieldrig_devices.mc4.seat import Groups, Seat, Shape, Telling
 from fieldrig_devices.mc4.straight import Frame, straight
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
-from fieldrig_devices.sercos.slave import HEAD_VALUES, RUNNING_MST, SercosSlave
-from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, size
+from fieldrig_devices.sercos.slave import RUNNING_MST, SercosSlave
+from fieldrig_devices.sercos.telegram import AT_HEAD
 
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
@@ -38,10 +36,10 @@ CONTROL_BITS: Final = words.APPLICATION_MASK
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_groups", "_lay", "_machine", "_most_error",
-        "_numbers", "_place", "_seat", "_seats", "_slack_ns", "_states_seen", "_status", "_steady_control",
-        "_table", "_then", "_until_ns", "_value", "_warnings", "_warnings_seen", "on_moved", "probes", "slave",
-        "telling",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_lay", "_machine", "_most_error",
+        "_numbers", "_place", "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since",
+        "_still_value", "_table", "_then", "_until_ns", "_value", "_warnings", "_warnings_seen", "course", "is_told",
+        "on_moved", "probes", "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -69,13 +67,14 @@ class RingSide:
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
-        self.telling: Telling | None = None
-        """How `on_moved` tells others, if they need not be told as long as they know it."""
-        self._groups = shared(ring, Groups)
-        self._seats: dict[tuple[Shape, int], Seat] = {}
-        """By what they are for, and where the record lies in the MDT."""
-        self._seat: Seat | None = None
-        """Among the drives of this process that have the same telegrams."""
+        self.is_told = False
+        """What `on_moved` tells others is one course, and holds as long as the load keeps to it."""
+        self.course: Course | None = None
+        """The course that they were told last."""
+        self._still: bytes | None = None
+        """The feedback of an axis at rest, as long as nothing is looked at."""
+        self._still_value = self._still_since = 0
+        """The command value that left it at rest, and `slow_cycles` of the axis: it can't have moved without one."""
         self._feedback = Feedback(machine, table, (), self._number_of)
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(99, self._on_reset)
@@ -107,11 +106,15 @@ class RingSide:
         if is_late or control & CONTROL_BITS != self._steady_control:
             return self._look(values, lead_ns)
         machine.at_ns = at_ns
-        axis, value = machine.axis_alone, values[self._place]
-        if self._following is not None:
-            moved = self._following(axis, value, self._most_error)
+        axis, value = machine.axis, values[self._place]
+        if axis.is_at_rest:
+            is_same = value == self._still_value and axis.slow_cycles == self._still_since
+            if is_same and self._still is not None:
+                return self._status, self._still
+        elif self._following is not None:
+            moved = self._following(axis, value, self._most_error, now_ns, self.course)
             if moved is not None:
-                if self.on_moved is not None:
+                if not self.is_told and self.on_moved is not None:
                     self.on_moved()
                 self.slave.then = self._then
                 return self._status, moved + self._feedback.standing
@@ -121,12 +124,17 @@ class RingSide:
             self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
-        return self._status, self.feedback()
+        feedback = self.feedback()
+        if not axis.is_at_rest:
+            self.slave.then = self._then
+        is_still = axis.is_at_rest and self._feedback.is_of_the_axis
+        self._still, self._still_value, self._still_since = feedback if is_still else None, value, axis.slow_cycles
+        return self._status, feedback
 
     def _go_straight(self, at: bytes, _cycle: Cycle) -> None:
         """After a cycle in which it left `at`, and only followed: as long as nothing else is to be done."""
         machine, slave = self._machine, self.slave
-        axis, layout = machine.axis_alone, slave.layout
+        axis, layout = machine.axis, slave.layout
         if self._lay is None:
             frame = Frame(
                 self._cycle_ns,
@@ -134,14 +142,13 @@ class RingSide:
                 len(RUNNING_MST) + layout.position,
                 self._place,
             )
-            numbers, is_told = self._feedback.following_numbers, self.telling is not None
+            numbers, is_told = self._feedback.following_numbers, self.is_told
             self._lay = straight(axis.arrangement, numbers, frame, is_told=is_told)
-        course = None if self.telling is None else self.telling.course()
         head, standing = at[: AT_HEAD.size], self._feedback.standing
         slave.go_straight(
             self._lay(
                 axis, machine, slave, slave.values_of, slave.values[0], self._until_ns, self._most_error, head,
-                standing, course,
+                standing, self.course,
             )
         )  # fmt: skip
 
@@ -210,7 +217,8 @@ class RingSide:
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
                 self._value = axis.follow
-                self._following = self._feedback.following(axis)
+                if self.course is not None or not self.is_told:
+                    self._following = self._feedback.following(axis, is_told=self.is_told)
             elif mode == 2:
                 self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
             elif machine.motor is not None:
@@ -221,14 +229,11 @@ class RingSide:
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
         self._feedback.refresh()
+        self._still = None
         self.slave.go_straight(None)
-        is_settled = self._steady_control >= 0 and (self.on_moved is None or self.telling is not None)
+        is_settled = self._steady_control >= 0 and (self.on_moved is None or self.is_told)
         is_simple = is_settled and self._following is not None
         self._lay, self._then = None, self._go_straight if is_simple else None
-        if self._seat is not None:
-            self._seat.offer(is_simple and axis.is_stiff, self._most_error)
-            if self._seat.gathers:
-                self._then = self._seat.gather
 
     # ---- status
 
@@ -316,24 +321,6 @@ class RingSide:
         machine.cycle_steps = self._cycle_ns // INNER_NS
         machine.rearrange()
         self._feedback = Feedback(machine, table, self.slave.telegrams.at, self._number_of)
-        self._seat = self._find_seat()
-
-    def _find_seat(self) -> Seat | None:
-        place, layout = self.slave.places.get(idns.MODE_COMMANDS[3], 0), self.slave.layout
-        if not place or not self._feedback.is_of_the_axis:
-            return None
-        shape = Shape(
-            self._cycle_ns // US,
-            1 + layout.mdt_length,
-            HEAD_BYTES + size(layout.mdt[: place - HEAD_VALUES]),
-            AT_HEAD.size + self._feedback.size,
-            *self._feedback.moving,
-        )
-        key = shape, layout.position
-        if key not in self._seats:
-            group, look = self._groups.of(shape), self._look_at_slow_things
-            self._seats[key] = Seat(group, self._clock, self._machine, self.slave, look, self.telling)
-        return self._seats[key]
 
     def _number_of(self, idn: int) -> Number:
         datum = self._table[idn]

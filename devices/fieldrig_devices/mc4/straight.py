@@ -9,10 +9,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final, NamedTuple, cast
 
-from fieldrig.clock import S
 from fieldrig_bus.ring.message import BROADCAST, Straight
-from fieldrig_devices.mc4.axis import INCREMENTS, RAD
-from fieldrig_devices.mc4.folded import Arrangement, Numbers, compiled, following_lines
+from fieldrig_devices.mc4.folded import Arrangement, Numbers, compiled, course_lines, following_lines
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.service import CONTROL_MASK
 from fieldrig_devices.sercos.slave import RUNNING_MST
@@ -39,10 +37,10 @@ def straight(arrangement: Arrangement, numbers: Numbers, frame: Frame, *, is_tol
     """Makes the way of one drive; of `is_told`, others are told where its load is, and must not be led astray.
 
     It takes axis, machine and slave, the reader of the record, control word, the time at which slow things are due,
-    the largest following error (rad), head and end of the AT, and what was told last (`seat.Course`) or None.
+    the largest following error (rad), head and end of the AT, and what was told last (`Course`) or None.
     """
     slack_ns = frame.cycle_ns // 2
-    checks = _checks(arrangement.plant.elastic is not None) if is_told else []
+    checks = course_lines(arrangement.plant.elastic is not None) if is_told else []
     lines = [
         f"if now_ns >= until_ns or len(data) != start + {frame.length} or data[start : start + 3] != {BEGINNING!r}:",
         "    return None",
@@ -62,22 +60,9 @@ def straight(arrangement: Arrangement, numbers: Numbers, frame: Frame, *, is_tol
     ]
     text = [
         "def lay(axis, machine, slave, read, control, until_ns, most_error, head, standing, course):",
-        *(["    told, tolerance, gear_ratio, offset = course"] if is_told else []),
         "    watchdog, window_ns = slave.watchdog, slave.window_ns",
-        *(["    told_at, told_speed, told_ns = told.value, told.speed, told.time_ns"] if is_told else []),
         "    def straight(now_ns, data, start):",
         *("        " + line for line in lines),
         "    return straight",
     ]
     return cast(Callable[..., Straight], compiled("\n".join(text), "lay", pack=numbers.pack, len=len))
-
-
-def _checks(is_elastic: bool) -> list[str]:
-    """Whether what was told of the load still holds; `Mc4` tells it anew."""
-    twist, speed = (" - new_w", "(new_l if new_w else new_v)") if is_elastic else ("", "new_v")
-    load = f"((axis.set_increments + way - new_e * {INCREMENTS!r} + offset) * {RAD!r}{twist}) / gear_ratio"
-    return [
-        f"    astray = told_at + told_speed * ((now_ns - told_ns) / {S}) - {load}",
-        f"    if not -tolerance <= astray <= tolerance or told_speed and not {speed}:",
-        "        return None",
-    ]

@@ -9,8 +9,7 @@ from math import tau
 from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import INCREMENTS
-from fieldrig_devices.mc4.folded import Numbers
+from fieldrig_devices.mc4.folded import INCREMENTS, Numbers
 from fieldrig_devices.mc4.machine import Machine
 
 SPEED_UNIT: Final = tau / 60 * 1e-4

@@ -57,14 +57,18 @@ class Profile:
         self._phases.append(Phase(begin_s, math.inf, position, end_speed, 0.0))
 
     def at(self, seconds: float) -> State:
-        for phase in self._phases:
-            if seconds < phase.end_s:
-                break
+        return State(*self.course(seconds))
+
+    def course(self, seconds: float) -> tuple[float, float, float]:
+        """As `at`, without names, for who asks in every cycle."""
+        phase = self._phases[-1]
+        if seconds < phase[0]:
+            for phase in self._phases:
+                if seconds < phase[1]:
+                    break
         begin_s, _, position, speed, acceleration = phase
         passed = seconds - begin_s
-        return State(
-            position + (speed + acceleration / 2 * passed) * passed, speed + acceleration * passed, acceleration
-        )
+        return position + (speed + acceleration / 2 * passed) * passed, speed + acceleration * passed, acceleration
 
     @property
     def distance(self) -> float:

@@ -31,6 +31,11 @@ class Travel:
         """Software limits."""
 
     @property
+    def is_there(self) -> bool:
+        """Whether anything limits the way at all: a switch that is on, one that has held the axis, or an end."""
+        return self.range is not None or self.held != 0 or bool(self._switches.inputs & _SWITCHES)
+
+    @property
     def is_held_back(self) -> bool:
         return self.is_limited or self.held != 0
 

@@ -64,23 +64,12 @@ class Application(Protocol):
         """IDNs whose values don't allow this phase, 3 or 4."""
 
 
-class StandIn(Protocol):
-    """Has the ATs of a drive that has no other part in a cycle."""
-
-    def take(self, cycle: Cycle) -> bytes | None:
-        """The AT of this cycle; None: the drive has to see to it itself, from now on."""
-
-    def end(self) -> None:
-        """The drive sees to it itself, from now on: its `stand_in` is None, and `take_up` was called."""
-
-
 class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
         "_forgiven", "_is_checked", "_is_fast", "_leave", "_lend", "_mdt_length", "_missed_mdts", "_missed_msts",
         "_offset", "_patience_ns", "_service", "_status", "_straight", "_waits_for_0", "address", "failures",
-        "heard", "layout", "phase", "places", "stand_in", "table", "then", "values", "values_of",
-        "watchdog", "window_ns",
+        "heard", "layout", "phase", "places", "table", "then", "values", "values_of", "watchdog", "window_ns",
     )  # fmt: skip
 
     def __init__(
@@ -123,8 +112,6 @@ class SercosSlave:
         self.watchdog = clock.watch(self._on_silence)
         """Due when two MSTs are missing; every MST that comes puts it off by `window_ns`."""
         self.window_ns = NEVER_NS
-        self.stand_in: StandIn | None = None
-        """Takes the cycles of CP4 in its place."""
         self._straight: Straight | None = None
         self._lend: Callable[[Straight | None], None] = getattr(link, "lend", _to_nobody)
         self.then: Callable[[bytes, Cycle], None] | None = None
@@ -151,13 +138,6 @@ class SercosSlave:
     def _on_message(self, message: RingMessage) -> None:
         if message.__class__ is not Cycle:
             return
-        if self.stand_in is not None:
-            at = self.stand_in.take(message)
-            if at is not None:
-                self.heard += 1
-                self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
-                self._leave(at)
-                return
         if self._straight is not None:
             at = self._straight(self._clock.now_ns(), message.mst + message.mdt, 0)
             if at is not None:
@@ -192,10 +172,6 @@ class SercosSlave:
         if straight is not self._straight:
             self._straight = straight
             self._lend(straight)
-
-    def take_up(self, mdt: bytes) -> None:
-        """Go on where the stand-in has ended, which has heard this MDT last."""
-        self.values = self.values_of(mdt, self._offset)
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
@@ -368,8 +344,6 @@ class SercosSlave:
         self._change_bit = words.COMMAND_CHANGED if has_ended else 0
         self._status = None
         self.go_straight(None)
-        if self.stand_in is not None:
-            self.stand_in.end()
 
     def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
         """Make the datum `idn` a procedure command of the application's."""

@@ -7,8 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.mc4.axis import INCREMENTS, RAD, Axis, Mode
-from fieldrig_devices.mc4.folded import INNER_S, Elastic, Gains, Limits, Numbers, Plant, exponential, folded
+from fieldrig_devices.mc4.axis import Axis, Mode
+from fieldrig_devices.mc4.folded import (
+    INCREMENTS,
+    INNER_S,
+    RAD,
+    Elastic,
+    Gains,
+    Limits,
+    Numbers,
+    Plant,
+    exponential,
+    folded,
+)
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
 quick = settings(max_examples=60, deadline=None)
@@ -108,11 +119,11 @@ def test_axis_that_only_follows_goes_the_same_way(
         each.control(Mode.POSITION)
         each.load(load)
         each.follow(700)
-    go = one.following(Numbers(("place", "new_e", "new_v", "new_t"), "qddd"))
+    go = one.following(Numbers(("place", "new_e", "new_v", "new_t"), "qddd"), is_told=False)
     assert go is not None
     for increments in wanted:
         before = everything(one)
-        values = go(one, increments, 0.05)
+        values = go(one, increments, 0.05, 0, None)
         other.cycle()
         if values is None:
             assert everything(one) == before
@@ -130,9 +141,9 @@ def test_axis_that_only_follows_goes_the_same_way(
 def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
     one = axis(gains=LAGLESS)
     one.control(Mode.POSITION)
-    go = one.following(Numbers(("place",), "i"))
+    go = one.following(Numbers(("place",), "i"), is_told=False)
     assert go is not None
-    assert [go(one, way * cycle, 1.0) for cycle in range(1, 5)] == [
+    assert [go(one, way * cycle, 1.0, 0, None) for cycle in range(1, 5)] == [
         struct.pack("<i", cycle * way) for cycle in range(4)
     ]
     assert one.slow_cycles == 0
@@ -140,10 +151,10 @@ def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
 
 def test_braked_axis_and_one_without_position_control_do_not_follow() -> None:
     one = axis(brake=2.0)
-    assert one.following(Numbers(("place",), "i")) is None
+    assert one.following(Numbers(("place",), "i"), is_told=False) is None
     one.control(Mode.POSITION)
     one.brake(True)
-    assert one.following(Numbers(("place",), "i")) is None
+    assert one.following(Numbers(("place",), "i"), is_told=False) is None
 
 
 def test_exponential_of_a_matrix() -> None:

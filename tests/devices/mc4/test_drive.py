@@ -5,6 +5,7 @@ from math import exp, isfinite, tau
 
 import pytest
 from device_of import device_of
+from drive_line import Line
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mc4_bench import BRAKE_PLATE, ENABLED, PLAIN_PLATE, SMALL_PLATE, DriveBench
@@ -14,6 +15,7 @@ from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import Axis, Mode
 from fieldrig_devices.mc4.drive import Mc4
+from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.idns import READ_PLATE, STANDSTILL_TORQUE
 
@@ -876,3 +878,23 @@ def test_speed_is_limited_to_the_motors_own_whatever_the_master_writes() -> None
     bench.follow(lambda cycle: 1_000_000 * cycle)  # 15000 1/min
     bench.run(300)
     assert bench.get("speed") == pytest.approx(5_000, rel=1e-3)
+
+
+def test_drive_at_rest_reckons_nothing_anew_until_something_stirs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    encoded: list[int] = []
+    encode = Feedback.encode
+
+    def spy(feedback: Feedback) -> bytes:
+        encoded.append(line.rig.now_ns)
+        return encode(feedback)
+
+    line = Line(2, wires=True)
+    line.rig.set("max4", "d1.ControllerEnable", False)
+    line.rig.set("max4", "d2.ControllerEnable", False)
+    line.run(500)
+    monkeypatch.setattr(Feedback, "encode", spy)
+    line.run(100)
+    assert len(encoded) <= 4, "only when it looks at what is slow"
+    line.rig.set("d1", "load_torque", 1.0)
+    line.run(50)
+    assert len(encoded) > 40, "it is pulled away"

@@ -9,10 +9,8 @@ from drive_line import CYCLE_NS, GEARED, TWISTING, Line, course
 
 from fieldrig.clock import MS, S
 from fieldrig_bus.ring.message import Cycle, Straight
-from fieldrig_bus.wires import Motion
-from fieldrig_devices.mc4 import seat
-from fieldrig_devices.mc4.axis import RAD
 from fieldrig_devices.mc4.drive import Mc4
+from fieldrig_devices.mc4.folded import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS
 from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.ring_side import RingSide
@@ -74,7 +72,7 @@ class OneStraight:
         return self.machine.at_ns + CYCLE_NS
 
     def state(self) -> tuple[object, ...]:
-        axis = self.machine.axis_alone
+        axis = self.machine.axis
         return (
             self.machine.at_ns,
             self.slave.heard,
@@ -143,7 +141,7 @@ def test_slow_things_are_left_to_the_drive() -> None:
 
 def test_following_error_and_rest_are_left_to_the_drive() -> None:
     one = OneStraight()
-    axis = one.machine.axis_alone
+    axis = one.machine.axis
     axis.e += 10 * tau
     assert one.refuses(one.telegrams, one.next_ns)
     axis.e -= 10 * tau
@@ -155,21 +153,21 @@ def test_who_is_led_astray_is_told_anew_by_the_drive() -> None:
     one = OneStraight(wires=True)
     while one.refuses(one.telegrams, one.next_ns):
         one.go_on()
-    one.machine.axis_alone.set_increments += 5_000
+    one.machine.axis.set_increments += 5_000
     assert one.refuses(one.telegrams, one.next_ns)
 
 
 @pytest.mark.parametrize(("told_speed", "refuses"), [(0.0, False), (0.1, True)])
 def test_that_it_stands_is_told_by_the_drive(told_speed: float, refuses: bool) -> None:
     one = OneStraight(wires=True)
-    machine, axis = one.machine, one.machine.axis_alone
+    machine, axis = one.machine, one.machine.axis
     axis.e = axis.v = axis.i = axis.t = axis.lead = 0.0
     axis.way = 0
-    told = Motion(
-        "d1.position", axis.set_increments * RAD - told_speed * CYCLE_NS / S, "rad", machine.at_ns, told_speed
-    )
-    one.drive._courses["position"] = told
     assert one.drive._side is not None
+    assert one.drive._side.course is not None
+    one.drive._side.course = one.drive._side.course._replace(
+        position=axis.set_increments * RAD - told_speed * CYCLE_NS / S, speed=told_speed, time_ns=machine.at_ns
+    )
     one.drive._side._go_straight(bytes(20), Cycle(0, b"", b""))
     assert one.refuses(one.telegrams, one.next_ns) is refuses
 
@@ -225,19 +223,11 @@ def test_whatever_changes_ends_it(change: int) -> None:
     assert one.slave._straight is None
 
 
-def test_many_of_a_process_go_together_and_not_straight() -> None:
-    line = Line(24)
-    line.swing(Random(1))
-    line.run(10)
-    assert (line.riding, line.straight) == (24, 0)
-
-
-@pytest.mark.parametrize("count", [1, seat.FEWEST], ids=["straight", "riding"])
-def test_silent_master_is_noticed_at_the_same_instant_either_way(count: int) -> None:
-    line = Line(count)
+def test_silent_master_is_noticed_at_the_same_instant_either_way() -> None:
+    line = Line(1)
     line.swing(Random(1))
     line.rig.run_until(line.rig.now_ns + 20 * CYCLE_NS + CYCLE_NS * 9 // 10)
-    assert (line.straight, line.riding) == ((1, 0) if count == 1 else (0, count))
+    assert line.straight == 1
     heard_ns = max(int(said.split()[1]) for said in line.said if said.startswith("ring") and "Cycle(" in said)
     assert line.max4.bus is not None
     line.max4.bus._drop_master()

@@ -232,36 +232,6 @@ def test_data_without_an_end_are_refused() -> None:
     assert (server.status & 4, server.info) == (4, Code.TOO_LONG)
 
 
-class Understudy:
-    """Has so many ATs, and then no more."""
-
-    def __init__(self, bare: Bare, count: int) -> None:
-        self._bare, self._left = bare, count
-
-    def take(self, cycle: Cycle) -> bytes | None:
-        if not self._left:
-            self.end()
-            return None
-        self._left -= 1
-        return b"\5stand-in"
-
-    def end(self) -> None:
-        self._bare.slave.stand_in = None
-        self._bare.slave.take_up(MDT[:5] + bytes.fromhex("07000000"))
-
-
-def test_stand_in_gives_the_at_until_it_has_none_and_the_drive_takes_up() -> None:
-    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
-    heard = len(bare.heard)
-    bare.slave.stand_in = Understudy(bare, 2)
-    assert [bare.cycle(4, MDT) for _ in range(2)] == [b"\5stand-in"] * 2
-    assert len(bare.heard) == heard
-    assert bare.cycle(4, b"")[:1] == bytes((ADDRESS,)), "its own: there is no stand-in any more"
-    assert (bare.missed, bare.missed_after) == (1, (7,)), "the last MDT is that of the stand-in"
-    assert bare.cycle(4, MDT)[:1] == bytes((ADDRESS,))
-    assert len(bare.heard) == heard + 1
-
-
 class Short:
     """A straight way to so many ATs."""
 
@@ -323,7 +293,7 @@ def test_command_that_ends_meanwhile_is_shown_by_the_drive_itself() -> None:
     bare.slave.command(170, commands.append)
     bare.in_phase(4)
     assert bare.write(170, b"\3\0") == b""
-    bare.slave.stand_in = Understudy(bare, 10)
+    bare.slave.go_straight(Short(bare, 10))
     commands[0].finish()
     assert int.from_bytes(bare.cycle(4, MDT)[1:3], "little") & words.COMMAND_CHANGED
 

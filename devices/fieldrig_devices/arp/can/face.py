@@ -56,9 +56,8 @@ class CanFace:
         """Each pass of the scheduler: what PDOs carry follows the card; errors are told by EMCY."""
         if self._node is None or self._emergencies is None:
             return
-        for variable in self._node.transmitted:
-            if variable.reader is not None:
-                variable.set(variable.reader())
+        for variable, read in self._node.watched:
+            variable.set(read())
         self._emergencies.refresh()
 
     def _settings(self) -> CanopenSettings:

@@ -66,17 +66,24 @@ class ProfileVelocity(Mode):
 
     def step(self) -> None:
         context = self.context
-        if not self.is_halted:
+        motion, travel, motor = context.motion, context.travel, context.motor
+        is_limited = motor.inputs or travel.held or travel.range is not None or self._is_stopped
+        if is_limited and not self.is_halted:
             self._watch_switches()
-        context.motion.step(context.cycle_s)
-        self._compare()
+        motion.step(context.cycle_s)
+        velocity = motor.velocity
+        is_near = abs(velocity - self._asked) <= context.velocity_window
+        is_fast = abs(velocity) > context.threshold
+        if not (is_near and is_fast and self._reached.is_held and self._faster.is_held):
+            self._compare(is_near=is_near, is_fast=is_fast)
 
     def _watch_switches(self) -> None:
         context = self.context
         if not context.travel.bars(context.motion.speed or self._wanted):
             if self._is_stopped:
                 self._run()
-            self._watch_limits()
+            if context.travel.range is not None and not self._is_ending:
+                self._watch_limits()
         elif not self._is_stopped:
             self._is_stopped = True
             self.brake(Ramp.QUICK_STOP)
@@ -84,24 +91,19 @@ class ProfileVelocity(Mode):
     def _watch_limits(self) -> None:
         """So that the stop at a software limit begins in time."""
         context, motion = self.context, self.context.motion
-        if context.travel.range is None or self._is_ending:
-            return
         limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
         way = context.travel.stop_ahead(motion.position, motion.speed, self._wanted, limits, context.cycle_s)
         if way is not None:
             self._is_ending = True
             motion.start(way)
 
-    def _compare(self) -> None:
+    def _compare(self, *, is_near: bool, is_fast: bool) -> None:
         """606Dh to 6070h.  What holds and has held long enough goes on to."""
         context = self.context
-        velocity, numbers, cycle_ns = context.motor.velocity, context.objects.numbers, context.cycle_ns
-        is_near = abs(velocity - self._asked) <= context.velocity_window
         if not (is_near and self._reached.is_held):
-            self._reached.update(is_near, numbers[_WINDOW_TIME], cycle_ns)
-        is_fast = abs(velocity) > context.threshold
+            self._reached.update(is_near, context.objects.numbers[_WINDOW_TIME], context.cycle_ns)
         if not (is_fast and self._faster.is_held):
-            self._faster.update(is_fast, numbers[_THRESHOLD_TIME], cycle_ns)
+            self._faster.update(is_fast, context.objects.numbers[_THRESHOLD_TIME], context.cycle_ns)
 
     @property
     def status(self) -> int:
