@@ -5,7 +5,7 @@ from fieldrig_bus.modbus.line_model import MOST_WANTED, LineModel
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.serial.message import Format
 from fieldrig_bus.serial.model import LONGEST_BACKLOG_NS, SerialModel
-from fieldrig_bus.wires import MOST_WIRES, Signal, WiresModel
+from fieldrig_bus.wires import MOST_OF_A_MEMBER, Signal, WiresModel
 
 
 def test_a_serial_line_takes_an_hour_ahead_and_no_more() -> None:
@@ -29,11 +29,11 @@ def test_a_modbus_line_keeps_so_many_requests_waiting() -> None:
     assert len(model._wanted) == MOST_WANTED
 
 
-def test_wires_are_not_more_than_so_many() -> None:
+def test_wires_of_a_member_are_not_more_than_so_many() -> None:
     model = WiresModel()
     model.join("io")
-    for number in range(MOST_WIRES + 5):
+    for number in range(MOST_OF_A_MEMBER + 5):
         model.submit(0, "io", Signal(f"w{number}", True))
-    assert model.statistics(0) == {"wires": float(MOST_WIRES)}
+    assert model.statistics(0) == {"wires": float(MOST_OF_A_MEMBER)}
     model.submit(0, "io", Signal("w0", False))
     assert model.collect(0)[-1].message == Signal("w0", False)

@@ -1,12 +1,13 @@
 """The examples that `fieldrig new` copies: the rig files of `configs`, which the wheel carries inside this package.
 
-An example is a rig file; it is described by the comment in its first line.  Its variants (`lab-virtual.yaml` extends
-`lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it, so a rig file that is added
+An example is a rig file; it is described by the first sentence of the comment that it begins with.  Its variants
+(`lab-virtual.yaml` extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it, so a rig file that is added
 to the folder is in the menu without further ado.
 """
 
 from collections.abc import Iterator, Mapping
 from importlib.resources import files
+from itertools import takewhile
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -41,7 +42,11 @@ def content_of(example: str) -> Mapping[PurePosixPath, bytes]:
 
 def _sentence(rig: Path) -> str:
     with rig.open(encoding="utf-8") as lines:
-        return lines.readline().removeprefix("#").strip()
+        comment = " ".join(
+            line.removeprefix("#").strip() for line in takewhile(lambda line: line.startswith("#"), lines)
+        )
+    sentence, dot, _ = text.partition(". ")
+    return sentence + dot.strip()
 
 
 def _data(rig: Path) -> Any:
@@ -49,8 +54,9 @@ def _data(rig: Path) -> Any:
 
 
 def _is_variant(rig: Path) -> bool:
-    base = _data(rig).get("extends", "").removesuffix(SUFFIX)
-    return bool(base) and rig.stem.startswith(f"{base}-")
+    bases = _data(rig).get("extends", [])
+    names = [bases] if isinstance(bases, str) else bases
+    return any(rig.stem.startswith(f"{name.removesuffix(SUFFIX)}-") for name in names)
 
 
 def _follow(file: Path, found: dict[Path, None]) -> None:

@@ -194,12 +194,19 @@ class CanopenNode(Device):
 
     @property
     def watched(self) -> list[tuple[Variable, Callable[[], bytes]]]:
-        """What TPDOs carry at present that are sent when it changes, and its reader.  An application that has put
-        readers into variables keeps these up to date with `set`; for the others whoever looks asks the reader."""
+        """What an application that has put readers into variables keeps present with `set`, with these readers.
+
+        It is what TPDOs carry; after `read_when_sent` only what those carry that are sent when it changes.
+        """
         if self._watched is None:
             found = dict.fromkeys(variable for tpdo in self._tpdos for variable in tpdo.watched)
             self._watched = [(one, one.reader) for one in found if one.reader is not None]
         return self._watched
+
+    def read_when_sent(self) -> None:
+        """Ask readers whenever a TPDO is sent at a SYNC or on request, from now on."""
+        for one in self._tpdos:
+            one.reads_when_sent = True
 
     def _on_pdo_change(self) -> None:
         self._watched = None

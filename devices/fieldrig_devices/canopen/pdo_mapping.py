@@ -58,8 +58,12 @@ class Mapping:
         self.name = f"{direction.value} mapping {index:04X}h"
         self.parts: list[Part] = []
         self.mode = Mode.MAPPED
+        self._most: float | None = None
+        """The high limit that the EDS has for the number of objects."""
         if self._count is not None:
             self._count.writer = self._on_count_written
+            # While the PDO may be mapped, too many objects are 0604 0042h, whatever limits the EDS has.
+            self._most, self._count.high = self._count.high, None
         for entry in self._entries:
             entry.writer = self._entry_writer(entry)
 
@@ -102,7 +106,8 @@ class Mapping:
     def _on_count_written(self, data: bytes) -> None:
         assert self._count is not None
         if self._is_valid() and data != self._count.data:
-            raise Abort(Code.UNSUPPORTED_ACCESS)
+            is_beyond = self._most is not None and data[0] > self._most
+            raise Abort(Code.VALUE_TOO_HIGH if is_beyond else Code.UNSUPPORTED_ACCESS)
         self.parts, self.mode = self._resolve_all(data[0]), self._mode(data[0])
         self._count.set(data)
 

@@ -53,8 +53,10 @@ class Tpdo(Service):
         self._inhibited = Deadline(clock, self._send_due)
         self._event_timer = Deadline(clock, self._on_event)
         self._watches: list[tuple[Variable, Callable[[], None]]] = []
+        self.reads_when_sent = False
+        """True if readers are asked when it is sent at its time; else the application keeps what it carries present."""
         self.watched: list[Variable] = []
-        """What it carries at present, if it is sent when that changes."""
+        """What the application keeps present: what it carries, unless it is only read when it is sent."""
         self.on_change: Callable[[], None] = lambda: None
         """Called when `watched` is another."""
         self._scanner: mpdo.Scanner | None = None
@@ -118,7 +120,7 @@ class Tpdo(Service):
 
     def _activate(self) -> None:
         self._is_active = True
-        self._refresh()
+        self._refresh(with_readers=True)
         self._pack, self._sample = self._packer(), None
         self._type = _number(self._type_variable, 255) if self._mapping.mode is Mode.MAPPED else EVENT_DRIVEN[-1]
         self._inhibit_ns = _number(self._inhibit_time) * INHIBIT_UNIT_NS
@@ -126,9 +128,11 @@ class Tpdo(Service):
         self._syncs, self._is_waiting_for_start = 0, _number(self._sync_start) > 0
         if self._type <= LAST_CYCLIC or self._type == RTR_SYNCHRONOUS:
             self._sync.subscribe((1, self._number), self._sync_handler())
-        if self._type == ACYCLIC or self._type in EVENT_DRIVEN:
-            self.watched = _carried(self._mapping)
+        is_sent_on_events = self._type == ACYCLIC or self._type in EVENT_DRIVEN
+        if is_sent_on_events:
             self._watch()
+        if is_sent_on_events or not self.reads_when_sent:
+            self.watched = _carried(self._mapping)
         self.on_change()
         self._start_event_timer()
 
@@ -141,17 +145,17 @@ class Tpdo(Service):
         for variable, on_event in self._watches:
             variable.events.append(on_event)
 
-    def _refresh(self) -> None:
-        """Bring what the application or the machine moves on to the present."""
+    def _refresh(self, *, with_readers: bool) -> None:
+        """Bring what the machine moves on to the present, and what the application reads."""
         for variable in _carried(self._mapping):
             if variable.live is not None:
                 variable.sample()
-            elif variable.reader is not None:
+            elif with_readers and variable.reader is not None:
                 variable.set(variable.reader())
 
     def _sampled(self) -> bytes:
         """For a PDO that is sent at its time, whatever has changed."""
-        self._refresh()
+        self._refresh(with_readers=self.reads_when_sent)
         return self._pack()
 
     def _packer(self) -> Pack:

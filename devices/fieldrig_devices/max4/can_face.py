@@ -116,6 +116,7 @@ class FaceNode:
         self.node = CanopenNode(clock, f"can{node_id}", can, node_settings, controller.section(f"can_face_{node_id}"))
         self.motors: list[AxisMotor] = []
         self.axes: list[Cia402Axis] = []
+        self.node.read_when_sent()
         can_face_cells.connect(self.node.dictionary, controller)
         for number in range(settings.axes_per_node):
             self._add(number)
