@@ -1,8 +1,8 @@
 """The examples that `fieldrig new` copies: the rig files of `configs`, which the wheel carries inside this package.
 
 An example is a rig file; it is described by the first sentence of the comment that it begins with.  Its variants
-(`lab-virtual.yaml` extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it, so a rig file that is added
-to the folder is in the menu without further ado.
+(`lab-virtual.yaml` extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it,
+so a rig file that is added to the folder is in the menu without further ado.
 """
 
 from collections.abc import Iterator, Mapping
@@ -42,9 +42,8 @@ def content_of(example: str) -> Mapping[PurePosixPath, bytes]:
 
 def _sentence(rig: Path) -> str:
     with rig.open(encoding="utf-8") as lines:
-        comment = " ".join(
-            line.removeprefix("#").strip() for line in takewhile(lambda line: line.startswith("#"), lines)
-        )
+        comment = takewhile(lambda line: line.startswith("#"), lines)
+        text = " ".join(line.removeprefix("#").strip() for line in comment)
     sentence, dot, _ = text.partition(". ")
     return sentence + dot.strip()
 
