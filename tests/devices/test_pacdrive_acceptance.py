@@ -317,7 +317,8 @@ def test_10_5_1_overload_stops_in_time_and_goes_on_when_quitted() -> None:
         course = lab.course("film", 900)
         assert seen(course) == [(4, 0x30, True, True, True, 3125), (4, 0x32, True, True, True, 3125)]
         assert int(course[1][0]) < 800
-        assert abs(int(lab.of("film", "position")) - at) < 2_000
+        cycle_way = 300 / 60 * 0.004 * 1_000_000  # it goes back to where it was at a cycle, not when it was read
+        assert abs(int(lab.of("film", "position")) - at) < cycle_way + 2_000
         assert lab.states("film") == (4, 0x32)
         lab.do("quit").run(1_000)
         assert (lab.states("film"), lab.diagnosis()[0]) == ((3, 0x21), 0)
