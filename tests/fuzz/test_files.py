@@ -1,4 +1,4 @@
-"""Files, spoilt in every way, at every reader: rig files, register tables, name plates, EDS files, traces, tokens, stores.
+"""Files, spoilt in every way, at every reader: rigs, register tables, name plates, EDS files, traces, tokens, stores.
 
 A configuration that is wrong is refused by the errors that are meant for it.  A store is damaged and the device starts
 without it, or it is as good as another.
