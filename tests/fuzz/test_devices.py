@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from arp_bench import CardBench
 from arp_terminal import TerminalBench
-from canopen_bench import CanopenBench, RecordedCan
+from canopen_bench import CanopenBench
 from hiperface_bench import EncoderBench, telegram
 from spoiling import spoilt
 from strangers import hub_of
@@ -76,12 +76,12 @@ def test_a_frame_of_the_kernel_can_be_on_a_bus(inputs_a_target: int) -> None:
             check_frame(frame)
 
 
-def _card() -> tuple[RecordedCan, Callable[[], Any], int]:
+def _card() -> tuple[Any, Callable[[], Any], int]:
     bench = CardBench(with_can=True).run_for(50)
     return bench.can, lambda: bench.run_for(1), 10
 
 
-def _node() -> tuple[RecordedCan, Callable[[], Any], int]:
+def _node() -> tuple[Any, Callable[[], Any], int]:
     bench = CanopenBench()
     return bench.can, lambda: bench.after(1), 5
 
