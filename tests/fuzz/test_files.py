@@ -70,29 +70,19 @@ def test_a_rig_file_is_loaded_or_refused(name: str, tmp_path: Path, inputs_a_tar
 
 
 @SLOW
-def test_a_register_table_is_loaded_or_refused(tmp_path: Path, inputs_a_target: int) -> None:
-    path = tmp_path / "table.yaml"
+@pytest.mark.parametrize(("folder", "load"), [("registers", load_table), ("plates", load_plate)])
+def test_a_file_that_a_rig_names_is_loaded_or_refused(
+    folder: str, load: Callable[[Path], Any], tmp_path: Path, inputs_a_target: int
+) -> None:
+    path = tmp_path / "spoilt.yaml"
 
     def look(data: bytes) -> None:
         path.write_bytes(data)
         with suppress(ConfigError):
-            load_table(path)
+            load(path)
 
-    seeds = [one.read_bytes() for one in sorted((CONFIGS / "registers").glob("*.yaml"))]
-    _fuzz(random.Random(f"{SEED}/table"), spoilt_file, seeds, inputs_a_target, look)
-
-
-@SLOW
-def test_a_name_plate_is_loaded_or_refused(tmp_path: Path, inputs_a_target: int) -> None:
-    path = tmp_path / "plate.yaml"
-
-    def look(data: bytes) -> None:
-        path.write_bytes(data)
-        with suppress(ConfigError):
-            load_plate(path)
-
-    seeds = [one.read_bytes() for one in sorted((CONFIGS / "plates").glob("*.yaml"))]
-    _fuzz(random.Random(f"{SEED}/plate"), spoilt_file, seeds, inputs_a_target, look)
+    seeds = [one.read_bytes() for one in sorted((CONFIGS / folder).glob("*.yaml"))]
+    _fuzz(random.Random(f"{SEED}/{folder}"), spoilt_file, seeds, inputs_a_target, look)
 
 
 @SLOW
