@@ -29,7 +29,7 @@ from fieldrig.errors import UsageError
 from fieldrig.hub_wire import Kind, Records, pack
 from fieldrig.trace import is_batch
 from fieldrig.trace_jsonl import read as read_jsonl
-from fieldrig.untrusted import read_json
+from fieldrig.untrusted import read_json, typed
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.lawicel import decode as decode_lawicel
 from fieldrig_bus.can.udp import from_wire, to_wire
@@ -81,7 +81,7 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
         "back": (decode_back, [encode_back(1, 2, [(0, b"\x05\x01"), (1, b"\x06")])]),
         "stations": (lambda data: _stations_of(data.decode()), [b"a=1,2;b=observer;c="]),
         "stations of shm": (
-            lambda data: _are(read_json(data)),
+            lambda data: _are(typed(read_json(data), list)),  # the caller lets nothing but arrays through
             [b'[["a",[1,2]],["b",null]]'],
         ),
         "jsonl": (lambda data: list(read_jsonl(io.BytesIO(data))), [LINE, LINE * 2]),
