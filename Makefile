@@ -27,7 +27,7 @@ format: .venv/dev-installed ## format the code, and mend what ruff can mend
 	@$(BIN)/ruff format
 	@$(BIN)/ruff check --fix
 
-fuzz: .venv/dev-installed ## 200,000 spoilt frames at a CANopen node, a million inputs at all decoders and listeners
+fuzz: .venv/dev-installed ## 200,000 spoilt frames at a CANopen node, a million inputs at all decoders, listeners, files and stores
 	@FIELDRIG_FUZZ_FRAMES=200000 FIELDRIG_FUZZ_INPUTS=1000000 $(BIN)/python -m pytest -q tests/fuzz --timeout=7200
 
 bench: .venv/dev-installed ## measure, and write docs/benchmarks.md

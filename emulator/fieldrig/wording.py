@@ -146,7 +146,7 @@ def _schemas_at(part: Any, root: Any, path: KeyPath) -> Iterator[Any]:
 def _child(part: dict[str, Any], key: Any) -> Any:
     if isinstance(key, int) and "items" in part:
         return part["items"]
-    if isinstance(key, int) and key < len(part.get("prefixItems", ())):
+    if isinstance(key, int) and 0 <= key < len(part.get("prefixItems", ())):  # of a mapping it may be -1
         return part["prefixItems"][key]
     return part.get("properties", {}).get(key, part.get("additionalProperties"))
 

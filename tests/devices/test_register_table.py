@@ -89,6 +89,14 @@ def test_what_is_no_table_is_refused(tmp_path: Path, text: str) -> None:
     assert mistakes(tmp_path, text)
 
 
+@pytest.mark.parametrize("key", [-1, 0, 1])
+def test_a_number_in_the_place_of_a_key_is_refused(tmp_path: Path, key: int) -> None:
+    path = tmp_path / "table.yaml"
+    path.write_text(f"holding_registers: [{{address: 0, name: a, {key}: 1}}]\nfifos: {{{key}: 1}}\n")
+    with pytest.raises(ConfigError):
+        load_table(path)
+
+
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError):
         load_table(tmp_path / "none.yaml")

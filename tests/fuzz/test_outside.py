@@ -3,7 +3,7 @@
 
 Each decoder gives a value or a ValueError.  Each listener goes on: its loop has nothing to complain of, nobody's name
 stays taken, and who joins afterwards is served.  Kinds of buses that are installed are in here by themselves.  The
-inputs are the same ones each time; `make fuzz` takes a million of them, shared out among all targets.
+inputs are the same ones each time; `make fuzz` takes a million of them, shared out among all targets of this folder.
 """
 
 import asyncio
@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 from arp_user_port import PortBench, frame
 from sendable import GOOD
+from spoiling import spoilt
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of, kind_names
 
 from fieldrig.bus_questions import answers_of_bus
@@ -28,7 +29,7 @@ from fieldrig.errors import UsageError
 from fieldrig.hub_wire import Kind, Records, pack
 from fieldrig.trace import is_batch
 from fieldrig.trace_jsonl import read as read_jsonl
-from fieldrig.untrusted import read_json
+from fieldrig.untrusted import read_json, typed
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.lawicel import decode as decode_lawicel
 from fieldrig_bus.can.udp import from_wire, to_wire
@@ -45,35 +46,6 @@ from fieldrig_bus.traces import candump, pcapng
 pytestmark = pytest.mark.system
 
 SEED = 2026
-PIECES = [b"[" * 2000, b"{", b'[[1,2]]', b'[{"a":1}]', b"null", b"NaN", b"1e999", b"9" * 30, b'"\\ud800"', b"\xff" * 9,
-          b"\x00" * 9, b"\r", b"\n", b" ", b"<", b">", b"-1", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff"]  # fmt: skip
-
-
-def spoilt(chance: random.Random, seeds: list[bytes]) -> bytes:
-    """A seed, or two of them, with some bytes otherwise; some inputs are noise from end to end."""
-    if chance.random() < 0.05:
-        return chance.randbytes(chance.randrange(64))
-    data = bytearray(chance.choice(seeds))
-    for _ in range(chance.choice((0, 1, 1, 1, 2, 3, 8))):
-        place = chance.randrange(len(data) + 1)
-        match chance.randrange(7):
-            case 0 if data:
-                data[place % len(data)] ^= 1 << chance.randrange(8)
-            case 1 if data:
-                data[place % len(data)] = chance.randrange(256)
-            case 2:
-                del data[place : place + chance.randrange(1, 9)]
-            case 3:
-                data[place:place] = chance.randbytes(chance.randrange(1, 9))
-            case 4:
-                data[place:place] = chance.choice(PIECES)
-            case 5:
-                data[place:place] = chance.choice(seeds)
-            case _:
-                del data[place:]
-    return bytes(data)
-
-
 # Decoders
 
 
@@ -109,7 +81,7 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
         "back": (decode_back, [encode_back(1, 2, [(0, b"\x05\x01"), (1, b"\x06")])]),
         "stations": (lambda data: _stations_of(data.decode()), [b"a=1,2;b=observer;c="]),
         "stations of shm": (
-            lambda data: _are(read_json(data)),
+            lambda data: _are(typed(read_json(data), list)),  # the caller lets nothing but arrays through
             [b'[["a",[1,2]],["b",null]]'],
         ),
         "jsonl": (lambda data: list(read_jsonl(io.BytesIO(data))), [LINE, LINE * 2]),
@@ -265,11 +237,11 @@ def test_a_way_in_for_outsiders_goes_on(name: str, tmp_path: Path, inputs_a_targ
     async def scene() -> None:
         async with hub_of(kind, tmp_path, **_with_address(settings, f"127.0.0.1:{free_tcp}")) as hub:
             members = set(hub._members)
-            for _ in range(0, inputs_a_target, A_CONNECTION):
+            for first in range(0, inputs_a_target, A_CONNECTION):
                 reader, writer = await asyncio.open_connection("127.0.0.1", free_tcp)
                 swallowing = asyncio.get_running_loop().create_task(swallow(reader))
                 with suppress(ConnectionError):
-                    for _ in range(A_CONNECTION):
+                    for _ in range(first, min(first + A_CONNECTION, inputs_a_target)):
                         writer.write(spoilt(chance, seeds))
                     await writer.drain()
                     if chance.random() < 0.5:
@@ -317,6 +289,7 @@ class Question:
         self.answers += 1
 
 
+@pytest.mark.share(0.1)  # a fault that is refused in words costs as much as ten frames
 @pytest.mark.parametrize("kind", hub_kinds())
 def test_a_question_has_one_answer(kind: str, tmp_path: Path, inputs_a_target: int) -> None:
     chance = random.Random(f"{SEED}/question/{kind}")
@@ -326,7 +299,7 @@ def test_a_question_has_one_answer(kind: str, tmp_path: Path, inputs_a_target: i
     async def scene() -> None:
         async with hub_of(kind, tmp_path) as hub:
             answer = answers_of_bus(hub)
-            for _ in range(inputs_a_target // 10):  # a fault that is refused in words costs as much as ten frames
+            for _ in range(inputs_a_target):
                 question: Any = Question(
                     chance.choice(("status", "faults", "add_fault", "clear_fault", "x")), spoilt(chance, seeds)
                 )
@@ -336,11 +309,12 @@ def test_a_question_has_one_answer(kind: str, tmp_path: Path, inputs_a_target: i
     asyncio.run(scene())
 
 
+@pytest.mark.share(0.25)
 def test_the_user_port_of_an_arp_card_goes_on(inputs_a_target: int) -> None:
     chance = random.Random(f"{SEED}/user port")
     bench = PortBench()
     seeds = [frame(bytes((1, 1, 1, command)) + data) for command, data in _commands()]
-    for number in range(inputs_a_target // 4):
+    for number in range(inputs_a_target):
         bench.user.deliver(spoilt(chance, seeds))
         if number % 16 == 0:
             bench.run_for(1)

@@ -21,7 +21,7 @@ from fieldrig.errors import BusError
 from fieldrig_bus.can import socketcan_errors
 from fieldrig_bus.can.acceptance import ERRORS, EXTENDED, REMOTE, STATE, Filters, passes, received
 from fieldrig_bus.can.direct import CanDirectBus, CanDirectSettings, DirectEnd
-from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import BusState, CanError
 
 CLASSICAL: Final = struct.Struct("=IB3x8s")  # struct can_frame
@@ -55,7 +55,12 @@ def to_wire(frame: CanFrame) -> bytes:
 
 
 def from_wire(data: bytes) -> CanFrame | None:
-    """None for an error frame."""
+    """None for an error frame.
+
+    The kernel hands over what a program sent to a vcan as it is; a controller would send something that a bus can
+    carry, and this is what comes of it here: an identifier of its 11 or 29 bits, an FD frame filled up with zeros to
+    the next length that a DLC can say (as drivers do by `can_fd_len2dlc`), at most 8 bytes asked for.
+    """
     word, length, flags = HEAD.unpack_from(data)
     payload = data[HEAD.size : HEAD.size + length]
     is_fd = len(data) == FD.size
@@ -63,10 +68,15 @@ def from_wire(data: bytes) -> CanFrame | None:
         return CanFrame(word, payload)
     if word & ERROR:
         return None
-    identifier, is_extended = word & EXTENDED_MASK, bool(word & EXTENDED)
+    is_extended = bool(word & EXTENDED)
+    identifier = word & (EXTENDED_MASK if is_extended else STANDARD_MASK)
+    if is_fd:
+        full = next(one for one in FD_LENGTHS if one >= len(payload))
+        is_switched = bool(flags & BIT_RATE_SWITCH)
+        return CanFrame(identifier, payload.ljust(full, b"\0"), is_extended, False, 0, True, is_switched)
     if word & REMOTE:
-        return CanFrame(identifier, b"", is_extended, True, length)
-    return CanFrame(identifier, payload, is_extended, False, 0, is_fd, is_fd and bool(flags & BIT_RATE_SWITCH))
+        return CanFrame(identifier, b"", is_extended, True, min(length, CLASSICAL.size - HEAD.size))
+    return CanFrame(identifier, payload, is_extended)
 
 
 def kernel_filters(filters: Filters | None) -> bytes:

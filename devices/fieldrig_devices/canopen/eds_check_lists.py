@@ -3,6 +3,7 @@
 Source: CiA 306-1 4.6.2, CiA 301 7.4.
 """
 
+import re
 from collections.abc import Iterator
 
 from fieldrig_devices.canopen.eds_check_objects import object_type
@@ -12,6 +13,8 @@ from fieldrig_devices.canopen.eds_text import FIRST_OBJECT
 
 MANDATORY = (0x1000, 0x1001, 0x1018)
 MANUFACTURER = range(0x2000, 0x6000)
+PLACE = re.compile(r"[0-9]{1,9}")
+"""The key of an entry of a list."""
 LISTS = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
 ERROR_CONTROL = (0x1017, 0x100C)
 
@@ -36,7 +39,7 @@ def _lists(source: EdsSource, described: dict[int, Section]) -> Iterator[Finding
             )
             continue
         count = section.number("SupportedObjects")
-        entries = {key: entry for key, entry in section.entries.items() if key.isdigit()}
+        entries = {key: entry for key, entry in section.entries.items() if PLACE.fullmatch(key)}
         if count != len(entries):
             yield error(
                 section.line_of("SupportedObjects"),

@@ -84,7 +84,7 @@ def _mapping(source: EdsSource, index: int) -> Iterator[Finding]:
         return
     is_received = index < TPDO
     total = 0
-    for sub in range(1, count + 1):
+    for sub in range(1, min(count, MULTIPLEXED[0]) + 1):  # a sub-index has no more bits
         section = source.get(f"{index:04X}sub{sub:X}")
         entry = None if section is None else section.number("DefaultValue")
         if section is None or entry is None:

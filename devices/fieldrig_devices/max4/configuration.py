@@ -7,12 +7,13 @@ like is our choice: JSON.
 
 import json
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fieldrig.device import Value
 from fieldrig.settings import Settings
+from fieldrig.untrusted import MalformedError, read_json
 from fieldrig_devices.max4.limits import MOST_AXES
 
 Commands = Literal["position", "velocity", "torque"]
@@ -92,8 +93,8 @@ def parameters_to_file(values: Mapping[str, Value]) -> bytes:
 def parameters_of_file(data: bytes) -> dict[str, Value]:
     """ValueError if they are none."""
     try:
-        found: Any = json.loads(data)
-    except (ValueError, RecursionError) as cause:
+        found = read_json(data)
+    except MalformedError as cause:
         raise ValueError("no parameter file") from cause
     if not isinstance(found, dict):
         raise ValueError("no parameter file")

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from fieldrig.errors import BusError
 from fieldrig_bus.can.acceptance import EXTENDED
-from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.frame import CanFrame, check_frame
 from fieldrig_bus.can.socketcan import CanSocketcan, CanSocketcanSettings, from_wire, kernel_filters, to_wire
 
 pytestmark = pytest.mark.skipif(sys.byteorder != "little", reason="the bytes are a little-endian machine's")
@@ -50,8 +50,27 @@ def test_error_frames_are_none() -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(st.binary(min_size=16, max_size=16) | st.binary(min_size=72, max_size=72))
-def test_whatever_the_kernel_says_never_raises(data: bytes) -> None:
-    from_wire(data)
+def test_whatever_the_kernel_says_is_a_frame_that_a_bus_can_carry(data: bytes) -> None:
+    frame = from_wire(data)
+    if frame is not None:
+        check_frame(frame)
+
+
+# struct can_frame and canfd_frame (can.h) as a program on a vcan may fill them, and what a controller would send.
+ODD = [
+    ("00080000 02000000 0102000000000000", CanFrame(0, b"\x01\x02")),  # 800h without CAN_EFF_FLAG: its 11 bits
+    ("01020040 0f000000 0000000000000000", CanFrame(0x201, is_remote=True, remote_length=8)),  # DLC 15 says 8
+    (
+        "23010000 0a010000" + "ff" * 10 + "00" * 54,
+        CanFrame(0x123, b"\xff" * 10 + bytes(2), False, False, 0, True, True),
+    ),
+    ("23010040 02000000" + "ff" * 2 + "00" * 62, CanFrame(0x123, b"\xff\xff", is_fd=True)),  # FD has no remote frames
+]
+
+
+@pytest.mark.parametrize(("data", "frame"), ODD)
+def test_what_no_controller_can_send_becomes_what_it_would_send(data: str, frame: CanFrame) -> None:
+    assert from_wire(bytes.fromhex(data)) == frame
 
 
 def test_interest_becomes_the_kernels_filters() -> None:

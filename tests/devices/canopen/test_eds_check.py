@@ -42,6 +42,22 @@ def test_mapping_longer_than_a_pdo(tmp_path: Path) -> None:
     assert "5 entries with 72 bits; at most 64 bits fit" in "\n".join(map(str, check_eds(path)))
 
 
+def test_a_mapping_has_no_more_entries_than_there_are_sub_indices(tmp_path: Path) -> None:
+    """A check that counts to 4294967295 is never done; the time-out of the tests would end it."""
+    path = tmp_path / "io32.eds"
+    head = "[1600sub0]\nParameterName=Number of mapped objects in PDO\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\n"
+    assert f"{head}DefaultValue=4" in TEXT
+    path.write_text(TEXT.replace(f"{head}DefaultValue=4", f"{head}DefaultValue=4294967295"))
+    assert any("1600sub0" in str(one) for one in check_eds(path))
+
+
+@pytest.mark.parametrize("key", ["\u00b2", "9" * 5000])
+def test_a_number_in_a_list_of_objects_that_is_none(tmp_path: Path, key: str) -> None:
+    path = tmp_path / "io32.eds"
+    path.write_text(TEXT.replace("[OptionalObjects]\n", f"[OptionalObjects]\n{key}=0x1000\n"))
+    check_eds(path)
+
+
 @pytest.mark.parametrize(("sub", "is_described"), [(0, False), (1, True), (4, True), (5, False)])
 def test_members_of_a_compact_array_may_be_mapped(tmp_path: Path, sub: int, is_described: bool) -> None:
     """CiA 306-1 4.6.3.2: one section tells of all members but sub-index 0."""

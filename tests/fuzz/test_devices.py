@@ -1,0 +1,138 @@
+"""What arrives at a device or at a pty, spoilt in every way: nobody ends, and who asks afterwards is answered."""
+
+import asyncio
+import os
+import random
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from arp_bench import CardBench
+from arp_terminal import TerminalBench
+from canopen_bench import CanopenBench
+from hiperface_bench import EncoderBench, telegram
+from spoiling import spoilt
+from strangers import hub_of
+
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame, check_frame
+from fieldrig_bus.can.socketcan import CLASSICAL, FD, from_wire, notice_from_wire, to_wire
+from fieldrig_bus.modbus.framing_rtu import rtu_frame
+
+pytestmark = pytest.mark.system
+
+SEED = 2026
+A_CLIENT = 25
+"""Inputs of one client of a pty."""
+
+PTYS: dict[str, tuple[str, dict[str, Any], list[bytes]]] = {
+    "serial": ("serial.pty", {"path": "PTY", "paced": False}, [b"hello\r\n", bytes(range(256)), b"\x11\x13"]),
+    "modbus": ("modbus.rtu", {"listen": None, "pty": "PTY"}, [rtu_frame(1, bytes.fromhex("0300010002"))]),
+}
+
+
+@pytest.mark.share(0.2)
+@pytest.mark.parametrize("name", PTYS)
+def test_a_pty_goes_on(name: str, tmp_path: Path, inputs_a_target: int) -> None:
+    kind, settings, seeds = PTYS[name]
+    chance = random.Random(f"{SEED}/pty/{name}")
+    path = tmp_path / "PTY"
+
+    async def scene() -> None:
+        async with hub_of(kind, tmp_path, **settings) as hub:
+            members = set(hub._members)
+            for first in range(0, inputs_a_target, A_CLIENT):
+                client = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+                for _ in range(first, min(first + A_CLIENT, inputs_a_target)):
+                    with suppress(BlockingIOError):  # the kernel's buffer is full: the rest is lost
+                        os.write(client, spoilt(chance, seeds))
+                    await asyncio.sleep(0)
+                with suppress(BlockingIOError):
+                    os.read(client, 65536)
+                os.close(client)
+            assert set(hub._members) == members
+            assert path.is_symlink()
+
+    asyncio.run(scene())
+
+
+def test_a_frame_of_the_kernel_can_be_on_a_bus(inputs_a_target: int) -> None:
+    """A program on a vcan fills struct can_frame and canfd_frame as it likes."""
+    chance = random.Random(f"{SEED}/socketcan")
+    seeds = [
+        to_wire(CanFrame(0x123, b"12")),
+        to_wire(CanFrame(1, bytes(64), is_fd=True)),
+        b"\x04\0\0\x20\x08" + bytes(11),
+    ]
+    for _ in range(inputs_a_target):
+        data = spoilt(chance, seeds)
+        size = FD.size if len(data) > CLASSICAL.size else CLASSICAL.size
+        data = data[:size].ljust(size, b"\0")
+        frame = from_wire(data)
+        if frame is None:
+            notice_from_wire(data)
+        else:
+            check_frame(frame)
+
+
+def _card() -> tuple[Any, Callable[[], Any], int]:
+    bench = CardBench(with_can=True).run_for(50)
+    return bench.can, lambda: bench.run_for(1), 10
+
+
+def _node() -> tuple[Any, Callable[[], Any], int]:
+    bench = CanopenBench()
+    return bench.can, lambda: bench.after(1), 5
+
+
+def _terminal() -> tuple[Any, Callable[[], Any], int]:
+    bench = TerminalBench()
+    return bench.can, lambda: bench.after(1), 20
+
+
+CAN_DEVICES: dict[str, Callable[[], tuple[Any, Callable[[], Any], int]]] = {
+    "arp": _card, "canopen.node": _node, "terminal.tr": _terminal
+}  # fmt: skip
+
+
+@pytest.mark.share(0.2)
+@pytest.mark.parametrize("kind", CAN_DEVICES)
+def test_a_device_on_can_goes_on(kind: str, inputs_a_target: int) -> None:
+    """SDO, PDO, NMT, LSS, SYNC, guarding: any frame that a bus can carry."""
+    can, pass_time, node_id = CAN_DEVICES[kind]()
+    chance = random.Random(f"{SEED}/can/{kind}")
+    services = [0, 0x80, 0x100, 0x7E5, *(base + node_id for base in range(0x80, 0x780, 0x80))]
+    requests = [bytes.fromhex(text) for text in (
+        "4000100000000000", "2b02200001000000", "2100200009000000", "c603200009000000", "a40020007f000000",
+        "2310100173617665", "2300180185010040", "0401000000000000", "4000000000000000", "8100", "0100",
+    )]  # fmt: skip
+    for number in range(inputs_a_target):
+        identifier = chance.choice(services) if chance.random() < 0.9 else chance.randrange(EXTENDED_MASK + 1)
+        data, is_fd, is_remote = spoilt(chance, requests), chance.random() < 0.02, chance.random() < 0.05
+        length = max(one for one in (FD_LENGTHS if is_fd else range(9)) if one <= len(data))
+        if is_remote and not is_fd:
+            sent = CanFrame(identifier, b"", identifier > STANDARD_MASK, True, length)
+        else:
+            sent = CanFrame(identifier, data[:length], identifier > STANDARD_MASK, is_fd=is_fd)
+        check_frame(sent)
+        can.deliver(sent)
+        if number % 4 == 0:
+            pass_time()
+            for answer in can.take():
+                if isinstance(answer, CanFrame):
+                    check_frame(answer)
+
+
+@pytest.mark.share(0.2)
+def test_an_encoder_goes_on(inputs_a_target: int) -> None:
+    chance = random.Random(f"{SEED}/encoder")
+    seeds = [telegram(text) for text in ("42", "43 00000000 55", "4a 00 70 01 55", "4b 00 70 01 55 07", "53", "52")]
+    bench = EncoderBench()
+    for number in range(inputs_a_target):
+        bench.send(spoilt(chance, seeds))
+        if number % 8 == 0:
+            bench.heard(20)
+    bench.wait(1000)
+    bench.send(telegram("50", bench.encoder.eeprom.address))  # read encoder status
+    assert bench.heard()[1:2] in (b"\x50", b"\xd0")  # with the error bit set, if the noise left an error
