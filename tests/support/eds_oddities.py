@@ -1,5 +1,8 @@
 """What EDS files of other makers and tools look like, in a few lines each, and what is said of it."""
 
+DEVICE_TYPE = "[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\n"
+"""The object that a file with one of the following has besides."""
+
 # What a tool wrote, what object it makes, and what is said of it.
 ODD: list[tuple[str, str, str]] = [
     ("[2000]\nDataType=5\nAccessType=rw\nLowLimit=x\n", "2000:00", "5: error: [2000] LowLimit: x; a number"),

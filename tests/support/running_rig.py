@@ -18,7 +18,7 @@ from fieldrig.control import Client
 from fieldrig.errors import ControlError
 
 FIELDRIG = [sys.executable, "-m", "fieldrig"]
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 
 
 class RunningRig:

@@ -38,15 +38,32 @@ CHECKED_AS = 127
 """The node-ID with which a file is checked."""
 
 
+class Description(NamedTuple):
+    """What a file says of one node."""
+
+    variables: list[Variable]
+    given: frozenset[tuple[int, int]]
+    """Index and sub-index of the variables whose power-on value is in the file."""
+    dummies: dict[int, int]
+    features: Features
+    findings: list[Finding]
+
+
 def load(path: Path, node_id: int) -> Dictionary:
     """The dictionary of node `node_id` as the file describes it.  EdsError names everything that stands in the way."""
+    description = describe(path, node_id)
+    return Dictionary(
+        (variable.fresh() for variable in description.variables), description.dummies, description.features
+    )
+
+
+def describe(path: Path, node_id: int) -> Description:
+    """What the file says of node `node_id`; its variables belong to the cache.  EdsError as of `load`."""
     description = _describe(path, node_id, path.stat().st_mtime_ns)
     refused = [one for one in description.findings if one.is_refused]
     if refused:
         raise EdsError(path, refused)
-    return Dictionary(
-        (variable.fresh() for variable in description.variables), description.dummies, description.features
-    )
+    return description
 
 
 def oddities(path: Path) -> list[Finding]:
@@ -54,15 +71,8 @@ def oddities(path: Path) -> list[Finding]:
     return _describe(path, CHECKED_AS, path.stat().st_mtime_ns).findings
 
 
-class _Description(NamedTuple):
-    variables: list[Variable]
-    dummies: dict[int, int]
-    features: Features
-    findings: list[Finding]
-
-
 @lru_cache(maxsize=32)
-def _describe(path: Path, node_id: int, mtime_ns: int) -> _Description:
+def _describe(path: Path, node_id: int, mtime_ns: int) -> Description:
     """Read once for all that ask: the check of the settings, the device, its tools."""
     text = EdsText(EdsSource(path))
     builder = _Builder(text, node_id)
@@ -73,7 +83,8 @@ def _describe(path: Path, node_id: int, mtime_ns: int) -> _Description:
         number: DATA_TYPES[number].bits or 0 for number in range(1, 8) if is_one(text.dummies.get(f"Dummy{number:04d}"))
     }
     findings = list(dict.fromkeys([*text.findings, *builder.findings]))
-    return _Description(variables, dummies, _features(text.device_info), findings)
+    given = frozenset(builder.given)
+    return Description(variables, given, dummies, _features(text.device_info), findings)
 
 
 def _features(device_info: Section) -> Features:
@@ -93,11 +104,12 @@ Limits = tuple[float | None, float | None]
 
 
 class _Builder:
-    """Makes variables from their descriptions, and remembers what was odd."""
+    """Makes variables from their descriptions, and remembers what was odd and which values were given."""
 
     def __init__(self, text: EdsText, node_id: int) -> None:
         self._text, self._node_id = text, node_id
         self.findings: list[Finding] = []
+        self.given: set[tuple[int, int]] = set()
 
     def build(self, source: Described, highest: int) -> Variable:
         data_type, access = self._type(source), self._access(source)
@@ -167,6 +179,7 @@ class _Builder:
         self._check_within(source.section, data_type, limits, values)
         found = next((value for value in values if value is not None), None)
         if found is not None:
+            self.given.add((source.object, source.sub))
             return found
         if source.sub == 0 and source.is_member:
             return data_type.encode(_count(source.object, highest)) if isinstance(data_type, Integer) else b""

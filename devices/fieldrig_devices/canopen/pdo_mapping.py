@@ -58,12 +58,11 @@ class Mapping:
         self.name = f"{direction.value} mapping {index:04X}h"
         self.parts: list[Part] = []
         self.mode = Mode.MAPPED
-        self._most: float | None = None
-        """The high limit that the EDS has for the number of objects."""
+        self._most = min(MAX_ENTRIES, len(self._entries))
         if self._count is not None:
+            self._most = min(self._most, int(self._count.high or MAX_ENTRIES))
+            self._count.low = self._count.high = None  # refused here, as too long for the PDO and not as too high
             self._count.writer = self._on_count_written
-            # While the PDO may be mapped, too many objects are 0604 0042h, whatever limits the EDS has.
-            self._most, self._count.high = self._count.high, None
         for entry in self._entries:
             entry.writer = self._entry_writer(entry)
 
@@ -106,8 +105,7 @@ class Mapping:
     def _on_count_written(self, data: bytes) -> None:
         assert self._count is not None
         if self._is_valid() and data != self._count.data:
-            is_beyond = self._most is not None and data[0] > self._most
-            raise Abort(Code.VALUE_TOO_HIGH if is_beyond else Code.UNSUPPORTED_ACCESS)
+            raise Abort(Code.UNSUPPORTED_ACCESS)
         self.parts, self.mode = self._resolve_all(data[0]), self._mode(data[0])
         self._count.set(data)
 
@@ -120,7 +118,7 @@ class Mapping:
         if mode is not Mode.MAPPED:  # one variable is sent to a destination; all else is in the message
             is_one = mode is Mode.DESTINATION and self._direction is Direction.TRANSMIT
             return [self._resolve(entry.number) for entry in self._entries[:1]] if is_one else []
-        if count > min(MAX_ENTRIES, len(self._entries)):
+        if count > self._most:
             raise Abort(Code.PDO_LENGTH_EXCEEDED)
         parts = [self._resolve(entry.number) for entry in self._entries[:count]]
         if sum(part.bits for part in parts) > MAX_BITS:

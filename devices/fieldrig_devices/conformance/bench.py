@@ -6,6 +6,7 @@ also the order that the PDO and SYNC parameters ask for.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 from typing import NoReturn
 
 from fieldrig.clock import MS
@@ -13,12 +14,16 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.allowed import ALLOWED
 from fieldrig_devices.conformance.description import Description, Entry
 from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wish
-from fieldrig_devices.conformance.sdo import Patience, Sdo
-from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable
+from fieldrig_devices.conformance.sdo import MARGIN, Patience, Sdo
+from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable, SdoFault
 
 SDO_REQUEST, SDO_RESPONSE, ERROR_CONTROL = 0x600, 0x580, 0x700
+DEVICE_TYPE = 0x1000
 FIRST_TIMEOUT = 4
 """Times the usual one."""
+SHORTEST_PERIOD_MS = 100
+SETTLE_MS = 50
+"""After what nothing acknowledges, such as an NMT command, for a node that answers at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +61,10 @@ class Bench:
 
     def begin(self, case_name: str = "") -> None:
         """Start a new case."""
+        self.period_ms = max(
+            SHORTEST_PERIOD_MS, self.options.timeout_ms // 5, min(ceil(self.sdo.slowest_ms), self.options.boot_ms)
+        )
+        """A time for heartbeats, SYNC and event timers that the node and its bus can keep, fixed for the case."""
         self._allowed = ALLOWED.get(case_name)
         self.warnings: list[str] = []
         """What is doubtful without breaking a rule: with any of them, a case that passes ends as a warning."""
@@ -73,9 +82,25 @@ class Bench:
     # Times.
 
     @property
-    def period_ms(self) -> int:
-        """A time for heartbeats, SYNC and event timers that the node and its bus can keep."""
-        return max(100, self.options.timeout_ms // 5)
+    def patience_ms(self) -> float:
+        """How long something that is expected is waited for; it follows the node, as the time-out of SDO does."""
+        return max(self.options.timeout_ms, self.sdo.within_ms)
+
+    @property
+    def settle_ms(self) -> float:
+        """How long after a frame of ours the node may still send as if it hadn't come."""
+        return max(SETTLE_MS, min(MARGIN * self.sdo.slowest_ms, self.options.boot_ms))
+
+    def settle(self) -> Steps[None]:
+        """Wait until what the node sent before has come, and what was sent to it has been acted upon."""
+        yield from self.wait(self.settle_ms)
+
+    def barrier(self) -> Steps[None]:
+        """Ask by SDO: what the node sent before its answer has come before.  Any answer will do."""
+        try:
+            yield from self.sdo.read(DEVICE_TYPE)
+        except SdoFault:
+            yield from self.settle()
 
     # The bus.
 
@@ -92,7 +117,7 @@ class Bench:
 
     def expect(self, wanted: int | Matcher, within_ms: float | None = None) -> Steps[CanFrame | None]:
         """The next data frame with this identifier, or that matches; None if it doesn't come in time."""
-        until_ns = self._in(self.options.timeout_ms if within_ms is None else within_ms)
+        until_ns = self._in(self.patience_ms if within_ms is None else within_ms)
         return (yield Wish(_with_identifier(wanted) if isinstance(wanted, int) else wanted, until_ns))
 
     def wait(self, ms: float) -> Steps[list[Seen]]:
@@ -101,14 +126,28 @@ class Bench:
         yield Wish(None, self._in(ms))
         return [seen for seen in self.line.seen[first:] if not seen.is_ours]
 
-    def collect(self, identifier: int, ms: float) -> Steps[list[CanFrame]]:
-        """The data frames with this identifier that come meanwhile."""
-        seen = yield from self.wait(ms)
-        return [one.frame for one in seen if one.frame.identifier == identifier and not one.frame.is_remote]
+    def came(self, identifier: int, first: int) -> list[Seen]:
+        """The data frames with this identifier that others sent since `seen` had a length of `first`."""
+        return [
+            one
+            for one in self.line.seen[first:]
+            if not one.is_ours and one.frame.identifier == identifier and not one.frame.is_remote
+        ]
 
-    def silence(self, identifier: int, why: str, ms: float | None = None) -> Steps[None]:
+    def gather(self, identifier: int, first: int, count: int, gap_ms: float = 0) -> Steps[list[Seen]]:
+        """As `came`, once there are `count` of them, or one is overdue by more than the patience of `expect`.
+
+        `gap_ms` is the time after which the next one is due.
+        """
+        while len(self.came(identifier, first)) < count:
+            frame = yield from self.expect(identifier, gap_ms + self.patience_ms)
+            if frame is None:
+                break
+        return self.came(identifier, first)
+
+    def silence(self, identifier: int, why: str, ms: float) -> Steps[None]:
         """Fail if a frame with this identifier comes; `why` it shouldn't."""
-        frame = yield from self.expect(identifier, self.options.timeout_ms if ms is None else ms)
+        frame = yield from self.expect(identifier, max(ms, self.settle_ms))
         if frame is not None:
             self.fail(f"no frame {identifier:03X}h ({why})", show(frame))
 

@@ -1,35 +1,28 @@
-"""What the EDS promises, read with canopen's reader and shared with no line of our own node.
+"""What the EDS promises, read with the reader that nodes are made with, so that any file of a node can be conformed.
 
 Source: CiA 306-1 4.6, CiA 301 table 44 (data types).
 """
 
-import configparser
-import re
-import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TextIO
-
-from canopen.objectdictionary import ObjectDictionary, ODVariable
-from canopen.objectdictionary.eds import import_eds
 
 from fieldrig.errors import UsageError
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, DataType, Integer
+from fieldrig_devices.canopen.eds import Description as Described
+from fieldrig_devices.canopen.eds import describe
+from fieldrig_devices.canopen.eds_text import EdsError
+from fieldrig_devices.canopen.variable import Variable
 
 BOOLEAN, DOMAIN = 0x01, 0x0F
-SIGNED = {0x02: 8, 0x03: 16, 0x04: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
-UNSIGNED = {BOOLEAN: 8, 0x05: 8, 0x06: 16, 0x07: 32, 0x16: 24, 0x18: 40, 0x19: 48, 0x1A: 56, 0x1B: 64}
-OTHERS = {0x08: 32, 0x11: 64, 0x0C: 48, 0x0D: 48}
-"""REAL32, REAL64, TIME_OF_DAY, TIME_DIFFERENCE."""
-BITS = {**SIGNED, **UNSIGNED, **OTHERS}
+TIMES = (0x0C, 0x0D)
+"""TIME_OF_DAY and TIME_DIFFERENCE, which are no numbers."""
+NUMBERS = {data_type: number for number, data_type in DATA_TYPES.items()}
+"""Data types of CiA 301 by what the reader makes of them."""
 
-PARSE: Callable[[TextIO, int], ObjectDictionary] = import_eds
-
-FIRST_OBJECT, LAST_OF_COMMUNICATION = 0x1000, 0x1FFF
+LAST_OF_COMMUNICATION = 0x1FFF
 FIRST_SERVER = {"1200:01": 0x600, "1200:02": 0x580}
 """Always followed by the node-ID (CiA 301 7.5.2.33), also where the file was written for another node."""
-OBJECT = re.compile(r"[0-9A-F]{4}", re.IGNORECASE)
-COMPACT = "CompactSubObj"
 READABLE, WRITABLE = ("ro", "rw", "rwr", "rww", "const"), ("wo", "rw", "rwr", "rww")
 
 
@@ -55,17 +48,17 @@ class Entry:
     @property
     def size(self) -> int | None:
         """In bytes; None where any length will do."""
-        bits = BITS.get(self.type)
-        return None if bits is None else bits // 8
+        return DATA_TYPES[self.type].size
 
     @property
     def pdo_bits(self) -> int:
         """Its length in a PDO; 0 where the type has none."""
-        return 1 if self.type == BOOLEAN else BITS.get(self.type, 0)
+        return DATA_TYPES[self.type].bits or 0
 
     @property
     def is_integer(self) -> bool:
-        return self.type in SIGNED or self.type in UNSIGNED
+        """True for BOOLEAN too."""
+        return self.type == BOOLEAN or (isinstance(DATA_TYPES[self.type], Integer) and self.type not in TIMES)
 
     @property
     def is_readable(self) -> bool:
@@ -77,32 +70,29 @@ class Entry:
 
     @property
     def range(self) -> tuple[int, int]:
-        """What an integer type can hold."""
-        if self.type in SIGNED:
-            half = 1 << SIGNED[self.type] - 1
-            return -half, half - 1
-        return 0, (1 << UNSIGNED[self.type]) - 1
+        """What an integer type can hold; a BOOLEAN is a byte on the bus."""
+        data_type = DATA_TYPES[self.type]
+        return (data_type.low, data_type.high) if isinstance(data_type, Integer) else (0, 0xFF)
 
     def encode(self, value: int) -> bytes:
-        return value.to_bytes(self.size or 4, "little", signed=self.type in SIGNED)
+        data_type = DATA_TYPES[self.type]
+        is_signed = isinstance(data_type, Integer) and data_type.is_signed
+        return value.to_bytes(self.size or 4, "little", signed=is_signed)
 
 
 class Description:
     def __init__(self, path: Path, node_id: int) -> None:
-        """UsageError if canopen's reader can't make anything of the file."""
+        """UsageError if nothing can be made of the file."""
         self.path, self.node_id = path, node_id
         try:
-            with path.open(encoding="latin-1") as file:
-                parsed = PARSE(file, node_id)
-            compact = _compact(path)
-        except (OSError, ValueError, LookupError, configparser.Error) as cause:
+            described = describe(path, node_id)
+        except (OSError, EdsError) as cause:
             raise UsageError(f"{path} is no EDS that can be read: {cause}", "`fieldrig eds check` says more") from cause
-        self.entries = {(entry.index, entry.sub): entry for entry in _entries(parsed)}
-        for index, count in compact.items():
-            self._expand(index, count)
+        self.entries = {(one.index, one.subindex): _entry(described, one) for one in described.variables}
         for key, cob_id in FIRST_SERVER.items():
             self.set_default(key, cob_id + node_id)
-        self.dummies = {index for index in parsed.indices if index < FIRST_OBJECT and index in BITS}
+        self.dummies = described.dummies
+        """Bits of each data type that RPDOs may map to leave a gap, by its index."""
 
     def set_default(self, key: str, value: bool | int | float | str) -> None:
         """A power-on value of another source, for an entry such as `1017:00`; what isn't there is passed over."""
@@ -111,13 +101,6 @@ class Description:
         if entry is not None:
             data = entry.encode(value) if isinstance(value, int) and entry.is_integer else None
             self.entries[entry.index, entry.sub] = replace(entry, default=data)
-
-    def _expand(self, index: int, count: int) -> None:
-        """A compact array, of which canopen's reader keeps the first member and no count (CiA 306-1 4.6.3.2)."""
-        number, first = self.entries[index, 0], self.entries[index, 1]
-        self.entries[index, 0] = replace(number, access="ro", default=bytes((count,)))
-        for sub in range(1, count + 1):
-            self.entries[index, sub] = replace(first, sub=sub)
 
     def __contains__(self, index: int) -> bool:
         return any(entry.index == index for entry in self.entries.values())
@@ -137,49 +120,22 @@ class Description:
         return sorted({index for index, _ in self.entries if first <= index <= last})
 
 
-def _compact(path: Path) -> dict[int, int]:
-    """How many members each compact array has.  ValueError for what is no number."""
-    text = configparser.RawConfigParser(strict=False, allow_no_value=True, inline_comment_prefixes=(";",))
-    text.read(path, encoding="latin-1")
-    counts = {
-        int(name, 16): int(text.get(name, COMPACT, fallback=None) or "0", 0)
-        for name in text.sections()
-        if OBJECT.fullmatch(name)
-    }
-    return {index: count for index, count in counts.items() if count > 0}
-
-
-def _entries(parsed: ObjectDictionary) -> Iterator[Entry]:
-    for index in sorted(parsed.indices):
-        found = parsed.indices[index]
-        if index >= FIRST_OBJECT:
-            for variable in [found] if isinstance(found, ODVariable) else found.subindices.values():
-                yield _entry(variable)
-
-
-def _entry(variable: ODVariable) -> Entry:
+def _entry(described: Described, variable: Variable) -> Entry:
+    data_type = variable.type
+    has_default = (variable.index, variable.subindex) in described.given
     return Entry(
         variable.index,
         variable.subindex,
         variable.name,
-        variable.data_type or 0,
-        variable.access_type,
-        _default(variable),
-        variable.min,
-        variable.max,
-        variable.pdo_mappable,
+        NUMBERS[data_type],
+        variable.access.value,
+        variable.start if has_default else None,
+        _limit(data_type, variable.low),
+        _limit(data_type, variable.high),
+        variable.is_mappable,
     )
 
 
-def _default(variable: ODVariable) -> bytes | None:
-    """A DCF's ParameterValue goes before DefaultValue."""
-    value = variable.value if getattr(variable, "value", None) is not None else variable.default
-    if value is None or variable.data_type == DOMAIN:
-        return None
-    if variable.data_type in SIGNED and isinstance(value, int):
-        bits = SIGNED[variable.data_type]
-        return (value & (1 << bits) - 1).to_bytes(bits // 8, "little")
-    try:
-        return bytes(variable.encode_raw(value))
-    except (ValueError, TypeError, OverflowError, struct.error):
-        return None
+def _limit(data_type: DataType, limit: float | None) -> int | None:
+    """The limit of a whole number."""
+    return int(limit) if isinstance(data_type, Integer) and limit is not None else None

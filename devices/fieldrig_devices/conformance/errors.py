@@ -87,5 +87,5 @@ def _by_missing_heartbeat(bench: Bench, emcy: int) -> Steps[Forced]:
     yield from watch_us(bench, 2 * bench.period_ms, producer)
     yield from nmt.enter(bench, State.OPERATIONAL)
     bench.send(ERROR_CONTROL + producer, OPERATIONAL_STATE)
-    frame = yield from bench.expect(emcy, 2 * bench.period_ms + bench.options.timeout_ms)
+    frame = yield from bench.expect(emcy, 2 * bench.period_ms + bench.patience_ms)
     return Forced(frame, HEARTBEAT, "a heartbeat that stopped")

@@ -5,6 +5,7 @@ Source: CiA 301 7.2.8, 7.3.2.  The state is read from the node's heartbeat, else
 
 from enum import IntEnum
 
+from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.bench import Bench, show
 from fieldrig_devices.conformance.line import Matcher, Steps
@@ -35,8 +36,6 @@ LEADS_TO = {
     Command.ENTER_PRE_OPERATIONAL: State.PRE_OPERATIONAL,
 }
 COMMAND_FOR = {state: command for command, state in LEADS_TO.items()}
-SETTLE_MS = 50
-"""After an NMT command, which nothing acknowledges."""
 
 
 def command(bench: Bench, wanted: Command, node_id: int | None = None) -> Steps[None]:
@@ -44,7 +43,7 @@ def command(bench: Bench, wanted: Command, node_id: int | None = None) -> Steps[
     bench.is_moved = True
     bench.send(NMT_ID, bytes((wanted, bench.node_id if node_id is None else node_id)))
     if wanted in LEADS_TO:
-        yield from bench.wait(SETTLE_MS)
+        yield from bench.settle()
 
 
 def enter(bench: Bench, state: State) -> Steps[None]:
@@ -63,18 +62,18 @@ def restart(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION) -> Step
 
     So what it lacks is told by the cases that are about it.
     """
-    boot_ms = bench.options.boot_ms if bench.has_boot_up else bench.options.timeout_ms
+    boot_ms = bench.options.boot_ms if bench.has_boot_up else bench.patience_ms
     bench.has_boot_up = yield from _reset(bench, wanted, None, boot_ms)
     if not bench.has_boot_up:
         yield from enter(bench, State.PRE_OPERATIONAL)
 
 
-def _reset(bench: Bench, wanted: Command, node_id: int | None, boot_ms: int) -> Steps[bool]:
+def _reset(bench: Bench, wanted: Command, node_id: int | None, boot_ms: float) -> Steps[bool]:
     """Whether there was a boot-up message.  Parameters are at their power-on values then."""
     yield from command(bench, wanted, node_id)
     bench.undo.clear()
     frame = yield from bench.expect(is_boot_up(bench), boot_ms)
-    yield from bench.wait(SETTLE_MS)
+    yield from bench.settle()
     return frame is not None
 
 
@@ -95,7 +94,7 @@ def state(bench: Bench) -> Steps[int]:
     """What the node says; `watch` first.  Fails if it says nothing."""
     frame: CanFrame | None = None
     if HEARTBEAT_TIME in bench.eds:
-        frame = yield from bench.expect(bench.boot_up_id, 3 * bench.period_ms)
+        frame = yield from bench.expect(bench.boot_up_id, bench.period_ms + bench.patience_ms)
     if frame is None and GUARD_TIME in bench.eds:
         bench.ask(bench.boot_up_id, 1)
         frame = yield from bench.expect(bench.boot_up_id)
@@ -106,7 +105,11 @@ def state(bench: Bench) -> Steps[int]:
 
 
 def check_state(bench: Bench, wanted: State, after: str) -> Steps[None]:
+    """Fail unless the node tells this state soon: heartbeats with the state before may still be on their way."""
+    until_ns = bench.line.clock.now_ns() + round((2 * bench.period_ms + bench.settle_ms) * MS)
     came = yield from state(bench)
+    while came != wanted and bench.line.clock.now_ns() < until_ns:
+        came = yield from state(bench)
     bench.check(came == wanted, f"state {wanted.name.lower()} ({wanted:02X}h) after {after}", f"{came:02X}h")
 
 

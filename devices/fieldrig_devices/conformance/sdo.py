@@ -21,6 +21,8 @@ Expect = Callable[[int, float], Steps[CanFrame | None]]
 
 MARGIN = 3
 """A time-out is so many times the slowest answer seen."""
+FADING = 0.98
+"""With each answer the memory of the slowest one shrinks to this share, so that one bad moment of a host passes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,8 @@ class Sdo:
         self.request_id, self.response_id = identifiers
         self._patience = patience
         self.within_ms = patience.first_ms
+        self.slowest_ms = 0.0
+        """How long the slowest of the recent answers took."""
         self._asked_ns = 0
         self._is_owed = False
         """True if the last request ran into its time-out, so that its answer may still come."""
@@ -81,6 +85,7 @@ class Sdo:
     def _note_time(self) -> float:
         """Adapt the time-out to an answer that has just come; how long it took, in milliseconds."""
         took_ms = (self._now_ns() - self._asked_ns) / MS
+        self.slowest_ms = max(took_ms, FADING * self.slowest_ms)
         if self.within_ms == self._patience.first_ms:
             self.within_ms = self._patience.usual_ms
         self.within_ms = min(max(self.within_ms, MARGIN * took_ms), self._patience.longest_ms)

@@ -118,7 +118,7 @@ class Suite:
             notes = [f"the node could not be brought back: {fault}"]
             bench.send(nmt.NMT_ID, bytes((Command.RESET_NODE, bench.node_id)))
             yield from bench.expect(nmt.is_boot_up(bench), bench.options.boot_ms)
-            yield from bench.wait(nmt.SETTLE_MS)
+            yield from bench.settle()
         return notes
 
     def _late(self) -> list[str]:

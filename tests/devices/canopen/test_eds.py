@@ -7,7 +7,7 @@ from pathlib import Path
 import canopen
 import pytest
 from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench
-from eds_oddities import ODD, WRONG
+from eds_oddities import DEVICE_TYPE, ODD, WRONG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,7 +18,6 @@ from fieldrig_devices.canopen.eds_source import parse_number
 from fieldrig_devices.canopen.eds_text import EdsError
 
 OURS = [IO32, LEVEL_SENSOR]
-DEVICE_TYPE = "[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\n"
 
 
 def eds(folder: Path, text: str) -> Path:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from canopen_bench import IO32
-from eds_oddities import MISTAKES, ODD, WRONG
+from eds_oddities import DEVICE_TYPE, MISTAKES, ODD, WRONG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 from fieldrig.cli.app import app
 
 TEXT = IO32.read_text()
-HEAD = "[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\n"
 REFUSED = re.compile(r"[^\n]*device.eds:(\d+): (error|warning): ([^\n]*)")
 
 Named = set[tuple[int, str]]
@@ -69,8 +68,8 @@ def write(folder: Path, texts: list[str]) -> list[Path]:
 
 
 FILES = [
-    *(HEAD + text for text, _, _ in ODD),
-    *(HEAD + text for text, _ in WRONG),
+    *(DEVICE_TYPE + text for text, _, _ in ODD),
+    *(DEVICE_TYPE + text for text, _ in WRONG),
     *(TEXT.replace(right, wrong, 1) for right, wrong, _ in MISTAKES),
     TEXT,
     "",

@@ -67,7 +67,7 @@ def test_help_lists_the_installed_command() -> None:
     assert "conform  " in done.output
 
 
-@pytest.mark.parametrize("text", ["no sections at all", "[DeviceInfo]\n[1000]\nDataType=x\n"])
+@pytest.mark.parametrize("text", ["no sections at all", "[DeviceInfo]\n[2000]\nDataType=x\n"])
 def test_file_that_is_no_eds_is_named(tmp_path: Path, text: str) -> None:
     eds = tmp_path / "wrong.eds"
     eds.write_text(text)

@@ -1,10 +1,17 @@
 """Nodes that answer late: no answer is taken for the answer to another request, and the report says what came late."""
 
+import random
+from pathlib import Path
+from typing import ClassVar
+
 import pytest
 from broken_nodes import FAULTS, REQUEST, RESPONSE, Fault, Frames
+from canopen_bench import IO32, LEVEL_SENSOR
 from conform_bench import conformed, failures
 
+from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance.report import Report
 from fieldrig_devices.conformance.suite import Verdict
 
 
@@ -69,3 +76,69 @@ def test_node_that_grows_slow_is_waited_for(slow: type[Slow], monkeypatch: pytes
     report = conformed("OD 01", "OD 03", "SDO", fault="Slow")
     assert len(report.of(Verdict.FAILED)) <= 1
     assert len(report.of(Verdict.PASSED)) >= 28
+
+
+class Busy(Fault):
+    """A node on a busy host: all that it sends comes 100 to 400 ms late, in order, each time by another delay."""
+
+    random: ClassVar[random.Random]
+    least_ms, most_ms = 100, 400
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._free_ns = 0
+
+    def from_node(self, frame: CanFrame) -> Frames:
+        now_ns = self.clock.now_ns()
+        late_ns = now_ns + self.random.randint(self.least_ms * MS, self.most_ms * MS)
+        self._free_ns = max(self._free_ns, late_ns)
+        self.clock.call_at(self._free_ns, lambda: self.say(frame))
+        yield from ()
+
+
+class BusyAndSilent(Busy):
+    """It keeps all PDOs to itself."""
+
+    def from_node(self, frame: CanFrame) -> Frames:
+        if not 0x180 <= frame.identifier < 0x580:
+            yield from super().from_node(frame)
+
+
+class BusyAndTooFast(Busy):
+    """Its timers run at twice the speed: each heartbeat, SYNC and TPDO comes a second time."""
+
+    def from_node(self, frame: CanFrame) -> Frames:
+        yield from super().from_node(frame)
+        if frame.identifier in (0x080, 0x185, 0x705):
+            yield from super().from_node(frame)
+
+
+def verdicts(report: Report) -> dict[str, tuple[str, str]]:
+    return {one.case.number: (one.verdict.value, one.reason) for one in report.results}
+
+
+def busy(monkeypatch: pytest.MonkeyPatch, cls: type[Busy], seed: int) -> str:
+    monkeypatch.setitem(FAULTS, cls.__name__, cls)
+    monkeypatch.setattr(Busy, "random", random.Random(seed), raising=False)
+    return cls.__name__
+
+
+@pytest.mark.parametrize("eds", [IO32, LEVEL_SENSOR], ids=lambda eds: eds.stem)
+@pytest.mark.parametrize("seed", range(3))
+def test_no_verdict_depends_on_how_late_the_node_is(monkeypatch: pytest.MonkeyPatch, eds: Path, seed: int) -> None:
+    late = conformed(eds=eds, fault=busy(monkeypatch, Busy, seed))
+    assert verdicts(late) == verdicts(conformed(eds=eds))
+    assert [note for one in late.results for note in one.notes] == []
+
+
+@pytest.mark.parametrize(
+    ("cls", "failing"),
+    [
+        (BusyAndSilent, {"3.3", "3.5", "3.6", "3.8", "6.3", "9.3"}),
+        (BusyAndTooFast, {"3.5", "3.6", "3.8", "6.2", "6.6", "6.7", "7.102", "7.204", "9.1"}),
+    ],
+)
+def test_faults_of_a_node_that_is_late_are_found_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, cls: type[Busy], failing: set[str]
+) -> None:
+    assert failing <= set(failures(conformed(fault=busy(monkeypatch, cls, 1))))

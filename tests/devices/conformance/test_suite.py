@@ -186,3 +186,11 @@ def test_file_that_was_written_for_another_node_says_what_this_one_has(tmp_path:
     eds.write_text(text, encoding="latin-1")
     description = Description(eds, NODE_ID)
     assert [entry.default for entry in description.members(0x1200)] == [b"\x05\x06\0\0", b"\x85\x05\0\0"]
+
+
+def test_mapping_with_limits_of_its_length_is_refused_as_too_long_and_not_as_too_high(tmp_path: Path) -> None:
+    eds = tmp_path / "limits.eds"
+    number = "ParameterName=Number of mapped objects in PDO\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\n"
+    eds.write_text(IO32.read_text().replace(number, f"{number}LowLimit=0\nHighLimit=8\n"))
+    assert eds.read_text() != IO32.read_text()
+    assert failures(conformed("PDO 2*", "OD 06", "SDO 10", "SDO 11", eds=eds)) == {}

@@ -1,11 +1,11 @@
-"""The CiA 402 program of docs/ring-lab.md, a hundred times: it holds, and the client library has nothing to warn of."""
+"""The CiA 402 programs of the pages, a hundred times: they hold, and the client library has nothing to warn of."""
 
 import logging
 import re
 import time
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from types import CodeType, SimpleNamespace
+from typing import NamedTuple
 
 import canopen
 import pytest
@@ -13,22 +13,44 @@ from can_face_bench import CanFaceBench
 from canopen.pdo.base import PdoMap
 from canopen.profiles import p402
 
-PAGE = Path(__file__).parents[3] / "docs" / "ring-lab.md"
-NODE_ID = 1
-WANTED = 3_000_000
-"""Increments from where the axis was homed."""
+DOCS = Path(__file__).parents[3] / "docs"
 
 
-def program() -> str:
-    found = re.search(r"```python file can_move\.py\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert found is not None
-    return found[1]
+class Program(NamedTuple):
+    page: str
+    file: str
+    axis: str
+    node_id: int
+    wanted: int
+    """Increments that it says it has moved by, or stands at after homing."""
+    homings: int
+
+    def __str__(self) -> str:
+        return self.page
+
+    @property
+    def code(self) -> CodeType:
+        found = re.search(rf"```python file {self.file}\n(.*?)```", (DOCS / self.page).read_text("utf-8"), re.DOTALL)
+        assert found is not None
+        return compile(found[1], self.file, "exec")
+
+
+PROGRAMS = (
+    Program("ring-lab.md", "can_move.py", "infeed", 1, 3_000_000, homings=1),
+    Program("cia402.md", "can_belt.py", "belt", 10, 1_000_000, homings=0),
+)
+
+
+@pytest.fixture(params=PROGRAMS, ids=str)
+def program(request: pytest.FixtureRequest) -> Program:
+    found: Program = request.param
+    return found
 
 
 @pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch) -> CanFaceBench:
+def bench(program: Program, monkeypatch: pytest.MonkeyPatch) -> CanFaceBench:
     """A controller whose time passes while the program looks at the clock or sleeps."""
-    bench = CanFaceBench(simulated=("infeed",), can_axes={"node_ids": [NODE_ID]}).run(3_000)
+    bench = CanFaceBench(simulated=(program.axis,), can_axes={"node_ids": [program.node_id]}).run(3_000)
 
     def monotonic() -> float:
         return bench.run(1).rig.now_ns / 1e9
@@ -46,20 +68,22 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> CanFaceBench:
     return bench
 
 
-def play(bench: CanFaceBench, capsys: pytest.CaptureFixture[str], code: Any) -> None:
+def play(program: Program, capsys: pytest.CaptureFixture[str], code: CodeType) -> None:
     exec(code, {"__name__": "__main__"})  # the page's own program
     said = capsys.readouterr().out
-    assert said.startswith("infeed is at ")
-    assert int(said.rpartition(" ")[2]) == pytest.approx(WANTED, abs=2_000)
+    assert said.startswith(f"{program.axis} ")
+    assert int(said.rpartition(" ")[2]) == pytest.approx(program.wanted, abs=2_000)
 
 
+@pytest.mark.usefixtures("bench")
 @pytest.mark.parametrize("count", [3, pytest.param(100, marks=[pytest.mark.long, pytest.mark.timeout(1800)])])
-def test_program_of_the_page_homes_and_moves_each_time_without_a_warning(
-    bench: CanFaceBench, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture, count: int
+def test_program_of_a_page_moves_its_axis_each_time_without_a_warning(
+    program: Program, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture, count: int
 ) -> None:
     caplog.set_level(logging.INFO)
-    code = compile(program(), str(PAGE), "exec")
+    code = program.code
     for _ in range(count):
-        play(bench, capsys, code)
+        play(program, capsys, code)
     assert [one.getMessage() for one in caplog.records if one.levelno >= logging.WARNING] == []
-    assert sum("Homing mode carried out" in one.getMessage() for one in caplog.records) == count
+    homings = sum("Homing mode carried out" in one.getMessage() for one in caplog.records)
+    assert homings == count * program.homings

@@ -12,7 +12,7 @@ from fieldrig_devices.conformance.case import case
 from fieldrig_devices.conformance.description import Entry
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import State
-from fieldrig_devices.conformance.objects import SERIAL_NUMBER, is_command, is_live, is_plain
+from fieldrig_devices.conformance.objects import SERIAL_NUMBER, is_command, is_guarded, is_live, is_plain
 from fieldrig_devices.conformance.verdict import Aborted, SdoFault
 
 WRITE_ONLY, READ_ONLY, NO_SUB, NO_DATA = 0x0601_0001, 0x0601_0002, 0x0609_0011, 0x0800_0024
@@ -93,7 +93,9 @@ def structure(bench: Bench) -> Steps[None]:
     "CiA 306-1 4.6.3",
 )
 def limits(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.access in ("rw", "rwr", "rww") and any(_beyond(one))]
+    entries = [
+        one for one in bench.eds if one.access in ("rw", "rwr", "rww") and not is_guarded(one) and any(_beyond(one))
+    ]
     if not entries:
         bench.skip("the EDS has no limits beyond which the type can hold a value")
     for entry in entries:

@@ -10,10 +10,12 @@ from fieldrig_devices.conformance.case import case
 from fieldrig_devices.conformance.errors import CONSUMER_TIME, HEARTBEAT
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import HEARTBEAT_TIME, Command, State
+from fieldrig_devices.conformance.period import check_period
 
 PRODUCER, CONSUMER = "CiA 301 7.2.8.3.2.2, 7.5.2.20", "CiA 301 7.2.8.3.2.2, 7.5.2.19"
 INCOMPATIBLE = 0x0604_0043
-COUNTED = 10
+CONSUMER_PERIODS = (3, 4, 5)
+"""Consumer times that are tried, in periods of our heartbeat."""
 
 
 @case("7.101", "Heartbeat 01", "The heartbeat time can be written.", "CiA 301 7.5.2.20")
@@ -28,11 +30,9 @@ def write_time(bench: Bench) -> Steps[None]:
 def count_beats(bench: Bench) -> Steps[None]:
     bench.entry(HEARTBEAT_TIME, writable=True)
     yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
-    frames = yield from bench.collect(bench.boot_up_id, (COUNTED + 0.5) * bench.period_ms)
-    is_right = abs(len(frames) - COUNTED) <= 1
-    bench.check(is_right, f"about {COUNTED} heartbeats in {COUNTED} periods of {bench.period_ms} ms", str(len(frames)))
-    for frame in frames:
-        bench.check(frame.data == bytes((State.PRE_OPERATIONAL,)), "one byte 7Fh (pre-operational)", show(frame))
+    for seen in (yield from check_period(bench, bench.boot_up_id, "a heartbeat")):
+        is_right = seen.frame.data == bytes((State.PRE_OPERATIONAL,))
+        bench.check(is_right, "one byte 7Fh (pre-operational)", show(seen.frame))
 
 
 @case("7.103", "Heartbeat 03", "With a heartbeat time of 0 there is none.", PRODUCER)
@@ -41,7 +41,7 @@ def disable(bench: Bench) -> Steps[None]:
     yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
     yield from bench.wait(2 * bench.period_ms)
     yield from bench.change(HEARTBEAT_TIME, 0, 0)
-    yield from bench.wait(nmt.SETTLE_MS)
+    yield from bench.settle()
     yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
 
 
@@ -57,8 +57,14 @@ def same_node_twice(bench: Bench) -> Steps[None]:
 
 @case("7.105", "Heartbeat 05", "While heartbeats come in time, the node tells of no error.", CONSUMER)
 def in_time(bench: Bench) -> Steps[None]:
-    producer = yield from _watched(bench)
-    frames = yield from _errors_while_beating(bench, producer, 10, bench.period_ms)
+    """A second and third try have longer consumer times, which a busy host's delays don't exceed."""
+    frames: list[CanFrame] = []
+    for periods in CONSUMER_PERIODS:
+        producer = yield from _watched(bench, periods)
+        frames = yield from _errors_while_beating(bench, producer, 10, bench.period_ms)
+        if not frames:
+            break
+        bench.is_upset = True
     bench.check(not frames, "no EMCY while heartbeats come in time", lambda: show(frames[0]))
     yield from nmt.check_state(bench, State.OPERATIONAL, "heartbeats in time")
 
@@ -72,7 +78,10 @@ def in_time(bench: Bench) -> Steps[None]:
 def too_late(bench: Bench) -> Steps[None]:
     producer = yield from _watched(bench)
     bench.is_upset = True
+    emcy = (yield from errors.emcy_id(bench)) if errors.COB_ID in bench.eds else None
     frames = yield from _errors_while_beating(bench, producer, 1, 6 * bench.period_ms)
+    late = (yield from bench.expect(emcy)) if emcy is not None and not frames else None
+    frames += [] if late is None else [late]
     codes = [int.from_bytes(frame.data[:2], "little") for frame in frames]
     if errors.COB_ID in bench.eds:
         bench.check(HEARTBEAT in codes, "EMCY 8130h after the consumer time", f"{codes[0]:04X}h" if codes else "none")
@@ -93,12 +102,12 @@ def after_reset(bench: Bench) -> Steps[None]:
     yield from nmt.check_state(bench, State.OPERATIONAL, "a producer that never was heard")
 
 
-def _watched(bench: Bench) -> Steps[int]:
-    """Operational, watching us with a consumer time of three periods; the node-ID that we take."""
+def _watched(bench: Bench, periods: int = CONSUMER_PERIODS[0]) -> Steps[int]:
+    """Operational, watching us with a consumer time of so many periods; the node-ID that we take."""
     bench.entry(CONSUMER_TIME, 1, writable=True)
     producer = errors.producer_id(bench)
     yield from nmt.watch(bench)
-    yield from errors.watch_us(bench, 3 * bench.period_ms, producer)
+    yield from errors.watch_us(bench, periods * bench.period_ms, producer)
     yield from nmt.enter(bench, State.OPERATIONAL)
     return producer
 

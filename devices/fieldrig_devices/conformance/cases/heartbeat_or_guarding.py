@@ -3,16 +3,15 @@
 Source: CiA 301 7.2.8.3.2, 7.5.2.11, 7.5.2.20.
 """
 
-from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance import guard, nmt
 from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import case
 from fieldrig_devices.conformance.guard import LIFE_TIME_FACTOR
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import GUARD_TIME, HEARTBEAT_TIME, State
+from fieldrig_devices.conformance.period import check_period
 
 CLAUSE = "CiA 301 7.2.8.3.2"
-COUNTED = 10
 
 
 @case(
@@ -32,7 +31,7 @@ def has_one(bench: Bench) -> Steps[None]:
 def heartbeat_off(bench: Bench) -> Steps[None]:
     yield from _with_both(bench, heartbeat=True, guarding=False)
     yield from bench.change(HEARTBEAT_TIME, 0, 0)
-    yield from bench.wait(nmt.SETTLE_MS)
+    yield from bench.settle()
     yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
 
 
@@ -84,18 +83,12 @@ def _with_both(bench: Bench, heartbeat: bool, guarding: bool) -> Steps[None]:
     yield from bench.change(LIFE_TIME_FACTOR, 0, 10 if guarding else 0)
     if heartbeat:
         yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
-    yield from bench.wait(nmt.SETTLE_MS)
+    yield from bench.settle()
 
 
 def _check_beats(bench: Bench, with_requests: bool = False) -> Steps[None]:
-    """As many heartbeats as there should be, without a toggle bit; with requests, no more than that."""
-    frames: list[CanFrame] = []
-    for _ in range(COUNTED):
-        if with_requests:
-            bench.ask(bench.boot_up_id, 1)
-        frames += yield from bench.collect(bench.boot_up_id, bench.period_ms)
-    is_right = abs(len(frames) - COUNTED) <= 1
-    bench.check(is_right, f"about {COUNTED} heartbeats in {COUNTED} periods, and nothing else", str(len(frames)))
-    states = {frame.data for frame in frames}
+    """Heartbeats come in their period, without a toggle bit; with requests, nothing else does."""
+    frames = yield from check_period(bench, bench.boot_up_id, "a heartbeat, and nothing else,", with_requests)
+    states = {one.frame.data for one in frames}
     right = bytes((State.PRE_OPERATIONAL,))
     bench.check(states == {right}, "7Fh in each, without toggle bit", ", ".join(sorted(one.hex() for one in states)))

@@ -7,7 +7,7 @@ A mapping that can't be may be refused when the entry is written, or when sub-in
 from fieldrig_devices.conformance import nmt, sync
 from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import case
-from fieldrig_devices.conformance.description import BITS, Entry
+from fieldrig_devices.conformance.description import Entry
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import State
 from fieldrig_devices.conformance.pdo import (
@@ -126,8 +126,8 @@ def dummy(bench: Bench) -> Steps[None]:
     if not bench.eds.dummies:
         bench.skip("the EDS allows no dummies (DummyUsage)")
     pdo = changeable(bench, is_transmit=False)
-    index = max(bench.eds.dummies, key=lambda one: BITS[one])
-    wanted = [Mapped(index, 0, BITS[index])]
+    bits, index = max((bits, index) for index, bits in bench.eds.dummies.items())
+    wanted = [Mapped(index, 0, bits)]
     yield from map_to(bench, pdo, wanted)
     came = yield from read_mapping(bench, pdo)
     bench.check(came == wanted, f"{_text(wanted)} in {pdo.name}", _text(came))

@@ -9,7 +9,7 @@ from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import case
 from fieldrig_devices.conformance.description import LAST_OF_COMMUNICATION, Entry
 from fieldrig_devices.conformance.line import Steps
-from fieldrig_devices.conformance.objects import is_plain
+from fieldrig_devices.conformance.objects import is_guarded, is_plain
 from fieldrig_devices.conformance.sdo import expedited_data, multiplexer
 from fieldrig_devices.conformance.verdict import ABORT_TEXTS
 
@@ -132,4 +132,6 @@ def _unsigned(bench: Bench) -> Iterator[Entry]:
 
 
 def _limited(bench: Bench) -> list[Entry]:
-    return [one for one in bench.eds if one.is_writable and one.is_integer and one.size in (1, 2, 4)]
+    """Limits of what only a procedure may write are tried by the cases of that procedure."""
+    entries = (one for one in bench.eds if one.is_writable and not is_guarded(one))
+    return [one for one in entries if one.is_integer and one.size in (1, 2, 4)]

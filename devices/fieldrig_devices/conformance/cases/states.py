@@ -29,7 +29,7 @@ def initialisation(bench: Bench) -> Steps[None]:
         yield from bench.change(HEARTBEAT_TIME, 0, power_on + 5000)
     first = len(bench.line.seen)
     yield from nmt.reset(bench)
-    yield from bench.wait(bench.period_ms)
+    yield from bench.wait(max(bench.period_ms, bench.settle_ms))
     is_boot_up = nmt.is_boot_up(bench)
     count = sum(1 for one in bench.line.seen[first:] if not one.is_ours and is_boot_up(one.frame))
     bench.check(count == 1, "one boot-up message", str(count))
@@ -64,7 +64,7 @@ def _check_services(bench: Bench, state: State, sdo: bool, pdo: bool) -> Steps[N
     yield from nmt.enter(bench, state)
     yield from nmt.check_state(bench, state, f"the command for {name}")
     if identifier is not None:
-        came = yield from _answers_sync(bench, identifier)
+        came = yield from _answers_sync(bench, identifier, is_expected=pdo)
         bench.check(came == pdo, f"{'a' if pdo else 'no'} TPDO at SYNC in '{name}'", "one" if came else "none")
     answers = yield from _answers_sdo_at_all(bench)
     bench.check(answers == sdo, f"{'an' if sdo else 'no'} SDO answer in '{name}'", "one" if answers else "none")
@@ -80,12 +80,12 @@ def _sync_driven_tpdo(bench: Bench) -> Steps[int | None]:
         return None
 
 
-def _answers_sync(bench: Bench, identifier: int) -> Steps[bool]:
+def _answers_sync(bench: Bench, identifier: int, is_expected: bool) -> Steps[bool]:
     cob_id = bench.eds.get(sync.COB_ID)
     default = 0x80 if cob_id is None or cob_id.default is None else int.from_bytes(cob_id.default, "little")
     bench.send(default & 0x7FF)
-    frames = yield from bench.collect(identifier, 3 * sync.GAP_MS)
-    return bool(frames)
+    within_ms = None if is_expected else max(3 * sync.GAP_MS, bench.settle_ms)
+    return (yield from bench.expect(identifier, within_ms)) is not None
 
 
 def _answers_sdo_at_all(bench: Bench) -> Steps[bool]:

@@ -1,0 +1,73 @@
+"""Any file that a node can be made from can be conformed: one reader for all, whatever tool wrote the file."""
+
+from pathlib import Path
+
+import pytest
+from broken_nodes import NODE_ID
+from canopen_bench import IO32
+from conform_bench import conformed, failures
+from eds_oddities import DEVICE_TYPE, MISTAKES, ODD, WRONG
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.canopen.eds import load
+from fieldrig_devices.conformance.description import Description
+
+COMPACT = """[2100]
+ObjectType=8
+DataType=6
+AccessType=rw
+CompactSubObj=3
+DefaultValue=7
+[2100Value]
+NrOfEntries=1
+2=9
+"""
+FOREIGN = "[2100]\nDataType=0x0A\nAccessType=ro\nDefaultValue=00000000000000000001\n"
+"""Ten octets, which the reader of the canopen package refuses."""
+
+
+def file_of(folder: Path, text: str) -> Path:
+    path = folder / "device.eds"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    "text", [*(DEVICE_TYPE + text for text, _, _ in ODD), DEVICE_TYPE + COMPACT, DEVICE_TYPE + FOREIGN]
+)
+def test_node_made_from_an_odd_file_is_conformed_by_the_same_file(tmp_path: Path, text: str) -> None:
+    eds = file_of(tmp_path, text)
+    report = conformed("OD", "SDO 0*", eds=eds)
+    assert failures(report) == {}
+    assert report.executed >= 8
+
+
+def test_odd_files_mean_the_same_to_node_and_suite(tmp_path: Path) -> None:
+    texts = [DEVICE_TYPE + text for text, _, _ in ODD] + [
+        IO32.read_text().replace(right, odd, 1) for right, odd, _ in MISTAKES
+    ]
+    for text in texts:
+        eds = file_of(tmp_path, text)
+        node, described = load(eds, NODE_ID), Description(eds, NODE_ID)
+        assert [(one.index, one.subindex, one.type.size, one.access.value) for one in node] == [
+            (one.index, one.sub, one.size, one.access) for one in described
+        ]
+        for entry in described:
+            assert entry.default in (None, node.find(entry.index, entry.sub).start)
+
+
+def test_exceptions_of_a_compact_array_are_promised(tmp_path: Path) -> None:
+    described = Description(file_of(tmp_path, DEVICE_TYPE + COMPACT), NODE_ID)
+    promised = [(one.sub, one.default) for one in described if one.index == 0x2100]
+    assert promised == [(0, b"\x03"), (1, b"\x07\x00"), (2, b"\x09\x00"), (3, b"\x07\x00")]
+
+
+def test_value_that_the_file_does_not_give_is_no_promise(tmp_path: Path) -> None:
+    described = Description(file_of(tmp_path, DEVICE_TYPE), NODE_ID)
+    assert [one.default for one in described] == [None]
+
+
+@pytest.mark.parametrize(("text", "why"), WRONG)
+def test_file_that_no_node_can_be_made_from_is_refused_with_the_line(tmp_path: Path, text: str, why: str) -> None:
+    with pytest.raises(UsageError, match=why):
+        Description(file_of(tmp_path, DEVICE_TYPE + text), NODE_ID)
