@@ -16,14 +16,14 @@ VARIABLE = "LINES_FILE"
 
 class Recorder:
     def __init__(self, source: Path, file: Path) -> None:
-        self._source, self._file = source, file
-        self._rows: dict[str, list[str]] = {}
+        self._root, self._file = source.parent, file
+        self._nodeids: list[str] = []
         self._coverage = coverage.Coverage(data_file=None, source=[str(source)], config_file=False)
         self._coverage.start()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        self._rows[item.nodeid] = [row for mark in item.iter_markers("manual") for row in mark.args]
+        self._nodeids.append(item.nodeid)
         self._coverage.switch_context(item.nodeid)
         result = yield
         self._coverage.switch_context("")
@@ -32,12 +32,12 @@ class Recorder:
     def pytest_sessionfinish(self) -> None:
         self._coverage.stop()
         data = self._coverage.get_data()
-        lines: dict[str, dict[str, list[int]]] = {nodeid: {} for nodeid in self._rows}
+        lines: dict[str, dict[str, list[int]]] = {nodeid: {} for nodeid in self._nodeids}
         for file in sorted(data.measured_files()):
             for line, contexts in data.contexts_by_lineno(file).items():
                 for nodeid in filter(None, contexts):
-                    lines[nodeid].setdefault(file, []).append(line)
-        self._file.write_text(json.dumps({"rows": self._rows, "lines": lines}))
+                    lines[nodeid].setdefault(str(Path(file).relative_to(self._root)), []).append(line)
+        self._file.write_text(json.dumps(lines))
 
 
 def pytest_configure(config: pytest.Config) -> None:
