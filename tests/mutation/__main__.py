@@ -53,11 +53,12 @@ def main() -> int:
     parser.add_argument("--seed", default="fieldrig", help="another word takes other rows and places")
     parser.add_argument("--only", nargs="*", metavar="ROW", help="these rows instead of a sample; the page stays")
     asked = parser.parse_args()
+    commit = _commit()
     copies = [Copy(BUILD / f"copy{number}") for number in range(AT_ONCE)]
     tests = copies[0].tests_by_row()
     if unknown := set(asked.only or ()) - tests.keys():
         parser.error(f"no test in virtual time shows {', '.join(sorted(unknown))}")
-    recorded = copies[0].recorded(sorted({nodeid for of_row in tests.values() for nodeid in of_row}))
+    recorded = recorded_by(copies, tests)
     lines = lines_by_row(tests, recorded)
     chance = random.Random(asked.seed)
     rows = asked.only or sorted(chance.sample(sorted(tests), min(asked.rows, len(tests))))
@@ -81,8 +82,30 @@ def main() -> int:
         results = list(pool.map(survives, mutants))
     if not asked.only:
         survivors = [mutant for mutant, survived in zip(mutants, results, strict=True) if survived]
-        PAGE.write_text(page(_commit(), asked.seed, len(tests), mutants, survivors), encoding="utf-8")
+        PAGE.write_text(page(commit, asked.seed, len(tests), mutants, survivors), encoding="utf-8")
     return 0
+
+
+def recorded_by(copies: Sequence["Copy"], tests: Tests) -> Recorded:
+    """Return the lines of all these tests: from the last run if the devices are the same, else from a run of them."""
+    kept = BUILD / f"lines-{_digest(copies[0].folder / 'devices')}.json"
+    lines: Recorded = json.loads(kept.read_text()) if kept.exists() else {}
+    missing = sorted({nodeid for nodeids in tests.values() for nodeid in nodeids} - lines.keys())
+    if not missing:
+        return lines
+    with ThreadPoolExecutor(len(copies)) as pool:
+        parts = [missing[number :: len(copies)] for number in range(len(copies))]
+        for part in pool.map(Copy.record, copies, parts):
+            lines |= part
+    for nodeid in missing:
+        if not lines.setdefault(nodeid, {}):
+            sys.stdout.write(f"{nodeid} is left out: it fails on its own, or runs no code of the devices\n")
+    for old in BUILD.glob("lines-*.json"):
+        old.unlink()
+    half = kept.with_suffix(".half")
+    half.write_text(json.dumps(lines))
+    half.replace(kept)
+    return lines
 
 
 def lines_by_row(tests: Tests, recorded: Recorded) -> dict[str, dict[str, set[int]]]:
@@ -140,26 +163,15 @@ class Copy:
         tests: Tests = json.loads(file.read_text())
         return tests
 
-    def recorded(self, nodeids: Sequence[str]) -> Recorded:
-        """Return the lines of these tests: from the last run if the devices are the same, else from a run of them."""
-        kept = BUILD / f"lines-{_digest(self.folder / 'devices')}.json"
-        lines: Recorded = json.loads(kept.read_text()) if kept.exists() else {}
-        if missing := [nodeid for nodeid in nodeids if nodeid not in lines]:
-            lines |= self._record(missing)
-            for old in BUILD.glob("lines-*.json"):
-                old.unlink()
-            half = kept.with_suffix(".half")
-            half.write_text(json.dumps(lines))
-            half.replace(kept)
-        return lines
-
-    def _record(self, nodeids: Sequence[str]) -> Recorded:
+    def record(self, nodeids: Sequence[str]) -> Recorded:
+        """Run these tests and return their lines; tests that fail have none."""
         file = self.folder / "lines.json"
-        listed = self.folder / "nodeids"  # more than a command line takes
-        listed.write_text("\n".join(nodeids))
-        code = self.pytest(f"@{listed}", "-p", "tests.mutation.record", report=file, limit_s=RECORDING_S)
-        if code != PASSED:
-            raise SystemExit(f"the tests fail before anything was changed (exit code {code})")
+        file.write_text(json.dumps(nodeids))  # more than a command line takes
+        files = sorted({nodeid.partition("::")[0] for nodeid in nodeids})
+        arguments = (f"--timeout={RECORDING_S}", "-p", "tests.mutation.record", *files)
+        code = self.pytest(*arguments, report=file, limit_s=RECORDING_S)
+        if code not in (PASSED, FAILED):
+            raise SystemExit(f"the tests can't be recorded (exit code {code})")
         recorded: Recorded = json.loads(file.read_text())
         return recorded
 

@@ -186,6 +186,23 @@ def test_a_program_that_does_not_hang_together(source: str, line: int, what: str
 
 
 @pytest.mark.manual("ARP-075")
+@pytest.mark.parametrize(
+    ("line", "column", "what"),
+    [
+        ("V1 == 1 V2 == 2", 9, "too much"),  # one instruction a line
+        ("V1 == 1 +", 10, "end of the line"),  # no continuation
+        ("V1 == 1\u00b5", 8, "has no meaning here"),  # not ASCII
+        ("V1 == 1 \x07", 9, "has no meaning here"),  # not printable
+    ],
+)
+def test_a_line_is_one_instruction_in_printable_ascii(line: str, column: int, what: str) -> None:
+    assert of_line("V1 == 1 ; V2 == 2 +") == []
+    (found,) = of_line(line)
+    assert found.column == column
+    assert what in found.what
+
+
+@pytest.mark.manual("ARP-075")
 def test_a_line_has_120_characters_with_its_comment() -> None:
     exact = "V1 == 1 ;" + "x" * 111
     assert of_line(exact) == []

@@ -22,6 +22,18 @@ def test_the_least_controller_has_seven_groups() -> None:
     root = Bench().run(100).max4.tree.root
     assert list(root.groups) == ["General", "Diagnosis", "Versions"]
     assert [child.type_name for child in root.children] == ["RTBUS", "D_OUT_GROUP", "D_IN_GROUP", "M_IN_GROUP"]
+    assert [list(child.children) for child in root.children] == [[], [], [], []]
+
+
+@pytest.mark.manual("PD-020")
+@pytest.mark.manual("PD-138")
+def test_drives_are_children_of_the_real_time_bus() -> None:
+    bench = Bench(simulated=("belt", "knife"), inputs={"I_bStart": ""}, logic_encoders=["MasterEncoder"]).run(100)
+    root = bench.max4.tree.root
+    bus, _, inputs, *_ = root.children
+    assert [(child.type_name, child.symbol) for child in bus.children] == [("MC_4", "belt"), ("MC_4", "knife")]
+    assert [(child.type_name, child.symbol) for child in inputs.children] == [("D_IN", "I_bStart")]
+    assert bench.max4.tree.object("MasterEncoder") in root.children
 
 
 @pytest.mark.manual("PD-334")
@@ -325,9 +337,15 @@ def test_system_data_of_chapter_9() -> None:
     assert SYSTEM_CLOCK_US == 250
 
 
+@pytest.mark.manual("PD-335")
 @pytest.mark.parametrize(
     ("version", "data", "variable"),
-    [((0, 6, 9), 1_048_576, 32_768), ((0, 7, 0), 2_097_152, 32_768), ((0, 12, 0), 2_097_152, 131_072)],
+    [
+        ((0, 6, 99), 1_048_576, 32_768),
+        ((0, 7, 0), 2_097_152, 32_768),
+        ((0, 11, 99), 2_097_152, 32_768),
+        ((0, 12, 0), 2_097_152, 131_072),
+    ],
 )
 def test_limits_that_came_with_versions(version: tuple[int, int, int], data: int, variable: int) -> None:
     limits = limits_of(Version(*version))
