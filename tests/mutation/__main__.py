@@ -62,7 +62,7 @@ def main() -> int:
     lines = lines_by_row(tests, recorded)
     chance = random.Random(asked.seed)
     rows = asked.only or sorted(chance.sample(sorted(tests), min(asked.rows, len(tests))))
-    mutants = [mutant for row in rows for mutant in chosen(row, lines, asked.each, chance, ROOT)]
+    mutants = [mutant for row in rows for mutant in chosen(row, lines, asked.each, chance, copies[0].folder)]
     free: SimpleQueue[Copy] = SimpleQueue()
     for copy in copies:
         free.put(copy)

@@ -216,6 +216,7 @@ def test_reset_closes_the_run_and_the_clock_begins_again() -> None:
     assert bench.max4.logger.entries()[0][1].stamp_ms == 1
 
 
+@pytest.mark.manual("PD-054")
 def test_power_off_is_followed_by_a_boot() -> None:
     bench = Bench(outputs={"O_bH1": "lamp"}, simulated=("belt",)).run(100).set("O_bH1.Value", True).enable("belt")
     bench.fault("max4", what="power_off", duration_ms=500)
