@@ -19,6 +19,7 @@ import random
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -33,6 +34,8 @@ from tests.mutation.record import VARIABLE
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "mutation.md"
 BUILD = ROOT / "build" / "mutation"
+HERE = "{copy}"
+"""What a parametrized test has in its name where the folder of the copy would be."""
 COPIED = ("emulator", "bus", "devices", "tests", "configs", "docs", "pyproject.toml")
 MARKS = "manual and not system and not real and not docker and not long"
 LIMIT_S = 300
@@ -50,6 +53,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--rows", type=int, default=40, help="how many rows are sampled")
     parser.add_argument("--each", type=int, default=2, help="mutants of each row")
+    parser.add_argument("--minutes", type=float, default=20, help="no mutant is begun later than this after the first")
     parser.add_argument("--seed", default="fieldrig", help="another word takes other rows and places")
     parser.add_argument("--only", nargs="*", metavar="ROW", help="these rows instead of a sample; the page stays")
     asked = parser.parse_args()
@@ -63,11 +67,16 @@ def main() -> int:
     chance = random.Random(asked.seed)
     rows = asked.only or sorted(chance.sample(sorted(tests), min(asked.rows, len(tests))))
     mutants = [mutant for row in rows for mutant in chosen(row, lines, asked.each, chance, copies[0].folder)]
+    chance.shuffle(mutants)  # what the limit cuts off is of no row in particular
+    until = time.monotonic() + asked.minutes * 60
     free: SimpleQueue[Copy] = SimpleQueue()
     for copy in copies:
         free.put(copy)
 
-    def survives(mutant: Mutant) -> bool:
+    def survives(mutant: Mutant) -> bool | None:
+        """Return None if the time is up."""
+        if time.monotonic() > until:
+            return None
         copy = free.get()
         try:
             survived = copy.survives(mutant, running(mutant, tests, recorded))
@@ -81,8 +90,10 @@ def main() -> int:
     with ThreadPoolExecutor(AT_ONCE) as pool:
         results = list(pool.map(survives, mutants))
     if not asked.only:
-        survivors = [mutant for mutant, survived in zip(mutants, results, strict=True) if survived]
-        PAGE.write_text(page(commit, asked.seed, len(tests), mutants, survivors), encoding="utf-8")
+        judged = sorted(zip(mutants, results, strict=True), key=lambda one: (one[0].row, one[0].file, one[0].line))
+        tried = [mutant for mutant, survived in judged if survived is not None]
+        survivors = [mutant for mutant, survived in judged if survived]
+        PAGE.write_text(page(commit, asked.seed, len(tests), tried, survivors), encoding="utf-8")
     return 0
 
 
@@ -160,20 +171,26 @@ class Copy:
     def tests_by_row(self) -> Tests:
         file = self.folder / "rows.json"
         self.pytest("--collect-only", "-p", "tests.mutation.collect", report=file)
-        tests: Tests = json.loads(file.read_text())
+        tests: Tests = json.loads(self._everywhere(file.read_text()))
         return tests
 
     def record(self, nodeids: Sequence[str]) -> Recorded:
         """Run these tests and return their lines; tests that fail have none."""
         file = self.folder / "lines.json"
-        file.write_text(json.dumps(nodeids))  # more than a command line takes
+        file.write_text(json.dumps([self._here(nodeid) for nodeid in nodeids]))  # more than a command line takes
         files = sorted({nodeid.partition("::")[0] for nodeid in nodeids})
         arguments = (f"--timeout={RECORDING_S}", "-p", "tests.mutation.record", *files)
         code = self.pytest(*arguments, report=file, limit_s=RECORDING_S)
         if code not in (PASSED, FAILED):
             raise SystemExit(f"the tests can't be recorded (exit code {code})")
-        recorded: Recorded = json.loads(file.read_text())
+        recorded: Recorded = json.loads(self._everywhere(file.read_text()))
         return recorded
+
+    def _here(self, nodeid: str) -> str:
+        return nodeid.replace(HERE, str(self.folder))
+
+    def _everywhere(self, nodeids: str) -> str:
+        return nodeids.replace(str(self.folder), HERE)
 
     def survives(self, mutant: Mutant, nodeids: Sequence[str]) -> bool:
         file = self.folder / mutant.file
@@ -182,7 +199,7 @@ class Copy:
         assert after is not None, f"no occurrence {mutant.occurrence} of {mutant.operator} in {mutant.file}"
         file.write_text(after, encoding="utf-8")
         try:
-            code = self.pytest("-x", *nodeids)
+            code = self.pytest("-x", *map(self._here, nodeids))
         finally:
             file.write_text(before, encoding="utf-8")
         if code not in (PASSED, FAILED, INTERRUPTED):
