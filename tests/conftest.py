@@ -1,4 +1,6 @@
+import logging
 import signal
+from collections.abc import Iterator
 
 import addresses
 import pytest
@@ -16,3 +18,16 @@ pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its
 def free_port() -> int:
     """A TCP port of 127.0.0.1 that nobody listens on."""
     return addresses.free_port()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown() -> Iterator[None]:
+    """Fail a test that leaves loggers turned off: the tests after it would find nothing in `caplog`."""
+    result = yield
+    loggers = logging.Logger.manager.loggerDict.values()
+    off = [one for one in loggers if isinstance(one, logging.Logger) and one.disabled]
+    for logger in off:
+        logger.disabled = False
+    assert not off, f"this test turned off {len(off)} loggers, such as {off[0].name}"
+    assert logging.Logger.manager.disable == logging.NOTSET, "this test turned off logging"
+    return result

@@ -1,88 +1,152 @@
 """Mutation of the code behind the manuals' rows: `python -m tests.mutation`, usually called by `make mutation`.
 
 A row counts as shown if its tests fail without its behaviour.  This takes a sample of the rows, changes one place of
-the code that their tests run (an operator, a comparison, a number, a condition), and runs the tests of that row alone:
-they should fail.  A place that few rows have in common is taken sooner than one that all tests pass through.
+the code that their tests run (an operator, a comparison, a number, a condition), and runs the tests of that row that
+pass through this place: they should fail.  A place that few rows have in common is taken sooner than one that all tests
+pass through.
 
-What survives is to be read by a person: the place may serve another row, or the change may make no difference.  Rows
+A person has to read what survives: the place may serve another row, or the change may make no difference.  Rows
 that only system tests or foreign peers show are left out, and so are tables and constants (see `record`).  The work is
-done in a copy of the tree; the result goes to docs/mutation.md.
+done in copies of the tree under build/mutation, so a run that is killed leaves the code as it was.  Which lines each
+test runs is kept there too, until the devices change.  The result goes to docs/mutation.md.
 """
 
 import argparse
+import hashlib
 import json
 import os
 import random
 import shutil
 import subprocess
 import sys
-import tempfile
-from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from queue import SimpleQueue
 
-from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
-from cosmic_ray.plugins import get_operator, operator_names
+from cosmic_ray.plugins import get_operator
+from tests.mutation.page import page
+from tests.mutation.places import Mutant, chosen
 from tests.mutation.record import VARIABLE
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "mutation.md"
+BUILD = ROOT / "build" / "mutation"
+HERE = "{copy}"
+"""What a parametrized test has in its name where the folder of the copy would be."""
 COPIED = ("emulator", "bus", "devices", "tests", "configs", "docs", "pyproject.toml")
 MARKS = "manual and not system and not real and not docker and not long"
 LIMIT_S = 300
-BACKGROUND = 60
-"""Other rows whose lines tell what many tests have in common."""
-LEFT_OUT = ("Variable", "RemoveDecorator", "_Is", "Is_", "ExceptionReplacer", "_Pow", "Pow_", "_Invert", "_UAdd")
-"""Operators whose mutants differ from the code in nothing, or break every test."""
+RECORDING_S = 1800
+AT_ONCE = 2
+PASSED, FAILED, INTERRUPTED = 0, 1, 2  # exit codes of pytest; a module that can't be imported interrupts it
 
-
-@dataclass(frozen=True)
-class Mutant:
-    row: str
-    file: Path
-    line: int
-    operator: str
-    occurrence: int
-    source: str
-    """The changed line, before the change."""
+Tests = dict[str, list[str]]
+"""The tests of each row."""
+Recorded = dict[str, dict[str, list[int]]]
+"""The lines that each test runs, by file."""
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--rows", type=int, default=40, help="how many rows are sampled")
     parser.add_argument("--each", type=int, default=2, help="mutants of each row")
+    parser.add_argument("--minutes", type=float, default=20, help="no mutant is begun later than this after the first")
     parser.add_argument("--seed", default="fieldrig", help="another word takes other rows and places")
-    parser.add_argument("--only", nargs="*", metavar="ROW", help="these rows in place of a sample")
+    parser.add_argument("--only", nargs="*", metavar="ROW", help="these rows instead of a sample; the page stays")
     asked = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="fieldrig-mutation-") as folder:
-        work = Work(Path(folder))
-        tests = work.tests_by_row()
-        chance = random.Random(asked.seed)
-        rows = asked.only or sorted(chance.sample(sorted(tests), min(asked.rows, len(tests))))
-        beside = chance.sample(sorted(tests), min(BACKGROUND, len(tests)))
-        lines = work.lines_by_row({row: tests[row] for row in {*rows, *beside}})
-        mutants = [mutant for row in rows for mutant in chosen(row, lines, asked.each, chance, work.folder)]
-        survivors = [mutant for mutant in mutants if _say(mutant, work.survives(mutant, tests[mutant.row]))]
+    commit = _commit()
+    copies = [Copy(BUILD / f"copy{number}") for number in range(AT_ONCE)]
+    tests = copies[0].tests_by_row()
+    if unknown := set(asked.only or ()) - tests.keys():
+        parser.error(f"no test in virtual time shows {', '.join(sorted(unknown))}")
+    recorded = recorded_by(copies, tests)
+    lines = lines_by_row(tests, recorded)
+    chance = random.Random(asked.seed)
+    rows = asked.only or sorted(chance.sample(sorted(tests), min(asked.rows, len(tests))))
+    mutants = [mutant for row in rows for mutant in chosen(row, lines, asked.each, chance, copies[0].folder)]
+    chance.shuffle(mutants)  # what the limit cuts off is of no row in particular
+    until = time.monotonic() + asked.minutes * 60
+    free: SimpleQueue[Copy] = SimpleQueue()
+    for copy in copies:
+        free.put(copy)
+
+    def survives(mutant: Mutant) -> bool | None:
+        """Return None if the time is up."""
+        if time.monotonic() > until:
+            return None
+        copy = free.get()
+        try:
+            survived = copy.survives(mutant, running(mutant, tests, recorded))
+        finally:
+            free.put(copy)
+        word, change = "SURVIVED" if survived else "killed", f"{mutant.operator}#{mutant.occurrence}"
+        sys.stdout.write(f"{mutant.row} {word:8} {mutant.file}:{mutant.line} {change}: {mutant.source}\n")
+        sys.stdout.flush()
+        return survived
+
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        results = list(pool.map(survives, mutants))
     if not asked.only:
-        PAGE.write_text(page(asked.seed, mutants, survivors))
+        judged = sorted(zip(mutants, results, strict=True), key=lambda one: (one[0].row, one[0].file, one[0].line))
+        tried = [mutant for mutant, survived in judged if survived is not None]
+        survivors = [mutant for mutant, survived in judged if survived]
+        PAGE.write_text(page(commit, asked.seed, len(tests), tried, survivors), encoding="utf-8")
     return 0
 
 
-def _say(mutant: Mutant, survived: bool) -> bool:
-    word = "SURVIVED" if survived else "killed"
-    sys.stdout.write(f"{mutant.row} {word:8} {mutant.file}:{mutant.line} {mutant.operator}: {mutant.source}\n")
-    sys.stdout.flush()
-    return survived
+def recorded_by(copies: Sequence["Copy"], tests: Tests) -> Recorded:
+    """Return the lines of all these tests: from the last run if the devices are the same, else from a run of them."""
+    kept = BUILD / f"lines-{_digest(copies[0].folder / 'devices')}.json"
+    lines: Recorded = json.loads(kept.read_text()) if kept.exists() else {}
+    missing = sorted({nodeid for nodeids in tests.values() for nodeid in nodeids} - lines.keys())
+    if not missing:
+        return lines
+    with ThreadPoolExecutor(len(copies)) as pool:
+        parts = [missing[number :: len(copies)] for number in range(len(copies))]
+        for part in pool.map(Copy.record, copies, parts):
+            lines |= part
+    for nodeid in missing:
+        if not lines.setdefault(nodeid, {}):
+            sys.stdout.write(f"{nodeid} is left out: it fails on its own, or runs no code of the devices\n")
+    for old in BUILD.glob("lines-*.json"):
+        old.unlink()
+    half = kept.with_suffix(".half")
+    half.write_text(json.dumps(lines))
+    half.replace(kept)
+    return lines
 
 
-class Work:
+def lines_by_row(tests: Tests, recorded: Recorded) -> dict[str, dict[str, set[int]]]:
+    """Return the lines that the tests of each row run, by file."""
+    found: dict[str, dict[str, set[int]]] = {}
+    for row, nodeids in tests.items():
+        files = found.setdefault(row, {})
+        for nodeid in nodeids:
+            for file, lines in recorded.get(nodeid, {}).items():
+                files.setdefault(file, set()).update(lines)
+    return found
+
+
+def running(mutant: Mutant, tests: Tests, recorded: Recorded) -> list[str]:
+    """Return the row's tests that run the changed line: no other one can fail."""
+    return [one for one in tests[mutant.row] if mutant.line in recorded.get(one, {}).get(mutant.file, ())]
+
+
+def _commit() -> str:
+    command = ["git", "describe", "--always", "--dirty=, with changes that are not committed"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+
+
+class Copy:
     """A copy of the tree, and pytest in it."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
         for name in COPIED:
             source = ROOT / name
             if source.is_dir():
@@ -90,110 +154,64 @@ class Work:
             else:
                 shutil.copy(source, folder / name)
 
-    def pytest(self, *arguments: str, **variables: str) -> int:
-        """The exit code; 1 too if the tests don't come to an end."""
+    def pytest(self, *arguments: str, report: Path | None = None, limit_s: float = LIMIT_S) -> int:
+        """Return the exit code, which is 1 too if the tests don't end; a plugin of ours writes to `report`."""
         paths = os.pathsep.join(str(self.folder / name) for name in ("emulator", "bus", "devices", ""))
-        environment = {**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", **variables}
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
+        environment = {**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
+        if report is not None:
+            environment[VARIABLE] = str(report)
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", MARKS, *arguments]
         try:
             return subprocess.run(
-                command, cwd=self.folder, env=environment, stdout=subprocess.DEVNULL, timeout=LIMIT_S, check=False
+                command, cwd=self.folder, env=environment, stdout=subprocess.DEVNULL, timeout=limit_s, check=False
             ).returncode
         except subprocess.TimeoutExpired:
-            return 1
+            return FAILED
 
-    def record(self, *arguments: str) -> Any:
-        file = self.folder / "lines.json"
-        code = self.pytest("-p", "tests.mutation.record", *arguments, **{VARIABLE: str(file)})
-        if code != 0:
-            raise SystemExit(f"the tests fail before anything was changed (exit code {code})")
-        return json.loads(file.read_text())
-
-    def tests_by_row(self) -> dict[str, list[str]]:
+    def tests_by_row(self) -> Tests:
         file = self.folder / "rows.json"
-        self.pytest("--collect-only", "-m", MARKS, "-p", "tests.mutation.collect", **{VARIABLE: str(file)})
-        tests: dict[str, list[str]] = json.loads(file.read_text())
+        self.pytest("--collect-only", "-p", "tests.mutation.collect", report=file)
+        tests: Tests = json.loads(self._everywhere(file.read_text()))
         return tests
 
-    def lines_by_row(self, tests: dict[str, list[str]]) -> dict[str, dict[str, set[int]]]:
-        """By row and file."""
-        nodeids = sorted({nodeid for of_row in tests.values() for nodeid in of_row})
-        recorded = self.record("-m", MARKS, *nodeids)["lines"]
-        found: dict[str, dict[str, set[int]]] = {}
-        for row, of_row in tests.items():
-            files = found.setdefault(row, {})
-            for nodeid in of_row:
-                for file, lines in recorded.get(nodeid, {}).items():
-                    files.setdefault(file, set()).update(lines)
-        return found
+    def record(self, nodeids: Sequence[str]) -> Recorded:
+        """Run these tests and return their lines; tests that fail have none."""
+        file = self.folder / "lines.json"
+        file.write_text(json.dumps([self._here(nodeid) for nodeid in nodeids]))  # more than a command line takes
+        files = sorted({nodeid.partition("::")[0] for nodeid in nodeids})
+        arguments = (f"--timeout={RECORDING_S}", "-p", "tests.mutation.record", *files)
+        code = self.pytest(*arguments, report=file, limit_s=RECORDING_S)
+        if code not in (PASSED, FAILED):
+            raise SystemExit(f"the tests can't be recorded (exit code {code})")
+        recorded: Recorded = json.loads(self._everywhere(file.read_text()))
+        return recorded
+
+    def _here(self, nodeid: str) -> str:
+        return nodeid.replace(HERE, str(self.folder))
+
+    def _everywhere(self, nodeids: str) -> str:
+        return nodeids.replace(str(self.folder), HERE)
 
     def survives(self, mutant: Mutant, nodeids: Sequence[str]) -> bool:
         file = self.folder / mutant.file
         before = file.read_text(encoding="utf-8")
         after = mutate_code(before, get_operator(mutant.operator)(), mutant.occurrence)
+        assert after is not None, f"no occurrence {mutant.occurrence} of {mutant.operator} in {mutant.file}"
         file.write_text(after, encoding="utf-8")
         try:
-            return self.pytest("-x", "-m", MARKS, *nodeids) == 0
+            code = self.pytest("-x", *map(self._here, nodeids))
         finally:
             file.write_text(before, encoding="utf-8")
+        if code not in (PASSED, FAILED, INTERRUPTED):
+            raise SystemExit(f"pytest ran no test of {mutant.row} (exit code {code})")
+        return code == PASSED
 
 
-def chosen(
-    row: str, lines: dict[str, dict[str, set[int]]], count: int, chance: random.Random, folder: Path
-) -> Iterator[Mutant]:
-    """Some of the changes that can be made where this row's tests run, the row's own lines first."""
-    shared = Counter((file, line) for files in lines.values() for file, numbers in files.items() for line in numbers)
-    places = [(file, line) for file, numbers in sorted(lines[row].items()) for line in sorted(numbers)]
-    weights = [1 / shared[place] ** 2 for place in places]
-    taken: set[tuple[str, int]] = set()
-    for _ in range(100 * count):
-        if not places or len(taken) == count:
-            return
-        file, line = chance.choices(places, weights)[0]
-        mutants = [] if (file, line) in taken else list(_mutants_of(row, Path(file), line, folder))
-        if mutants:
-            taken.add((file, line))
-            yield chance.choice(mutants)
-
-
-def _mutants_of(row: str, file: Path, line: int, folder: Path) -> Iterator[Mutant]:
-    text = file.read_text(encoding="utf-8")
-    tree = get_ast(text)
-    for name in operator_names():
-        if any(word in name for word in LEFT_OUT):
-            continue
-        occurrence = 0
-        for node in ast_nodes(tree):
-            for (start_line, _), _ in get_operator(name)().mutation_positions(node):
-                if start_line == line:
-                    yield Mutant(
-                        row, file.relative_to(folder), line, name, occurrence, text.splitlines()[line - 1].strip()
-                    )
-                occurrence += 1
-
-
-def page(seed: str, mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> str:
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False
-    ).stdout.strip()
-    lines = [
-        "# Mutation of the rows",
-        "",
-        "Written by `make mutation`; don't edit. For a sample of the manuals' rows, one place at a time of the code",
-        "that a row's tests run was changed, and the tests of that row were run. A mutant is killed if they fail.",
-        "",
-        f"Commit {commit}, seed `{seed}`, {len({mutant.row for mutant in mutants})} rows.",
-        "",
-        "| manual | mutants | killed | score |",
-        "|---|---|---|---|",
-    ]
-    for manual in sorted({mutant.row.partition("-")[0] for mutant in mutants}):
-        total = sum(mutant.row.startswith(manual) for mutant in mutants)
-        left = sum(mutant.row.startswith(manual) for mutant in survivors)
-        lines.append(f"| {manual} | {total} | {total - left} | {(total - left) / total:.0%} |")
-    lines += ["", "What survived, for a person to read: the place may serve another row.", ""]
-    lines += [f"- {one.row}: `{one.file}:{one.line}`, {one.operator.partition('/')[2]}" for one in survivors]
-    return "\n".join(lines) + "\n"
+def _digest(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 if __name__ == "__main__":

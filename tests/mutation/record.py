@@ -1,4 +1,6 @@
-"""A pytest plugin: which lines of the devices each marked test runs, as JSON in the file that LINES_FILE names.
+"""A pytest plugin: which lines of the devices each test runs, as JSON in the file that LINES_FILE names.
+
+Before the run the file has the list of the tests; a test that fails has no lines.
 
 Lines that run when a module is imported belong to no test, so tables and constants are left out.
 """
@@ -16,28 +18,37 @@ VARIABLE = "LINES_FILE"
 
 class Recorder:
     def __init__(self, source: Path, file: Path) -> None:
-        self._source, self._file = source, file
-        self._rows: dict[str, list[str]] = {}
+        self._root, self._file = source.parent, file
+        self._nodeids: list[str] = []
+        self._failed: set[str] = set()
         self._coverage = coverage.Coverage(data_file=None, source=[str(source)], config_file=False)
         self._coverage.start()
 
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        asked = set(json.loads(self._file.read_text()))
+        items[:] = [item for item in items if item.nodeid in asked]
+
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        self._rows[item.nodeid] = [row for mark in item.iter_markers("manual") for row in mark.args]
+        self._nodeids.append(item.nodeid)
         self._coverage.switch_context(item.nodeid)
         result = yield
         self._coverage.switch_context("")
         return result
 
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self._failed.add(report.nodeid)
+
     def pytest_sessionfinish(self) -> None:
         self._coverage.stop()
         data = self._coverage.get_data()
-        lines: dict[str, dict[str, list[int]]] = {nodeid: {} for nodeid in self._rows}
+        lines: dict[str, dict[str, list[int]]] = {nodeid: {} for nodeid in self._nodeids}
         for file in sorted(data.measured_files()):
             for line, contexts in data.contexts_by_lineno(file).items():
-                for nodeid in filter(None, contexts):
-                    lines[nodeid].setdefault(file, []).append(line)
-        self._file.write_text(json.dumps({"rows": self._rows, "lines": lines}))
+                for nodeid in {*contexts} - {*self._failed, ""}:
+                    lines[nodeid].setdefault(str(Path(file).relative_to(self._root)), []).append(line)
+        self._file.write_text(json.dumps(lines))
 
 
 def pytest_configure(config: pytest.Config) -> None:

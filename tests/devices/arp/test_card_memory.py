@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from arp_bench import CardBench, whole
+from arp_bench import CardBench, Groups, whole
 from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -182,13 +182,13 @@ def test_a_parameter_out_of_range_is_refused_from_outside(group: int, number: in
 
 @pytest.mark.manual("ARP-012", "ARP-026")
 def test_reserved_parameters_are_kept_and_do_nothing() -> None:
-    bench = CardBench(LOOP, {"general": {7: 5, 9: -1.5}, "axis1": {9: 1, 17: 2, 18: 3}}).run_for(20)
-    assert (bench.state, bench.get("par.7"), bench.get("par.9"), bench.get("par1.17")) == (
-        CardState.RUN,
-        5.0,
-        -1.5,
-        2.0,
-    )
+    reserved: Groups = {"general": {7: 5, 9: -1.5}, "axis1": {9: 1, 17: 2, 18: 3}, "axis2": {9: -4, 17: 0.001, 18: 6}}
+    bench, plain = (CardBench(LOOP, parameters).run_for(500) for parameters in (reserved, {}))
+    for group, name in (("general", "par"), ("axis1", "par1"), ("axis2", "par2")):
+        for number, value in reserved[group].items():
+            assert (bench.get(f"{name}.{number}"), plain.get(f"{name}.{number}")) == (value, 0)
+    assert (bench.state, bench.warning, bench.error) == (CardState.RUN, plain.warning, 0)
+    assert bench.variable(1) == plain.variable(1) > 0
 
 
 @pytest.mark.manual("ARP-007", "ARP-016")

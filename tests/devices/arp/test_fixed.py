@@ -76,6 +76,14 @@ def test_bit_operations_work_on_32_bits_and_never_warn(a: int, b: int) -> None:
 
 
 @pytest.mark.manual("ARP-082")
+def test_shifts_of_a_negative_word_bring_in_zeros() -> None:
+    assert RIGHT(-1, 1_000) == (0x7FFF_FFFF, [])
+    assert RIGHT(-0x8000_0000, 31_000) == (1, [])
+    assert LEFT(-1, 31_000) == (-0x8000_0000, [])
+    assert LEFT(0x4000_0001, 1_000) == (-0x7FFF_FFFE, [])
+
+
+@pytest.mark.manual("ARP-082")
 @LAWS
 @given(a=WORD, places=st.integers(0, 40))
 def test_shifts_bring_in_zeros(a: int, places: int) -> None:

@@ -167,6 +167,8 @@ WHOLE = [
     ("V1 == 1\nBEG MAIN\nEND", 1, "outside of every routine"),
     ("BEG MAIN\nEND\nBEG MAIN\nEND", 3, "already defined in line 1"),
     ("BEG MAIN\nL1:\nL1:\nEND", 3, "already defined in line 2"),
+    ("BEG MAIN\nL1:\nEND\nBEG SUB\nL1:\nEND", 5, "already defined in line 2"),
+    ("BEG MAIN\nL1:\nEND\nBEGA IRQ\nl1:\nENDA", 5, "already defined in line 2"),
     ("BEG MAIN\nMAIN:\nEND", 2, "already defined in line 1"),
     ("A EQU V1\nA EQU V2\nBEG MAIN\nEND", 2, "already defined in line 1"),
     ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "no meaning"),
@@ -183,6 +185,28 @@ WHOLE = [
 @pytest.mark.parametrize(("source", "line", "what"), WHOLE)
 def test_a_program_that_does_not_hang_together(source: str, line: int, what: str) -> None:
     assert any(one.line == line and what in one.what and not one.is_note for one in mistakes(source))
+
+
+def test_a_name_may_stand_for_another_name() -> None:
+    found = mistakes("A EQU B\nB EQU C\nC EQU V1\nBEG MAIN\nA == 1\nEND")
+    assert [one.what for one in found if not one.is_note] == []
+
+
+@pytest.mark.manual("ARP-075")
+@pytest.mark.parametrize(
+    ("line", "column", "what"),
+    [
+        ("V1 == 1 V2 == 2", 9, "too much"),  # one instruction a line
+        ("V1 == 1 +", 10, "end of the line"),  # no continuation
+        ("V1 == 1\u00b5", 8, "has no meaning here"),  # not ASCII
+        ("V1 == 1 \x07", 9, "has no meaning here"),  # not printable
+    ],
+)
+def test_a_line_is_one_instruction_in_printable_ascii(line: str, column: int, what: str) -> None:
+    assert of_line("V1 == 1 ; V2 == 2 +") == []
+    (found,) = of_line(line)
+    assert found.column == column
+    assert what in found.what
 
 
 @pytest.mark.manual("ARP-075")

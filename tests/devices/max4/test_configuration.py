@@ -22,6 +22,18 @@ def test_the_least_controller_has_seven_groups() -> None:
     root = Bench().run(100).max4.tree.root
     assert list(root.groups) == ["General", "Diagnosis", "Versions"]
     assert [child.type_name for child in root.children] == ["RTBUS", "D_OUT_GROUP", "D_IN_GROUP", "M_IN_GROUP"]
+    assert [list(child.children) for child in root.children] == [[], [], [], []]
+
+
+@pytest.mark.manual("PD-020")
+@pytest.mark.manual("PD-138")
+def test_drives_are_children_of_the_real_time_bus() -> None:
+    bench = Bench(simulated=("belt", "knife"), inputs={"I_bStart": ""}, logic_encoders=["MasterEncoder"]).run(100)
+    root = bench.max4.tree.root
+    bus, _, inputs, *_ = root.children
+    assert [(child.type_name, child.symbol) for child in bus.children] == [("MC_4", "belt"), ("MC_4", "knife")]
+    assert [(child.type_name, child.symbol) for child in inputs.children] == [("D_IN", "I_bStart")]
+    assert bench.max4.tree.object("MasterEncoder") in root.children
 
 
 @pytest.mark.manual("PD-334")
@@ -204,6 +216,7 @@ def test_reset_closes_the_run_and_the_clock_begins_again() -> None:
     assert bench.max4.logger.entries()[0][1].stamp_ms == 1
 
 
+@pytest.mark.manual("PD-054")
 def test_power_off_is_followed_by_a_boot() -> None:
     bench = Bench(outputs={"O_bH1": "lamp"}, simulated=("belt",)).run(100).set("O_bH1.Value", True).enable("belt")
     bench.fault("max4", what="power_off", duration_ms=500)
@@ -325,9 +338,15 @@ def test_system_data_of_chapter_9() -> None:
     assert SYSTEM_CLOCK_US == 250
 
 
+@pytest.mark.manual("PD-335")
 @pytest.mark.parametrize(
     ("version", "data", "variable"),
-    [((0, 6, 9), 1_048_576, 32_768), ((0, 7, 0), 2_097_152, 32_768), ((0, 12, 0), 2_097_152, 131_072)],
+    [
+        ((0, 6, 99), 1_048_576, 32_768),
+        ((0, 7, 0), 2_097_152, 32_768),
+        ((0, 11, 99), 2_097_152, 32_768),
+        ((0, 12, 0), 2_097_152, 131_072),
+    ],
 )
 def test_limits_that_came_with_versions(version: tuple[int, int, int], data: int, variable: int) -> None:
     limits = limits_of(Version(*version))

@@ -75,6 +75,7 @@ def test_the_class_of_a_code_can_be_changed() -> None:
     assert bench.get("DiagCode") == 3317
 
 
+@pytest.mark.manual("PD-047")
 @pytest.mark.manual("PD-096")
 def test_diagnosis_parameters_stand_in_the_order_of_the_screen() -> None:
     bench = Bench().run(100)
@@ -95,7 +96,6 @@ def test_diagnosis_parameters_stand_in_the_order_of_the_screen() -> None:
     assert bench.get("Memoryfree") == 6_930_636
 
 
-@pytest.mark.manual("PD-047")
 @pytest.mark.manual("PD-083")
 def test_timers_count_from_the_start() -> None:
     bench = Bench().run(100).clock_shows(108_178)

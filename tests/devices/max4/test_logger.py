@@ -203,10 +203,11 @@ def test_stamps_leave_out_leading_zero_parts(ms: int, text: str) -> None:
 
 @pytest.mark.manual("PD-115")
 @pytest.mark.manual("PD-335")
-def test_stamps_are_plain_below_version_7() -> None:
-    bench = Bench(version="V00.06.03").run(100)
+@pytest.mark.parametrize(("version", "text"), [("V00.06.03", "22470"), ("V00.06.99", "22470"), ("V00.07.00", "22.470")])
+def test_stamps_are_plain_below_version_7(version: str, text: str) -> None:
+    bench = Bench(version=version).run(100)
     bench.clock_shows(22_470).do("login")
-    assert bench.log()[0].split("\t")[1] == "22470"
+    assert bench.log()[0].split("\t")[1] == text
 
 
 @pytest.mark.manual("PD-117")

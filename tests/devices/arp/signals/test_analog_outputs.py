@@ -29,6 +29,17 @@ def test_dac_without_a_slope_is_there_at_once(channel: int) -> None:
     assert bench.run(6).card.outputs.volts(channel) == 7.125
 
 
+@pytest.mark.manual("ARP-039")
+@pytest.mark.parametrize("channel", [1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_range_of_both_outputs_is_10_volts(channel: int, sign: int) -> None:
+    program = f"DAC {channel}, {sign * 10}\nWAIT 0.005\nV1 == {sign * 10.001}\nDAC {channel}, V1"
+    bench = SignalsBench(program).run(1)
+    assert (bench.card.outputs.volts(channel), bench.card.faults.warning) == (sign * 10.0, 0)
+    assert bench.run(6).card.outputs.volts(channel) == sign * 10.0
+    assert bench.card.faults.warning == 203
+
+
 @pytest.mark.manual("ARP-092")
 @pytest.mark.parametrize(
     ("begin", "end", "slope", "ms"),
