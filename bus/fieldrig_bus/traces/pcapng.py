@@ -98,7 +98,12 @@ def _blocks(file: BinaryIO) -> Iterator[Any]:
     found = iter(FileScanner(file))
     while True:
         with _unwarned():
-            block = next(found, None)
+            try:
+                block = next(found, None)
+            except OSError as cause:
+                if cause.errno is None:  # not the disk, but the scanner's of an address option that is too short
+                    raise ValueError(f"{cause}") from cause
+                raise
         if block is None:
             return
         yield block

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pcapng import blocks, scanner
 
-from fieldrig.errors import RigError
+from fieldrig.errors import RigError, UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.bits import Place
@@ -228,3 +228,11 @@ MODBUS = st.builds(ModbusRequest, st.integers(0, 255), PDUS, st.integers(0, 0xFF
 def test_every_modbus_message_comes_back(sent: list[tuple[ModbusMessage, str]]) -> None:
     entries = [modbus(message, sender, number) for number, (message, sender) in enumerate(sent)]
     assert read(written(*entries)) == entries
+
+
+def test_an_address_option_that_is_too_short_is_told() -> None:
+    """pcapng, 4.2: the option if_IPv4addr (4) has 8 octets, here 4."""
+    section = "0a0d0d0a 1c000000 4d3c2b1a 01000000 ffffffffffffffff 1c000000"
+    interface = "01000000 20000000 e3000000 00000000 0400 0400 7f000001 00000000 20000000"
+    with pytest.raises(UsageError, match="damaged"):
+        list(pcapng.read(io.BytesIO(bytes.fromhex(section + interface))))
