@@ -2,8 +2,9 @@ import logging
 import signal
 from collections.abc import Iterator
 
-import addresses
 import pytest
+
+from fieldrig import testing
 
 # What a shell, or nohup, turns off for what it starts in the background rigs would take for the user's wish.
 for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
@@ -17,7 +18,7 @@ pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its
 @pytest.fixture
 def free_port() -> int:
     """A TCP port of 127.0.0.1 that nobody listens on."""
-    return addresses.free_port()
+    return testing.free_port()
 
 
 @pytest.hookimpl(wrapper=True)

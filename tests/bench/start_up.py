@@ -8,8 +8,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from addresses import free_port
 from report import Report, progress
+
+from fieldrig.testing import free_port
 
 ROOT = Path(__file__).parents[2]
 FIELDRIG = str(Path(sys.executable).with_name("fieldrig"))

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import pytest
-from addresses import free_port
 from direct_bench import At
 from hub_bench import LoopBench, Where, hub_bench
 
@@ -15,6 +14,7 @@ from fieldrig.config import from_dict
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
 from fieldrig.rig import Rig
+from fieldrig.testing import free_port
 from fieldrig_bus.wires import Signal, WiresHub, WiresHubSettings
 from fieldrig_bus.wires_zenoh import WiresZenoh, WiresZenohSettings
 

@@ -15,9 +15,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from addresses import exchanged, free_port
+from addresses import exchanged
 from doc_pages import ROOT, Block, blocks
 
+from fieldrig.testing import free_port
 from fieldrig_devices.begin.examples import content_of, menu
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]

@@ -9,7 +9,8 @@ import os
 from typing import Any, Final
 
 import pytest
-from addresses import free_port
+
+from fieldrig.testing import free_port
 
 FEW = 4_000
 FEW_INPUTS = 5_000

@@ -5,7 +5,6 @@ import logging
 from pathlib import Path
 
 import pytest
-from addresses import free_port
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of
 
 from fieldrig.attach import attach
@@ -13,6 +12,7 @@ from fieldrig.errors import BusError
 from fieldrig.hub_wire import HEADER, LONGEST_HELLO, Kind, pack
 from fieldrig.real_clock import RealClock
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, proof
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 

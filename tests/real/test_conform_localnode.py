@@ -1,9 +1,10 @@
 """The conformance suite against python canopen's LocalNode, which joins a running hub by the Lawicel protocol."""
 
 import pytest
-from addresses import free_port
 from conform_peers import check_local_node, conform, local_node
 from running_rig import RunningRig
+
+from fieldrig.testing import free_port
 
 pytestmark = [pytest.mark.real, pytest.mark.timeout(300)]
 

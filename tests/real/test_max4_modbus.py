@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from addresses import free_port
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.client.base import ModbusBaseSyncClient
 from running_rig import RunningRig, until
+
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.real
 

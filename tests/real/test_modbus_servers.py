@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from addresses import free_port
 from foreign_modbus import ForeignServer
 from running_rig import RunningRig, until
+
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.real
 

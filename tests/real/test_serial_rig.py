@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 import serial
-from addresses import free_port
 from running_rig import RunningRig, until
 from terminal import Terminal
+
+from fieldrig.testing import free_port
 
 pytestmark = [
     pytest.mark.real,

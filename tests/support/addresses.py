@@ -1,11 +1,7 @@
-"""Addresses that tests may listen on."""
+"""Ports in the text of pages and rig files."""
 
 import re
 from collections.abc import Mapping
-
-from fieldrig.testing import free_port
-
-__all__ = ["exchanged", "free_port"]
 
 
 def exchanged(text: str, numbers: Mapping[str, str]) -> str:

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import canopen
-from addresses import free_port
 from canopen_network import network_on, socketcand_at
 from running_rig import RunningRig, until
 
+from fieldrig.testing import free_port
 from fieldrig_devices.arp.can.face import EDS
 
 CONFIGS = Path(__file__).parents[2] / "configs"

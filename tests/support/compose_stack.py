@@ -13,7 +13,8 @@ from typing import Any
 
 import can
 import canopen
-from addresses import free_port
+
+from fieldrig.testing import free_port
 
 FOLDER = Path(__file__).parents[2] / "docker"
 READY_LIMIT_S = 900

@@ -8,11 +8,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from addresses import free_port
 from running_rig import RunningRig, until
 from storing_devices import KINDS, TABLE, disk_test
 
 from fieldrig.store import FileStore
+from fieldrig.testing import free_port
 
 RIG = """
 time: real

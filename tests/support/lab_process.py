@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from addresses import free_port
 from running_rig import PATIENCE_S, AskedRig, is_running, until
 
 from fieldrig.errors import ControlError
+from fieldrig.testing import free_port
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 LAB, LAB_ON_VCAN = CONFIGS / "lab.yaml", CONFIGS / "lab-vcan.yaml"

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from addresses import free_port
 from direct_bench import At
 from hub_bench import LoopBench
 
@@ -22,6 +21,7 @@ from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
 from fieldrig.rig import Rig
 from fieldrig.shared_loop import SharedLoop
+from fieldrig.testing import free_port
 from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, encode
 from fieldrig_bus.ring.shm import RingShm
 from fieldrig_bus.ring.star import Star

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any, Self
 
 import canopen
-from addresses import free_port
 from canopen.profiles.p402 import BaseNode402
 from canopen_network import network_on, socketcand_at
 from running_rig import AskedRig, until
 
+from fieldrig.testing import free_port
 from fieldrig_devices.max4.can_face_objects import EDS
 
 CONFIGS = Path(__file__).parents[2] / "configs"

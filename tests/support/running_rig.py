@@ -12,10 +12,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from addresses import free_port
-
 from fieldrig.control import Client
 from fieldrig.errors import ControlError
+from fieldrig.testing import free_port
 
 FIELDRIG = [sys.executable, "-m", "fieldrig"]
 PATIENCE_S = 120.0

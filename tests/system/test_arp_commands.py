@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from addresses import free_port
 from running_rig import FIELDRIG, PATIENCE_S, RunningRig
 from terminal import Terminal
 
+from fieldrig.testing import free_port
 from fieldrig_devices.arp.files import encode
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.user_port.client import ArpPort, RefusedByCardError

@@ -9,8 +9,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
-from addresses import free_port
 from running_rig import RunningRig, until
+
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from addresses import free_port
 from running_rig import RunningRig, until
 from terminal import Terminal
 
 from fieldrig.kinds import BUSES, DEVICES, installed
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 

@@ -4,10 +4,11 @@ import subprocess
 from collections.abc import Iterator
 
 import pytest
-from addresses import free_port
 from canopen_bench import IO32
 from conform_peers import NODE_ID, conform
 from running_rig import FIELDRIG, PATIENCE_S, RunningRig
+
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 

@@ -18,8 +18,10 @@ from types import TracebackType
 from typing import Self
 
 import pytest
-from addresses import exchanged, free_port
+from addresses import exchanged
 from doc_pages import PAGES, ROOT, Block, blocks
+
+from fieldrig.testing import free_port
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from addresses import free_port
 from running_rig import RunningRig, until
+
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 

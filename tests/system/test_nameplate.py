@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 import serial
-from addresses import free_port
 from hiperface_bench import PLATE, telegram
 from running_rig import PATIENCE_S, RunningRig
 
 from fieldrig.exits import Exit
+from fieldrig.testing import free_port
 from fieldrig_devices.hiperface.plate_file import load_plate, save_plate
 
 pytestmark = pytest.mark.system

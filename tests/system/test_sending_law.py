@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from addresses import free_port
 from talkers import CanTalker, WireTalker
 
 from fieldrig import endpoint
@@ -15,6 +14,7 @@ from fieldrig.control import Control
 from fieldrig.placement import placement
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
+from fieldrig.testing import free_port
 from fieldrig.visit import visit
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal

@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from addresses import free_port
 from running_rig import FIELDRIG, RunningRig, is_running, until
 from terminal import Terminal
+
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 

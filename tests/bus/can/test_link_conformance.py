@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 
 import pytest
-from addresses import free_port
 from can_link_laws import CanLinkLaws, Wire
 from direct_bench import DirectBench, DirectWire, direct_bench
 from hub_bench import HubBench, Where, hub_bench
 
 from fieldrig.link import Link
+from fieldrig.testing import free_port
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.shared import SharedLink

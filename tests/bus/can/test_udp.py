@@ -12,7 +12,6 @@ from typing import Any
 
 import direct_bench as direct_bench_module
 import pytest
-from addresses import free_port
 from can.interfaces.udp_multicast import UdpMulticastBus
 from direct_bench import At, direct_bench
 from hypothesis import given, settings
@@ -20,6 +19,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from fieldrig.errors import BusError
+from fieldrig.testing import free_port
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.udp import CanUdp, CanUdpSettings, from_wire, to_wire
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from addresses import free_port
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -14,6 +13,7 @@ from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, zenoh
 from fieldrig import endpoint
 from fieldrig.errors import BusError
 from fieldrig.shared_token import TOKEN_VARIABLE
+from fieldrig.testing import free_port
 from fieldrig_bus.ring.message import Cycle
 from fieldrig_bus.ring.star_wire import encode_spread
 from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings, _stations_of, _token_of
