@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -18,6 +19,8 @@ pytestmark = pytest.mark.real
 
 LINKS = {"tcp": modbus_tcp, "rtu": modbus_rtu}
 SPEED_SET, RAMP_TIME, LEVEL_LIMIT, LOCATION = 0, 1, 2, 3
+TURNAROUND_S = 0.1
+"""The silence that a master leaves after a broadcast (V1.02, 2.4.1), which pymodbus does not keep by itself."""
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, SERVER_FAILURE = 1, 2, 3, 4
 
 
@@ -111,9 +114,17 @@ def test_other_units_on_the_serial_line_are_silence(lab: LabProcess) -> None:
 
 
 def test_broadcast_is_done_and_not_answered(lab: LabProcess) -> None:
-    with modbus_rtu(lab) as rtu:
-        rtu.write_register(RAMP_TIME, 90, device_id=0, no_response_expected=True)
-        assert registers(rtu.read_holding_registers(RAMP_TIME, count=1)) == [90]
+    with modbus_rtu(lab, timeout_s=1.0) as rtu:
+
+        def is_done() -> bool:
+            rtu.write_register(RAMP_TIME, 90, device_id=0, no_response_expected=True)
+            time.sleep(TURNAROUND_S)
+            try:
+                return registers(rtu.read_holding_registers(RAMP_TIME, count=1)) == [90]
+            except ModbusIOException:  # the hub stood still for the turnaround delay, and took both for one frame
+                return False
+
+        until(is_done)
 
 
 def test_pump_fills_the_tank(client: ModbusBaseSyncClient, master: CanopenMaster) -> None:

@@ -53,10 +53,10 @@ class Way(NamedTuple):
 SOCAT = "{kind: modbus.rtu, port: OURS, parity: N, servers: [7]}"
 WAYS = {
     "pymodbus tcp": Way(
-        "pymodbus", "tcp", '{kind: modbus.tcp, listen: "127.0.0.1:0", servers: {7: 127.0.0.1:PORT}}', "PORT"
+        "pymodbus", "tcp", '{kind: modbus.tcp, listen: "127.0.0.1:OWN", servers: {7: 127.0.0.1:PORT}}', "PORT"
     ),
     "libmodbus tcp": Way(
-        "libmodbus", "tcp", '{kind: modbus.tcp, listen: "127.0.0.1:0", servers: {7: localhost:PORT}}', "PORT"
+        "libmodbus", "tcp", '{kind: modbus.tcp, listen: "127.0.0.1:OWN", servers: {7: localhost:PORT}}', "PORT"
     ),
     "pymodbus rtu by pty": Way("pymodbus", "rtu", "{kind: modbus.rtu, pty: field, servers: [7]}", "PTY"),
     "libmodbus rtu by pty": Way("libmodbus", "rtu", "{kind: modbus.rtu, pty: field, servers: [7]}", "PTY"),
@@ -91,7 +91,7 @@ def field(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Field]:
     with ExitStack() as ending:
         if way.place == "THEIRS":
             ending.enter_context(Cable(ours, theirs))
-        bus = way.bus.replace("PORT", port).replace("OURS", str(ours))
+        bus = way.bus.replace("PORT", port).replace("OWN", str(free_port())).replace("OURS", str(ours))
         rig = ending.enter_context(RunningRig(RIG.replace("BUS", bus), None))
         places = {"PORT": port, "PTY": str(rig.run / "field"), "THEIRS": str(theirs)}
         server = ending.enter_context(ForeignServer(way.library, way.framer, places[way.place]))
