@@ -44,7 +44,7 @@ class CheckedLink:
         self._link.on_receive(handler, interest)
 
     def __getattr__(self, name: str) -> Any:
-        """What else the bus's own end can do, such as to lend a ring a way through a cycle."""
+        """What else the bus's own end can do, such as to say how patient it is."""
         return getattr(self._link, name)
 
 

@@ -17,7 +17,6 @@ import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import modbus  # noqa: E402
 import ring  # noqa: E402
-import ring_ways  # noqa: E402
 import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
 import timers  # noqa: E402
@@ -30,7 +29,6 @@ BENCHMARKS = (
     canopen_node,
     modbus,
     ring,
-    ring_ways,
     shipped_rigs,
     virtual_time,
     arp_language,

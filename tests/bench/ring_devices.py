@@ -14,7 +14,6 @@ from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4.drive import Mc4
-from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings, MotorSettings
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
@@ -222,16 +221,12 @@ class Echo(Device):
 
 class FullSettings(EchoSettings):
     name_plate: ConfigFile
-    is_straight: bool = True
-    """Whether it may go the straight way; for a process that has nothing but such drives."""
 
 
 class Full(Mc4):
     """An MC-4 with its motor and plate."""
 
     def __init__(self, clock: Clock, name: str, settings: FullSettings, ring: Link[RingMessage]) -> None:
-        if not settings.is_straight:
-            RingSide._go_straight = lambda self, at, _cycle: None  # type: ignore[method-assign]
         motor = MotorSettings(name_plate=settings.name_plate)
         super().__init__(clock, name, Mc4Settings(ring_address=settings.ring_address, motor=motor), ring)
         assert self._side is not None

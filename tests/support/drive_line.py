@@ -44,7 +44,8 @@ class Line:
     more: Mapping[str, Any] = field(default_factory=dict)
     said: list[str] = field(default_factory=list)
     swings: list[Swing] = field(default_factory=list)
-    straights: int = 0
+    followed: int = 0
+    """Drives that followed their set positions by one function, counted after each run."""
 
     def __post_init__(self) -> None:
         links = {"ring": "ring", "wires": "wires"} if self.wires else {"ring": "ring"}
@@ -79,12 +80,7 @@ class Line:
 
     def run(self, cycles: int) -> None:
         self.rig.run_until(self.rig.now_ns + cycles * CYCLE_NS)
-        self.straights += self.straight
-
-    @property
-    def straight(self) -> int:
-        """Drives that go straight."""
-        return sum(drive._side is not None and drive._side.slave._straight is not None for drive in self.drives)
+        self.followed += sum(drive._side is not None and drive._side._following is not None for drive in self.drives)
 
     def states(self) -> list[tuple[object, ...]]:
         machines = [drive.machine for drive in self.drives]

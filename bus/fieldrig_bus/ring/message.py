@@ -7,7 +7,6 @@ stuffing and FCS are the chip's affair: a telegram with a wrong FCS does not arr
 """
 
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -60,11 +59,6 @@ class Answers:
 
 At = bytes
 """Drive to its chip: address and data, sent once, after the next MST."""
-
-Straight = Callable[[int, bytes, int], bytes | None]
-"""A drive's shortest way through a cycle: gets the instant, and bytes in which MST and MDT lie from the third argument
-to their end, one behind the other.  Gives the AT; None, and nothing has happened, if it is not that simple this time.
-"""
 
 RingMessage = Mst | Mdt | Cycle | Answers | bytes
 

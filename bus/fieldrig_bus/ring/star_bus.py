@@ -17,7 +17,7 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig_bus.ring import message
 from fieldrig_bus.ring.faults import MASTER, MODELS
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, Straight
+from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
 from fieldrig_bus.ring.star import Spokes, Star
 from fieldrig_bus.ring.star_rack import Rack
 from fieldrig_bus.ring.virtual import RingSettings
@@ -60,10 +60,6 @@ class RingEnd:
             self._bus.star.send(message)
         else:
             log.debug("%s is not the master of the ring", self._member)
-
-    def lend(self, straight: Straight | None) -> None:
-        """For cycles like nearly all; until it has no AT, or until another is lent, or None."""
-        self._rack.lend(self._member, straight)
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
         if interest is not None and MASTER in interest:

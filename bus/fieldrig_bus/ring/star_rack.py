@@ -1,8 +1,7 @@
 """The drives of one process, as the centre of a star has them: they share an end of the ring.
 
 A cycle comes as one message; each drive reacts, in the order in which they began to listen; then their ATs go back in
-one message.  What a drive leaves at other times follows at the end of that turn of the loop.  A drive that has lent its
-`Straight` gets cycles that way as long as they are like nearly all.
+one message.  What a drive leaves at other times follows at the end of that turn of the loop.
 """
 
 import asyncio
@@ -10,17 +9,14 @@ import logging
 import struct
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Any
 
 from fieldrig.bus import Attachment
-from fieldrig_bus.ring.message import Cycle, RingMessage, Straight, decode
+from fieldrig_bus.ring.message import Cycle, RingMessage, decode
 from fieldrig_bus.ring.star import MOST_BEHIND, Stations
-from fieldrig_bus.ring.star_wire import HEAD, decode_spread, encode_back, encode_only
+from fieldrig_bus.ring.star_wire import HEAD, decode_spread, encode_back
 
 log = logging.getLogger(__name__)
-
-MST_END: Final = HEAD.size + 2
-"""Where it ends in a cycle in which it is as it should be."""
 
 
 class _Station:
@@ -28,7 +24,6 @@ class _Station:
         self.at, self.handler = at, handler
         self.addresses = None if interest is None else [int(word[1]) for word in interest]
         self.place = 0
-        self.straight: Straight | None = None
 
 
 class Rack:
@@ -40,8 +35,6 @@ class Rack:
         self._stations: dict[str, _Station] = {}
         self._drives: tuple[_Station, ...] = ()
         """Those that don't only observe."""
-        self._only: _Station | None = None
-        """Of the drives, if there is one."""
         self._announce: Callable[[Stations], None] | None = None
         self._reply: Callable[[bytes], None] | None = None
         self._sequence = 0
@@ -69,12 +62,6 @@ class Rack:
         if self._stations.pop(member, None) is not None:
             self._tell()
 
-    def lend(self, member: str, straight: Straight | None) -> None:
-        """It is asked, outside of events, until it has no AT, or until another is lent."""
-        station = self._stations.get(member)
-        if station is not None:
-            station.straight = straight
-
     def leave(self, member: str, at: bytes) -> None:
         """Leave an AT for the next cycle."""
         station = self._stations.get(member)
@@ -96,8 +83,6 @@ class Rack:
         if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master began anew
             log.debug("%s: cycle %d was overtaken on the way", self._bus, sequence)
             return
-        if not is_more and mst_end == MST_END and self._goes_straight(sequence, instant_ns, data):
-            return
         spread = answers = None
         if is_more or not HEAD.size <= mst_end <= len(data):
             try:
@@ -118,31 +103,9 @@ class Rack:
         finally:
             self._come_back()
 
-    def _goes_straight(self, sequence: int, instant_ns: int, data: bytes) -> bool:
-        """The only drive's way of nearly all cycles."""
-        only, reply = self._only, self._reply
-        if only is None or only.straight is None or self._left or reply is None:
-            return False
-        at = only.straight(instant_ns, data, HEAD.size)
-        if at is None:
-            only.straight = None
-            return False
-        self._sequence = sequence
-        reply(encode_only(sequence, time.monotonic_ns(), only.place, at))
-        return True
-
     def _tell_drives(self, instant_ns: int, number: int, data: bytes, mst_end: int) -> None:
-        cycle = None
+        cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
         for station in self._drives:
-            straight = station.straight
-            if straight is not None and mst_end == MST_END:
-                at = straight(instant_ns, data, HEAD.size)
-                if at is not None:
-                    self._left.append((station.place, at))
-                    continue
-                station.straight = None
-            if cycle is None:
-                cycle = Cycle(number, data[HEAD.size : mst_end], data[mst_end:])
             station.at.deliver(station.handler, cycle, instant_ns)
 
     def _tell_all(self, cycle: Cycle, answers: RingMessage | None, instant_ns: int) -> None:
@@ -169,7 +132,6 @@ class Rack:
 
     def _tell(self) -> None:
         self._drives = tuple(station for station in self._stations.values() if station.addresses is not None)
-        self._only = self._drives[0] if len(self._drives) == 1 else None
         for place, station in enumerate(self._stations.values()):
             station.place = place
         if self._announce is not None:

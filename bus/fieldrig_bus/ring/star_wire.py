@@ -17,7 +17,6 @@ _MORE: Final = struct.Struct("<HH?")  # lengths of MDT and answers, and whether 
 _LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
 _BACK: Final = struct.Struct("<Iq")  # sequence, instant
 _AT: Final = struct.Struct("<BH")  # place of the station in its process, length
-_BACK_AT: Final = struct.Struct("<IqBH")  # both
 _MST, _MDT = 1, 2
 
 
@@ -102,11 +101,6 @@ def encode_back(sequence: int, instant_ns: int, ats: Iterable[tuple[int, bytes]]
     for place, at in ats:
         message += _AT.pack(place, len(at)) + at
     return message
-
-
-def encode_only(sequence: int, instant_ns: int, place: int, at: bytes) -> bytes:
-    """`encode_back` for a single AT."""
-    return _BACK_AT.pack(sequence, instant_ns, place, len(at)) + at
 
 
 def decode_back(data: bytes) -> Back:

@@ -52,7 +52,18 @@ class AxisObjects:
 
     def read_by(self, index: int, read: Read) -> None:
         variable = self._variables[index, 0]
-        variable.reader = lambda: encoded(variable.type, read())
+        type = variable.type
+        assert isinstance(type, Integer)
+        size, is_signed = type.size, type.is_signed
+
+        def shown() -> bytes:
+            value = read()
+            try:
+                return value.to_bytes(size, "little", signed=is_signed)
+            except OverflowError:
+                return encoded(type, value)
+
+        variable.reader = shown
 
     def on_write(self, index: int, act: Write, subindex: int = 0) -> None:
         """`act` gets each value that is written, also an equal one, and may refuse it with Abort."""

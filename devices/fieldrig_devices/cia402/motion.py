@@ -6,18 +6,22 @@ from fieldrig_devices.motion.profile import Profile, keep
 class Motion:
     def __init__(self) -> None:
         self.position = self.speed = 0.0
-        self._profile = keep(0.0)
         self._begin = self._seconds = 0.0
+        self._set(keep(0.0))
+
+    def _set(self, profile: Profile) -> None:
+        self._profile = profile
+        self._duration_s, self._distance, self._end_speed = profile.duration_s, profile.distance, profile.end_speed
 
     @property
     def is_done(self) -> bool:
         """The profile is at its end speed."""
-        return self._seconds >= self._profile.duration_s
+        return self._seconds >= self._duration_s
 
     @property
     def end(self) -> float:
         """Where the profile comes to its end speed."""
-        return self._begin + self._profile.distance
+        return self._begin + self._distance
 
     def stand(self, position: float) -> None:
         self.position = position
@@ -25,7 +29,8 @@ class Motion:
 
     def start(self, profile: Profile, seconds: float = 0.0) -> None:
         """From where it is; `seconds` of it have passed already."""
-        self._profile, self._begin, self._seconds = profile, self.position, seconds
+        self._set(profile)
+        self._begin, self._seconds = self.position, seconds
         state = profile.at(seconds)
         self.speed = state.speed
         self.position = self._begin + state.position
@@ -34,14 +39,20 @@ class Motion:
         """Without a profile: to `position` in one step."""
         speed = (position - self.position) / seconds
         self.position = position
-        self._profile, self._begin, self._seconds, self.speed = keep(speed), position, 0.0, speed
+        self._set(keep(speed))
+        self._begin, self._seconds, self.speed = position, 0.0, speed
 
     def step(self, seconds: float) -> None:
         self._seconds = seconds = self._seconds + seconds
-        way, self.speed, _ = self._profile.course(seconds)
+        passed = seconds - self._duration_s
+        if passed >= 0:  # at its end speed a profile costs a multiplication
+            self.speed = speed = self._end_speed
+            way = self._distance + speed * passed
+        else:
+            way, self.speed, _ = self._profile.course(seconds)
         self.position = self._begin + way
 
     @property
     def overrun_s(self) -> float:
         """How long ago the profile came to its end speed."""
-        return max(self._seconds - self._profile.duration_s, 0.0)
+        return max(self._seconds - self._duration_s, 0.0)

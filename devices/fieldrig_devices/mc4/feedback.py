@@ -4,7 +4,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from fieldrig_devices.mc4.axis import Axis
-from fieldrig_devices.mc4.folded import Following, Numbers
+from fieldrig_devices.mc4.folded import Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.values import MOVING, STANDING, Number, following_numbers, moving_numbers
 from fieldrig_devices.sercos.datum import IdnTable
@@ -60,9 +60,4 @@ class Feedback:
         """A cycle of the axis that gives what comes before `standing`; None: there is more than it knows."""
         if not self.is_of_the_axis:
             return None
-        return axis.following(self.following_numbers, is_told=is_told)
-
-    @property
-    def following_numbers(self) -> Numbers:
-        """What of a cycle comes before `standing`."""
-        return following_numbers(self._machine, self._idns, self._codes)
+        return axis.following(following_numbers(self._machine, self._idns, self._codes), is_told=is_told)

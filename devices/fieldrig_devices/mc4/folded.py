@@ -276,13 +276,13 @@ def folded(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: float
 @lru_cache(maxsize=256)
 def following(arrangement: Arrangement, numbers: Numbers, *, is_told: bool) -> Following:
     """`folded` and what comes after it, in one.  `is_told`: there is a course, and the load has to keep to it."""
-    checks = course_lines(arrangement.plant.elastic is not None) if is_told else []
-    lines = ["def following(axis, wanted, most_error, now_ns, course):", *following_lines(arrangement, checks)]
+    checks = _course_lines(arrangement.plant.elastic is not None) if is_told else []
+    lines = ["def following(axis, wanted, most_error, now_ns, course):", *_following_lines(arrangement, checks)]
     lines.append(f"    return {numbers.packed}")
     return cast(Following, compiled("\n".join(lines), "following", pack=numbers.pack))
 
 
-def following_lines(arrangement: Arrangement, checks: Sequence[str] = ()) -> list[str]:
+def _following_lines(arrangement: Arrangement, checks: Sequence[str] = ()) -> list[str]:
     """From `axis`, `wanted` and `most_error` to the new states; None is returned if the map doesn't hold.
 
     `checks` are lines that may return before anything has changed; `new_e` and so on are known there.
@@ -307,7 +307,7 @@ def following_lines(arrangement: Arrangement, checks: Sequence[str] = ()) -> lis
     ]
 
 
-def course_lines(is_elastic: bool) -> list[str]:
+def _course_lines(is_elastic: bool) -> list[str]:
     """None is returned if what was told of the load holds no longer."""
     twist, speed = (" - new_w", "(new_l if new_w else new_v)") if is_elastic else ("", "new_v")
     load = f"((axis.set_increments + way - new_e * {INCREMENTS!r} + offset) * {RAD!r}{twist}) / gear_ratio"

@@ -13,7 +13,7 @@ from typing import Final
 
 from fieldrig.clock import US, Clock
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import Cycle, RingMessage, Straight
+from fieldrig_bus.ring.message import RingMessage
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
@@ -21,13 +21,11 @@ from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Course, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
-from fieldrig_devices.mc4.straight import Frame, straight
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
-from fieldrig_devices.sercos.slave import RUNNING_MST, SercosSlave
-from fieldrig_devices.sercos.telegram import AT_HEAD
+from fieldrig_devices.sercos.slave import SercosSlave
 
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
@@ -36,9 +34,9 @@ CONTROL_BITS: Final = words.APPLICATION_MASK
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_lay", "_machine", "_most_error",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error",
         "_numbers", "_place", "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since",
-        "_still_value", "_table", "_then", "_until_ns", "_value", "_warnings", "_warnings_seen", "course", "is_told",
+        "_still_value", "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "course", "is_told",
         "on_moved", "probes", "slave",
     )  # fmt: skip
 
@@ -55,10 +53,6 @@ class RingSide:
         self._value: Callable[[int], None] = _no_value
         self._following: Following | None = None
         """All that a cycle asks of an axis that only follows its set position."""
-        self._then: Callable[[bytes, Cycle], None] | None = None
-        """What comes after such a cycle."""
-        self._lay: Callable[..., Straight] | None = None
-        """Makes the straight way of the next; None: it has to be found first."""
         self._most_error = 0.0
         self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
@@ -116,7 +110,6 @@ class RingSide:
             if moved is not None:
                 if not self.is_told and self.on_moved is not None:
                     self.on_moved()
-                self.slave.then = self._then
                 return self._status, moved + self._feedback.standing
         axis.cycle()
         self._value(value)
@@ -125,32 +118,9 @@ class RingSide:
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         feedback = self.feedback()
-        if not axis.is_at_rest:
-            self.slave.then = self._then
         is_still = axis.is_at_rest and self._feedback.is_of_the_axis
         self._still, self._still_value, self._still_since = feedback if is_still else None, value, axis.slow_cycles
         return self._status, feedback
-
-    def _go_straight(self, at: bytes, _cycle: Cycle) -> None:
-        """After a cycle in which it left `at`, and only followed: as long as nothing else is to be done."""
-        machine, slave = self._machine, self.slave
-        axis, layout = machine.axis, slave.layout
-        if self._lay is None:
-            frame = Frame(
-                self._cycle_ns,
-                len(RUNNING_MST) + 1 + layout.mdt_length,
-                len(RUNNING_MST) + layout.position,
-                self._place,
-            )
-            numbers, is_told = self._feedback.following_numbers, self.is_told
-            self._lay = straight(axis.arrangement, numbers, frame, is_told=is_told)
-        head, standing = at[: AT_HEAD.size], self._feedback.standing
-        slave.go_straight(
-            self._lay(
-                axis, machine, slave, slave.values_of, slave.values[0], self._until_ns, self._most_error, head,
-                standing, self.course,
-            )
-        )  # fmt: skip
 
     def _look(self, values: tuple[int, ...], lead_ns: int) -> tuple[int, bytes]:
         machine, control = self._machine, values[0]
@@ -230,10 +200,6 @@ class RingSide:
         self._status = self._status_word()
         self._feedback.refresh()
         self._still = None
-        self.slave.go_straight(None)
-        is_settled = self._steady_control >= 0 and (self.on_moved is None or self.is_told)
-        is_simple = is_settled and self._following is not None
-        self._lay, self._then = None, self._go_straight if is_simple else None
 
     # ---- status
 
@@ -282,17 +248,13 @@ class RingSide:
 
     def _read_warnings(self) -> bytes:
         self._warnings_seen = self._machine.thermal.warnings
-        self._tell_anew()
+        self._status = self._status_word()
         return self._table[12].encoded(self._warnings_seen)
 
     def _read_states(self) -> bytes:
         self._states_seen = self.states
-        self._tell_anew()
-        return self._table[13].encoded(self._states_seen)
-
-    def _tell_anew(self) -> None:
         self._status = self._status_word()
-        self.slave.go_straight(None)
+        return self._table[13].encoded(self._states_seen)
 
     def _show(self, idn: int, number: Number) -> None:
         datum = self._table[idn]

@@ -75,6 +75,10 @@ class Profile:
         """To where the end speed begins."""
         return self._phases[-1].position
 
+    @property
+    def end_speed(self) -> float:
+        return self._phases[-1].speed
+
 
 def keep(speed: float) -> Profile:
     return Profile(speed, (), speed)

@@ -14,7 +14,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import NEVER_NS, US, Clock
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage, Straight
+from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
@@ -67,9 +67,9 @@ class Application(Protocol):
 class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
-        "_forgiven", "_is_checked", "_is_fast", "_leave", "_lend", "_mdt_length", "_missed_mdts", "_missed_msts",
-        "_offset", "_patience_ns", "_service", "_status", "_straight", "_waits_for_0", "address", "failures",
-        "heard", "layout", "phase", "places", "table", "then", "values", "values_of", "watchdog", "window_ns",
+        "_forgiven", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts", "_missed_msts",
+        "_offset", "_patience_ns", "_service", "_status", "_waits_for_0", "address", "failures",
+        "heard", "layout", "phase", "places", "table", "values", "values_of", "watchdog", "window_ns",
     )  # fmt: skip
 
     def __init__(
@@ -112,10 +112,6 @@ class SercosSlave:
         self.watchdog = clock.watch(self._on_silence)
         """Due when two MSTs are missing; every MST that comes puts it off by `window_ns`."""
         self.window_ns = NEVER_NS
-        self._straight: Straight | None = None
-        self._lend: Callable[[Straight | None], None] = getattr(link, "lend", _to_nobody)
-        self.then: Callable[[bytes, Cycle], None] | None = None
-        """Called once, with the AT that was left and its cycle."""
         self._patience_ns: int = getattr(link, "patience_ns", 0)
         """That a ring in real time has with a computer that is busy."""
         link.on_receive(self._on_message, [["drive", address]])
@@ -138,12 +134,6 @@ class SercosSlave:
     def _on_message(self, message: RingMessage) -> None:
         if message.__class__ is not Cycle:
             return
-        if self._straight is not None:
-            at = self._straight(self._clock.now_ns(), message.mst + message.mdt, 0)
-            if at is not None:
-                self._leave(at)
-                return
-            self.go_straight(None)
         mdt = message.mdt
         if not self._is_fast or message.mst != RUNNING_MST or len(mdt) != self._mdt_length or mdt[0] != BROADCAST:
             self._on_cycle(message)
@@ -157,21 +147,7 @@ class SercosSlave:
         status, feedback = self._application.on_cycle(values)
         if status != self._status:
             self._lay_head(status)
-        at = self._at_head + feedback
-        self._leave(at)
-        if self.then is not None:
-            then, self.then = self.then, None
-            then(at, message)
-
-    def go_straight(self, straight: Straight | None) -> None:
-        """In CP4, from now on, until a cycle that it gives no AT for or until None.
-
-        It sees to all that `_on_message` does, and to `values`, `heard` and `watchdog`; the head of its AT is that of
-        the last one.
-        """
-        if straight is not self._straight:
-            self._straight = straight
-            self._lend(straight)
+        self._leave(self._at_head + feedback)
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Everything but an undisturbed cycle of CP4."""
@@ -208,7 +184,6 @@ class SercosSlave:
         if self.phase == 4:
             go_on = self._application.on_cycle if is_heard else self._application.on_missed_cycle
             self._send(*go_on(self.values))
-            self.then = None
         elif self.phase == 3:
             self._send(self._application.status(), self._application.feedback())
 
@@ -293,7 +268,6 @@ class SercosSlave:
     def _enter(self, phase: int) -> None:
         self.phase = phase
         self._is_fast = False
-        self.go_straight(None)
         self._missed_mdts = 0
         self._watch(phase >= 3)
         if phase <= 1:
@@ -343,14 +317,9 @@ class SercosSlave:
     def _on_command_end(self, has_ended: bool) -> None:
         self._change_bit = words.COMMAND_CHANGED if has_ended else 0
         self._status = None
-        self.go_straight(None)
 
     def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
         """Make the datum `idn` a procedure command of the application's."""
         command = Command(self.table[idn], start, self._on_command_end, cancel)
         self._commands.append(command)
         return command
-
-
-def _to_nobody(_straight: Straight | None) -> None:
-    """The ring leaves it to the drive."""

@@ -86,59 +86,20 @@ def test_bytes_that_are_no_cycle_are_passed_over(data: bytes) -> None:
     assert process.heard() == as_the_wire_says(data)
 
 
-@given(st.integers(0, 5), st.binary(max_size=6), st.booleans(), st.sampled_from([(1, 1), (1, 2), (2, 2)]))
-def test_drive_that_lent_its_straight_way_answers_in_its_place(
-    mst: int, rest: bytes, takes: bool, which: tuple[int, int]
-) -> None:
-    """In a cycle with an MST of two bytes; else, and where it has no AT, it is told."""
-    address, drives = which
-    name = ("belt", "lift")[address - 1]
-    asked: list[tuple[int, bytes, int]] = []
-
-    def straight(now_ns: int, data: bytes, start: int) -> bytes | None:
-        asked.append((now_ns, data[start:], start))
-        return bytes((address, 8)) if takes else None
-
-    long, short = _Process(drives), _Process(drives)
-    short.rack.lend(name, straight)
-    message = HEAD.pack(1, 2, 5, HEAD.size + mst, 0) + bytes(mst) + rest
-    for process in (long, short):
-        process.rack.on_spread(message)
-    assert asked == ([(2, bytes(mst) + rest, HEAD.size)] if mst == 2 else [])
-    if takes and asked:
-        assert long.heard().pop(name) == [Cycle(5, bytes(mst), rest)]
-        assert short.heard().pop(name) == []
-    else:
-        assert long.heard() == short.heard()
-    told = [[(sequence, ats) for sequence, _, ats in map(decode_back, one.backs)] for one in (short, long)]
-    assert told[0] == told[1]
-
-
-def test_straight_way_is_taken_back_and_nobody_else_can_lend_one() -> None:
-    process = _Process()
-    process.rack.lend("stranger", lambda *_: b"never")
-    process.rack.lend("belt", lambda *_: b"\1lent")
-    process.rack.lend("belt", None)
-    process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt", "lift"])], b"", 2))
-    assert decode_back(process.backs[0])[2] == [(0, b"\x01\x08"), (1, b"\x02\x08")]
-
-
 def test_what_the_only_drive_has_left_before_goes_first() -> None:
     process = _Process(1)
     process.rack._is_coming_back = True  # at the end of this turn of the loop
     process.rack.leave("belt", b"\1before")
-    process.rack.lend("belt", lambda *_: b"\1now")
     for sequence in (9, 10):
         process.rack.on_spread(encode_spread(sequence, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))
     told = [(sequence, ats) for sequence, _, ats in map(decode_back, process.backs)]
-    assert told == [(9, [(0, b"\1before"), (0, b"\1now")]), (10, [(0, b"\1now")])]
+    assert told == [(9, [(0, b"\1before"), (0, b"\1\x08")]), (10, [(0, b"\1\x08")])]
     process.rack.on_spread(encode_spread(8, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))
     assert len(process.backs) == 2, "it was overtaken"
 
 
 def test_nobody_is_told_while_there_is_no_centre() -> None:
     process = _Process(1)
-    process.rack.lend("belt", lambda *_: b"\1lent")
     process.rack.disconnect()
     process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))
     assert process.backs == []

@@ -20,7 +20,7 @@ MDT = bytes.fromhex("ff 0000 0000 10270000")  # position 10 000
 
 
 class Bare:
-    def __init__(self, link: RecordedLink[RingMessage] | None = None) -> None:
+    def __init__(self) -> None:
         signed = Attribute(Length.FOUR, Format.SIGNED)
         self.table = IdnTable(
             [
@@ -29,7 +29,7 @@ class Bare:
                 Datum(100, "gains", Attribute(Length.LIST_OF_WORDS), (), largest=8, maximum=1_000),
             ]
         )
-        self.link = link or RecordedLink[RingMessage]()
+        self.link = RecordedLink[RingMessage]()
         self.failures = 0
         self.heard: list[tuple[int, ...]] = []
         self.missed = 0
@@ -232,60 +232,6 @@ def test_data_without_an_end_are_refused() -> None:
     assert (server.status & 4, server.info) == (4, Code.TOO_LONG)
 
 
-class Short:
-    """A straight way to so many ATs."""
-
-    def __init__(self, bare: Bare, count: int) -> None:
-        self._bare, self._left = bare, count
-        self.asked: list[tuple[int, bytes, int]] = []
-
-    def __call__(self, now_ns: int, data: bytes, start: int) -> bytes | None:
-        self.asked.append((now_ns, data, start))
-        self._left -= 1
-        if self._left < 0:
-            return None
-        self._bare.slave.heard += 1
-        return b"\5straight"
-
-
-def test_straight_way_gives_the_at_until_it_has_none() -> None:
-    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
-    heard, short = len(bare.heard), Short(bare, 2)
-    bare.slave.go_straight(short)
-    assert [bare.cycle(4, MDT) for _ in range(2)] == [b"\5straight"] * 2
-    assert len(bare.heard) == heard
-    assert [bare.cycle(4, MDT)[0] for _ in range(2)] == [ADDRESS] * 2
-    assert len(bare.heard) == heard + 2
-    assert short.asked == [(0, b"\xff\x04" + MDT, 0)] * 3
-
-
-def test_straight_way_ends_with_the_phase() -> None:
-    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
-    short = Short(bare, 5)
-    bare.slave.go_straight(short)
-    bare.slave._on_silence()
-    assert bare.slave.phase == 0
-    bare.cycle(4, MDT)
-    assert not short.asked
-
-
-def test_straight_way_is_lent_to_a_ring_that_takes_it() -> None:
-    lent: list[object] = []
-
-    class Lender(RecordedLink[RingMessage]):
-        lend = staticmethod(lent.append)
-
-    bare = Bare(Lender()).in_phase(4).cycles([4] * 2, MDT)
-    first, second = Short(bare, 1), Short(bare, 5)
-    bare.slave.go_straight(first)
-    bare.cycles([4] * 2, MDT)
-    bare.slave.go_straight(second)
-    assert lent == [first, None, second]
-    for _ in range(2):
-        bare.slave.go_straight(None)
-        assert lent == [first, None, second, None]
-
-
 def test_command_that_ends_meanwhile_is_shown_by_the_drive_itself() -> None:
     bare = Bare()
     commands: list[Command] = []
@@ -293,26 +239,8 @@ def test_command_that_ends_meanwhile_is_shown_by_the_drive_itself() -> None:
     bare.slave.command(170, commands.append)
     bare.in_phase(4)
     assert bare.write(170, b"\3\0") == b""
-    bare.slave.go_straight(Short(bare, 10))
     commands[0].finish()
     assert int.from_bytes(bare.cycle(4, MDT)[1:3], "little") & words.COMMAND_CHANGED
-
-
-def test_what_comes_then_is_told_the_at_and_its_cycle_once() -> None:
-    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
-    told: list[tuple[bytes, int]] = []
-    bare.slave.then = lambda at, cycle: told.append((at, cycle.number))
-    at = bare.cycle(4, MDT)
-    bare.cycle(4, MDT)
-    assert told == [(at, bare.number - 1)]
-
-
-def test_what_comes_then_is_not_told_a_disturbed_cycle_nor_kept_for_the_next() -> None:
-    bare = Bare().in_phase(4).cycles([4] * 2, MDT)
-    bare.slave.then = lambda at, cycle: pytest.fail("told")
-    bare.cycle(4, b"")
-    bare.cycles([4] * 3, MDT)
-    assert bare.slave.phase == 4
 
 
 def test_both_of_two_telegrams_that_bring_it_down_are_counted() -> None:
