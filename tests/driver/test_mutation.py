@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
-from tests.mutation.__main__ import Copy, lines_by_row, running
+from tests.mutation.__main__ import Copy, lines_by_row, running, running_of_others
 from tests.mutation.page import page
-from tests.mutation.places import Mutant, changes_of, chosen
+from tests.mutation.places import Mutant, Verdict, changes_of, chosen
 
 MODULE = """\
 def limited(value: int | None, limit: int) -> int | str:
@@ -78,18 +78,43 @@ def test_the_tests_of_a_row_that_run_the_place_are_run() -> None:
     assert running(mutant("A-001", 1), tests, recorded) == ["t.py::one"]
 
 
+def test_the_tests_of_other_rows_that_run_the_place_are_those_that_are_not_the_row_s_own() -> None:
+    tests = {
+        "A-001": ["t.py::one", "t.py::both"],
+        "A-002": ["t.py::both", "t.py::wide", "t.py::narrow", "t.py::elsewhere"],
+        "B-001": ["t.py::narrow"],
+    }
+    recorded = {
+        "t.py::one": {"devices/one.py": [1]},
+        "t.py::both": {"devices/one.py": [1]},
+        "t.py::wide": {"devices/one.py": [1, 2], "devices/two.py": [1]},
+        "t.py::narrow": {"devices/one.py": [1, 2]},
+        "t.py::elsewhere": {"devices/one.py": [2], "devices/two.py": [1]},
+    }
+    assert running_of_others(mutant("A-001", 1), tests, recorded) == ["t.py::narrow", "t.py::wide"]
+    assert running_of_others(mutant("A-002", 2), tests, recorded) == []
+
+
 def test_the_page_says_that_its_score_is_of_a_sample_and_of_which_commit() -> None:
     mutants = [mutant("ARP-001", 1), mutant("ARP-001", 2), mutant("ARP-002", 3), mutant("PD-001", 4)]
-    text = page("abc1234", "word", 244, mutants, [mutants[1], mutants[3]])
+    verdicts = [Verdict.KILLED, Verdict.SURVIVED, Verdict.ELSEWHERE, Verdict.SURVIVED]
+    text = page("abc1234", "word", 244, list(zip(mutants, verdicts, strict=True)))
     assert "sample, not of all code: 4 mutants of 3 of the 244\nrows" in text
     assert "seed `word`, commit abc1234" in text
-    assert "| ARP | 3 | 2 | 67% |\n| PD | 1 | 0 | 0% |" in text
-    assert "- ARP-001: `devices/one.py:2`, AddNot\n- PD-001: `devices/one.py:4`, AddNot\n" in text
+    assert "| ARP | 3 | 1 | 1 | 1 | 67% |\n| PD | 1 | 0 | 0 | 1 | 0% |" in text
+    survivors, elsewhere = text.partition("## Survivors")[2].split("## Killed by another row's tests")
+    assert "- ARP-001: `devices/one.py:2`, AddNot\n- PD-001: `devices/one.py:4`, AddNot\n" in survivors
+    assert survivors.count("- ") == 2
+    assert elsewhere.endswith("\n\n- ARP-002: `devices/one.py:3`, AddNot\n")
+    assert elsewhere.count("- ") == 1
 
 
-@pytest.mark.parametrize(("value", "survives"), [(1, True), (0, False)])
+@pytest.mark.parametrize(
+    ("own", "other", "verdict"),
+    [(0, 1, Verdict.KILLED), (1, 0, Verdict.ELSEWHERE), (1, 1, Verdict.SURVIVED), (1, None, Verdict.SURVIVED)],
+)
 def test_a_mutant_is_made_in_the_copy_which_is_as_before_afterwards(
-    value: int, survives: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    own: int, other: int | None, verdict: Verdict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "tree" / "devices").mkdir(parents=True)
     (tmp_path / "tree" / "tests").mkdir()
@@ -97,13 +122,16 @@ def test_a_mutant_is_made_in_the_copy_which_is_as_before_afterwards(
     (tmp_path / "tree" / "devices" / "one.py").write_text(code)
     (tmp_path / "tree" / "pyproject.toml").write_text("[tool.pytest.ini_options]\nmarkers = ['manual']\n")
     (tmp_path / "tree" / "tests" / "test_one.py").write_text(
-        f"import one, pytest\n@pytest.mark.manual\ndef test_one():\n    assert one.is_high({value}) is {value > 0}\n"
+        "import one, pytest\n"
+        "@pytest.mark.manual\n@pytest.mark.parametrize('value', [0, 1])\n"
+        "def test_one(value):\n    assert one.is_high(value) is (value > 0)\n"
     )
     monkeypatch.setattr("tests.mutation.__main__.ROOT", tmp_path / "tree")
     monkeypatch.setattr("tests.mutation.__main__.COPIED", ("devices", "tests", "pyproject.toml"))
     copy = Copy(tmp_path / "copy")
     change = next(one for one in changes_of(code) if one.operator.endswith("Gt_GtE"))
     of_row = Mutant("A-001", "devices/one.py", 2, change.operator, change.occurrence, "return value > 0")
-    assert copy.survives(of_row, ["tests/test_one.py::test_one"]) is survives
+    others = [] if other is None else [f"tests/test_one.py::test_one[{other}]"]
+    assert copy.judge(of_row, [f"tests/test_one.py::test_one[{own}]"], others) is verdict
     for folder in ("tree", "copy"):
         assert (tmp_path / folder / "devices" / "one.py").read_text() == code

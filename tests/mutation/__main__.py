@@ -3,9 +3,10 @@
 A row counts as shown if its tests fail without its behaviour.  This takes a sample of the rows, changes one place of
 the code that their tests run (an operator, a comparison, a number, a condition), and runs the tests of that row that
 pass through this place: they should fail.  A place that few rows have in common is taken sooner than one that all tests
-pass through.
+pass through.  If they all pass, the tests of the other rows that pass through it are run: if one of them fails, the
+place may serve that row alone.
 
-A person has to read what survives: the place may serve another row, or the change may make no difference.  Rows
+A person has to read what survives: the place may serve no row, or the change may make no difference.  Rows
 that only system tests or foreign peers show are left out, and so are tables and constants (see `record`).  The work is
 done in copies of the tree under build/mutation, so a run that is killed leaves the code as it was.  Which lines each
 test runs is kept there too, until the devices change.  The result goes to docs/mutation.md.
@@ -28,7 +29,7 @@ from queue import SimpleQueue
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
 from tests.mutation.page import page
-from tests.mutation.places import Mutant, chosen
+from tests.mutation.places import Mutant, Verdict, chosen
 from tests.mutation.record import VARIABLE
 
 ROOT = Path(__file__).parents[2]
@@ -55,10 +56,11 @@ def main() -> int:
     parser.add_argument("--each", type=int, default=2, help="mutants of each row")
     parser.add_argument("--minutes", type=float, default=20, help="no mutant is begun later than this after the first")
     parser.add_argument("--seed", default="fieldrig", help="another word takes other rows and places")
+    parser.add_argument("--at-once", type=int, default=AT_ONCE, help="how many run at once")
     parser.add_argument("--only", nargs="*", metavar="ROW", help="these rows instead of a sample; the page stays")
     asked = parser.parse_args()
     commit = _commit()
-    copies = [Copy(BUILD / f"copy{number}") for number in range(AT_ONCE)]
+    copies = [Copy(BUILD / f"copy{number}") for number in range(asked.at_once)]
     tests = copies[0].tests_by_row()
     if unknown := set(asked.only or ()) - tests.keys():
         parser.error(f"no test in virtual time shows {', '.join(sorted(unknown))}")
@@ -73,27 +75,26 @@ def main() -> int:
     for copy in copies:
         free.put(copy)
 
-    def survives(mutant: Mutant) -> bool | None:
+    def judge(mutant: Mutant) -> Verdict | None:
         """Return None if the time is up."""
         if time.monotonic() > until:
             return None
         copy = free.get()
         try:
-            survived = copy.survives(mutant, running(mutant, tests, recorded))
+            verdict = copy.judge(mutant, running(mutant, tests, recorded), running_of_others(mutant, tests, recorded))
         finally:
             free.put(copy)
-        word, change = "SURVIVED" if survived else "killed", f"{mutant.operator}#{mutant.occurrence}"
-        sys.stdout.write(f"{mutant.row} {word:8} {mutant.file}:{mutant.line} {change}: {mutant.source}\n")
+        change = f"{mutant.operator}#{mutant.occurrence}"
+        sys.stdout.write(f"{mutant.row} {verdict.value:9} {mutant.file}:{mutant.line} {change}: {mutant.source}\n")
         sys.stdout.flush()
-        return survived
+        return verdict
 
-    with ThreadPoolExecutor(AT_ONCE) as pool:
-        results = list(pool.map(survives, mutants))
+    with ThreadPoolExecutor(len(copies)) as pool:
+        verdicts = list(pool.map(judge, mutants))
     if not asked.only:
-        judged = sorted(zip(mutants, results, strict=True), key=lambda one: (one[0].row, one[0].file, one[0].line))
-        tried = [mutant for mutant, survived in judged if survived is not None]
-        survivors = [mutant for mutant, survived in judged if survived]
-        PAGE.write_text(page(commit, asked.seed, len(tests), tried, survivors), encoding="utf-8")
+        judged = [(mutant, verdict) for mutant, verdict in zip(mutants, verdicts, strict=True) if verdict is not None]
+        judged.sort(key=lambda one: (one[0].row, one[0].file, one[0].line))
+        PAGE.write_text(page(commit, asked.seed, len(tests), judged), encoding="utf-8")
     return 0
 
 
@@ -133,6 +134,14 @@ def lines_by_row(tests: Tests, recorded: Recorded) -> dict[str, dict[str, set[in
 def running(mutant: Mutant, tests: Tests, recorded: Recorded) -> list[str]:
     """Return the row's tests that run the changed line: no other one can fail."""
     return [one for one in tests[mutant.row] if mutant.line in recorded.get(one, {}).get(mutant.file, ())]
+
+
+def running_of_others(mutant: Mutant, tests: Tests, recorded: Recorded) -> list[str]:
+    """Return the tests of other rows alone that run the changed line, those that run the least of the code first."""
+    own = set(tests[mutant.row])
+    others = {one for nodeids in tests.values() for one in nodeids} - own
+    found = [one for one in others if mutant.line in recorded.get(one, {}).get(mutant.file, ())]
+    return sorted(found, key=lambda one: (sum(map(len, recorded[one].values())), one))
 
 
 def _commit() -> str:
@@ -191,6 +200,14 @@ class Copy:
 
     def _everywhere(self, nodeids: str) -> str:
         return nodeids.replace(str(self.folder), HERE)
+
+    def judge(self, mutant: Mutant, own: Sequence[str], others: Sequence[str]) -> Verdict:
+        """Run the row's own tests and, if they all pass, those of other rows."""
+        if not self.survives(mutant, own):
+            return Verdict.KILLED
+        if others and not self.survives(mutant, others):
+            return Verdict.ELSEWHERE
+        return Verdict.SURVIVED
 
     def survives(self, mutant: Mutant, nodeids: Sequence[str]) -> bool:
         file = self.folder / mutant.file

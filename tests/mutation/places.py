@@ -10,6 +10,7 @@ import random
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
 from pathlib import Path
 
@@ -50,6 +51,13 @@ class Mutant:
     occurrence: int
     source: str
     """The changed line, before the change."""
+
+
+class Verdict(Enum):
+    KILLED = "killed"
+    ELSEWHERE = "elsewhere"
+    """The row's own tests pass, and a test of another row fails."""
+    SURVIVED = "SURVIVED"
 
 
 @dataclass(frozen=True, slots=True)
