@@ -191,6 +191,28 @@ end""")
     assert [note.line for note in bench.program.compiled.notes] == [3, 4]
 
 
+@pytest.mark.manual("ARP-086")
+def test_each_kind_of_resource_has_a_symbolic_name() -> None:
+    bench = ArpBench("""\
+FAST EQU @PAR1[7]
+READY EQU F30
+START EQU I101
+LAST EQU NEWEST
+NEWEST EQU V1
+FIRST EQU V[POINTER]
+POINTER EQU V2
+BEG MAIN
+LAST == FAST
+READY == START
+FIRST == 7
+END""")
+    bench.card.parameters[1, 7] = 55_500
+    bench.card.I[101] = 1
+    bench.card.V[2] = 40_000
+    bench.run()
+    assert (bench.card.V[1], bench.card.F[30], bench.card.V[40]) == (55_500, 1, 7_000)
+
+
 @pytest.mark.manual("ARP-053")
 @pytest.mark.manual("ARP-059")
 @pytest.mark.manual("ARP-079")

@@ -171,7 +171,7 @@ WHOLE = [
     ("BEG MAIN\nL1:\nEND\nBEGA IRQ\nl1:\nENDA", 5, "already defined in line 2"),
     ("BEG MAIN\nMAIN:\nEND", 2, "already defined in line 1"),
     ("A EQU V1\nA EQU V2\nBEG MAIN\nEND", 2, "already defined in line 1"),
-    ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "no meaning"),
+    ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "A is B is A: it has no meaning"),
     ("A EQU F1112\nBEG MAIN\nSET A\nEND", 3, "no F1112"),
     ("A EQU F1112\nBEG MAIN\nEND", 1, "no F1112"),
     ("BEG MAIN\nA EQU @PAR1[26]\nEND", 2, "no parameter 26"),

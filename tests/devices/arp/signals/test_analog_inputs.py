@@ -72,6 +72,11 @@ def steps_of(card: SignalsCard, ms: int) -> int:
 @pytest.mark.parametrize("rate", FILTERS)
 def test_a_load_cell_has_a_new_value_at_the_output_rate(rate: int) -> None:
     card = SignalsCard({2: 1, 4: rate})
+    card.inputs.take(1, 0.004)
+    card.loop(1_000 // rate - 1)
+    assert card.inputs.read(1) == 0  # no conversion is over yet
+    card.loop()
+    assert card.inputs.read(1) == 4_000_000
     card.loop(SETTLED_MS)
     assert steps_of(card, 40) == 40 * rate // 1000
 
