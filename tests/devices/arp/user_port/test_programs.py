@@ -89,6 +89,7 @@ def test_run_and_stop_say_why_not() -> None:
 def test_a_program_is_downloaded_while_stopped_and_run_from_the_pc_or_by_enable() -> None:
     bench = PortBench(COUNT, is_enabled=True)
     bench.ok(STOP)
+    assert bench.ok(BEGIN, announced(OTHER)) == bytes.fromhex("F0 00")  # the most octets in a block
     assert bench.downloaded(OTHER) == (OK, b"")
     assert bench.outside.program_name == "OTHER"
     bench.run_for(50)
