@@ -327,6 +327,7 @@ def test_preset_during_a_move_shifts_the_rest_of_it() -> None:
     assert bench.position(1) == pytest.approx(700.0)
 
 
+@pytest.mark.manual("ARP-055")
 def test_preset_outside_the_limits_goes_round() -> None:
     bench = bench_of_simulated((1, 5, 360.0), (1, 6, 0.0))
     bench.axes.preset_position(1, 370_000)

@@ -166,6 +166,7 @@ def test_error_is_the_same_across_the_wrap() -> None:
     assert bench.loop().axes.tracking_error(1) == 7_000
 
 
+@pytest.mark.manual("ARP-055")
 def test_preset_keeps_the_tracking_error() -> None:
     bench = held((1, 5, 100.0), (1, 6, 0.0))
     bench.counts[1] = 3
