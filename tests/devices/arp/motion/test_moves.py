@@ -292,10 +292,12 @@ def test_move_begins_at_the_speed_that_was_left_and_may_overshoot() -> None:
     bench.until_flag(1, AxisFlag.FINAL_SPEED)
     start = bench.position(1)
     bench.axes.move_to(1, round(start + 50) * 1000)
-    furthest = 0.0
+    course = [0.0]
     while bench.loop().F[263]:
-        furthest = max(furthest, bench.position(1))
-    assert furthest == pytest.approx(start + 100.0, abs=0.01)  # 1000^2 / 2 / 5000
+        course.append(bench.position(1) - start)
+    # to rest in 200 ms and 100 units (1000^2 / 2 / 5000), and 50 units back in 200 ms, half of them faster and faster
+    assert [course[loop] for loop in (100, 200, 300, 399)] == pytest.approx([75.0, 100.0, 75.0, 50.0025])
+    assert (max(course), len(course)) == (course[200], 400)
     assert bench.axes.position(1) == round(start + 50) * 1000
     assert bench.F[264] == 0
 
