@@ -33,6 +33,7 @@ def test_ctrl_f2_puts_the_card_in_reset_without_an_error() -> None:
     moving = bench.outside.position(1)
     bench.run_for(10)
     assert (bench.told("O101"), bench.told_state()[:3], bench.outside.position(1) > moving) == (True, (3, 2, 0), True)
+    assert bench.told_state()[5] > 3  # in the loop
     bench.ok(RESET)
     bench.run_for(2)
     still = bench.outside.position(1)
