@@ -110,11 +110,17 @@ def test_the_page_says_that_its_score_is_of_a_sample_and_of_which_commit() -> No
 
 
 @pytest.mark.parametrize(
-    ("own", "other", "verdict"),
-    [(0, 1, Verdict.KILLED), (1, 0, Verdict.ELSEWHERE), (1, 1, Verdict.SURVIVED), (1, None, Verdict.SURVIVED)],
+    ("own", "other", "at_import", "verdict"),
+    [
+        (0, 1, "", Verdict.KILLED),
+        (1, 0, "", Verdict.ELSEWHERE),
+        (1, 1, "", Verdict.SURVIVED),
+        (1, None, "", Verdict.SURVIVED),
+        (1, None, "assert not one.is_high(0)\n", Verdict.KILLED),
+    ],
 )
 def test_a_mutant_is_made_in_the_copy_which_is_as_before_afterwards(
-    own: int, other: int | None, verdict: Verdict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    own: int, other: int | None, at_import: str, verdict: Verdict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "tree" / "devices").mkdir(parents=True)
     (tmp_path / "tree" / "tests").mkdir()
@@ -122,7 +128,7 @@ def test_a_mutant_is_made_in_the_copy_which_is_as_before_afterwards(
     (tmp_path / "tree" / "devices" / "one.py").write_text(code)
     (tmp_path / "tree" / "pyproject.toml").write_text("[tool.pytest.ini_options]\nmarkers = ['manual']\n")
     (tmp_path / "tree" / "tests" / "test_one.py").write_text(
-        "import one, pytest\n"
+        f"import one, pytest\n{at_import}"
         "@pytest.mark.manual\n@pytest.mark.parametrize('value', [0, 1])\n"
         "def test_one(value):\n    assert one.is_high(value) is (value > 0)\n"
     )

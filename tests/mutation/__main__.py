@@ -42,7 +42,7 @@ MARKS = "manual and not system and not real and not docker and not long"
 LIMIT_S = 300
 RECORDING_S = 1800
 AT_ONCE = 2
-PASSED, FAILED, INTERRUPTED = 0, 1, 2  # exit codes of pytest; a module that can't be imported interrupts it
+PASSED, FAILED, INTERRUPTED, NOT_FOUND = 0, 1, 2, 4  # exit codes of pytest; the last two if a module can't be imported
 
 Tests = dict[str, list[str]]
 """The tests of each row."""
@@ -219,7 +219,7 @@ class Copy:
             code = self.pytest("-x", *map(self._here, nodeids))
         finally:
             file.write_text(before, encoding="utf-8")
-        if code not in (PASSED, FAILED, INTERRUPTED):
+        if code not in (PASSED, FAILED, INTERRUPTED, NOT_FOUND):
             raise SystemExit(f"pytest ran no test of {mutant.row} (exit code {code})")
         return code == PASSED
 

@@ -430,6 +430,17 @@ def test_slave_that_only_passes_the_curve_is_not_synchronous_yet() -> None:
     assert bench.position(1) == 0.0
 
 
+@pytest.mark.manual("ARP-105")
+def test_master_whose_encoder_was_never_heard_of_stands() -> None:
+    bench = AxesBench((1, 4, 1.0), *OF_EXAMPLE)
+    bench.write_table(10, *A)
+    bench.axes.preset_position(1, 100_000)
+    bench.axes.follow_table(2, 1, 10)
+    assert (bench.F[261], bench.F[263]) == (0, 1)  # on its way to the curve
+    bench.until_flag(1, SYNC)
+    assert bench.position(1) == 0.0
+
+
 @pytest.mark.manual("ARP-106")
 def test_ends_of_the_table_are_compared_in_thousandths() -> None:
     bench = AxesBench((1, 4, 1.0), (2, 1, 3.0), *OF_EXAMPLE)
