@@ -24,6 +24,7 @@ OVERWRITES = [
     ((), 3117, 3117),
     ((3117,), 1117, 1117),
     ((3117,), 3125, 3117),
+    ((3125,), 3117, 3125),
     ((3117,), 7134, 3117),
     ((1117,), 2106, 1117),
     ((7134, 3117), 2106, 2106),
@@ -67,12 +68,14 @@ def test_cycle_errors_are_quittable_as_the_table_says(code: Code, is_quittable: 
 @pytest.mark.manual("PD-097")
 @pytest.mark.manual("PD-098")
 def test_the_class_of_a_code_can_be_changed() -> None:
-    bench = Bench(diagnosis_classes={6317: 3, 7567: 8}).run(100)
+    bench = Bench(diagnosis_classes={6317: 3, 7567: 8, 8007: 1}).run(100)
     bench.max4.report(Code.RAM_LOST, MAX4)
     assert bench.get("DiagCode") == 0
     assert bench.codes()[-1] == 8567
     bench.max4.report(Code.CYCLE_ERROR, LZS, "12/10")
     assert bench.get("DiagCode") == 3317
+    bench.do("login")
+    assert bench.get("DiagCode") == 1007
 
 
 @pytest.mark.manual("PD-047")

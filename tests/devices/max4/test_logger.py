@@ -215,11 +215,14 @@ def test_filter_keeps_classes_from_being_recorded() -> None:
     bench = Bench().run(100)
     bench.set("MsgFilter", 0x1000).do("login").do("save parameters")
     assert bench.codes() == [8002, 8003, 8010]
+    let_through = [bench.max4.logger.insert(1 << bit, MAX4, 9000 + bit, "", "") for bit in range(16)]
+    assert let_through == [bit == 12 for bit in range(16)]
+    assert bench.codes() == [8002, 8003, 8010, 9012]
     bench.set("MsgFilter", 0xFFFF)
     assert bench.max4.tree.get("MAx-4.General.MsgFilter") == 0xFFFF
     bench.do("login")
     assert bench.codes()[-1] == 8007
-    assert [line.split("\t")[5] for line in bench.max4.logger.lines(0x1000)] == ["8010"]
+    assert [line.split("\t")[5] for line in bench.max4.logger.lines(0x1000)] == ["9012", "8010"]
 
 
 @pytest.mark.manual("PD-119")

@@ -620,6 +620,11 @@ def test_simulated_drive_is_where_it_is_told_and_has_no_errors() -> None:
     assert (bench.code(), bench.states()) == (0, (3, 0x21))
     assert bench.get("following_error") == 0
     assert bench.get("position") > 4_000_000
+    places = []
+    for _ in range(9):
+        places.append(bench.get("position"))
+        bench.run(0.4)
+    assert [after - before for before, after in pairwise(places)] == [5_000] * 8, "a tenth of a cycle of 4 ms"
     bench.rig.add_fault("d1", {"what": "dc_bus"})
     bench.run(100)
     assert bench.code() == 0

@@ -1,13 +1,21 @@
-"""A drive that only follows its set position, by one function for a cycle, does what it does otherwise."""
+"""A drive that only follows its set position, by one function for a cycle, does what it does otherwise.
 
+A drive that tells its position over wires is left to the steps when it has something to tell.
+"""
+
+from copy import copy
 from random import Random
 
 import pytest
 from drive_line import CYCLE_NS, GEARED, TWISTING, Line, course
 
+from fieldrig.clock import S
 from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.feedback import Feedback
+from fieldrig_devices.mc4.folded import INCREMENTS, RAD, Course
+from fieldrig_devices.mc4.machine import SLOW_NS
+from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 
 
 def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_told: bool) -> None:
@@ -24,6 +32,93 @@ def test_what_drives_say_and_do_is_the_same_either_way(monkeypatch: pytest.Monke
     assert long.followed == 0
     assert short.said == long.said
     assert short.states() == long.states()
+
+
+LOADS = pytest.mark.parametrize("load", [{}, {"gear_ratio": 7.5}, TWISTING], ids=["stiff", "geared", "twisting"])
+
+
+@LOADS
+def test_drive_told_over_wires_goes_by_steps_only_to_tell_and_to_look(
+    monkeypatch: pytest.MonkeyPatch, load: dict[str, float]
+) -> None:
+    """Its shaft is some turns from where its encoder sees it."""
+    stepped: set[int] = set()
+    cycle = Axis.cycle
+
+    def spy(axis: Axis) -> None:
+        stepped.add(line.rig.now_ns)
+        cycle(axis)
+
+    line = Line(1, wires=True, loads=(load,))
+    line.drives[0].machine.shaft_offset = 3 * INCREMENTS_PER_TURN
+    line.swing(Random(1))
+    line.run(10)
+    monkeypatch.setattr(Axis, "cycle", spy)
+    line.said.clear()
+    line.run(600)
+    told = {int(said.split()[1]) for said in line.said if said.startswith("wires ") and " d1 " in said}
+    looks = 600 * CYCLE_NS // SLOW_NS + 1
+    assert told <= stepped
+    assert len(told) > 20
+    assert len(stepped - told) <= looks
+
+
+class Told:
+    """A drive that swings, and that may be told to others to be where its load is, or elsewhere."""
+
+    TOLERANCE = 1e-6
+    """rad; the following error and the twist are more."""
+
+    def __init__(self, load: dict[str, float]) -> None:
+        self.line, self.gear = Line(1, wires=True, loads=(load,)), load.get("gear_ratio", 1.0)
+        self.line.swing(Random(1))
+        self.line.run(20)
+        side = self.line.drives[0]._side
+        assert side is not None
+        while side._following is None:
+            self.line.run(1)
+        self.axis, self.following = self.line.drives[0].machine.axis, side._following
+        freely = side._feedback.following(self.axis, is_told=False)
+        assert freely is not None
+        self.freely = freely
+
+    def stop(self) -> None:
+        """As it stands."""
+        for name in ("e", "v", "i", "t", "lead", "load_nm", "twist", "load_speed"):
+            setattr(self.axis, name, 0.0)
+        self.axis.way = 0
+
+    def refuses(self, astray: float = 0.0, speed: float = 0.0) -> bool:
+        """The next cycle brings the load `astray` from where a course of this speed has it then."""
+        now_ns, wanted = self.line.rig.now_ns, self.axis.set_increments & 0xFFFF_FFFF
+        offset, ago_ns = 2 * INCREMENTS_PER_TURN, 3 * CYCLE_NS
+        then = copy(self.axis)
+        assert self.freely(then, wanted, 1e99, now_ns, None) is not None
+        load = ((then.set_increments - then.e * INCREMENTS + offset) * RAD - then.twist) / self.gear
+        told = Course(load + astray - speed * ago_ns / S, speed, now_ns - ago_ns, self.TOLERANCE, self.gear, offset)
+        before = self.line.states()
+        is_refused = self.following(self.axis, wanted, 1e99, now_ns, told) is None
+        assert not is_refused or self.line.states() == before
+        return is_refused
+
+
+@LOADS
+@pytest.mark.parametrize(("part", "refuses"), [(-1.01, True), (-0.99, False), (0.99, False), (1.01, True)])
+@pytest.mark.parametrize("speed", [0.0, 0.1])
+def test_drive_that_leads_astray_is_left_to_the_steps(
+    load: dict[str, float], part: float, refuses: bool, speed: float
+) -> None:
+    assert Told(load).refuses(part * Told.TOLERANCE, speed) is refuses
+
+
+@LOADS
+@pytest.mark.parametrize(("speed", "refuses"), [(0.0, False), (0.1, True)])
+def test_drive_that_has_to_tell_that_it_stands_is_left_to_the_steps(
+    load: dict[str, float], speed: float, refuses: bool
+) -> None:
+    drive = Told(load)
+    drive.stop()
+    assert drive.refuses(speed=speed) is refuses
 
 
 def test_silent_master_is_noticed_half_a_cycle_after_the_second_mst_that_is_missing() -> None:

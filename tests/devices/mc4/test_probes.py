@@ -43,6 +43,7 @@ def test_an_edge_latches_the_position_of_its_instant_and_not_of_its_cycle() -> N
     assert [place - places[0] for place in places] == pytest.approx([0, PER_MS, 2 * PER_MS, 3 * PER_MS], abs=1.5)
 
 
+@pytest.mark.manual("PD-194")
 @pytest.mark.parametrize(
     ("edges", "values"),
     [(0b0001, {130}), (0b0010, {131}), (0b0100, {132}), (0b1000, {133}), (0b1111, {130, 131, 132, 133}), (0, set())],
@@ -59,6 +60,7 @@ def test_only_the_edges_that_were_asked_for_are_latched(edges: int, values: set[
     assert [bench.number(idn) for idn in (409, 410, 411, 412)] == [edges >> bit & 1 for bit in range(4)]
 
 
+@pytest.mark.manual("PD-194")
 def test_an_edge_is_latched_once_until_the_probe_is_enabled_again() -> None:
     bench = turning()
     arm(bench, 0b0101)
