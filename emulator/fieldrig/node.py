@@ -4,7 +4,7 @@ be called again.
 A node is local, or remote in a process of its own (`remote_node`), with the same result.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from fieldrig.blame import blame, blamed
@@ -100,11 +100,9 @@ def _anything(_: Any) -> None:
 class EventNode:
     """A clock and links that only move in steps; what reacts to them may be a device, or a test."""
 
-    def __init__(
-        self, name: str, now_ns: int = 0, post: Post | None = None, buses: Collection[str] | None = None
-    ) -> None:
-        """`post` may be one for many.  `buses` are those that there are; None: any."""
-        self.name, self.post, self._buses = name, post or Post(), buses
+    def __init__(self, name: str, now_ns: int = 0, post: Post | None = None) -> None:
+        """`post` may be one for many; it knows which buses there are."""
+        self.name, self.post = name, post or Post()
         self.clock = VirtualClock(now_ns)
         self._links: dict[BusName, NodeLink] = {}
         self._handlers: dict[BusName, Handler] = {}
@@ -112,8 +110,9 @@ class EventNode:
     def link(self, bus: BusName) -> NodeLink:
         """This node's end of `bus`; the same one at every call.  RigError for a bus that the rig doesn't have."""
         if bus not in self._links:
-            if self._buses is not None and bus not in self._buses:
-                raise RigError(f"the rig has no bus {bus!r}", closest(bus, list(self._buses)))
+            buses = self.post.buses
+            if buses is not None and bus not in buses:
+                raise RigError(f"the rig has no bus {bus!r}", closest(bus, list(buses)))
             self._links[bus] = NodeLink(self.name, bus, self.post, self._handlers)
         return self._links[bus]
 

@@ -91,7 +91,7 @@ class Rig:
         """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
-        node = EventNode(member, self.now_ns, Post(self.buses), self.buses)
+        node = EventNode(member, self.now_ns, Post(self.buses))
         self._outside[member] = self._here[member] = node
         self._wishes[member] = NEVER_NS
         for model in self._models.values():
