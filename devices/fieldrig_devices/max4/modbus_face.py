@@ -115,7 +115,7 @@ class ModbusFace:
 
     def _on_cycle(self) -> None:
         for positioner in self._positioners:
-            if positioner.is_moving:
+            if positioner.is_moving and positioner.travel.is_there:
                 positioner.watch()
         watchdog_ns = self._settings.watchdog_ms * MS
         if watchdog_ns and self._clock.now_ns() - self._asked_ns > watchdog_ns:

@@ -36,7 +36,7 @@ class Positioner:
         self._is_ending = False
         """At a software limit."""
         self.is_moving = False
-        """The set position changes, or it is a torque: only then is there anything to `watch`."""
+        """The set position changes, or the set value is a torque."""
         self._limits = Limits(1.0, 1.0, 1.0)
         """Of the last order."""
         self.has_arrived = False
@@ -72,10 +72,10 @@ class Positioner:
     # ---- once a cycle, before the axis asks
 
     def watch(self) -> None:
-        """What limits leave of the order."""
+        """What limits leave of the order; only while it moves and there are any."""
         if self.mode is Mode.TORQUE:
             self._watch_torque()
-        elif self._profile is not None and self.travel.is_there:
+        else:
             self._watch_profile()
 
     def _watch_torque(self) -> None:
