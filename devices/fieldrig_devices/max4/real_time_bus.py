@@ -12,7 +12,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.max4.axis import Axis
 from fieldrig_devices.max4.catalogue import Code
 from fieldrig_devices.max4.drive_end import ALL, RingDrive
