@@ -156,7 +156,7 @@ class StarRing(LoopBench):
     @property
     def star(self) -> Star:
         star = self.buses["max4"].star
-        assert star is not None
+        assert isinstance(star, Star)
         return star
 
     @property
