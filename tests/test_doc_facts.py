@@ -26,7 +26,7 @@ from fieldrig.settings import Settings
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
-from fieldrig_bus.ring.faults import RingFault
+from fieldrig_bus.ring.sercos.faults import RingFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs

@@ -11,12 +11,12 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
-from fieldrig.link import Link
+from fieldrig.link import Link, patience_of
 from fieldrig.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
@@ -151,7 +151,7 @@ class Max4(Device):
         self.is_program_running = False
         self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
-        self.system.process.patience_ns = getattr(self._ring, "patience_ns", 0)
+        self.system.process.patience_ns = patience_of(self._ring)
         for axis in self.axes.values():
             axis.on_quit(self._quit_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))

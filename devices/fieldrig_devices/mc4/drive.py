@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN

@@ -7,8 +7,8 @@ import struct
 from collections.abc import Sequence
 
 from fieldrig.clock import US
-from fieldrig_bus.ring.message import BROADCAST
-from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, telegram_ns
+from fieldrig_bus.ring.sercos.message import BROADCAST
+from fieldrig_bus.ring.sercos.timing import GAP_NS, MST_BYTES, telegram_ns
 from fieldrig_devices.sercos.ring_drive import Drive
 from fieldrig_devices.sercos.telegram import HEAD_BYTES, size
 

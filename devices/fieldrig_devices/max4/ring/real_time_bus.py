@@ -12,7 +12,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.configuration.version import Version, goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code

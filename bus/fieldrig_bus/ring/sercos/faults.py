@@ -11,23 +11,7 @@ from pydantic import Field, model_validator
 
 from fieldrig import faults
 from fieldrig.faults import Timed
-
-MASTER: Final = "master"
-"""The segment that leaves the master, whatever its device is called."""
-
-
-class Break(Timed):
-    """The fibre of one segment is cut or pulled: behind it nothing is heard, and what is before it can't come round."""
-
-    what: Literal["break"]
-    after: str = Field(description="the station that the segment leaves, or master")
-
-
-class Off(Timed):
-    """A station has no power: the ring is open there, unless it has an optical bypass."""
-
-    what: Literal["off"]
-    station: str
+from fieldrig_bus.ring.breaks import Break, Off
 
 
 class _Struck(Timed):
@@ -65,8 +49,12 @@ TEXTS: Final = frozenset({"what", "after", "station", "telegram"})
 
 def place_of(fault: RingFault) -> tuple[str, str]:
     """The key that says where, and the station that it names."""
-    key = "station" if getattr(fault, "after", None) is None else "after"
-    return key, getattr(fault, key)
+    match fault:
+        case Break(after=str(after)) | Distort(after=str(after)):
+            return "after", after
+        case Off(station=str(station)) | Late(station=str(station)) | Distort(station=str(station)):
+            return "station", station
+    raise AssertionError(f"{fault} has no place")
 
 
 def fault_of(given: Mapping[str, Any]) -> RingFault:
