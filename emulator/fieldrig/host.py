@@ -161,7 +161,7 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     for name, value in (item for bus in buses for item in bus.environment.items()):
         os.environ.setdefault(name, value)
     # Threads that are made later have the same scheduling.
-    if is_realtime or any(getattr(bus.settings, "realtime", False) for bus in buses):
+    if is_realtime or any(bus.realtime for bus in buses):
         _ask_for_realtime()
     try:
         new_loop = SharedLoop if any(bus.has_guests for bus in buses) else loop_factory()

@@ -1,7 +1,7 @@
 """A device's end of one bus."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 M = TypeVar("M")
 
@@ -19,3 +19,13 @@ class Link(Protocol[M]):
         ids on Modbus, names on wires.  None is everything.  What is of no interest costs this device nothing:
         it is not even carried to its process.  A second call replaces handler and interest of the first.
         """
+
+
+class UnconnectedLink:
+    """An end of a bus that leads nowhere: nothing that is sent goes out, and nothing arrives."""
+
+    def send(self, message: Any) -> None:
+        """Drop the message."""
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        """Do nothing, as no message ever arrives."""

@@ -82,6 +82,18 @@ def read(text: str, file: str) -> Source:
     return source
 
 
+def read_file(path: Path) -> Source:
+    """Read a file.  It never raises: a file that can't be read, or is not UTF-8, is one of its `mistakes`."""
+    try:
+        source = read(path.read_text(encoding="utf-8"), str(path))
+    except (OSError, ValueError) as cause:
+        what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
+        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", "")])
+    source.folders = [path.absolute().parent]
+    source.marks.setdefault((), Mark(str(path), None))
+    return source
+
+
 def _compose(text: str) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ReusedAnchorWarning)

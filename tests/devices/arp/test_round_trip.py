@@ -43,7 +43,7 @@ from fieldrig_devices.arp.language.tree import (
     Unary,
 )
 from fieldrig_devices.arp.runtime.program import ArpProgram
-from fieldrig_devices.languages import sandbox
+from fieldrig import sandbox
 from fieldrig_devices.languages.resumable import Build
 
 WORDS = [
