@@ -16,6 +16,7 @@ from typing import Any, Self
 from fieldrig.control import Client
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError
+from fieldrig.net import ENDPOINT_VARIABLE
 from fieldrig.testing import free_port
 
 LOOK_S = 0.05
@@ -44,7 +45,7 @@ class LiveRig:
         with self._output.open("wb") as output:
             self.process = subprocess.Popen(
                 command,
-                env={**os.environ, "FIELDRIG_CONTROL": self.endpoint},
+                env={**os.environ, ENDPOINT_VARIABLE: self.endpoint},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,

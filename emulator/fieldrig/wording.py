@@ -37,10 +37,8 @@ def explain(
         deeper.update(path[:length] for length in range(len(path)))
         several = one.get("ctx", {}).get("error")
         if isinstance(several, WrongSettingsError):
-            found |= {
-                (*path, *wrong.path): WrongKey((*path, *wrong.path), wrong.what, wrong.remedy)
-                for wrong in several.wrong
-            }
+            inner = [wrong._replace(path=(*path, *wrong.path)) for wrong in several.wrong]
+            found |= {wrong.path: wrong for wrong in inner}
         elif path not in found:
             found[path] = _wrong_key(dict(one), path, data, schema, other_keys)
     # A union complains of each of its choices; what lies deepest belongs to the choice that was meant.

@@ -3,6 +3,10 @@
 YAML 1.2: 010 is ten, `on` and 12:30 are text; dates stay text too.  Merge keys (`<<`) are known; tags are refused, and
 keys that are neither text nor whole numbers.  Values are made from ruamel's node graph here: its own constructors stop
 at the first duplicate key, and give values that are not plain Python.
+
+A device's file, such as a register table or a name plate, is loaded by `settings_file.load_settings`, which reads it
+here, checks it against a model, and collects every mistake.  `config_source` reads rig
+files, which may extend others.  Nothing else reads YAML.
 """
 
 import warnings

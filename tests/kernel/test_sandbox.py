@@ -92,6 +92,9 @@ def test_a_formula_reaches_only_the_attributes_that_are_named(source: str) -> No
 
 def test_a_formula_reads_and_sets_named_attributes() -> None:
     axis = SimpleNamespace(e=1.5, v=-2.0)
-    source = "def f(axis):\n    if not axis.e > 0.0:\n        return None\n    axis.v = e = (x := axis.e / 2.0) + x\n    return e\n"
+    source = (
+        "def f(axis):\n    if not axis.e > 0.0:\n        return None\n"
+        "    axis.v = e = (x := axis.e / 2.0) + x\n    return e\n"
+    )
     assert sandbox.load(source, {}, FORMULA)["f"](axis) == 1.5
     assert axis == SimpleNamespace(e=1.5, v=1.5)

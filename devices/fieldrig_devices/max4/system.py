@@ -24,7 +24,7 @@ from fieldrig_devices.max4.process import RealTimeProcess
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.simulated import SimulatedDrive
 from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, MeasuringInput, Terminals
-from fieldrig_devices.max4.tree import Kind, Object, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.tree import Kind, ObjectTree, Parameter, Type
 
 log = logging.getLogger(__name__)
 
@@ -234,7 +234,3 @@ def _trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
             action()
 
     return Parameter(name, Type.BOOL, Kind.INPUT, read=lambda: False, write=write, about=about)
-
-
-def symbol_of(one: Object) -> str:
-    return one.symbol or one.name

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.options import ENDPOINT_VARIABLE, Overrides, RigFile
+from fieldrig.cli.common import ENDPOINT_VARIABLE, Overrides, RigFile
 from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
