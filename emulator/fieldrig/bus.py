@@ -194,8 +194,8 @@ class Bus(ABC, Generic[M]):
     """What its messages are, for traces: can, modbus, serial, wires, ring."""
     environment: ClassVar[Mapping[str, str]] = {}
     """What a process with an end of it has in its environment, before it does anything else, unless the user set it."""
-    has_guests: ClassVar[bool] = False
-    """Whether its ends invite threads to the loop: a process with one of them has a `SharedLoop`."""
+    has_threads: ClassVar[bool] = False
+    """True if its ends start threads of the event loop; a process with such an end runs a `ThreadedLoop`."""
     messages: ClassVar[tuple[type, ...]]
     """The types its links carry; `fieldrig check` compares them with what a device's parameter asks for."""
 

@@ -32,8 +32,8 @@ from fieldrig.process import DeviceProcess
 from fieldrig.progress import finish, step
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
-from fieldrig.shared_loop import SharedLoop
 from fieldrig.this_process import facts, on_signals
+from fieldrig.threaded_loop import ThreadedLoop
 from fieldrig.untrusted import field
 
 log = logging.getLogger(__name__)
@@ -164,7 +164,7 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     if is_realtime or any(bus.realtime for bus in buses):
         _ask_for_realtime()
     try:
-        new_loop = SharedLoop if any(bus.has_guests for bus in buses) else loop_factory()
+        new_loop = ThreadedLoop if any(bus.has_threads for bus in buses) else loop_factory()
         with asyncio.Runner(loop_factory=new_loop) as runner:
             return runner.run(_run(config, plan, is_supervised))
     except ConfigError as wrong:
