@@ -8,7 +8,7 @@ what is struck, so that it does not matter in which order a model looks at its m
 
 from collections.abc import Callable, Iterator, Mapping
 from random import Random
-from typing import Any, Final, Generic, TypeVar, get_args
+from typing import Any, Final, Generic, Protocol, TypeVar, get_args, runtime_checkable
 
 from pydantic import Field, ValidationError
 
@@ -30,32 +30,49 @@ class Timed(Settings):
     duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
 
 
+@runtime_checkable
+class Counted(Protocol):
+    """The settings of a fault that ends after it was applied `count` times; None is no limit."""
+
+    @property
+    def count(self) -> int | None: ...
+
+
+@runtime_checkable
+class Chancy(Protocol):
+    """The settings of a fault that applies only with some probability, from 0 to 1."""
+
+    @property
+    def probability(self) -> float: ...
+
+
 S = TypeVar("S", bound=Timed, covariant=True)
 
 
 class Fault(Generic[S]):
     """One fault that was given."""
 
-    __slots__ = ("_salt", "applied", "number", "settings", "start_ns", "until_ns")
+    __slots__ = ("_count", "_probability", "_salt", "applied", "number", "settings", "start_ns", "until_ns")
 
     def __init__(self, number: int, settings: S, now_ns: int, salt: int) -> None:
         self.number, self.settings, self._salt = number, settings, salt
         self.start_ns = now_ns + round(settings.start_ms * MS)
         duration_ms = settings.duration_ms
         self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
+        self._count: int | None = settings.count if isinstance(settings, Counted) else None
+        self._probability = settings.probability if isinstance(settings, Chancy) else 1.0
         self.applied = 0
 
     def is_over(self, now_ns: int) -> bool:
-        count = getattr(self.settings, "count", None)
-        return (self.until_ns is not None and now_ns >= self.until_ns) or (count is not None and self.applied >= count)
+        is_used_up = self._count is not None and self.applied >= self._count
+        return (self.until_ns is not None and now_ns >= self.until_ns) or is_used_up
 
     def is_on(self, now_ns: int) -> bool:
         return now_ns >= self.start_ns and not self.is_over(now_ns)
 
     def happens(self, key: int) -> bool:
         """Whether chance, if the fault leaves any, strikes what `key` stands for."""
-        probability = getattr(self.settings, "probability", 1.0)
-        return probability >= 1 or self.chance(key) < probability * (1 << 64)
+        return self._probability >= 1 or self.chance(key) < self._probability * (1 << 64)
 
     def chance(self, key: int) -> int:
         """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""

@@ -1,7 +1,7 @@
 """A device's end of one bus."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 M = TypeVar("M")
 
@@ -33,3 +33,13 @@ class PatientLink(Protocol):
 def patience_of(link: object) -> int:
     """How long this link tolerates late answers, in nanoseconds; 0 for a link without patience."""
     return link.patience_ns if isinstance(link, PatientLink) else 0
+
+
+class UnconnectedLink:
+    """An end of a bus that leads nowhere: nothing that is sent goes out, and nothing arrives."""
+
+    def send(self, message: Any) -> None:
+        """Drop the message."""
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        """Do nothing, as no message ever arrives."""

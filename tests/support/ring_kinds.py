@@ -20,8 +20,8 @@ from fieldrig.config import from_dict
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
 from fieldrig.rig import Rig
-from fieldrig.shared_loop import SharedLoop
 from fieldrig.testing import free_port
+from fieldrig.threaded_loop import ThreadedLoop
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage, encode
 from fieldrig_bus.ring.sercos.shm import RingShm
 from fieldrig_bus.ring.sercos.star import Star
@@ -141,7 +141,7 @@ class StarAt(At):
 
 class StarRing(LoopBench):
     def __init__(self, make: Callable[[], RingStar], run: Path) -> None:
-        super().__init__(SharedLoop)
+        super().__init__(ThreadedLoop)
         self._make, self._run = make, run
         self.buses: dict[str, RingStar] = {}
         self._members: dict[str, str] = {}

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fieldrig.cli.options import AsJson, echo_json
+from fieldrig.cli.common import AsJson, echo_json, writing
 from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 
@@ -170,10 +170,8 @@ def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Pa
 
     for path, make in ((junit, to_junit), (html, to_html), (markdown, to_markdown)):
         if path is not None:
-            try:
+            with writing(path):
                 path.write_text(make(report), encoding="utf-8")
-            except OSError as cause:
-                raise UsageError(f"{path} can't be written: {cause.strerror}") from cause
 
 
 def _list(cases: "list[Case]", as_json: bool) -> None:

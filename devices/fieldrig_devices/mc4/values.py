@@ -5,11 +5,12 @@ moves with every cycle is written as Python text, so that the values of one tele
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from math import tau
 from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.folded import INCREMENTS, Numbers
+from fieldrig_devices.mc4.folded import INCREMENTS, Moving, Numbers, compiled
 from fieldrig_devices.mc4.machine import Machine
 
 SPEED_UNIT: Final = tau / 60 * 1e-4
@@ -39,16 +40,20 @@ def _tenths(degc: float) -> int:
 
 
 def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tuple[int, ...]]:
-    """All values of these IDNs of `MOVING`."""
+    """Return a function that gives the present values of these IDNs of `MOVING`."""
+    values_of = _values_of(tuple(numbers))
+    return lambda: values_of(machine.axis, machine.true_motor.standstill_torque_nm)
+
+
+@lru_cache(maxsize=256)
+def _values_of(numbers: tuple[int, ...]) -> Callable[[Moving, float], tuple[int, ...]]:
     names = {
         "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
-        "standstill_nm": "machine.true_motor.standstill_torque_nm",
+        "standstill_nm": "standstill_nm",
     }  # fmt: skip
     values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
-    text = f"def numbers():\n    axis = machine.axis\n    return ({values})\n"
-    space: dict[str, object] = {"machine": machine, "round": round, "max": max, "min": min, "__builtins__": {}}
-    exec(text, space)
-    return cast(Callable[[], tuple[int, ...]], space["numbers"])
+    text = f"def numbers(axis, standstill_nm):\n    return ({values})\n"
+    return cast(Callable[[Moving, float], tuple[int, ...]], compiled(text, "numbers"))
 
 
 def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> Numbers:

@@ -13,7 +13,7 @@ class RingZenohSettings(ZenohSettings, RingStarSettings):
 
 class RingZenoh(RingStar):
     about: ClassVar[str] = "SERCOS fibre ring, in real time over Zenoh"
-    has_guests: ClassVar[bool] = True
+    has_threads: ClassVar[bool] = True
     environment: ClassVar[Mapping[str, str]] = ENVIRONMENT
     settings: RingZenohSettings
 

@@ -32,7 +32,7 @@ class RackStation:
 
 
 class Rack(ABC, Generic[C]):
-    """All methods are called in the event loop's thread, or in a thread that has taken its turn (`SharedLoop`)."""
+    """All methods are called in the event loop's thread, or in a thread that has taken its turn (`ThreadedLoop`)."""
 
     def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop

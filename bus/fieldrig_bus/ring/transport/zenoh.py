@@ -4,7 +4,7 @@ Sessions of its own, in a star on the master's: no scouting, no gossip, no time 
 low latency.  One put a cycle reaches all processes, on a key that all know: for one with a star in it Zenoh would look
 every time who is meant.  Only while a process stands still each of the others is sent its own.  One comes back from
 each.  A liveliness token tells who is there and which stations it has; it is gone the instant the process is.  At the
-centre what comes back waits in Zenoh for the next MST.  In a drive's process guests of the loop wait for cycles and
+centre what comes back waits in Zenoh for the next MST.  In a drive's process threads of the loop wait for cycles and
 handle them: a sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when a callback
 sends something.
 """
@@ -23,8 +23,8 @@ from fieldrig import endpoint
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
 from fieldrig.settings import Settings
-from fieldrig.shared_loop import SharedLoop
 from fieldrig.shared_token import TOKEN_VARIABLE
+from fieldrig.threaded_loop import ThreadedLoop
 from fieldrig_bus.ring.transport.centre import Centre
 from fieldrig_bus.ring.transport.rack import Rack
 from fieldrig_bus.ring.transport.wire import Stations
@@ -124,11 +124,11 @@ class ZenohLine:
             f"{BACK}/{process}", express=True, congestion_control=zenoh.CongestionControl.BLOCK
         )
         rack.connect(self._announce, self._back.put)
-        assert isinstance(rack.loop, SharedLoop)
-        self._turn = rack.loop.turn
+        assert isinstance(rack.loop, ThreadedLoop)
+        self._lock = rack.loop.lock
         for key in (ALL, f"{OUT}/{process}"):
             out = session.declare_subscriber(key, zenoh.handlers.FifoChannel(MOST_OUT))
-            rack.loop.invite(f"ring:{key}", partial(self._receive, out.recv))
+            rack.loop.start_thread(f"ring:{key}", partial(self._receive, out.recv))
 
     def close(self) -> None:
         self._is_open = False
@@ -146,14 +146,14 @@ class ZenohLine:
             former.undeclare()
 
     def _receive(self, receive: Callable[[], zenoh.Sample]) -> None:
-        """A guest's whole life."""
-        turn, on_spread = self._turn, self._rack.on_spread
+        """Run one thread of the loop: hand every message to the rack while the lock is held."""
+        lock, on_spread = self._lock, self._rack.on_spread
         while True:
             try:
                 message = receive().payload.to_bytes()
             except zenoh.ZError:  # the session was closed
                 return
-            with turn:
+            with lock:
                 if not self._is_open:
                     return
                 on_spread(message)
