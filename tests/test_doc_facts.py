@@ -280,7 +280,7 @@ def test_pages_are_short(page: Path) -> None:
 
 
 def test_parts_of_the_lab_are_in_its_page_and_picture(lab: RigConfig) -> None:
-    parts = {code_in(row.cells[0])[0] for row in rows(DOCS / "lab.md") if row.heading == "Its parts"}
+    parts = {code_in(row.cells[0])[0] for row in rows(DOCS / "lab.md") if row.heading == "Parts"}
     assert parts == {*lab.buses, *lab.devices}
     picture = {node.text for node in ElementTree.parse(DOCS / "lab.svg").iter() if node.text}
     assert parts <= picture
