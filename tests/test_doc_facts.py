@@ -1,7 +1,8 @@
 """What the documentation says about kinds, settings, commands, exit codes and the lab is what the code has.
 
-A table whose first column is called `key` lists settings; the heading above it says whose.  Where a section is about
-several, the column `of` says which of them a row is about, and `without it` holds the default.
+A table whose first column is called `key` lists settings; the heading above it says whose.  Where a section covers
+several models, the column `belongs to` names the models of a row, and a cell that names none means all of them.  The
+column `default` holds the default, or says that the key is required.
 """
 
 import json
@@ -60,7 +61,9 @@ from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
 
 DOCS = ROOT / "docs"
-NEEDED = "needed"
+DEFAULT, BELONGS_TO = ("default", "without it"), ("belongs to", "of")
+REQUIRED = ("required", "needed")
+"""Headings and words of a table of keys: each first as new tables have it, then as older ones do."""
 Models = Mapping[str, type[Settings]]
 
 OTHER_SECTIONS: Mapping[str, Models] = {
@@ -141,12 +144,17 @@ def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
         if row.heading != heading:
             continue
         cells = dict(zip(row.columns, row.cells, strict=True))
-        of = cells.get("of", "all")
-        for name in said if of == "all" else code_in(of):
+        owners = code_in(cell(cells, BELONGS_TO))
+        for name in owners or said:
             for key in code_in(cells["key"]):
                 assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} stands there twice"
-                said[name][key] = Said(f"{row.page.name}: {heading}: {key}", cells["without it"])
+                said[name][key] = Said(f"{row.page.name}: {heading}: {key}", cell(cells, DEFAULT))
     return said
+
+
+def cell(cells: Mapping[str, str], headings: tuple[str, ...]) -> str:
+    """The cell below one of these headings; empty if the table has no such column."""
+    return next((cells[heading] for heading in headings if heading in cells), "")
 
 
 SECTIONS_WITH_KEYS = sorted({row.heading for row in key_rows()})
@@ -169,12 +177,12 @@ def test_tables_have_the_right_defaults(heading: str) -> None:
                 continue
             default: Any = fields[key].default
             if fields[key].is_required():
-                assert without.startswith(NEEDED), place
+                assert without.startswith(REQUIRED), place
             elif isinstance(default, bool | int | float | str) and default != "":
                 text = default if isinstance(default, str) else json.dumps(default)
                 assert code_in(without)[:1] == [text], place
             else:
-                assert code_in(without) == [] or "NAME" in without or "needed" in without, place
+                assert code_in(without) == [] or "NAME" in without or any(word in without for word in REQUIRED), place
 
 
 def test_every_kind_has_its_section() -> None:
