@@ -10,8 +10,8 @@ Judged = Sequence[tuple[Mutant, Verdict]]
 WIDTH = 119
 NONE = "The sample has no such mutant."
 FINDS = (
-    "This page tells you how many deliberate errors in the code the tests of the manuals' rows find, and lists those that"
-    " they miss. `make mutation` writes it; do not edit it."
+    "This page tells you how many deliberate errors in the code the tests of the manuals' rows find, and lists those"
+    " that they miss. `make mutation` writes it; do not edit it."
 )
 HOW = (
     "The tool takes one row of a manual at a time, changes one place in the code that the row's tests run, and runs the"
@@ -20,8 +20,8 @@ HOW = (
     " as a survivor, but it shows that the row's own tests do not check the place."
 )
 SAMPLE = (
-    "The score is that of a sample: {mutants} mutants of {rows} of the {total_rows} rows that tests in virtual time show,"
-    " with seed `{seed}`, at commit {commit}. Another seed selects another sample and gives another score."
+    "The score is that of a sample: {mutants} mutants of {rows} of the {total_rows} rows that tests in virtual time"
+    " show, with seed `{seed}`, at commit {commit}. Another seed selects another sample and gives another score."
 )
 COUNTS = "The table counts the mutants of each manual. The score is the share that the tests of any row kill."
 SURVIVORS = (
