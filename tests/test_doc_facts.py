@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 import typer
-from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, prose, rows
+from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, links_in, prose, rows
 
 from fieldrig import faults, kinds
 from fieldrig.cli.app import app
@@ -62,7 +62,7 @@ from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_ta
 DOCS = ROOT / "docs"
 REQUIRED = ("required", "needed")
 DEFAULT = ("default", "without it")
-APPLIES_TO = ("applies to", "of")
+APPLIES_TO = ("applies to", "belongs to", "of")
 """Each in its new and its old word, until all pages have the new one."""
 Models = Mapping[str, type[Settings]]
 
@@ -144,8 +144,7 @@ def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
         if row.heading != heading:
             continue
         cells = dict(zip(row.columns, row.cells, strict=True))
-        of = first_of(cells, APPLIES_TO) or "all"
-        for name in said if of == "all" else code_in(of):
+        for name in code_in(first_of(cells, APPLIES_TO) or "") or said:
             for key in code_in(cells["key"]):
                 assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} stands there twice"
                 said[name][key] = Said(f"{row.page.name}: {heading}: {key}", first_of(cells, DEFAULT) or "")
@@ -184,11 +183,23 @@ def test_tables_have_the_right_defaults(heading: str) -> None:
                 assert code_in(without) == [] or "NAME" in without or any(word in without for word in REQUIRED), place
 
 
-def test_every_kind_has_its_section() -> None:
-    described = {
-        kind for page in ("buses.md", "devices.md") for title in headings(DOCS / page) for kind in code_in(title)
-    }
-    assert described == {*names_in("fieldrig.buses"), *names_in("fieldrig.devices")}
+def test_every_kind_of_bus_has_its_section() -> None:
+    assert {kind for title in headings(DOCS / "buses.md") for kind in code_in(title)} == set(names_in("fieldrig.buses"))
+
+
+def test_every_kind_of_device_is_in_the_overview_and_has_its_section() -> None:
+    overview = [row.cells[0] for row in rows(DOCS / "devices.md") if row.columns[0] == "kind"]
+    assert sorted(kind for cell in overview for kind in code_in(cell)) == sorted(names_in("fieldrig.devices"))
+    for cell in overview:
+        name, _, part = links_in(cell)[0].partition("#")
+        assert part in map(anchor, headings(DOCS / (name or "devices.md")))
+        assert [anchor(kind) for kind in code_in(cell)] == [part]
+
+
+def test_the_overview_of_devices_says_which_take_faults() -> None:
+    overview = [row for row in rows(DOCS / "devices.md") if row.columns[0] == "kind"]
+    said = {kind for row in overview for kind in code_in(row.cells[0]) if links_in(row.cells[3])}
+    assert said == {kind for kind in names_in("fieldrig.devices") if kinds.find_device(kind).fault_models}
 
 
 def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
@@ -255,9 +266,14 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not part or part in map(anchor, headings(target)), link
 
 
-def test_every_page_is_linked_from_the_readme() -> None:
-    linked = {(ROOT / link.partition("#")[0]).resolve() for link in links(ROOT / "README.md")}
-    assert set(PAGES) <= {*linked, ROOT / "README.md"}
+def test_every_page_is_reached_by_links_from_the_readme() -> None:
+    reached: set[Path] = set()
+    found = {ROOT / "README.md"}
+    while found:
+        reached |= found
+        targets = {(page.parent / link.partition("#")[0]).resolve() for page in found for link in links(page)}
+        found = (targets & set(PAGES)) - reached
+    assert reached == set(PAGES)
 
 
 @pytest.mark.parametrize(
