@@ -107,15 +107,17 @@ def test_slave_that_stands_on_the_curve_is_synchronous_at_once() -> None:
 
 
 @pytest.mark.manual("ARP-105", "ARP-035", "ARP-068")
-def test_slave_drives_to_the_curve_while_the_master_stands() -> None:
+@pytest.mark.parametrize(("start", "direction"), [(0.0, 1), (1000.0, -1)])
+def test_slave_drives_to_the_curve_while_the_master_stands(start: float, direction: int) -> None:
     """Digest 13.5: 500 units at 10 % of 2000 unit/s, 10000 unit/s2, take 2.52 s."""
     bench = bench_of_a((1, 7, 2000.0), (1, 8, 10_000.0), (1, 24, 1000.0))
     moved(bench, 500)
+    bench.axes.preset_position(1, round(start * 1000))
     bench.axes.follow_table(2, 1, 10)
     assert [bench.flag(1, flag) for flag in (ARRIVED, SYNC, RUNNING)] == [0, 0, 1]
     bench.loop(1000)
-    assert bench.position(1) == pytest.approx(0.02 * 200 / 2 + 0.98 * 200)
-    assert bench.speed(1) == 200.0
+    assert bench.position(1) == pytest.approx(start + direction * (0.02 * 200 / 2 + 0.98 * 200))
+    assert bench.speed(1) == direction * 200.0
     assert 1000 + bench.until_flag(1, SYNC) == 2520
     assert bench.position(1) == 500.0
     moved(bench, 800)
