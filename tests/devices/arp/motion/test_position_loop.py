@@ -78,10 +78,10 @@ def test_reference_is_clamped_and_the_sum_waits_meanwhile() -> None:
 
 
 @pytest.mark.manual("ARP-027")
-@pytest.mark.parametrize(("lag", "expected"), [(0.05, 0.1), (-0.05, -0.05 - 1000 * 0.05 * 0.101)])
+@pytest.mark.parametrize(("lag", "expected"), [(0.01, 0.06), (-0.01, -0.01 - 5000 * 0.01 * 0.101)])
 def test_sum_waits_at_the_limit_only_for_an_error_that_drives_it_further_out(lag: float, expected: float) -> None:
-    """FF alone asks for 20 V.  0.05 unit for 100 samples of 1 ms would be 5 V of the sum."""
-    bench = held((1, 1, 1000.0), (1, 10, 0.2), (1, 12, 1000.0), (1, 7, 100.0), (1, 8, 100_000.0))
+    """FF alone asks for 20 V.  An error of 0.01 unit for 100 samples of 1 ms would be 5 V of the sum."""
+    bench = held((1, 1, 1000.0), (1, 10, 0.2), (1, 12, 5000.0), (1, 7, 100.0), (1, 8, 100_000.0))
     bench.axes.move_at(1, 100_000)
     for loop in range(100):
         bench.counts[1] = round((0.05 + 0.1 * loop - lag) * 1000)
