@@ -34,18 +34,18 @@ from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
-from fieldrig_devices.max4.can_face_settings import AxisTerminals, CanFaceSettings
-from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings, CanNodeSettings
-from fieldrig_devices.max4.configuration import DriveSettings
+from fieldrig_devices.max4.can.master_settings import CanMasterSettings, CanNodeSettings
+from fieldrig_devices.max4.can.settings import AxisTerminals, CanFaceSettings
+from fieldrig_devices.max4.configuration.files import DriveSettings
 from fieldrig_devices.max4.faults import Max4Fault
 from fieldrig_devices.max4.field_data import Element
-from fieldrig_devices.max4.modbus_client_settings import (
+from fieldrig_devices.max4.modbus.client_settings import (
     ClientUnitSettings,
     ModbusClientSettings,
     ReadSettings,
     WriteSettings,
 )
-from fieldrig_devices.max4.modbus_settings import AxisLimits, ModbusFaceSettings
+from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
@@ -55,9 +55,9 @@ from fieldrig_devices.mc4.settings import (
     ParameterSettings,
     VersionSettings,
 )
-from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
-from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
+from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 
 DOCS = ROOT / "docs"
 NEEDED = "needed"

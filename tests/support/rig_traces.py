@@ -52,8 +52,9 @@ def virtual(path: Path) -> RigConfig:
     for name, entry in config.buses.items():
         kind = bus_kinds_for("virtual", entry.bus.family)[0]
         known = settings_model(find_bus(kind)).model_fields
-        kept = {key: value for key, value in entry.bus.settings.model_dump(mode="json").items() if key in known}
-        words = ", ".join(f"{key}: {value}" for key, value in kept.items() if value is not None)
+        kept = {key: value for key, value in entry.bus.settings.model_dump(mode="json", exclude_defaults=True).items() if key in known}
+        listed = {key: list(value) if isinstance(value, dict) else value for key, value in kept.items()}
+        words = ", ".join(f"{key}: {value}" for key, value in listed.items() if value is not None)
         overrides.append(f"buses.{name}={{kind: {kind}, {words}}}")
     return load(path, overrides)
 

@@ -15,8 +15,8 @@ from running_rig import FIELDRIG, PATIENCE_S, RunningRig
 from terminal import Terminal
 
 from fieldrig.testing import free_port
-from fieldrig_devices.arp.files import encode
 from fieldrig_devices.arp.language.compiler import compile_text
+from fieldrig_devices.arp.language.files import encode
 from fieldrig_devices.arp.user_port.client import ArpPort, RefusedByCardError
 from fieldrig_devices.arp.user_port.messages import BLOCK, LARGEST_BLOCK, WHOLE, Command, ProgramCode
 

@@ -7,8 +7,8 @@ from pathlib import Path, PurePosixPath
 from string import Template
 
 from fieldrig.errors import UsageError
-from fieldrig_devices.canopen import eds
-from fieldrig_devices.canopen.eds_source import parse_number
+from fieldrig_devices.canopen.eds import reader as eds
+from fieldrig_devices.canopen.eds.source import parse_number
 
 BIT_RATES = (500_000, 250_000, 1_000_000, 125_000, 800_000, 50_000, 20_000, 10_000)
 """The first that the file names is taken."""

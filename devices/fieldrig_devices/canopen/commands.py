@@ -38,7 +38,7 @@ def check(
 
     Exit code 0: no errors, though maybe warnings; 2: errors.
     """
-    from fieldrig_devices.canopen.eds_check import Severity, check_eds
+    from fieldrig_devices.canopen.eds.check import Severity, check_eds
 
     has_error = False
     for path in files:

@@ -18,26 +18,26 @@ from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
-from fieldrig_devices.max4.catalogue import Code
-from fieldrig_devices.max4.diagnosis import Diagnosis, Pending, Sender
-from fieldrig_devices.max4.disk import FlashDisk
-from fieldrig_devices.max4.drive_end import RESET_CLASS_1, RingDrive
+from fieldrig_devices.max4.configuration.tree import ObjectTree
+from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
 from fieldrig_devices.max4.faults import MODELS, Max4Faults, MemoryLost, Overrun, PowerOff
 from fieldrig_devices.max4.field_buses import FieldBuses
-from fieldrig_devices.max4.logger import Logger
-from fieldrig_devices.max4.memory import RETENTION_DAYS, BufferedRam, ram_bytes
+from fieldrig_devices.max4.messages.catalogue import Code
+from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Pending, Sender
+from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
-from fieldrig_devices.max4.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.reports import SUB_UNIT, Reports
-from fieldrig_devices.max4.retain import SIZES, UpsMemory
+from fieldrig_devices.max4.ring.drive_end import RESET_CLASS_1, RingDrive
+from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.settings import Max4Settings
+from fieldrig_devices.max4.storage.buffered_ram import RETENTION_DAYS, BufferedRam, ram_bytes
+from fieldrig_devices.max4.storage.disk import FlashDisk
+from fieldrig_devices.max4.storage.retain import SIZES, UpsMemory
 from fieldrig_devices.max4.system import System
-from fieldrig_devices.max4.tree import ObjectTree
-from fieldrig_devices.max4.version import TIME_STAMPS, version_of
 
 MAX4: Final = Sender("MAX4", "MAX4")
 LZS: Final = Sender("LZS", "LZS")

@@ -9,9 +9,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from fieldrig.device import Point, Value
-from fieldrig_devices.max4.memory import NVRAM_BYTES as SHOWN
-from fieldrig_devices.max4.real_time_bus import State
-from fieldrig_devices.max4.tree import Parameter
+from fieldrig_devices.max4.configuration.tree import Parameter
+from fieldrig_devices.max4.ring.real_time_bus import State
+from fieldrig_devices.max4.storage.buffered_ram import NVRAM_BYTES as SHOWN
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4

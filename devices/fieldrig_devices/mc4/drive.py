@@ -18,6 +18,7 @@ from fieldrig.link import Link
 from fieldrig_bus.ring.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.hiperface.drive_end import EncoderEnd, built_in, motor_data
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
 from fieldrig_devices.hiperface.line import InternalLine
@@ -28,7 +29,6 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.faults import MODELS
 from fieldrig_devices.mc4.folded import RAD, Course
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide

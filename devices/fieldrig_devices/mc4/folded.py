@@ -23,7 +23,7 @@ from math import tau
 from typing import Final, NamedTuple, Protocol, cast
 
 from fieldrig.clock import US, S
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
 INNER_NS: Final = 250 * US
 INNER_S: Final = INNER_NS / 1e9

@@ -9,7 +9,7 @@ AxisState in its high byte and MC4State in its low one, so that both may be cycl
 from functools import partial
 from typing import Final, NamedTuple
 
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, MotorData
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN, MotorData
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Format, Length, ServiceError, p
 

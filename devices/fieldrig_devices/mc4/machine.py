@@ -10,6 +10,7 @@ from copy import copy
 from typing import Final
 
 from fieldrig.clock import MS, Clock
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4 import idns, tuning
 from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode, Moment
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
@@ -25,7 +26,6 @@ from fieldrig_devices.mc4.faults import (
     WrongMotor,
 )
 from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Gains, Limits, Plant
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.mc4.thermal import Thermal

@@ -66,7 +66,7 @@ def opened(
 
 def _where(port: str | None, rig: Path | None, card: str | None) -> tuple[str, int]:
     if rig is not None:
-        from fieldrig_devices.arp.user_port.address import port_in_rig
+        from fieldrig_devices.arp.commands.address import port_in_rig
 
         return port_in_rig(rig, card)
     if card is not None:

@@ -26,8 +26,8 @@ def compile_(
         fieldrig arp compile cam.I01
         fieldrig arp compile cam.txt --system 1 --out build
     """
-    from fieldrig_devices.arp.files import HIGHEST_SYSTEM, failed, outputs, system_of
     from fieldrig_devices.arp.language.compiler import compile_text
+    from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM, failed, outputs, system_of
     from fieldrig_devices.arp.language.mistakes import CompileError
 
     named = system_of(file)

@@ -41,8 +41,8 @@ def download(
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp download cam.I01 --stop --run
     """
-    from fieldrig_devices.arp.files import system_of
-    from fieldrig_devices.arp.program_file import read_program
+    from fieldrig_devices.arp.language.files import system_of
+    from fieldrig_devices.arp.language.program_file import read_program
 
     named = system_of(file)
     data = read_program(file, named) if named is not None else b""
