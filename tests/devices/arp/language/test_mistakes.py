@@ -98,6 +98,8 @@ MEANING = [
     ("SET F260", 5, "only the system writes F260", "R/W"),
     ("F305 == LO", 1, "only the system writes F305", "R/W"),
     ("F1 == V1", 7, "one bit", "flags, inputs"),
+    ("F1 == F2 & V1", 10, "one bit", "flags, inputs"),
+    ("F1 == 5 | F2", 9, "one bit", "flags, inputs"),
     ("F1 += 1", 1, "one bit", "=="),
     ("F1 == ADC 1", 7, "one bit", "a variable V"),
     ("V1 == ADC 7", 11, "7 can't stand here", "ADC with 1 to 6"),

@@ -124,6 +124,23 @@ def test_blocked_motor_is_a_loss_of_control_and_the_program_goes_on() -> None:
     assert bench.loop().reading(1) == 77 / 4  # but it is read
 
 
+@pytest.mark.manual("ARP-028", "ARP-049")
+def test_only_a_cycle_of_enable_brings_lost_control_back() -> None:
+    bench = held((1, 14, 5.0))
+    bench.counts[1] = 6
+    assert bench.loop().faults.error == 116
+    for kind in (1.0, 2.0):  # another kind of axis takes control, but not of one that was lost
+        bench.set(1, 4, kind)
+        bench.axes.move_by(1, 1_000)
+        assert bench.loop().F[263] == 0
+    bench.counts[1] = 7
+    assert bench.loop().axes.volts(1) == 0.0
+    bench.axes.release()
+    bench.axes.engage()
+    bench.counts[1] = 8
+    assert bench.loop().axes.volts(1) == pytest.approx(-1.0)
+
+
 @pytest.mark.manual("ARP-028")
 def test_other_axis_keeps_its_control() -> None:
     bench = held((2, 4, 2.0), (1, 14, 5.0))

@@ -310,6 +310,16 @@ def test_gear_is_taken_from_the_real_position_on() -> None:
     assert bench.position(1) == pytest.approx(2000.0)
 
 
+@pytest.mark.manual("ARP-032")
+def test_gear_counts_on_where_the_real_master_goes_round() -> None:
+    bench = locked((2, 5, 10_000.0), (2, 6, 0.0), (1, 21, 0.5))
+    moved(bench, 4000)
+    bench.axes.move_by(2, 8_000_000)
+    bench.until_flag(2, RUNNING, 0)
+    assert bench.axes.position(2) == 2_000_000
+    assert bench.position(1) == pytest.approx(4000.0)  # 2000 + 4000 of the virtual master
+
+
 @pytest.mark.manual("ARP-032", "ARP-104")
 def test_virtual_master_goes_round_in_the_range_of_the_real_one() -> None:
     bench = locked((2, 5, 10_000.0), (2, 6, 0.0), (1, 21, 3.0), (1, 7, 60_000.0))
@@ -517,6 +527,18 @@ def test_wrong_pst_is_error_113_and_moves_nothing(program: str) -> None:
     assert bench.faults.error_axis == 1
     assert [*bench.F] == before
     assert bench.axes.position(1) == 0
+
+
+@pytest.mark.manual("ARP-101", "ARP-103")
+@pytest.mark.parametrize(("first", "error"), [(996, 0), (997, 113), (1000, 113)])
+def test_a_table_has_to_end_at_v1000(first: int, error: int) -> None:
+    """Digest 13.1: n + 2m <= 1000."""
+    bench = bench_of_a()
+    table = [2_000, 0, 0, 10_000_000, 0]
+    bench.V[first:1001] = table[: 1001 - first]
+    bench.axes.follow_table(2, 1, first)
+    assert bench.faults.error == error
+    assert bench.F[261] == (error == 0)
 
 
 @pytest.mark.manual("ARP-103", "ARP-034")
