@@ -77,6 +77,20 @@ def test_reference_is_clamped_and_the_sum_waits_meanwhile() -> None:
     assert bench.loop().axes.volts(1) == pytest.approx(0.0, abs=2.0)  # 100 unit s would be 1000 V
 
 
+@pytest.mark.manual("ARP-027")
+@pytest.mark.parametrize(("lag", "expected"), [(0.01, 0.06), (-0.01, -0.01 - 5000 * 0.01 * 0.101)])
+def test_sum_waits_at_the_limit_only_for_an_error_that_drives_it_further_out(lag: float, expected: float) -> None:
+    """FF alone asks for 20 V.  An error of 0.01 unit for 100 samples of 1 ms would be 5 V of the sum."""
+    bench = held((1, 1, 1000.0), (1, 10, 0.2), (1, 12, 5000.0), (1, 7, 100.0), (1, 8, 100_000.0))
+    bench.axes.move_at(1, 100_000)
+    for loop in range(100):
+        bench.counts[1] = round((0.05 + 0.1 * loop - lag) * 1000)
+        assert bench.loop().axes.volts(1) == 10.0
+    bench.set(1, 10, 0.0)
+    bench.counts[1] += 100
+    assert bench.loop().axes.volts(1) == pytest.approx(expected)
+
+
 @pytest.mark.manual("ARP-021")
 @pytest.mark.parametrize(("signs", "volts"), [(0, -2.0), (1, 2.0), (2, 2.0), (3, -2.0)])
 def test_sign_mode_reverses_encoder_and_output(signs: int, volts: float) -> None:
@@ -108,6 +122,23 @@ def test_blocked_motor_is_a_loss_of_control_and_the_program_goes_on() -> None:
     bench.counts[1] = 77
     bench.motors.clear()
     assert bench.loop().reading(1) == 77 / 4  # but it is read
+
+
+@pytest.mark.manual("ARP-028", "ARP-049")
+def test_only_a_cycle_of_enable_brings_lost_control_back() -> None:
+    bench = held((1, 14, 5.0))
+    bench.counts[1] = 6
+    assert bench.loop().faults.error == 116
+    for kind in (1.0, 2.0):  # another kind of axis takes control, but not of one that was lost
+        bench.set(1, 4, kind)
+        bench.axes.move_by(1, 1_000)
+        assert bench.loop().F[263] == 0
+    bench.counts[1] = 7
+    assert bench.loop().axes.volts(1) == 0.0
+    bench.axes.release()
+    bench.axes.engage()
+    bench.counts[1] = 8
+    assert bench.loop().axes.volts(1) == pytest.approx(-1.0)
 
 
 @pytest.mark.manual("ARP-028")

@@ -107,15 +107,17 @@ def test_slave_that_stands_on_the_curve_is_synchronous_at_once() -> None:
 
 
 @pytest.mark.manual("ARP-105", "ARP-035", "ARP-068")
-def test_slave_drives_to_the_curve_while_the_master_stands() -> None:
+@pytest.mark.parametrize(("start", "direction"), [(0.0, 1), (1000.0, -1)])
+def test_slave_drives_to_the_curve_while_the_master_stands(start: float, direction: int) -> None:
     """Digest 13.5: 500 units at 10 % of 2000 unit/s, 10000 unit/s2, take 2.52 s."""
     bench = bench_of_a((1, 7, 2000.0), (1, 8, 10_000.0), (1, 24, 1000.0))
     moved(bench, 500)
+    bench.axes.preset_position(1, round(start * 1000))
     bench.axes.follow_table(2, 1, 10)
     assert [bench.flag(1, flag) for flag in (ARRIVED, SYNC, RUNNING)] == [0, 0, 1]
     bench.loop(1000)
-    assert bench.position(1) == pytest.approx(0.02 * 200 / 2 + 0.98 * 200)
-    assert bench.speed(1) == 200.0
+    assert bench.position(1) == pytest.approx(start + direction * (0.02 * 200 / 2 + 0.98 * 200))
+    assert bench.speed(1) == direction * 200.0
     assert 1000 + bench.until_flag(1, SYNC) == 2520
     assert bench.position(1) == 500.0
     moved(bench, 800)
@@ -306,6 +308,16 @@ def test_gear_is_taken_from_the_real_position_on() -> None:
     while bench.loop().F[295]:
         assert bench.speed(1) == pytest.approx(2 * bench.speed(2))
     assert bench.position(1) == pytest.approx(2000.0)
+
+
+@pytest.mark.manual("ARP-032")
+def test_gear_counts_on_where_the_real_master_goes_round() -> None:
+    bench = locked((2, 5, 10_000.0), (2, 6, 0.0), (1, 21, 0.5))
+    moved(bench, 4000)
+    bench.axes.move_by(2, 8_000_000)
+    bench.until_flag(2, RUNNING, 0)
+    assert bench.axes.position(2) == 2_000_000
+    assert bench.position(1) == pytest.approx(4000.0)  # 2000 + 4000 of the virtual master
 
 
 @pytest.mark.manual("ARP-032", "ARP-104")
@@ -515,6 +527,18 @@ def test_wrong_pst_is_error_113_and_moves_nothing(program: str) -> None:
     assert bench.faults.error_axis == 1
     assert [*bench.F] == before
     assert bench.axes.position(1) == 0
+
+
+@pytest.mark.manual("ARP-101", "ARP-103")
+@pytest.mark.parametrize(("first", "error"), [(996, 0), (997, 113), (1000, 113)])
+def test_a_table_has_to_end_at_v1000(first: int, error: int) -> None:
+    """Digest 13.1: n + 2m <= 1000."""
+    bench = bench_of_a()
+    table = [2_000, 0, 0, 10_000_000, 0]
+    bench.V[first:1001] = table[: 1001 - first]
+    bench.axes.follow_table(2, 1, first)
+    assert bench.faults.error == error
+    assert bench.F[261] == (error == 0)
 
 
 @pytest.mark.manual("ARP-103", "ARP-034")
