@@ -88,6 +88,7 @@ class SmEncoder(Device):
         if is_damaged:
             self.encoder.requests.report(Status.PARTITION)
         self._faults = EncoderFaults(clock, self.encoder, self._plate, random)
+        self.injected = self._faults.injected
         self._seat = Seat(clock, line, self.encoder)
         if wires is not None:
             handlers = {
@@ -176,17 +177,6 @@ class SmEncoder(Device):
         except PlateError as wrong:
             return str(wrong)
         return f"{plate.type}, {plate.serial_number}"
-
-    # ---- faults
-
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._faults.add(fault)
-
-    def clear_fault(self, number: int) -> None:
-        self._faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._faults.about()
 
     @classmethod
     def tools(cls, name: str, settings: SmEncoderSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:

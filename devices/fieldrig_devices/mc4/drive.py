@@ -62,6 +62,7 @@ class Mc4(Device):
         self._timer: Timer | None = None
         self._side: RingSide | None = None
         self.machine = Machine(clock, settings, table, self._on_change, None if plate is None else motor_data(plate))
+        self.injected = self.machine.faults
         self._encoder = self._encoder_at(encoder, plate)
         self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
@@ -182,17 +183,6 @@ class Mc4(Device):
 
     def _on_load_torque(self, torque_nm: float) -> None:
         self.machine.set_load(limited_load(torque_nm))
-
-    # ---- faults
-
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self.machine.faults.add_given(fault)
-
-    def clear_fault(self, number: int) -> None:
-        self.machine.faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self.machine.faults.about()
 
     # ---- points
 

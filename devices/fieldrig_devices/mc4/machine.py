@@ -10,12 +10,14 @@ from copy import copy
 from typing import Final
 
 from fieldrig.clock import MS, Clock
+from fieldrig.faults import Fault, Faults
 from fieldrig_devices.mc4 import idns, tuning
 from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode, Moment
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
 from fieldrig_devices.mc4.faults import (
+    MODELS,
     DcBus,
     DriveFaults,
     EnableLost,
@@ -79,7 +81,7 @@ class Machine:
         )
         self.chain = EnableChain(self.times, self._on_limit)
         self.diagnosis = Diagnosis(self._on_error, settings.classes, settings.language)
-        self.faults = DriveFaults(clock, self._on_faults)
+        self.faults = DriveFaults(clock, MODELS, Faults(Fault), on_change=self._on_faults)
         self.dc = DcCircuit(settings.amplifier.mains_v)
         self.motor: MotorData | None = None
         """As the plate has it; None: not known, so nothing can be enabled."""
@@ -174,12 +176,12 @@ class Machine:
 
     @property
     def _is_plate_bad(self) -> bool:
-        return self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
+        return self.faults.first(EncoderMemory) is not None or self.faults.first(WrongMotor) is not None
 
     def _adopt(self, motor: MotorData, increments: int, then: float) -> None:
         """Automatic motor recognition (manual 520).  The encoder said `increments` when the shaft was at `then`."""
         self.diagnosis.end(Code.ENCODER_MEMORY)
-        if self.faults.find(EncoderSignal) is None:
+        if self.faults.first(EncoderSignal) is None:
             self.diagnosis.end(Code.ENCODER_SIGNAL)
         self.motor = motor
         idns.show_motor(self._table, motor)
@@ -328,14 +330,14 @@ class Machine:
     def _on_faults(self) -> None:
         """One has begun, or is over."""
         faults = self.faults
-        stuck = faults.find(StuckBrake)
+        stuck = faults.first(StuckBrake)
         if stuck is not self._brake_stuck:
             self._brake_stuck = stuck
             self._brake_due_ns = self._clock.now_ns()
-        self._is_enable_lost = faults.find(EnableLost) is not None
+        self._is_enable_lost = faults.first(EnableLost) is not None
         if not self.settings.simulated:
             self._given = given(self.faults)
-            self._is_dc_dead = bool(faults.all(DcBus))
+            self._is_dc_dead = faults.first(DcBus) is not None
             self._look_at_plate()
         self.catch_up()
         self._check_causes()
