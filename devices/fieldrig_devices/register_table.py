@@ -18,8 +18,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
-from fieldrig.settings import Settings
-from fieldrig.settings_file import Finding, load_settings
+from fieldrig.settings import Settings, WrongKey
+from fieldrig.settings_file import load_settings
 from fieldrig.yaml_source import key_text
 
 Value = bool | int | float | str
@@ -154,7 +154,7 @@ def words_of(entry: Bit | Register) -> int:
 
 def load_table(path: Path) -> Table:
     """Return the table that a file holds.  ConfigError with every mistake in the file."""
-    return load_settings(path, Table, "a register table", _conflicts)
+    return load_settings(path, Table, _conflicts)
 
 
 def _check_common(entry: Bit | Register) -> None:
@@ -185,8 +185,8 @@ def _check_initial(register: Register, initial: Value) -> None:
             raise ValueError(f"initial {initial} is not between min and max")
 
 
-def _conflicts(table: Table) -> Iterator[Finding]:
-    """What is right by itself and wrong together: addresses, names and wires that stand twice; directions."""
+def _conflicts(table: Table) -> Iterator[WrongKey]:
+    """Yield what is wrong in entries that are right one by one: names or addresses used twice, directions."""
     names: dict[str, str] = {}
     drivers: dict[str, str] = {}
     for space in SPACES:
@@ -196,10 +196,11 @@ def _conflicts(table: Table) -> Iterator[Finding]:
             here = (space, index)
             yield from _twice(names, entry.name, here, "name")
             if space not in WRITABLE_SPACES and (entry.access or "ro") != "ro":
-                yield (*here, "access"), f"a client can't write {space.replace('_', ' ')}", "right would be ro"
+                yield WrongKey((*here, "access"), f"a client can't write {space.replace('_', ' ')}", "expected ro")
             elif entry.wire is not None and direction_of(space, entry) == "to_wire":
                 if access_of(space, entry) == "ro":
-                    yield (*here, "direction"), "nobody writes it, so it can't drive a wire", "right would be from_wire"
+                    what = "no client can write it, so it can't drive a wire"
+                    yield WrongKey((*here, "direction"), what, "expected from_wire")
                 yield from _twice(drivers, entry.wire, here, "wire")
     fifos: dict[int, str] = {}
     for index, fifo in enumerate(table.fifos):
@@ -207,18 +208,19 @@ def _conflicts(table: Table) -> Iterator[Finding]:
         yield from _twice(fifos, fifo.address, ("fifos", index), "address")
 
 
-def _overlaps(space: str, entries: list[Bit | Register]) -> Iterator[Finding]:
+def _overlaps(space: str, entries: list[Bit | Register]) -> Iterator[WrongKey]:
     last_end, last = 0, ""
     for address, index in sorted((entry.address, index) for index, entry in enumerate(entries)):
         entry = entries[index]
         if address < last_end:
-            yield (space, index, "address"), f"address {address} is in use by {last}", f"from {last_end} on it is free"
+            what = f"address {address} is in use by {last}"
+            yield WrongKey((space, index, "address"), what, f"addresses from {last_end} on are free")
         end = address + entry.count * words_of(entry)
         if end > last_end:
             last_end, last = end, entry.name
 
 
-def _twice(known: dict[Any, str], what: Any, here: tuple[Any, ...], key: str) -> Iterator[Finding]:
+def _twice(known: dict[Any, str], what: Any, here: tuple[Any, ...], key: str) -> Iterator[WrongKey]:
     if what in known:
-        yield (*here, key), f"{what} stands at {known[what]} already", f"give each {key} once"
+        yield WrongKey((*here, key), f"{what} is already used at {known[what]}", f"use each {key} once")
     known.setdefault(what, key_text(here))

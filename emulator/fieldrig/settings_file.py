@@ -1,54 +1,55 @@
-"""Reads a YAML file of one `Settings` model, such as a name plate or a register table, with all its mistakes."""
+"""Settings in a YAML file of their own, such as a register table or a name plate.
+
+table = load_settings(Path("pump.yaml"), Table, conflicts)
+"""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import ValidationError
 
 from fieldrig.errors import ConfigError, Mistake
-from fieldrig.settings import Settings
+from fieldrig.settings import Settings, WrongKey
 from fieldrig.wording import explain
-from fieldrig.yaml_source import KeyPath, Source, key_text, read
+from fieldrig.yaml_source import Source, key_text, read
 
-M = TypeVar("M", bound=Settings)
-Finding = tuple[KeyPath, str, str]
-"""Where in the file, what is wrong, and what was expected."""
+S = TypeVar("S", bound=Settings)
 
 
-def _nothing(_model: Any) -> Iterable[Finding]:
-    return ()
+def load_settings(path: Path, model: type[S], conflicts: Callable[[S], Iterable[WrongKey]] = lambda settings: ()) -> S:
+    """Return the settings in a file.  ConfigError with every mistake, each with its line.
 
-
-def load_settings(path: Path, model: type[M], kind: str, check: Callable[[M], Iterable[Finding]] = _nothing) -> M:
-    """Return the model that the file holds.  ConfigError with every mistake in the file, each with its line.
-
-    `kind` says in a message what the file is, such as "a register table".  `check` finds mistakes in a model whose
-    values are right one by one.
+    `conflicts` yields what is wrong in settings that the model accepts, such as entries that exclude each other.
     """
+    file = str(path)
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError([Mistake(str(path), None, "", f"it can't be read: {cause}", f"name {kind}")]) from cause
-    source = read(text, str(path))
+    except (OSError, ValueError) as cause:
+        raise ConfigError([Mistake(file, None, "", f"it can't be read: {cause}", "")]) from cause
+    return settings_of(read(text, file), model, conflicts, file)
+
+
+def settings_of(
+    source: Source,
+    model: type[S],
+    conflicts: Callable[[S], Iterable[WrongKey]] = lambda settings: (),
+    file: str = "",
+) -> S:
+    """Return the same from data that was read or made before.  An empty file is a mapping without keys."""
     if source.mistakes:
         raise ConfigError(source.mistakes)
-    return validated(source, str(path), model, check)
-
-
-def validated(source: Source, file: str, model: type[M], check: Callable[[M], Iterable[Finding]] = _nothing) -> M:
-    """Return the model that `source` holds.  ConfigError with every mistake, each with its line in `file`."""
-    values: Any = source.data if source.data is not None else {}
+    values = {} if source.data is None else source.data
     try:
-        found = model.model_validate(values)
+        settings = model.model_validate(values)
     except ValidationError as cause:
-        findings = [(finding.path, finding.what, finding.remedy) for finding in explain(cause, values, model)]
-        raise ConfigError(_mistakes(source, file, findings)) from cause
-    mistakes = _mistakes(source, file, check(found))
+        found = [WrongKey(finding.path, finding.what, finding.remedy) for finding in explain(cause, values, model)]
+        raise ConfigError(_mistakes(source, file, found)) from cause
+    mistakes = _mistakes(source, file, conflicts(settings))
     if mistakes:
         raise ConfigError(mistakes)
-    return found
+    return settings
 
 
-def _mistakes(source: Source, file: str, findings: Iterable[Finding]) -> list[Mistake]:
-    return [Mistake(file, source.mark(path).line, key_text(path), what, remedy) for path, what, remedy in findings]
+def _mistakes(source: Source, file: str, found: Iterable[WrongKey]) -> list[Mistake]:
+    return [Mistake(file, source.mark(key.path).line, key_text(key.path), key.what, key.remedy) for key in found]

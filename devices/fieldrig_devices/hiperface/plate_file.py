@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from fieldrig.settings_file import load_settings, validated
+from fieldrig.settings_file import load_settings, settings_of
 from fieldrig.store import replace_file
 from fieldrig.yaml_source import Source, read
 from fieldrig_devices.hiperface.plate import NamePlate
@@ -13,7 +13,7 @@ HEADING = "# Name plate of a motor; see docs/nameplate.md.\n"
 
 def load_plate(path: Path) -> NamePlate:
     """Return the plate that a file holds.  ConfigError with every mistake in the file."""
-    return load_settings(path, NamePlate, "a plate file")
+    return load_settings(path, NamePlate)
 
 
 def edited(plate: NamePlate, changes: Mapping[str, str]) -> NamePlate:
@@ -22,7 +22,7 @@ def edited(plate: NamePlate, changes: Mapping[str, str]) -> NamePlate:
     texts = {name for name, field in NamePlate.model_fields.items() if field.annotation is str}
     for key, text in changes.items():
         values[key] = text if key in texts else read(text, "").data
-    return validated(Source(data=values), "", NamePlate)
+    return settings_of(Source(data=values), NamePlate)
 
 
 def save_plate(plate: NamePlate, path: Path) -> None:
