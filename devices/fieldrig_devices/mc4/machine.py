@@ -31,6 +31,7 @@ from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.mc4.thermal import Thermal
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 
 SLOW_NS: Final = 64 * MS
@@ -93,7 +94,7 @@ class Machine:
         self.enable_bit = True
         self.runs = True
         """Not halted by the master."""
-        self.operation_mode = table[32].number
+        self.operation_mode = table[std.PRIMARY_MODE].number
         self.load_nm = 0.0
         self.overload_position = 0
         self._task = Task.NOTHING
@@ -271,9 +272,9 @@ class Machine:
     def rearrange(self) -> None:
         """Parameters have changed."""
         table = self._table
-        self._standstill = table[124].number / 1e4 / tuning.RPM
-        self._window = table[57].number
-        self._load_limit = table[114].number / 100
+        self._standstill = table[std.STANDSTILL_WINDOW].number / 1e4 / tuning.RPM
+        self._window = table[std.POSITION_WINDOW].number
+        self._load_limit = table[std.LOAD_LIMIT].number / 100
         lead_inertia = tuning.lead_inertia(table, self.settings, self._known) if self._is_lagless else 0.0
         self.axis.arrange(*self._constants, self.cycle_steps, lead_inertia)
 
