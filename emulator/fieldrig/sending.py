@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.patient_link import patience_of
 from fieldrig.untrusted import shown
 
 
@@ -44,13 +43,8 @@ class CheckedLink:
             raise uninteresting(cause, self._member, self._bus.name, interest) from cause
         self._link.on_receive(handler, interest)
 
-    @property
-    def patience_ns(self) -> int:
-        """Return the extra time that the bus's own end grants, in nanoseconds."""
-        return patience_of(self._link)
-
     def __getattr__(self, name: str) -> Any:
-        """Return any other ability of the bus's own end."""
+        """What else the bus's own end can do, such as to say how patient it is."""
         return getattr(self._link, name)
 
 

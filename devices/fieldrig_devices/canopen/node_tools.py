@@ -6,18 +6,17 @@ from typing import Any
 
 from fieldrig.bus import Bus
 from fieldrig.device import Tool, python_line
-from fieldrig_bus.can.reach import PythonCanReach
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
 FIRST_ID = 127
-"""The node-ID that a line proposes for a node without one; the reader may choose another."""
+"""Proposed to nodes that have no node-ID yet; it is the reader's to choose another."""
 
 
 def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-    """Return the lines for a node with these settings; none if python-can can't reach its bus."""
-    link: object = links.get("can")
-    bus = link.python_can() if isinstance(link, PythonCanReach) else None
+    """None if its bus can't be reached by python-can."""
+    reach = getattr(links.get("can"), "python_can", None)
+    bus = None if reach is None else reach()
     if bus is None:
         return []
     if settings.node_id is None:
@@ -31,7 +30,7 @@ def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool
 
 
 def _lss(settings: CanopenSettings) -> list[str]:
-    """Return the steps that give a node its ID; it is selected by its identity, so that several may wait."""
+    """Whoever has none yet is chosen by its identity, so that several may wait."""
     dictionary = settings.dictionary()
     identity = ", ".join(str(dictionary.number(IDENTITY, sub)) for sub in range(1, 5))
     return [
@@ -43,7 +42,7 @@ def _lss(settings: CanopenSettings) -> list[str]:
 
 
 def _python_line(bus: Mapping[str, Any], actions: list[str]) -> str:
-    """Return a shell line that does `actions` on the bus with python canopen."""
+    """A shell line that does `actions` on the bus with python canopen."""
     reach = ", ".join(f"{key}={value!r}" for key, value in bus.items())
     steps = ["import canopen", "n = canopen.Network()", f"n.connect({reach})", *actions, "n.disconnect()"]
     return python_line("; ".join(steps))

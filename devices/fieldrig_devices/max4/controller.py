@@ -14,7 +14,6 @@ from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.patient_link import patience_of
 from fieldrig.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
@@ -156,7 +155,7 @@ class Max4(Device):
         self.is_program_running = False
         self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
-        self.system.process.patience_ns = patience_of(self._ring)
+        self.system.process.patience_ns = getattr(self._ring, "patience_ns", 0)
         for axis in self.axes.values():
             axis.on_quit(self._quit_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))

@@ -13,7 +13,6 @@ from typing import Final
 
 from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.link import Link
-from fieldrig.patient_link import patience_of
 from fieldrig_bus.ring.message import BROADCAST, Answers, Mdt, Mst, RingMessage
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.command import Command
@@ -57,7 +56,7 @@ class SercosMaster:
         self.plan = RingPlan(drives, cycle_ns, mbaud, settling_ns)
         self.drives = {drive.address: drive for drive in drives}
         self._order = tuple(drives)
-        patience_cycles = patience_of(link) // early_cycle_ns
+        patience_cycles = getattr(link, "patience_ns", 0) // early_cycle_ns
         self._most_calls = CALLS + patience_cycles
         for drive in drives:
             drive.client.more_patience = patience_cycles
