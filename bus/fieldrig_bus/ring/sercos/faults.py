@@ -43,8 +43,6 @@ class Late(_Struck):
 
 RingFault = Annotated[Break | Off | Distort | Late, Field(discriminator="what")]
 MODELS: Final = faults.models_of(RingFault)
-TEXTS: Final = frozenset({"what", "after", "station", "telegram"})
-"""Keys whose values are texts, even where YAML would see a number."""
 
 
 def place_of(fault: RingFault) -> tuple[str, str]:
@@ -58,5 +56,8 @@ def place_of(fault: RingFault) -> tuple[str, str]:
 
 
 def fault_of(given: Mapping[str, Any]) -> RingFault:
-    """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
-    return cast(RingFault, faults.fault_of(given, MODELS, TEXTS))
+    """Return the settings of a fault of a ring.
+
+    ValueError: its first line says what is wrong, further lines say what was expected.
+    """
+    return cast(RingFault, faults.fault_of(given, MODELS))
