@@ -114,7 +114,7 @@ def _has(data: Any, part: Any) -> bool:
 
 
 def key_text(path: KeyPath) -> str:
-    """`devices.io.ties[2].wire`"""
+    """`devices.io.signals[2].wire`"""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}"

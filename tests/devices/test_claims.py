@@ -131,14 +131,14 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         "devices.b.address: HIPERFACE address 64 on line is taken by devices.a.address",
     ),
     "two objects that drive one wire": (
-        {"a": {**IO, "node_id": 5, "ties": {"6200:01.0": "lamp", "6200:01.1": "horn"}}},
-        {"a": {**IO, "node_id": 5, "ties": {"6200:01.0": "lamp", "6200:01.1": "lamp"}}},
-        "devices.a.ties.6200:01.1: wire lamp on wires is taken by devices.a.ties.6200:01.0",
+        {"a": {**IO, "node_id": 5, "signals": {"6200:01.0": "lamp", "6200:01.1": "horn"}}},
+        {"a": {**IO, "node_id": 5, "signals": {"6200:01.0": "lamp", "6200:01.1": "lamp"}}},
+        "devices.a.signals.6200:01.1: wire lamp on wires is taken by devices.a.signals.6200:01.0",
     ),
     "a tank and an object": (
-        {"a": TANK, "b": {**IO, "node_id": 5, "ties": {"6200:01.0": "lamp"}}},
-        {"b": {**IO, "node_id": 5, "ties": {"6200:01.0": "a.high"}}},
-        "devices.b.ties.6200:01.0: wire a.high on wires is taken by devices.a.high_wire",
+        {"a": TANK, "b": {**IO, "node_id": 5, "signals": {"6200:01.0": "lamp"}}},
+        {"b": {**IO, "node_id": 5, "signals": {"6200:01.0": "a.high"}}},
+        "devices.b.signals.6200:01.0: wire a.high on wires is taken by devices.a.high_wire",
     ),
     "a register table and a servo": (
         {"a": PUMP, "b": SERVO},
@@ -152,8 +152,8 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     ),
     "a drive and a card": (
         {"a": {**MC4, "ring_address": 1}, "b": CARD},
-        {"b": {**CARD, "ties": {"O101": "a.brake"}}},
-        "devices.b.ties.O101: wire a.brake on wires is taken by devices.a.brake_wire",
+        {"b": {**CARD, "signals": {"O101": "a.brake"}}},
+        "devices.b.signals.O101: wire a.brake on wires is taken by devices.a.brake_wire",
     ),
     "a winder and a controller": (
         {"a": {**WINDER, "dancer": {"mass_kg": 1.0, "force_n": 1.0, "travel_m": 0.1}}, "b": MAX4},

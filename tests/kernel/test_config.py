@@ -198,19 +198,23 @@ ONE_TO_127 = "right would be a whole number from 1 to 127 (number on the bus)"
         ("links: {can: can0}, mode: fst", '.mode: "fst" doesn\'t fit', "right would be fast or slow"),
         ("links: {can: can0}, pair: [1, x]", '.pair[1]: "x" doesn\'t fit', "right would be a whole number"),
         (
-            "links: {can: can0}, ties: {a: {wire: w, scale: 0}}",
-            ".ties.a.scale: 0 doesn't fit",
+            "links: {can: can0}, signals: {a: {wire: w, scale: 0}}",
+            ".signals.a.scale: 0 doesn't fit",
             "right would be a number above 0",
         ),
-        ("links: {can: can0}, ties: {a: {scale: 2}}", ".ties.a.wire: this key is missing", "right would be a text"),
         (
-            "links: {can: can0}, ties: {a: {wire: w, scal: 2}}",
-            ".ties.a.scal: there is no such key",
+            "links: {can: can0}, signals: {a: {scale: 2}}",
+            ".signals.a.wire: this key is missing",
+            "right would be a text",
+        ),
+        (
+            "links: {can: can0}, signals: {a: {wire: w, scal: 2}}",
+            ".signals.a.scal: there is no such key",
             "did you mean scale?",
         ),
         (
-            "links: {can: can0}, ties: {a: 5}",
-            ".ties.a: 5 doesn't fit",
+            "links: {can: can0}, signals: {a: 5}",
+            ".signals.a: 5 doesn't fit",
             "right would be a text or a mapping of keys to values",
         ),
     ],
@@ -522,7 +526,7 @@ buses:
   can0: {{kind: "config_kinds:CanLine", bitrate: 250000}}
   words: {{kind: "config_kinds:WordLine"}}
 devices:
-  io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, ties: {{x: one, y: both}}}}
+  io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, signals: {{x: one, y: both}}}}
 """
 TWO = f"""\
 time: virtual
@@ -534,7 +538,7 @@ devices:
     kind: "{NODE}"
     node_id: 6
     links: {{can: can0}}
-    ties: {{x: two, y: both, z: two}}
+    signals: {{x: two, y: both, z: two}}
   lamp: {{kind: "{NODE}", node_id: 7, links: {{can: can0}}}}
 """
 
@@ -553,18 +557,23 @@ def test_files_that_are_extended_together_are_joined(loaded: Loaded) -> None:
         extends: [one.yaml, two.yaml]
         seed: 3
         buses: {can0: {bitrate: 100000}}
-        devices: {io: {node_id: 9, ties: {x: three}}}
+        devices: {io: {node_id: 9, signals: {x: three}}}
         """
     )
     assert (config.seed, list(config.buses), list(config.devices)) == (3, ["can0", "words"], ["io", "lamp"])
     io = config.devices["io"].settings.model_dump()
-    assert (io["node_id"], io["ties"]) == (9, {"x": "three", "y": "both", "z": "two"})
+    assert (io["node_id"], io["signals"]) == (9, {"x": "three", "y": "both", "z": "two"})
 
 
 @pytest.mark.usefixtures("two_files")
 def test_every_key_in_which_they_differ_is_refused_with_both_places(refused: Refused) -> None:
     mistakes = refused("extends: [one.yaml, two.yaml]\n")
-    places = {"seed": (2, 2), "buses.can0.bitrate": (4, 4), "devices.io.node_id": (8, 7), "devices.io.ties.x": (10, 7)}
+    places = {
+        "seed": (2, 2),
+        "buses.can0.bitrate": (4, 4),
+        "devices.io.node_id": (8, 7),
+        "devices.io.signals.x": (10, 7),
+    }
     assert [mistake.splitlines() for mistake in mistakes] == [
         [
             f"two.yaml:{second}: {key}: one.yaml:{first} has another value, and rig.yaml extends both files",
@@ -585,7 +594,7 @@ def test_an_entry_that_is_replaced_or_taken_away_is_no_conflict(loaded: Loaded, 
 
 @pytest.mark.usefixtures("two_files")
 def test_a_file_between_settles_it_for_those_that_extend_it(loaded: Loaded, tmp_path: Path) -> None:
-    settled = "seed: 3\nbuses: {can0: {bitrate: 100000}}\ndevices: {io: {node_id: 9, ties: {x: three}}}\n"
+    settled = "seed: 3\nbuses: {can0: {bitrate: 100000}}\ndevices: {io: {node_id: 9, signals: {x: three}}}\n"
     (tmp_path / "both.yaml").write_text(f"extends: [one.yaml, two.yaml]\n{settled}")
     assert loaded("extends: both.yaml\nseed: 4\n").seed == 4
 
@@ -601,9 +610,9 @@ def test_a_file_that_is_extended_on_two_ways_is_read_once(refused: Refused, base
 
 
 def test_overrides_are_laid_over_the_file(loaded: Loaded) -> None:
-    config = loaded(RIGHT, "buses.can0.bitrate=100000", "seed=0x10", "devices.io.ties.x=w", "start_timeout_s=2.5")
+    config = loaded(RIGHT, "buses.can0.bitrate=100000", "seed=0x10", "devices.io.signals.x=w", "start_timeout_s=2.5")
     assert (config.buses["can0"].bus.settings.bitrate, config.seed, config.start_timeout_s) == (100_000, 16, 2.5)
-    assert config.devices["io"].settings.model_dump()["ties"] == {"x": "w"}
+    assert config.devices["io"].settings.model_dump()["signals"] == {"x": "w"}
 
 
 @pytest.mark.parametrize(
@@ -702,7 +711,7 @@ JSON_VALUES = st.recursive(
     lambda inner: (
         st.lists(inner, max_size=3)
         | st.dictionaries(
-            st.sampled_from(["kind", "links", "after", "process", "can", "can0", "io", "ties", "pair", "node_id"]),
+            st.sampled_from(["kind", "links", "after", "process", "can", "can0", "io", "signals", "pair", "node_id"]),
             inner,
         )
     ),

@@ -89,4 +89,4 @@ def test_a_key_that_is_not_there_stands_where_it_would_go() -> None:
 
 
 def test_a_path_reads_as_it_would_be_typed() -> None:
-    assert key_text(("devices", "io", "ties", 2, "wire")) == "devices.io.ties[2].wire"
+    assert key_text(("devices", "io", "signals", 2, "wire")) == "devices.io.signals[2].wire"
