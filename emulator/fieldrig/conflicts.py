@@ -1,4 +1,4 @@
-"""Entries of a rig file that are right each by itself, but not together."""
+"""Conflicts between entries of a rig file that are correct by themselves."""
 
 import re
 from collections import defaultdict
@@ -16,9 +16,9 @@ ADDRESS = re.compile(r"(?:(?P<scheme>[a-z-]+)(?:://|/))?(?P<host>\[[0-9a-fA-F:.]
 LOOPBACK = {"localhost": "127.0.0.1", "[::1]": "127.0.0.1"}
 ANY_HOST = {"", "*", "0.0.0.0", "[::]"}
 OUTGOING = ("connect", "dial", "remote", "peer", "target")
-"""A key with one of these in its name says where to go, not where to listen."""
+"""A key with one of these words in its name is an address to connect to, not one to listen on."""
 PATHS = {"path", "pty", "port"}
-"""Keys whose text names a pty or a device of the system."""
+"""The keys whose text is the path of a pty or of a serial device."""
 
 Text = tuple[KeyPath, str]
 
@@ -29,7 +29,7 @@ def conflicts(
     control: str | None,
     written: Mapping[Any, Any] = MappingProxyType({}),
 ) -> Iterator[WrongKey]:
-    """`written` has the devices as they stand in the file, also those that are wrong in themselves."""
+    """Yield every conflict.  `written` has the devices as they are in the file, including those with mistakes."""
     texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
     texts = [(("control",), control), *texts] if control is not None else texts
     yield from _ports_of_chance(texts)
@@ -49,7 +49,7 @@ def _ports_of_chance(texts: list[Text]) -> Iterator[WrongKey]:
 
 
 def _same_ports(texts: list[Text]) -> Iterator[WrongKey]:
-    """Two that want to listen on the same port, as far as it can be told from the form of the settings."""
+    """Yield pairs that would listen on the same port, as far as the form of the settings shows it."""
     taken: list[tuple[bool, str, str, KeyPath]] = []
     for path, text in texts:
         match = ADDRESS.fullmatch(text)
@@ -71,7 +71,7 @@ def _same_paths(texts: list[Text]) -> Iterator[WrongKey]:
 
 
 def _texts(value: Any, path: KeyPath) -> list[Text]:
-    """Every text in the settings of a bus that may say where it listens."""
+    """Return every text in the settings of a bus that may be a listening address."""
     if isinstance(value, str):
         return [(path, value)]
     if isinstance(value, Settings):
@@ -117,7 +117,7 @@ def _claims(
 
 
 def says_claims(settings: Settings) -> bool:
-    """True if this kind states what it has on its buses."""
+    """Return whether this kind states its claims."""
     return type(settings).claims is not Settings.claims
 
 
@@ -129,7 +129,7 @@ def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[C
 
 
 def _claimed_twice(claims: list[_Claimed]) -> Iterator[WrongKey]:
-    """Refuse two node-IDs, addresses or drivers of a wire where a bus has room for one."""
+    """Yield node-IDs, addresses and drivers of a wire that are claimed twice."""
     taken: dict[tuple[str, str, Hashable], _Claimed] = {}
     for one in claims:
         other = taken.setdefault(one.key, one)
@@ -148,7 +148,7 @@ def _needed_in_vain(
     written: Mapping[Any, Any],
     claims: list[_Claimed],
 ) -> Iterator[WrongKey]:
-    """Refuse what a device needs on a bus where no other device has it and nobody outside the rig can have it.
+    """Yield needs of a device that no other device on the bus and no outside client can meet.
 
     A bus with a device whose claims are not known is left out.
     """
@@ -175,7 +175,7 @@ def _needed_in_vain(
 
 
 def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[WrongKey]:
-    """What buses say of devices that are not theirs."""
+    """Yield what the settings of buses say about devices that are not linked to them."""
     for name, entry in buses.items():
         masters = [one.device for one in claims if one.bus == name and one.claim.what == MASTER]
         for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members], masters):
@@ -196,7 +196,7 @@ def _node_of(device: "DeviceEntry") -> tuple[Any, set[Any]]:
 
 
 def _written_node_of(entry: Any) -> tuple[Any, set[Any]]:
-    """Return the same for an entry as it is in the file, right or wrong."""
+    """Return the node-ID and the buses of an entry as it is in the file, right or wrong."""
     return (entry.get("node_id"), _names(entry.get("links"))) if isinstance(entry, dict) else (None, set())
 
 

@@ -19,7 +19,7 @@ from fieldrig.real_clock import RealClock
 
 @runtime_checkable
 class FaultyEnd(Protocol):
-    """A link that takes faults.  ValueError for one that it can't take, or that isn't there."""
+    """A link that takes faults.  ValueError for a fault that it refuses, or that does not exist."""
 
     @property
     def given(self) -> int: ...

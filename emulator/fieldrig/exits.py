@@ -1,4 +1,4 @@
-"""Exit codes of `fieldrig`, and of the processes of a rig."""
+"""The exit codes of `fieldrig`, and of the processes of a rig."""
 
 from enum import IntEnum
 

@@ -15,7 +15,7 @@ VERBS: Final = ("faults", "add_fault", "clear_fault")
 
 
 class Faulty(Protocol):
-    """ControlError for a fault that it can't take, or that isn't there."""
+    """Something with faults.  ControlError for a fault that it refuses, or that does not exist."""
 
     def add_fault(self, fault: Mapping[str, Any]) -> int: ...
 

@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 LONGEST_WHY = 300  # characters
 PATIENCE_S = 10.0
-"""For the hello of somebody who has opened a connection."""
+"""Time limit for the hello on a new connection."""
 MOST_STRANGERS = 256
 """Connections at a time without a hello; the next one is closed at once."""
 SLOWEST_BACKLOG = 4 << 20  # bytes; a member that reads no more is put off the bus rather than filling the memory
@@ -39,7 +39,7 @@ class HubServer:
         self._sleep_at_ns = 0
 
     async def open(self) -> None:
-        """BusError if a socket can't be had, or if others than the rig's own processes could attach."""
+        """Open the sockets.  BusError if one is not available, or if processes outside the rig could attach."""
         loop, bus = asyncio.get_running_loop(), self._hub.bus
         if hasattr(asyncio, "open_unix_connection"):
             # The rig's lock says that no living rig owns this folder: what lies here is left from a killed one.
@@ -74,7 +74,7 @@ class HubServer:
         self._path.unlink(missing_ok=True)
 
     def stay_awake(self) -> None:
-        """Look for the next message for a while before sleeping, where the bus says that one follows at once."""
+        """Poll for the next message for a while, if the bus expects it at once."""
         if self._awake_ns:
             is_asleep = self._sleep_at_ns == 0
             self._sleep_at_ns = time.monotonic_ns() + self._awake_ns
@@ -94,11 +94,11 @@ class HubServer:
 class MemberStream(asyncio.Protocol):
     """One member in another process.
 
-    Whatever comes that should not puts this member off the bus, with a word why, and nobody else.
+    A malformed or unexpected record disconnects this member, with a reason, and no other.
     """
 
     def __init__(self, hub: "LocalHub", server: HubServer, secret: str | None = None) -> None:
-        """`secret` is the token that the member has to know, if any."""
+        """`secret` is the token that the member must know, or None."""
         self._hub, self._server, self._secret = hub, server, secret
         self._records = Records(LONGEST_HELLO)
         self._nonce = secrets.token_hex(16)
@@ -132,7 +132,7 @@ class MemberStream(asyncio.Protocol):
         self.abort()
 
     def abort(self) -> None:
-        """What was written is still tried once; nothing more is read."""
+        """Close the connection.  Buffered bytes are tried once more, and nothing is read."""
         transport, self._transport = self._transport, None
         if transport is not None:
             transport.abort()

@@ -1,7 +1,7 @@
-"""Who belongs to a rig under real time, and how everybody is: what `status` shows and `join` waits for.
+"""The processes of a rig under real time and their states: what `status` shows and `join` waits for.
 
-Processes are spawned by a supervisor; or by somebody else, such as containers, who then connect here.  In both cases
-they ask to `join` when their hubs are open, and are answered when those that they wait for are there.
+Processes are started by a supervisor, or from outside, as containers are, and then connect here.  In both cases they
+ask to `join` when their hubs are open, and are answered when the processes that they wait for are ready.
 """
 
 import asyncio
@@ -31,7 +31,7 @@ class State(StrEnum):
 
 
 OPEN = frozenset({State.WAITING, State.RELEASED, State.READY})
-"""States in which a process's hubs can be attached to."""
+"""The states in which a process's hubs can be attached to."""
 ON_ITS_WAY = frozenset({State.STARTING, State.WAITING, State.RELEASED})
 
 
@@ -40,7 +40,7 @@ GREETING_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that a person may want to know: ready, died, gone, failed, late, stopping, stopped."""
+    """Something that a user may want to know: ready, died, gone, failed, late, stopping, stopped."""
 
     what: str
     process: str
@@ -54,16 +54,16 @@ Verb = Callable[[Any], Awaitable[None]]
 
 @dataclass(eq=False)
 class Member:
-    """One process, as the rig sees it."""
+    """One process as the rig sees it."""
 
     plan: ProcessPlan
     state: State = State.STARTING
     pid: int | None = None
     restarts: int = 0
     step: str = ""
-    """How far it has come with its start; only a supervisor knows."""
+    """How far the process has come with its start, as far as the supervisor knows."""
     since_s: float = field(default_factory=time.monotonic)
-    """When it was spawned last, or came."""
+    """When the process was last started, or connected."""
     released: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
@@ -87,7 +87,7 @@ class Roster:
         self._greetings: set[asyncio.Task[None]] = set()
 
     def serve(self, **verbs: Verb) -> None:
-        """Answer `status`, `join`, and the verbs given."""
+        """Answer `status`, `join`, and the given verbs."""
         self._verbs = verbs
         self._control.listen_to("ready/*", self._on_ready)
         self._control.serve("rig/*", self._answer)
@@ -95,11 +95,14 @@ class Roster:
             self._on_all_ready()
 
     def watch(self) -> None:
-        """Know of processes that somebody else spawns by their signs of life."""
+        """Watch the signs of life of processes that are started from outside."""
         self._control.watch_life("alive/*", self._on_life)
 
     def member_of(self, name: str) -> Member:
-        """The process of that name, or that of the device or bus of that name.  ControlError if there is none."""
+        """Return the process of that name, or that of the device or bus of that name.
+
+        ControlError if there is none.
+        """
         for member in self.members.values():
             if name == member.name or name in member.plan.buses or name in member.plan.devices:
                 return member
@@ -162,7 +165,7 @@ class Roster:
         return {}
 
     async def _join(self, message: Any) -> dict[str, Any]:
-        """Answered when the process may attach and start its devices."""
+        """Answer when the process may attach and start its devices."""
         match message:
             case {"process": str(name), "pid": int(pid)} if name in self.members:
                 member = self.members[name]
@@ -175,7 +178,7 @@ class Roster:
         return {"epoch_ns": self._epoch_ns}
 
     def _settle(self) -> None:
-        """Release those whose wait is over; that may end the wait of others."""
+        """Release the processes whose wait is over, which may end the wait of others."""
         for member in self.members.values():
             if member.state is State.WAITING and self._may_start(member.plan):
                 member.state = State.RELEASED
