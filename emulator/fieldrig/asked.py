@@ -24,10 +24,10 @@ def _words(value: Any) -> str:
     match value:
         case str():
             text = value
-        case list() if all(isinstance(one, str) for one in value):
+        case list() if all(isinstance(word, str) for word in value):
             text = " ".join(value)
         case dict():
-            text = " ".join(f"{key}={show(one)}" for key, one in value.items())
+            text = " ".join(f"{key}={show(item)}" for key, item in value.items())
         case _:
             text = show(value)
     if not text.isprintable():  # it comes from outside, and goes on one line of a log

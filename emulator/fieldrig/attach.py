@@ -148,7 +148,7 @@ class RemoteLink(asyncio.Protocol):
         if kind == Kind.REFUSED:
             why = field(answer, "why", str)
             if self._transport is not None:
-                log.error("%s: the hub puts %s off: %s", self._bus.name, self._member, shown(why))
+                log.error("%s: the hub disconnects %s: %s", self._bus.name, self._member, shown(why))
             self._fail(why)
         elif kind == Kind.CHALLENGE and self._challenge is not None and not self._challenge.done():
             self._challenge.set_result(field(answer, "nonce", str))

@@ -1,4 +1,4 @@
-"""A rig in real time whose processes are started from outside, for example as containers: start order and status only."""
+"""A rig in real time whose processes are started from outside, such as containers: start order and status only."""
 
 import asyncio
 from typing import Any

@@ -1,7 +1,7 @@
-"""The messages of one bus for whoever listens, in batches: as data (`trace/<bus>`) and as text (`watch/<bus>`).
+"""The messages of one bus for its listeners, in batches: as data (`trace/<bus>`) and as text (`watch/<bus>`).
 
-While nobody listens a message costs nothing.  A batch counts from the start of the listening, so that a listener knows
-what it missed: a listener that doesn't keep up loses whole batches and never holds the bus up.
+Without a listener a message costs nothing.  Batches count messages from the start of the listening, so that a listener
+knows what it missed: one that is too slow loses whole batches, and never delays the bus.
 
     {"family": "can", "process": "can0", "first": 120, "epoch_ns": 1795000000000000000,
      "entries": [[time_ns, sender, data], ...]}

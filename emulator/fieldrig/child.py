@@ -39,12 +39,12 @@ def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_r
 class Child:
     """A process that can be started several times with one log, which begins with the rig.
 
-    `leash` is the reading end of a pipe without traffic; its end of file tells the child that its parent is gone.
+    `lifeline` is the reading end of a pipe without traffic; its end of file tells the child that its parent is gone.
     Through another pipe the child reports the steps of its start (`progress`).
     """
 
-    def __init__(self, arguments: Sequence[str], log: Path, leash: int) -> None:
-        self._arguments, self._log, self._leash = arguments, log, leash
+    def __init__(self, arguments: Sequence[str], log: Path, lifeline: int) -> None:
+        self._arguments, self._log, self._lifeline = arguments, log, lifeline
         self._log_start = 0
         self._is_fresh = True
         self._process: asyncio.subprocess.Process | None = None
@@ -65,11 +65,11 @@ class Child:
         sys.stderr.flush()
         gc.freeze()  # what is there now is never touched again, and so stays shared
         self._begin_log()
-        told = self._new_pipe()
+        pipe = self._new_pipe()
         pid = os.fork()
         if pid == 0:
-            _live(work, self._log, self._leash, told)
-        os.close(told)
+            _run_child(work, self._log, self._lifeline, pipe)
+        os.close(pipe)
         self._forked_pid = pid
 
     async def spawn(self) -> None:
@@ -80,7 +80,7 @@ class Child:
                 self._process = await asyncio.create_subprocess_exec(
                     *(sys.executable, "-u", "-m", "fieldrig.spawned", ",".join(map(str, pipes))),
                     *(*self._arguments, "--log", str(self._log)),
-                    stdin=self._leash,
+                    stdin=self._lifeline,
                     stdout=log,
                     stderr=asyncio.subprocess.STDOUT,
                     pass_fds=pipes,
@@ -101,11 +101,11 @@ class Child:
         if self._steps is None:
             return
         try:
-            told = os.read(self._steps, 1 << 16)
+            report = os.read(self._steps, 1 << 16)
         except BlockingIOError:
             return
-        if told:
-            self._on_step(told.decode(errors="replace").splitlines()[-1])
+        if report:
+            self._on_step(report.decode(errors="replace").splitlines()[-1])
         else:
             self.forget_steps()
 
@@ -133,9 +133,9 @@ class Child:
     def _new_pipe(self) -> int:
         """Return the writing end of a new pipe for the steps."""
         self.forget_steps()
-        self._steps, told = os.pipe()
+        self._steps, pipe = os.pipe()
         os.set_blocking(self._steps, False)
-        return told
+        return pipe
 
     async def wait(self) -> int:
         """Wait for the end, and return the exit code; a negative one is a signal."""
@@ -174,17 +174,17 @@ def how_it_ended(code: int) -> str:
     return f"exit code {code}" + (f": {ABOUT[Exit(code)].partition(' (')[0]}" if code in known else "")
 
 
-def _live(work: Callable[[], int], log: Path, leash: int, told: int) -> NoReturn:
+def _run_child(work: Callable[[], int], log: Path, lifeline: int, pipe: int) -> NoReturn:
     """Run `work` in the forked process, with nothing of the parent but its imports."""
     code = int(Exit.CRASHED)
     try:
         os.setsid()
         for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(name, signal.SIG_DFL)
-        os.dup2(leash, 0)
+        os.dup2(lifeline, 0)
         log_files.direct_output(log)
-        if told != 3:
-            os.dup2(told, 3)
+        if pipe != 3:
+            os.dup2(pipe, 3)
         os.closerange(4, os.sysconf("SC_OPEN_MAX"))
         log_files.take_over(log)
         progress.report_to(3)

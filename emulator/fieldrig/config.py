@@ -1,4 +1,4 @@
-"""A rig file, read and checked: every mistake in it is found in one go, with file, line, key and what would be right.
+"""Load a rig file, and find all of its mistakes at once, each with file, line, key, and what was expected.
 
     time: virtual
     buses:
@@ -6,7 +6,7 @@
     devices:
       io: {kind: canopen.node, node_id: 20, eds: eds/io32.eds, links: {can: can0}}
 
-The keys are in `config_keys`, those of a kind in its settings; `config_source` tells of `extends` and overrides.
+The keys are in `config_keys`, those of a kind in its settings; `config_source` handles `extends` and overrides.
 """
 
 import json
@@ -225,7 +225,7 @@ class _Loader:
         if entry is None:
             return None
         keys, rest = entry
-        others = [one for one in names if one != name]
+        others = [other_name for other_name in names if other_name != name]
         for other in as_tuple(keys.after):
             if other not in others:
                 self._mistake((*path, "after"), f'there is no other device "{other}"', closest(other, others))
@@ -245,7 +245,7 @@ class _Loader:
             cls=cls,
             settings=settings,
             links={parameter: as_tuple(buses) for parameter, buses in keys.links.items()},
-            many=frozenset(one.name for one in parameters.values() if one.many),
+            many=frozenset(parameter.name for parameter in parameters.values() if parameter.many),
             process=keys.process if keys.process is not None else name,
             on_exit=keys.on_exit,
             after=as_tuple(keys.after),
@@ -259,10 +259,12 @@ class _Loader:
         name = path[-1]
         if not isinstance(name, str) or re.fullmatch(NAME, name) is None:
             self._mistake(
-                path, f"{show(name)} is not a name", "right would be small letters, digits, _ and -, a letter first"
+                path,
+                f"{show(name)} is not a name",
+                "expected lower-case letters, digits, _ and -, starting with a letter",
             )
         if not isinstance(data, dict):
-            self._mistake(path, f"{show(data)} doesn't fit", "right would be a mapping with a `kind`")
+            self._mistake(path, f"{show(data)} doesn't fit", "expected a mapping with a `kind`")
             return None
         own = {key: value for key, value in data.items() if key in model.model_fields}
         rest = {key: value for key, value in data.items() if key not in model.model_fields}
@@ -294,7 +296,7 @@ class _Loader:
         if isinstance(data, dict):
             return data
         if data is not None:
-            self._mistake(path, f"{show(data)} doesn't fit", "right would be a mapping of names to values")
+            self._mistake(path, f"{show(data)} doesn't fit", "expected a mapping of names to values")
         return {}
 
     def _mistakes_at(self, path: KeyPath, found: Iterable[WrongKey]) -> None:

@@ -24,7 +24,7 @@ Names = str | list[str]
 class RigKeys(Settings):
     """The keys of a rig file beside its sections."""
 
-    time: Time = Field(description="real: the computer's clock; virtual: one that the rig moves")
+    time: Time = Field(description="real: the system's clock; virtual: a clock that the rig moves")
     name: Name | None = Field(None, description="name of the rig; without it the file's")
     seed: int = Field(0, description="all chance in the rig follows from it")
     speed: Annotated[float, Field(gt=0)] | Literal["max"] | None = Field(
@@ -68,7 +68,7 @@ def right_part(model: type[S], own: dict[Any, Any]) -> S | None:
     try:
         return model.model_validate_json(json.dumps(own))
     except ValidationError as wrong:
-        bad = {one["loc"][0] for one in wrong.errors(include_url=False)}
+        bad = {error["loc"][0] for error in wrong.errors(include_url=False)}
         return None if bad & {"kind", "links"} else right_part(model, {key: own[key] for key in own.keys() - bad})
 
 

@@ -26,7 +26,7 @@ def wrong_links(
         if name not in parameters:
             yield WrongKey((name,), "the device has no such link", closest(name, list(parameters)))
         elif isinstance(linked, list) and not parameters[name].many:
-            yield WrongKey((name,), "this link takes one bus, not a list", f"right would be {name}: BUS")
+            yield WrongKey((name,), "this link takes one bus, not a list", f"expected {name}: BUS")
         else:
             for bus in as_tuple(linked):
                 yield from _wrong_link(parameters[name], bus, buses)

@@ -85,38 +85,38 @@ def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterato
             yield file
 
 
-def _joined(one: Source, other: Source, over: Source) -> Source:
+def _joined(first: Source, other: Source, over: Source) -> Source:
     """Join two files side by side; where they differ, `over` must have the key."""
     mistakes = over.mistakes
-    for path in _differences(one.data, other.data, over.data, ()):
-        first, second = one.mark(path), other.mark(path)
-        what = f"{first.file}:{first.line} has another value, and {over.mark(()).file} extends both files"
+    for path in _differences(first.data, other.data, over.data, ()):
+        mark, other_mark = first.mark(path), other.mark(path)
+        what = f"{mark.file}:{mark.line} has another value, and {over.mark(()).file} extends both files"
         remedy = f"give the key a value in {over.mark(()).file}, or the same value in both"
-        mistakes.append(Mistake(*second, key_text(path), what, remedy))
+        mistakes.append(Mistake(*other_mark, key_text(path), what, remedy))
     return Source(
-        data=_beside(one.data, other.data),
-        marks={**other.marks, **one.marks},
-        mistakes=[*one.mistakes, *other.mistakes],
-        folders=[*one.folders, *other.folders],
+        data=_beside(first.data, other.data),
+        marks={**other.marks, **first.marks},
+        mistakes=[*first.mistakes, *other.mistakes],
+        folders=[*first.folders, *other.folders],
     )
 
 
-def _differences(one: Any, other: Any, over: Any, path: KeyPath) -> Iterator[KeyPath]:
+def _differences(first: Any, other: Any, over: Any, path: KeyPath) -> Iterator[KeyPath]:
     """Yield the keys with different values that remain when `over` is laid over both."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in [key for key in one if key in other]:
+    if isinstance(first, dict) and isinstance(other, dict):
+        for key in [key for key in first if key in other]:
             inner = over.get(key, _ABSENT) if isinstance(over, dict) else _ABSENT
             if inner is _ABSENT or (isinstance(inner, dict) and not _starts_anew(inner, len(path) + 1)):
-                yield from _differences(one[key], other[key], inner, (*path, key))
-    elif one != other and over is _ABSENT:
+                yield from _differences(first[key], other[key], inner, (*path, key))
+    elif first != other and over is _ABSENT:
         yield path
 
 
-def _beside(one: Any, other: Any) -> Any:
+def _beside(first: Any, other: Any) -> Any:
     """Return both merged; the first wins where they differ."""
-    if not isinstance(one, dict) or not isinstance(other, dict):
-        return one
-    return {**one, **{key: _beside(one[key], value) if key in one else value for key, value in other.items()}}
+    if not isinstance(first, dict) or not isinstance(other, dict):
+        return first
+    return {**first, **{key: _beside(first[key], value) if key in first else value for key, value in other.items()}}
 
 
 def _over(base: Any, over: Any, depth: int) -> Any:
@@ -147,8 +147,8 @@ def _override(source: Source, override: str) -> None:
     place = Mark(f"--set {override}", None)
     value = read(text, place.file)
     if not equals or value.mistakes:
-        right = "right would be a key and a value, like buses.can0.bitrate=250000"
-        source.mistakes.append(Mistake(*place, "", "it can't be understood", right))
+        remedy = "expected a key and a value, such as buses.can0.bitrate=250000"
+        source.mistakes.append(Mistake(*place, "", "it can't be read as an override", remedy))
         return
     path = tuple(key.split("."))
     inner = source.data
@@ -162,4 +162,4 @@ def _override(source: Source, override: str) -> None:
         source.marks[path] = place
     else:
         what = f"{'.'.join(path[:-1]) or 'the file'} holds no keys"
-        source.mistakes.append(Mistake(*place, key, what, "right would be a key of the rig file"))
+        source.mistakes.append(Mistake(*place, key, what, "expected a key of the rig file"))

@@ -45,7 +45,9 @@ def _ports_of_chance(texts: list[Text]) -> Iterator[WrongKey]:
     for path, text in texts:
         match = ADDRESS.fullmatch(text)
         if match is not None and int(match["port"]) == 0:
-            yield WrongKey(path, "port 0 is a port that nobody outside knows", "expected a port from 1 to 65535")
+            yield WrongKey(
+                path, "port 0 is a random port that no outside client knows", "expected a port from 1 to 65535"
+            )
 
 
 def _same_ports(texts: list[Text]) -> Iterator[WrongKey]:
@@ -121,8 +123,8 @@ def says_claims(settings: Settings) -> bool:
     return type(settings).claims is not Settings.claims
 
 
-def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
-    for claim in told(name):
+def _on_buses(name: str, device: "DeviceEntry", stated: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
+    for claim in stated(name):
         buses = device.links.get(claim.link, ())
         for bus in buses if claim.place is None else buses[claim.place : claim.place + 1]:
             yield _Claimed(bus, name, claim)
@@ -131,13 +133,13 @@ def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[C
 def _claimed_twice(claims: list[_Claimed]) -> Iterator[WrongKey]:
     """Yield node-IDs, addresses and drivers of a wire that are claimed twice."""
     taken: dict[tuple[str, str, Hashable], _Claimed] = {}
-    for one in claims:
-        other = taken.setdefault(one.key, one)
-        if other is not one:
-            what, value = one.claim.what, one.claim.value
+    for claimed in claims:
+        other = taken.setdefault(claimed.key, claimed)
+        if other is not claimed:
+            what, value = claimed.claim.what, claimed.claim.value
             yield WrongKey(
-                one.path,
-                f"{what} {value} on {one.bus} is taken by {key_text(other.path)}",
+                claimed.path,
+                f"{what} {value} on {claimed.bus} is taken by {key_text(other.path)}",
                 f"expected one {what} {value} on a bus",
             )
 
@@ -156,8 +158,8 @@ def _needed_in_vain(
     unsure = {bus for name in silent for bus in _node_of(devices[name])[1]}
     unsure |= {bus for name, entry in written.items() if name not in devices for bus in _written_node_of(entry)[1]}
     there = defaultdict(set)
-    for one in claims:
-        there[one.key].add(one.device)
+    for claimed in claims:
+        there[claimed.key].add(claimed.device)
     for name, device in devices.items():
         for need in _on_buses(name, device, device.settings.needs):
             entry = buses.get(need.bus)
@@ -168,7 +170,7 @@ def _needed_in_vain(
                 known = sorted(str(key[2]) for key, of in there.items() if key[:2] == need.key[:2] and of - {name})
                 yield WrongKey(
                     need.path,
-                    f"nobody on {need.bus} has {what} {value}",
+                    f"nothing on {need.bus} has {what} {value}",
                     (f"there are: {', '.join(known)}; " if known else "")
                     + f"name one that is outside the rig in the settings of {need.bus}",
                 )
@@ -177,7 +179,7 @@ def _needed_in_vain(
 def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[WrongKey]:
     """Yield what the settings of buses say about devices that are not linked to them."""
     for name, entry in buses.items():
-        masters = [one.device for one in claims if one.bus == name and one.claim.what == MASTER]
+        masters = [claimed.device for claimed in claims if claimed.bus == name and claimed.claim.what == MASTER]
         for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members], masters):
             yield WrongKey(("buses", name, *wrong.path), wrong.what, wrong.remedy)
 
@@ -202,4 +204,5 @@ def _written_node_of(entry: Any) -> tuple[Any, set[Any]]:
 
 def _names(links: Any) -> set[Any]:
     values = links.values() if isinstance(links, Mapping) else ()
-    return {bus for one in values for bus in (one if isinstance(one, list | tuple) else [one]) if isinstance(bus, str)}
+    listed = [names if isinstance(names, list | tuple) else [names] for names in values]
+    return {bus for names in listed for bus in names if isinstance(bus, str)}

@@ -8,9 +8,9 @@ Keys, all under `fieldrig/<rig>/`:
     bus/<name>/<verb>         queries to the process that runs the bus: status, faults, add_fault, clear_fault
     end/<bus>/<device>/<verb> queries to the process that hosts the device: about its end of a bus (`ends`)
     alive/<process>           liveliness token: gone the instant the process is
-    ready/<process>           said once by a process whose devices have started
-    event                     what the rig has to tell
-    trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while somebody listens
+    ready/<process>           published once by a process whose devices have started
+    event                     events of the rig
+    trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while there is a listener
 
 Zenoh calls back on threads of its own; everything here is handed to the loop.
 """
@@ -35,10 +35,10 @@ VERSION: Final = 1
 log = logging.getLogger(__name__)
 
 MOMENT_S: Final = 0.1
-LONGEST_TOLD: Final = 64 << 20
+LONGEST_MESSAGE: Final = 64 << 20
 """Longest answer or published message in bytes, such as a batch; queries have the reader's own limit."""
 LONGEST_REFUSAL: Final = 8_000  # characters
-MOST_TOLD: Final = 10_000
+MOST_WAITING: Final = 10_000
 """Messages that may wait for a tool to read them."""
 MOST_QUERIES: Final = 1_000
 """Queries that one process answers at a time; further ones are refused."""
@@ -54,7 +54,7 @@ def key(rig: str, *parts: str) -> str:
     return "/".join(("fieldrig", rig, *parts))
 
 
-class NobodyError(ControlError):
+class NoAnswerError(ControlError):
     """The rig is there, but nothing answers this question."""
 
 
@@ -77,7 +77,7 @@ class Control:
 
         self._keep(self.session.declare_queryable(key(self.rig, path), _directly(on_query)))
 
-    def tell(self, path: str, message: Any) -> None:
+    def publish(self, path: str, message: Any) -> None:
         """Publish a message for all listeners."""
         self.session.put(key(self.rig, path), json.dumps(message))
 
@@ -86,7 +86,7 @@ class Control:
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
-                message = read_json(sample.payload.to_bytes(), LONGEST_TOLD)
+                message = read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
             except MalformedError as fault:
                 log.debug("%s: %s", sample.key_expr, fault)
             else:
@@ -120,7 +120,7 @@ class Control:
         """Return the answer to one query.  ControlError if it is negative, or if there is none in time."""
         for reply in await self._replies(path, message, timeout_s):
             return _message_of(reply)
-        raise NobodyError(f"nobody answers to {path}", "the rig may have been stopped")
+        raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
     async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
         """Return every positive answer to a path with a `*`, by the key part in its place."""
@@ -231,7 +231,7 @@ class Client:
         """Return the answer.  ControlError if it is negative or there is none."""
         for reply in self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s):
             return _message_of(reply)
-        raise NobodyError(f"nobody answers to {path}", "the rig may be stopping, or too busy")
+        raise NoAnswerError(f"there is no answer to {path}", "the rig may be stopping, or too busy")
 
     def ask_all(self, path: str, message: Any = None, timeout_s: float = 5.0) -> dict[str, Any]:
         """Return every positive answer to a path with a `*`, by the key part in its place."""
@@ -240,21 +240,21 @@ class Client:
 
     def inbox(self, paths: Sequence[str]) -> "Iterator[tuple[str, Any] | None]":
         """Yield what is published at the paths, as last key part and message; None when nothing came for a moment."""
-        told: Queue[tuple[str, bytes]] = Queue(MOST_TOLD)
+        waiting: Queue[tuple[str, bytes]] = Queue(MOST_WAITING)
 
         def on_sample(sample: zenoh.Sample) -> None:
-            with suppress(Full):  # whoever reads too slowly misses some, and sees how many by the batches' numbers
-                told.put_nowait((_last_part(sample.key_expr), sample.payload.to_bytes()))
+            with suppress(Full):  # a slow reader misses some, and sees how many by the numbers of the batches
+                waiting.put_nowait((_last_part(sample.key_expr), sample.payload.to_bytes()))
 
         subscribers = [self.session.declare_subscriber(key("*", path), _directly(on_sample)) for path in paths]
         while subscribers:
             try:
-                name, message = told.get(timeout=MOMENT_S)
+                name, message = waiting.get(timeout=MOMENT_S)
             except Empty:
                 yield None
             else:
                 try:
-                    yield name, read_json(message, LONGEST_TOLD)
+                    yield name, read_json(message, LONGEST_MESSAGE)
                 except MalformedError as fault:
                     log.debug("%s: %s", name, fault)
 
@@ -266,7 +266,7 @@ def _by_star(path: str, replies: Iterable[zenoh.Reply]) -> dict[str, Any]:
 
 def _answer_of(sample: zenoh.Sample) -> Any:
     try:
-        return read_json(sample.payload.to_bytes(), LONGEST_TOLD)
+        return read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
     except MalformedError as cause:
         raise ControlError(f"{sample.key_expr}: the answer can't be understood: {cause}") from cause
 

@@ -1,9 +1,9 @@
-"""What can be wrong outside our own code, each with its remedy.
+"""The errors outside our own code, each with its remedy.
 
-RigError              anything a user can mend; printed without a traceback
+RigError              anything that a user can fix; printed without a traceback
 ├── ConfigError       wrong configuration, with every mistake found
-├── UsageError        a command was asked for what can't be, or given a file that isn't what it should be
-├── BusError          a port, a path, a network device that can't be had
+├── UsageError        a command was called with a wrong request, or with a file of the wrong kind
+├── BusError          a port, a path or a network device that is not available
 ├── RefusedError      a device outside, such as an encoder at a serial port, refuses what a command asks for
 └── ControlError      no rig answers, or it refuses
 """

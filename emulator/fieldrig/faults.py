@@ -154,7 +154,7 @@ def fault_of(given: Mapping[str, Any], models: Mapping[str, type[Timed]], texts:
         return model.model_validate(values)
     except ValidationError as cause:
         found = explain(cause, values, model)
-        lines = [(f"{key_text(one.path)}: {one.what}".removeprefix(": "), one.remedy) for one in found]
+        lines = [(f"{key_text(wrong.path)}: {wrong.what}".removeprefix(": "), wrong.remedy) for wrong in found]
         raise ValueError("\n".join(line for both in lines for line in both if line)) from cause
 
 

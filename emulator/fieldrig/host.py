@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 from fieldrig import endpoint, log_files
 from fieldrig.bus_stream import BusStream
 from fieldrig.config import RigConfig, load
-from fieldrig.control import Control, NobodyError
+from fieldrig.control import Control, NoAnswerError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan, linked_buses
@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 GRACE_S = 2.0
 """Time between the request to end and the forced end."""
 RETRY_S = 0.02
-LEASH = 0
+LIFELINE = 0
 """File descriptor of the standard input, a pipe that the supervisor holds open."""
 WAITING_S = 3600.0
 """Time limit of a supervised process; in practice its supervisor gives up first."""
@@ -113,7 +113,7 @@ class Host:
         self._state = "ready"
         step("ready")
         finish()
-        control.tell(f"ready/{name}", {"pid": os.getpid()})
+        control.publish(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
 
     async def _join(self, control: Control) -> dict[str, Any]:
@@ -121,12 +121,12 @@ class Host:
         loop = asyncio.get_running_loop()
         give_up_s = loop.time() + self._patience_s
         while True:
-            left_s = max(give_up_s - loop.time(), RETRY_S)  # a busy computer may have slept past the end
+            left_s = max(give_up_s - loop.time(), RETRY_S)  # a busy host may have slept past the end
             try:
                 terms: dict[str, Any] = await control.ask(
                     "rig/join", {"process": self._plan.name, "pid": os.getpid()}, left_s
                 )
-            except NobodyError:
+            except NoAnswerError:
                 if loop.time() + RETRY_S > give_up_s:
                     raise
                 await asyncio.sleep(RETRY_S)
@@ -193,7 +193,7 @@ def _end_with_parent(end: Callable[[], object]) -> None:
     """End this process when the supervisor is gone.  This is a thread, so that it also ends a hung loop."""
 
     def watch() -> None:
-        while os.read(LEASH, 1024):
+        while os.read(LIFELINE, 1024):
             pass
         with contextlib.suppress(RuntimeError):  # the loop has ended by itself
             end()

@@ -123,7 +123,7 @@ def _import(reference: str, remedy: str) -> object:
     """Import the class that `package.module:Class` names."""
     module_name, _, class_name = reference.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), class_name)):
-        raise RigError(f'"{reference}" is not a class', 'right would be "package.module:Class"')
+        raise RigError(f'"{reference}" is not a class', 'expected "package.module:Class"')
     try:
         module = importlib.import_module(module_name)
     except (ImportError, SyntaxError) as cause:
@@ -175,7 +175,7 @@ def _link_parameter(cls: type, parameter: inspect.Parameter) -> LinkParameter:
         known = ", ".join(sorted(INJECTED))
         raise RigError(
             f"the parameter {parameter.name} of {_path(cls)} is not a link",
-            f"right would be a Link[...] or one of {known}",
+            f"expected a Link[...] or one of {known}",
         )
     return LinkParameter(parameter.name, not is_optional, is_many, _messages(get_args(hint)))
 

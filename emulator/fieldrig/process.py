@@ -92,7 +92,7 @@ class DeviceProcess:
     @property
     def traced_buses(self) -> list[Bus[Any]]:
         """The buses of its hubs, and the direct buses of its devices."""
-        names = dict.fromkeys((*self.plan.buses, *(bus for one in self._entries() for bus in linked_buses(one))))
+        names = dict.fromkeys((*self.plan.buses, *(bus for entry in self._entries() for bus in linked_buses(entry))))
         buses = [self.config.buses[name].bus for name in names]
         return [bus for bus in buses if bus.name in self.hubs or isinstance(bus, DirectBus)]
 

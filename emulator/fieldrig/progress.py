@@ -48,5 +48,5 @@ class ImportSteps:
         return None
 
 
-def tell_imports() -> None:
+def report_imports() -> None:
     sys.meta_path.insert(0, ImportSteps())

@@ -118,14 +118,14 @@ class Roster:
         self.on_change(member)
         self._settle()
 
-    def tell(self, what: str, process: str = "", text: str = "") -> None:
+    def publish(self, what: str, process: str = "", text: str = "") -> None:
         event = Event(what, process, text, time.time())
         self._report(event)
-        self._control.tell("event", asdict(event))
+        self._control.publish("event", asdict(event))
 
     def stop(self) -> None:
         self._is_stopping = True
-        self.tell("stopping")
+        self.publish("stopping")
 
     def status(self) -> dict[str, Any]:
         config = self._config
@@ -197,14 +197,14 @@ class Roster:
         if member is None or member.state is State.READY or message != {"pid": member.pid}:
             return
         self.set_state(member, State.READY)
-        self.tell("ready", name)
+        self.publish("ready", name)
         if all(other.state in (State.READY, State.GONE) for other in self.members.values()):
             self._on_all_ready()
 
     def _on_all_ready(self) -> None:
         if not self.was_ready:
             self.was_ready = True
-            self.tell("ready")
+            self.publish("ready")
 
     def _on_life(self, name: str, is_alive: bool) -> None:
         member = self.members.get(name)
@@ -212,7 +212,7 @@ class Roster:
             return
         if not is_alive:
             self.set_state(member, State.DEAD)
-            self.tell("gone", name, "its process ended, or lost its way here")
+            self.publish("gone", name, "its process ended, or lost its way here")
         elif member.state is not State.WAITING:  # it may have joined a rig that was here before this one
             greeting = asyncio.get_running_loop().create_task(self._greet(member))
             self._greetings.add(greeting)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fieldrig import endpoint as endpoints
-from fieldrig.control import Client, Control, NobodyError
+from fieldrig.control import Client, Control, NoAnswerError
 from fieldrig.errors import ControlError, RigError
 from fieldrig.shared_token import TOKEN_VARIABLE
 
@@ -47,7 +47,7 @@ async def until_served(asker: Control, path: str) -> None:
     while True:
         try:
             await asker.ask(path, None, 5)
-        except NobodyError:
+        except NoAnswerError:
             await asyncio.sleep(0.005)
         except ControlError:
             return
@@ -119,7 +119,7 @@ def test_announcements_reach_who_listens(endpoint: str) -> None:
         async with rig_and_process(endpoint) as (rig, process):
             heard: list[tuple[str, Any]] = []
             rig.listen_to("ready/*", lambda name, message: heard.append((name, message)))
-            process.tell("ready/tank", {"pid": 4})
+            process.publish("ready/tank", {"pid": 4})
             await until(lambda: heard == [("tank", {"pid": 4})])
 
     asyncio.run(run())

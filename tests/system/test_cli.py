@@ -86,7 +86,7 @@ def test_get_and_set(rig: RunningRig) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "what"),
     [
-        (("set", "lamp/colour=blue"), 6, "right would be red or green"),
+        (("set", "lamp/colour=blue"), 6, "expected red or green"),
         (("set", "lamp/on=true"), 6, "on can only be read"),
         (("get", "lamp/weight"), 6, "there is no 'weight' here"),
         (("get", "lmap"), 6, "it has: lamp, switch"),

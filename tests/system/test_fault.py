@@ -98,8 +98,8 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
     [
         ("can0 dorp", 6, "can0: there is no fault 'dorp'", "did you mean drop?"),
         ("can0 drop identifer=3", 6, "can0: identifer: there is no such key", "did you mean identifier?"),
-        ("can0 drop count=0", 6, "can0: count: 0 doesn't fit", "right would be a whole number of at least 1"),
-        ("can0 delay", 6, "can0: delay_ms: this key is missing", "right would be a number"),
+        ("can0 drop count=0", 6, "can0: count: 0 doesn't fit", "expected a whole number of at least 1"),
+        ("can0 delay", 6, "can0: delay_ms: this key is missing", "expected a number"),
         ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
         ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),

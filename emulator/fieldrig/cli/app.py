@@ -1,4 +1,4 @@
-"""The commands of `fieldrig`, and what they share."""
+"""The commands of `fieldrig`, with the help of the whole."""
 
 from typing import Annotated
 
@@ -65,7 +65,7 @@ def fieldrig(
         bool, typer.Option("--version", help="Say which version this is.", callback=_show_version, is_eager=True)
     ] = False,
 ) -> None:
-    """What stands in `help` above."""
+    """Do nothing; the help text is given to the application above."""
 
 
 app.command()(up.up)

@@ -1,4 +1,4 @@
-"""Faults of a bus or a device of a running rig: fault."""
+"""The command `fault`: faults of a bus or a device of a running rig."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Final
@@ -74,7 +74,7 @@ def fault(
 
 
 def _fault(words: list[str]) -> dict[str, str]:
-    """Values stay texts: only the bus knows whether `data=10` is a number."""
+    """Return the fault; values stay texts, as only the bus knows whether `data=10` is a number."""
     given: dict[str, str] = {}
     for position, word in enumerate(words):
         key, equals, text = word.partition("=")
@@ -99,8 +99,8 @@ def _number(where: str, clear: str | None) -> int | None:
 
 
 def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
-    """With words that help when nobody runs the bus or device."""
-    from fieldrig.control import NobodyError
+    """Ask the bus or device, with a helpful message if its process does not answer."""
+    from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
 
     rig = client.ask("rig/status")
@@ -110,7 +110,7 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
         raise ControlError(f"{rig['rig']} has no bus or device {where!r}", there)
     try:
         return client.ask(f"{'bus' if where in known else 'device'}/{where}/{verb}", message)
-    except NobodyError:
+    except NoAnswerError:
         if where in devices or any(where in process["buses"] for process in rig["processes"].values()):
             raise ControlError(
                 f"{where} does not answer: it has not started, or its process died", "look at `fieldrig status`"
@@ -124,7 +124,7 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
 
 
 def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Any:
-    """Of a bus without a model: every device has the fault at its own end, under one number (`fieldrig.ends`)."""
+    """Ask every end of a bus without a model; each has the fault under the same number (`fieldrig.ends`)."""
     from fieldrig.errors import ControlError
 
     there = _of_all(ends)
@@ -135,7 +135,7 @@ def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message
         for device in ends:
             client.ask(f"end/{bus}/{device}/add_fault", {**message, "number": number})
         return {"number": number}
-    numbers = [int(one) for one in there] if message["number"] is None else [message["number"]]
+    numbers = [int(number) for number in there] if message["number"] is None else [message["number"]]
     for number in numbers:
         having = [device for device, faults in ends.items() if str(number) in faults]
         if not having:
@@ -146,13 +146,13 @@ def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message
 
 
 def _of_all(ends: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """By number; `applied` counts at all ends together."""
+    """Return the faults of all ends by number, with the sum of `applied`."""
     there: dict[str, dict[str, Any]] = {}
     for faults in ends.values():
         for number, fault in faults.items():
             applied = there.get(number, {}).get("applied", 0)
             there[number] = {**fault, "applied": applied + fault["applied"]}
-    return dict(sorted(there.items(), key=lambda one: int(one[0])))
+    return dict(sorted(there.items(), key=lambda item: int(item[0])))
 
 
 def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
@@ -162,14 +162,21 @@ def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
     echo_table(
         ("number", "what", "where and how", "when", "state", "applied"),
         [
-            (number, one["what"], _words(one, is_time=False), _words(one, is_time=True), one["state"], one["applied"])
-            for number, one in faults.items()
+            (
+                number,
+                fault["what"],
+                _words(fault, is_time=False),
+                _words(fault, is_time=True),
+                fault["state"],
+                fault["applied"],
+            )
+            for number, fault in faults.items()
         ],
     )
 
 
 def _words(fault: Mapping[str, Any], *, is_time: bool) -> str:
-    """In the words that it is given with."""
+    """Return the fault in the words of the command line."""
     return " ".join(
         f"{key}={_text(key, value)}"
         for key, value in fault.items()

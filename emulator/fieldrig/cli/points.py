@@ -1,4 +1,4 @@
-"""Commands on the points of devices: get and set."""
+"""The commands `get` and `set`: points of devices."""
 
 from typing import Annotated, Any
 
@@ -38,13 +38,13 @@ def get(
             device, _, key = name.partition("/")
             try:
                 got = _ask(client, device, "get", {"keys": [key]} if key else None)
-                values |= {f"{device}/{one}": value for one, value in got.items()}
+                values |= {f"{device}/{key}": value for key, value in got.items()}
                 units |= {} if as_json else _units(client, device)
             except ControlError as refusal:
                 refusals.append(refusal)
     _echo(values, units, as_json)
     if refusals:
-        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(one.what for one in refusals))
+        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(refusal.what for refusal in refusals))
 
 
 def set_(
@@ -91,13 +91,13 @@ def _units(client: Any, device: str) -> dict[str, str]:
 
 
 def _ask(client: Any, device: str, verb: str, message: Any) -> Any:
-    """With words that help when it is the device that is not there."""
-    from fieldrig.control import NobodyError
+    """Ask the device, with a helpful message if its process does not answer."""
+    from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
 
     try:
         return client.ask(f"device/{device}/{verb}", message)
-    except NobodyError:
+    except NoAnswerError:
         status = client.ask("rig/status")
         known = status["devices"]
         if device in known:
@@ -118,7 +118,7 @@ def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:
 
 
 def show_value(value: Any) -> str:
-    """With all its digits."""
+    """Return a value as text, with all its digits."""
     from fieldrig.values import show_number
 
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Commands that look at files and kinds, and at no rig: check, schema, devices."""
+"""The commands `check`, `schema` and `devices`, which look at files and kinds and need no running rig."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any
@@ -114,12 +114,12 @@ def _describe(kind: str, as_json: bool) -> None:
         typer.echo("\nsettings:")
         echo_table(
             ("key", "value", "without it", "what it is"),
-            [(key, one["type"], _without(one), one["about"]) for key, one in facts["settings"].items()],
+            [(key, fact["type"], _without(fact), fact["about"]) for key, fact in facts["settings"].items()],
         )
 
 
 def _without(setting: dict[str, Any]) -> str:
-    """What holds without the key, as a rig file would have it."""
+    """Return the value that holds without the key, as a rig file would have it."""
     default = setting["default"]
     if setting["required"]:
         return "needed"
@@ -161,7 +161,7 @@ def _settings(model: Any) -> dict[str, dict[str, Any]]:
 
 
 def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Each key, and below one that is a mapping with keys of its own those: `slcan`, `slcan.path`."""
+    """Yield each key, and for a mapping with keys of its own those too: `slcan`, `slcan.path`."""
     required = schema.get("required", ())
     for key, part in schema.get("properties", {}).items():
         yield (
@@ -173,7 +173,7 @@ def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterato
                 "about": part.get("description", "").partition("\n")[0],
             },
         )
-        names = [one["$ref"].rsplit("/", 1)[-1] for one in (part, *part.get("anyOf", ())) if "$ref" in one]
+        names = [choice["$ref"].rsplit("/", 1)[-1] for choice in (part, *part.get("anyOf", ())) if "$ref" in choice]
         if len(names) == 1:
             yield from _keys(models[names[0]], models, f"{above}{key}.")
 

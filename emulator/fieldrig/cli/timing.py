@@ -1,4 +1,4 @@
-"""Commands on the time of a rig with `time: virtual`, and on the rig as a whole: step, pause, run, stop, restart."""
+"""The commands `step`, `pause` and `run` of a rig with `time: virtual`, and `stop` and `restart` of any rig."""
 
 from typing import Annotated, Any
 
@@ -8,7 +8,7 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, duration_ns, echo_json
 
 PATIENCE_S = 3600.0
-"""Virtual hours may take their time."""
+"""Time limit for an answer, in seconds, as virtual hours may take long."""
 
 
 def step(

@@ -1,4 +1,4 @@
-"""Record, show and convert traces: trace."""
+"""The commands `trace record`, `show` and `convert`."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -24,7 +24,7 @@ app = command_group()
 def trace() -> None:
     """Record the messages of a rig into a file, show such a file, or convert it.
 
-    The ending of its name says the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
+    The ending of its name selects the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
 
     \b
         fieldrig trace record lab.pcapng can0 --for 10s
@@ -38,7 +38,7 @@ Buses = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="[BUS]...",
-        help="Only these; a * stands for any letters.",
+        help="Only these buses; a * matches any characters.",
         show_default=False,
         autocompletion=completion.bus,
     ),
@@ -69,9 +69,9 @@ def record(
         give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
         recorder = Recorder(file, count)
         try:
-            for told in client.inbox(["trace/*"]):
-                if told is not None and any(fnmatchcase(told[0], pattern) for pattern in patterns):
-                    recorder.take(*told)
+            for published in client.inbox(["trace/*"]):
+                if published is not None and any(fnmatchcase(published[0], pattern) for pattern in patterns):
+                    recorder.take(*published)
                 if recorder.is_full:
                     break
                 if give_up_s is not None and time.monotonic() > give_up_s:
@@ -143,7 +143,7 @@ class _Counted:
 
 
 class _Shower:
-    """A message in words, by a bus of its family; as hex where there is none."""
+    """Shows messages in words, by a bus of their family, or in hex where there is none."""
 
     def __init__(self) -> None:
         self._show: dict[str, Callable[[bytes], str]] = {}
@@ -178,7 +178,7 @@ def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterato
 
 
 def _instant(time_ns: int) -> str:
-    """Time of day; for virtual time, which starts at 0, seconds."""
+    """Return the time of day, or seconds for virtual time, which starts at 0."""
     seconds, fraction_ns = divmod(time_ns, S)
     if time_ns < 365 * DAY_NS:
         return f"{seconds:8}.{fraction_ns // 1000:06}"

@@ -1,4 +1,4 @@
-"""Start a rig and stay: up."""
+"""The command `up`: start a rig, and run it until it ends."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -85,7 +85,7 @@ def up(
 
 
 def _values(overrides: Sequence[str], control: str | None, is_from_environment: bool) -> list[str]:
-    """All that is laid over the rig file; the last one wins.  What was typed for this run wins over a variable."""
+    """Return everything that overrides the rig file.  The last one wins, and an option wins over a variable."""
     endpoint = [] if control is None else [f"control={control}"]
     return [*endpoint, *overrides] if is_from_environment else [*overrides, *endpoint]
 

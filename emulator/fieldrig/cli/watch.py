@@ -1,4 +1,4 @@
-"""See what happens in a running rig: watch."""
+"""The command `watch`: see what happens in a running rig."""
 
 import json
 import time
@@ -42,7 +42,7 @@ def watch(
         fieldrig watch tank/level io/6200:*   values, whenever they change
         fieldrig watch can0 -n 1 --json       one message, for a script
 
-    A * stands for any letters. Watching costs the rig something only while it lasts.
+    A * matches any characters. Watching loads the rig only while it lasts.
     """
     from fieldrig.control import Client
 
@@ -57,11 +57,11 @@ def watch(
 
 
 Line = tuple[str, dict[str, Any]]
-"""For people, and for scripts."""
+"""A line for people, and its data for scripts."""
 
 
 def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | None, as_json: bool) -> None:
-    """`None` is a moment in which nothing came."""
+    """Print lines until a limit; None is a moment without a message."""
     try:
         for line in lines:
             if give_up_s is not None and time.monotonic() > give_up_s:
@@ -91,19 +91,19 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     is_real = status["time"] == "real"
     inbox = client.inbox(["watch/*", "event"])
     expected: dict[tuple[str, str], int] = {}
-    for told in inbox:
-        if told is None:
+    for published in inbox:
+        if published is None:
             yield None
-        elif told[0] == "event":
-            event = told[1]
+        elif published[0] == "event":
+            event = published[1]
             words = " ".join(filter(None, (event["process"], event["what"])))
             text = event["text"].partition("\n")[0]
             yield (
                 f"{_time_of_day(round(event['time_s'] * S))}  -- {words}{': ' if text else ''}{text}",
                 {"event": event},
             )
-        elif any(fnmatchcase(told[0], pattern) for pattern in patterns) and is_batch(told[1]):
-            yield from _of_batch(*told, width, is_real, expected)
+        elif any(fnmatchcase(published[0], pattern) for pattern in patterns) and is_batch(published[1]):
+            yield from _of_batch(*published, width, is_real, expected)
 
 
 def _of_batch(
@@ -122,8 +122,8 @@ def _of_batch(
 
 
 def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
-    """Asked over and over: a device tells its values when asked, not when they change."""
-    from fieldrig.control import NobodyError
+    """Yield changes of points.  Devices are polled, as they report values only when asked."""
+    from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
 
     devices = client.ask("rig/status")["devices"]
@@ -143,7 +143,7 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                 if device not in units:
                     units[device] = client.ask(f"device/{device}/keys")
                 values = client.ask(f"device/{device}/get")
-            except NobodyError:  # it is being restarted
+            except NoAnswerError:  # it is being restarted
                 continue
             for key, value in values.items():
                 name = f"{device}/{key}"
