@@ -114,7 +114,7 @@ class Recorder:
         left_out = self.taken - self._missing - self._written
         words = f"{self._path}: {self._written} messages"
         words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
-        words += f"; {left_out} are of kinds that this format doesn't know" if left_out else ""
+        words += f"; {left_out} are of kinds that this format can't hold" if left_out else ""
         return words + (f"; {self._lost} were lost: this host is too slow" if self._lost else "")
 
     def _write(self) -> None:

@@ -269,7 +269,7 @@ A_NAME = "expected lower-case letters, digits, _ and -, starting with a letter"
         ),
         ("time: real\nbuses:\n  Can0: {kind: can.hub}\n", ':3: buses.Can0: "Can0" is not a name', A_NAME),
         ("time: real\nbuses:\n  0: {kind: can.hub}\n", ":3: buses[0]: 0 is not a name", A_NAME),
-        ("time: real\ntime: virtual\n", ":2: time: the same key stands in line 1", "keep one of the two"),
+        ("time: real\ntime: virtual\n", ":2: time: the same key is in line 1", "keep one of the two"),
         (
             "time: real\n  seed: 1\n",
             ":2: this is not YAML: mapping values are not allowed here",
@@ -368,7 +368,7 @@ def test_other_hosts_ports_and_protocols_do_not_meet(loaded: Loaded, other: str)
 def test_port_0_is_refused_where_outsiders_must_know_the_port(refused: Refused) -> None:
     found = refused("control: tcp/127.0.0.1:0\n" + dedent(LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:0"')))
     assert [one.partition(": ")[2] for one in found] == [
-        f"{key}: port 0 is a port that nobody outside knows\n    expected a port from 1 to 65535"
+        f"{key}: port 0 is a random port that no outside client knows\n    expected a port from 1 to 65535"
         for key in ("control", "buses.can0.listen")
     ]
 

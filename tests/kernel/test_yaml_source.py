@@ -55,7 +55,7 @@ def test_a_merge_key_adds_what_is_not_there_yet() -> None:
 @pytest.mark.parametrize(
     ("text", "mistake"),
     [
-        ("a: 1\nb: {c: 1,\n  c: 2}", "f:3: b.c: the same key stands in line 2\n    keep one of the two"),
+        ("a: 1\nb: {c: 1,\n  c: 2}", "f:3: b.c: the same key is in line 2\n    keep one of the two"),
         ("a: !Press 1", "f:1: a: the tag !Press has no meaning here\n    take it away"),
         ("a: !!set {}", "f:1: a: the tag tag:yaml.org,2002:set has no meaning here\n    take it away"),
         ("? [a]\n: 1", "f:1: a key is a name or a whole number\n    expected quotes around it"),

@@ -36,7 +36,7 @@ Overrides = Annotated[
 Endpoint = Annotated[
     str,
     typer.Option(
-        "--control", metavar="ENDPOINT", envvar=ENDPOINT_VARIABLE, help="Connect to the rig's control service here."
+        "--control", metavar="ENDPOINT", envvar=ENDPOINT_VARIABLE, help="Connect to the rig at this control endpoint."
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")]

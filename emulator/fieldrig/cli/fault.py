@@ -27,18 +27,19 @@ def fault(
         list[str] | None,
         typer.Argument(
             metavar="WHAT|KEY=VALUE",
-            help="The fault to add.",
+            help="The fault to add, and its keys.",
             show_default=False,
             autocompletion=completion.fault_word,
         ),
     ] = None,
     clear: Annotated[
-        str | None, typer.Option("--clear", metavar="NUMBER", help="Take a fault away, or all.", show_default=False)
+        str | None,
+        typer.Option("--clear", metavar="NUMBER", help="Clear the fault of this number, or all.", show_default=False),
     ] = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Show the faults of a bus or a device, add one (this prints its number), or clear them.
+    """Show, add or clear faults of a bus or a device.
 
     \b
         fieldrig fault can0
@@ -48,8 +49,9 @@ def fault(
         fieldrig fault can0 --clear all
         fieldrig fault ring0 break after=belt duration_ms=500
 
-    Faults and their keys are those of `faults` in a rig file; `fieldrig watch BUS` shows when one strikes on a bus.
-    What was given here is forgotten when the process of the bus or device is restarted.
+    Adding a fault prints its number. Faults and their keys are the same as under `faults` in a rig file.
+    `fieldrig watch BUS` shows each time that one is applied. Faults added here are lost when the process of the bus or
+    device restarts.
     """
     from fieldrig.control import Client
 

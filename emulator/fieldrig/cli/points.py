@@ -12,20 +12,23 @@ def get(
     names: Annotated[
         list[str],
         typer.Argument(
-            metavar="DEVICE[/KEY]...", help="What to read.", show_default=False, autocompletion=completion.point
+            metavar="DEVICE[/KEY]...",
+            help="Devices, or single points of them.",
+            show_default=False,
+            autocompletion=completion.point,
         ),
     ],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Read values of devices of a running rig.
+    """Read values of devices.
 
     \b
-        fieldrig get tank                     everything that the device shows
-        fieldrig get tank/level io/6200:01    single values
+        fieldrig get tank                     all points of the device
+        fieldrig get tank/level io/6200:01    single points
         fieldrig get tank --json              {"tank/level": 0.5, ...}
 
-    What can't be read is told after the values that can, and the exit code is 6.
+    Errors are reported after the values that could be read, and the exit code is then 6.
     """
     from fieldrig.control import Client
     from fieldrig.errors import ControlError
@@ -52,7 +55,7 @@ def set_(
         list[str],
         typer.Argument(
             metavar="DEVICE/KEY=VALUE...",
-            help="What to write.",
+            help="Points and their new values.",
             show_default=False,
             autocompletion=completion.setting,
         ),
@@ -60,7 +63,7 @@ def set_(
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Write values of devices of a running rig, and print what they are then.
+    """Write values of devices, and print the new values.
 
     \b
         fieldrig set io/6200:01=0xFF

@@ -10,14 +10,14 @@ from fieldrig.cli.common import AsJson, Overrides, RigFile, echo_json, echo_tabl
 
 
 def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
-    """Read a rig file, and say everything that is wrong in it.
+    """Check a rig file, and explain every mistake.
 
     \b
-    Every mistake comes with its file, line and key, and with what would be right. Nothing is started.
-    What is odd in a file that the rig file names, such as an EDS, but can be read, is a warning.
+    Each mistake is reported with its file, line and key, and with what was expected. Nothing is started.
+    Flaws that do not prevent a start, such as those of an EDS file, are warnings.
         fieldrig check configs/lab.yaml
         fieldrig check configs/lab.yaml --set buses.can0.bitrate=250000
-        fieldrig check configs/lab.yaml --json     a list of the mistakes, for an editor or a script
+        fieldrig check configs/lab.yaml --json     list the mistakes for an editor or a script
     """
     from dataclasses import asdict
 
@@ -40,20 +40,23 @@ def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -
         raise ConfigError(mistakes)
     processes = f", {len(placement(config))} processes" if config.time == "real" else ""
     content = f"{len(config.buses)} buses, {len(config.devices)} devices{processes}"
-    typer.echo(f"{file} is right: {config.name}, time: {config.time}, {content}")
+    typer.echo(f"{file} has no mistakes: {config.name}, time: {config.time}, {content}")
 
 
 def schema(
     name: Annotated[
-        str, typer.Argument(metavar="[FILE]", help="Kind of file: rig, register-table or name-plate.")
+        str,
+        typer.Argument(
+            metavar="[FILE]", help="Print the schema of this kind of file: rig, register-table or name-plate."
+        ),
     ] = "rig",
 ) -> None:
-    """Print the JSON Schema of rig files, or of a file that they name, so that an editor completes and explains keys.
+    """Print the JSON Schema of rig files, for editors.
 
     \b
         fieldrig schema > fieldrig.schema.json
         fieldrig schema register-table > register-table.schema.json
-    and as the first line of a rig file, for editors with the YAML language server:
+    Editors with the YAML language server read it if this is the first line of a rig file:
         # yaml-language-server: $schema=fieldrig.schema.json
     """
     import json
@@ -72,15 +75,18 @@ def devices(
     kind: Annotated[
         str | None,
         typer.Argument(
-            help="One kind, to see its links and settings.", show_default=False, autocompletion=completion.kind
+            metavar="[KIND]",
+            help="Show the links and settings of this kind.",
+            show_default=False,
+            autocompletion=completion.kind,
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the kinds of buses and devices that are installed, or the settings of one.
+    """List the kinds of buses and devices, or the settings of one.
 
     \b
-        fieldrig devices                  all kinds, one line each
+        fieldrig devices                  all installed kinds, one line each
         fieldrig devices canopen.node     its links and settings
         fieldrig devices can.hub
         fieldrig devices press:Press      a class of your own, in press.py in this folder

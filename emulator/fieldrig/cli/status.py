@@ -17,8 +17,8 @@ def status(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Only say whether this process, device or bus is ready, by exit code 0 or 7; `all` is the whole rig,"
-            " `rig` its control service.",
+            help="Print nothing, and exit with 0 if this process, device or bus is ready, else with 7. Use `all`"
+            " for the whole rig and `rig` for its control service.",
             show_default=False,
             autocompletion=completion.ready_part,
         ),
@@ -31,7 +31,7 @@ def status(
     \b
         fieldrig status
         fieldrig status --json
-        fieldrig status --ready io && echo go     for scripts and health checks
+        fieldrig status --ready io && echo ready     for scripts and health checks
     """
     from fieldrig.control import Client
 

@@ -12,44 +12,51 @@ PATIENCE_S = 3600.0
 
 
 def step(
-    duration: Annotated[str, typer.Argument(help="How far, such as 10ms or 1s.")] = "1ms",
+    duration: Annotated[
+        str, typer.Argument(metavar="[DURATION]", help="Virtual time to advance, such as 10ms or 1s.")
+    ] = "1ms",
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Move a rig in virtual time on by a duration, and pause it there.
+    """Advance a rig in virtual time, and pause it.
 
     \b
         fieldrig step 10ms
         fieldrig step 1.5s
-        fieldrig step 0s          only pause
+        fieldrig step 0s          pause without advancing
     """
     _tell(endpoint, "step", {"ns": duration_ns(duration)}, as_json)
 
 
 def pause(as_json: AsJson = False, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
-    """Stop the time of a rig in virtual time; `fieldrig run` goes on."""
+    """Pause a rig in virtual time; `fieldrig run` resumes it."""
     _tell(endpoint, "pause", None, as_json)
 
 
 def run(
     speed: Annotated[
-        str | None, typer.Argument(help="Virtual seconds per second, or max; without it as before.", show_default=False)
+        str | None,
+        typer.Argument(
+            metavar="[SPEED]",
+            help="Virtual seconds per second, or max.  [default: the speed before the pause]",
+            show_default=False,
+        ),
     ] = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Let a rig in virtual time run on.
+    """Resume a rig in virtual time.
 
     \b
-        fieldrig run            as before the pause
-        fieldrig run 10         ten times as fast as the clock on the wall
-        fieldrig run max        as fast as the computer can
+        fieldrig run            at the speed before the pause
+        fieldrig run 10         ten times as fast as real time
+        fieldrig run max        as fast as the host can
     """
     _tell(endpoint, "run", None if speed is None else {"speed": _speed(speed)}, as_json)
 
 
 def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
-    """End a running rig in order, as Ctrl-C does where it runs."""
+    """Stop a running rig in order, as Ctrl-C does in its terminal."""
     from fieldrig.control import Client
 
     with Client(endpoint) as client:
@@ -63,14 +70,16 @@ def restart(
         str,
         typer.Argument(
             metavar="NAME",
-            help="A process, or a device or bus in it.",
+            help="The process, or a device or bus in it.",
             show_default=False,
             autocompletion=completion.part,
         ),
     ],
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """End one process of a rig in real time and start it again, as a power cycle of its devices.
+    """Restart one process of a rig in real time.
+
+    For its devices this is a power cycle.
 
     \b
         fieldrig restart io
@@ -87,7 +96,7 @@ def _speed(text: str) -> float | None:
     except ValueError:
         speed = 0.0
     if speed is not None and not speed > 0:
-        raise typer.BadParameter(f"{text!r} is not a speed: write a number above 0, or max")
+        raise typer.BadParameter(f"{text!r} is not a speed; expected a number above 0, or max")
     return speed
 
 

@@ -22,7 +22,7 @@ app = command_group()
 
 @app.callback()
 def trace() -> None:
-    """Record the messages of a rig into a file, show such a file, or convert it.
+    """Record, show or convert traces.
 
     The ending of its name selects the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
 
@@ -33,7 +33,7 @@ def trace() -> None:
     """
 
 
-TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace.", show_default=False)]
+TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace file.", show_default=False)]
 Buses = Annotated[
     list[str] | None,
     typer.Argument(
@@ -53,7 +53,7 @@ def record(
     duration: For = None,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Write the messages of a running rig into a file, until Ctrl-C.
+    """Record the messages of a running rig until Ctrl-C.
 
     \b
         fieldrig trace record lab.pcapng
@@ -116,7 +116,7 @@ def convert(
     target: Annotated[Path, typer.Argument(metavar="TARGET", help="The file to write.", show_default=False)],
     buses: Buses = None,
 ) -> None:
-    """Write a trace in another format.
+    """Convert a trace to another format.
 
     \b
         fieldrig trace convert lab.jsonl lab.pcapng
@@ -127,7 +127,7 @@ def convert(
     counted = _Counted(_chosen(read(file), buses))
     written = write(counted, target)
     left_out = (
-        f"; {counted.count - written} are of kinds that this format doesn't know" if written < counted.count else ""
+        f"; {counted.count - written} are of kinds that this format can't hold" if written < counted.count else ""
     )
     typer.echo(f"{target}: {written} messages{left_out}", err=True)
 

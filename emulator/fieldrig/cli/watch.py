@@ -24,7 +24,7 @@ def watch(
         list[str] | None,
         typer.Argument(
             metavar="[PATTERN]...",
-            help="Buses, or points of devices (with a /).",
+            help="Buses, or points of devices in the form DEVICE/KEY.",
             show_default=False,
             autocompletion=completion.watched,
         ),
@@ -34,12 +34,12 @@ def watch(
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Show messages on buses, or changes of points, as they happen, until Ctrl-C.
+    """Show messages or changes of values until Ctrl-C.
 
     \b
-        fieldrig watch                        every message on every bus, and what happens to the rig
+        fieldrig watch                        every message on every bus, and the events of the rig
         fieldrig watch can0                   one bus
-        fieldrig watch tank/level io/6200:*   values, whenever they change
+        fieldrig watch tank/level io/6200:*   values of devices, whenever they change
         fieldrig watch can0 -n 1 --json       one message, for a script
 
     A * matches any characters. Watching loads the rig only while it lasts.
