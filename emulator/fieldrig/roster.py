@@ -5,20 +5,19 @@ ask to `join` when their hubs are open, and are answered when the processes that
 """
 
 import asyncio
-import os
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import StrEnum
-from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 from fieldrig.asked import asked
 from fieldrig.config import RigConfig
-from fieldrig.control import VERSION, Control
+from fieldrig.control import Control
 from fieldrig.errors import ControlError
 from fieldrig.placement import ProcessPlan
+from fieldrig.rig_status import rig_status
 
 
 class State(StrEnum):
@@ -38,8 +37,7 @@ ON_ITS_WAY = frozenset({State.STARTING, State.WAITING, State.RELEASED})
 GREETING_S = 5.0
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(NamedTuple):
     """Something that a user may want to know: ready, died, gone, failed, late, stopping, stopped."""
 
     what: str
@@ -121,27 +119,18 @@ class Roster:
     def publish(self, what: str, process: str = "", text: str = "") -> None:
         event = Event(what, process, text, time.time())
         self._report(event)
-        self._control.publish("event", asdict(event))
+        self._control.publish("event", event._asdict())
 
     def stop(self) -> None:
         self._is_stopping = True
         self.publish("stopping")
 
     def status(self) -> dict[str, Any]:
-        config = self._config
         return {
-            "version": VERSION,
-            "fieldrig": version("fieldrig"),
-            "rig": config.name,
-            "file": str(config.path.absolute()),
-            "run": str(config.run.absolute()),
-            "time": config.time,
+            **rig_status(self._config, self._started_s, lambda device: device.process),
+            "run": str(self._config.run.absolute()),
             "state": self._state(),
-            "pid": os.getpid(),
-            "uptime_s": round(time.monotonic() - self._started_s, 3),
             "processes": {name: _shown(member) for name, member in self.members.items()},
-            "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
-            "devices": {name: {"kind": entry.kind, "process": entry.process} for name, entry in config.devices.items()},
         }
 
     def _state(self) -> str:

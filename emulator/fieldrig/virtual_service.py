@@ -4,12 +4,9 @@ The rig runs in slices of `SLICE_S`, so that it answers questions even at full s
 """
 
 import asyncio
-import os
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import partial
-from importlib.metadata import version
 from typing import Any
 
 from fieldrig.asked import asked
@@ -18,12 +15,13 @@ from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream, OnDelivery
 from fieldrig.clock import NEVER_NS, S
 from fieldrig.config import RigConfig
-from fieldrig.control import VERSION, Control
+from fieldrig.control import Control
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
 from fieldrig.points import answers
 from fieldrig.rig import Rig
+from fieldrig.rig_status import rig_status
 from fieldrig.roster import Event, Report
 from fieldrig.this_process import facts
 
@@ -107,7 +105,7 @@ class VirtualService:
     def publish(self, what: str, text: str = "") -> None:
         event = Event(what, "", text, time.time())
         self._report(event)
-        self._control.publish("event", asdict(event))
+        self._control.publish("event", event._asdict())
 
     def _serve(self) -> None:
         control, rig = self._control, self._rig
@@ -200,22 +198,13 @@ class VirtualService:
             listener(delivery)
 
     def _status(self) -> dict[str, Any]:
-        config = self._config
         return {
-            "version": VERSION,
-            "fieldrig": version("fieldrig"),
-            "rig": config.name,
-            "file": str(config.path.absolute()),
+            **rig_status(self._config, self._started_s, lambda _device: self._config.name),
             "run": None,
-            "time": "virtual",
             "state": "ready" if self._may_run.is_set() else "paused",
             "now_ns": self._rig.now_ns,
             "speed": self._speed,
-            "pid": os.getpid(),
-            "uptime_s": round(time.monotonic() - self._started_s, 3),
             "processes": {},
-            "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
-            "devices": {name: {"kind": entry.kind, "process": config.name} for name, entry in config.devices.items()},
         }
 
     async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:

@@ -7,9 +7,8 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import can
 import canopen
@@ -23,8 +22,9 @@ POLL_S = 0.5
 ANSWER_LIMIT_S = 20.0
 
 
-@dataclass(frozen=True, slots=True)
-class Stack:
+class Stack(NamedTuple):
+    """A running Compose project."""
+
     file: str
     project: str
     ports: Mapping[str, int]

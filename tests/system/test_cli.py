@@ -3,22 +3,14 @@
 import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, until
 
 pytestmark = pytest.mark.system
 
-KINDS = Path(__file__).with_name("lamp_kinds.py")
-BLINKING = """
-time: real
-buses:
-  wires: {kind: wires.hub}
-devices:
-  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
-  switch: {kind: "lamp_kinds:Switch", lamp: lamp, period_ms: 20, links: {wires: wires}}
-"""
+BLINKING = lamp_rig("period_ms: 20, ")
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +59,7 @@ def test_get_prints_what_it_could_get(rig: RunningRig) -> None:
 
 def test_get_prints_what_it_could_get_when_a_process_is_dead() -> None:
     gone = '  extra: {kind: "lamp_kinds:Fragile", on_exit: ignore}\n'
-    with RunningRig(BLINKING.replace(", period_ms: 20", "") + gone, KINDS) as rig:
+    with RunningRig(BLINKING.replace("period_ms: 20, ", "") + gone, KINDS) as rig:
         rig.until_ready()
         rig.tool("set", "extra/hit=true")
         until(lambda: rig.status()["processes"]["extra"]["state"] == "gone")

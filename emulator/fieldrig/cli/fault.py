@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, echo_json, echo_table
 
 TIMES: Final = ("start_ms", "duration_ms")
 STANDING: Final = ("what", "state", "applied")
@@ -16,21 +16,11 @@ IN_HEX: Final = ("identifier", "mask")
 def fault(
     where: Annotated[
         str,
-        typer.Argument(
-            metavar="BUS|DEVICE",
-            help="A bus or a device of the rig.",
-            show_default=False,
-            autocompletion=completion.faulty,
-        ),
+        argument("BUS|DEVICE", "A bus or a device of the rig.", completion.faulty),
     ],
     words: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="WHAT|KEY=VALUE",
-            help="The fault to add, and its keys.",
-            show_default=False,
-            autocompletion=completion.fault_word,
-        ),
+        argument("WHAT|KEY=VALUE", "The fault to add, and its keys.", completion.fault_word),
     ] = None,
     clear: Annotated[
         str | None,

@@ -5,19 +5,11 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, assignment, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, assignment, echo_json
 
 
 def get(
-    names: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="DEVICE[/KEY]...",
-            help="Devices, or single points of them.",
-            show_default=False,
-            autocompletion=completion.point,
-        ),
-    ],
+    names: Annotated[list[str], argument("DEVICE[/KEY]...", "Devices, or single points of them.", completion.point)],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
@@ -51,15 +43,7 @@ def get(
 
 
 def set_(
-    settings: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="DEVICE/KEY=VALUE...",
-            help="Points and their new values.",
-            show_default=False,
-            autocompletion=completion.setting,
-        ),
-    ],
+    settings: Annotated[list[str], argument("DEVICE/KEY=VALUE...", "Points and their new values.", completion.setting)],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:

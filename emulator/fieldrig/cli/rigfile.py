@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import AsJson, Overrides, RigFile, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Overrides, RigFile, argument, echo_json, echo_table
 
 
 def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
@@ -74,12 +74,7 @@ def schema(
 def devices(
     kind: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[KIND]",
-            help="Show the links and settings of this kind.",
-            show_default=False,
-            autocompletion=completion.kind,
-        ),
+        argument("[KIND]", "Show the links and settings of this kind.", completion.kind),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

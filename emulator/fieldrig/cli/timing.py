@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, duration_ns, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, duration_ns, echo_json
 
 PATIENCE_S = 3600.0
 """Time limit for an answer, in seconds, as virtual hours may take long."""
@@ -36,11 +36,7 @@ def pause(as_json: AsJson = False, endpoint: Endpoint = DEFAULT_ENDPOINT) -> Non
 def run(
     speed: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[SPEED]",
-            help="Virtual seconds per second, or max.  [default: the speed before the pause]",
-            show_default=False,
-        ),
+        argument("[SPEED]", "Virtual seconds per second, or max.  [default: the speed before the pause]"),
     ] = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
@@ -68,12 +64,7 @@ def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
 def restart(
     name: Annotated[
         str,
-        typer.Argument(
-            metavar="NAME",
-            help="The process, or a device or bus in it.",
-            show_default=False,
-            autocompletion=completion.part,
-        ),
+        argument("NAME", "The process, or a device or bus in it.", completion.part),
     ],
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, command_group, duration_ns, echo_json
+from fieldrig.cli.common import (
+    DEFAULT_ENDPOINT,
+    AsJson,
+    Count,
+    Endpoint,
+    For,
+    argument,
+    command_group,
+    duration_ns,
+    echo_json,
+)
 from fieldrig.clock import S
 
 if TYPE_CHECKING:
@@ -33,15 +43,10 @@ def trace() -> None:
     """
 
 
-TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace file.", show_default=False)]
+TraceFile = Annotated[Path, argument("FILE", "The trace file.")]
 Buses = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="[BUS]...",
-        help="Only these buses; a * matches any characters.",
-        show_default=False,
-        autocompletion=completion.bus,
-    ),
+    argument("[BUS]...", "Only these buses; a * matches any characters.", completion.bus),
 ]
 
 
@@ -113,7 +118,7 @@ def show(file: TraceFile, buses: Buses = None, as_json: AsJson = False) -> None:
 @app.command()
 def convert(
     file: TraceFile,
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="The file to write.", show_default=False)],
+    target: Annotated[Path, argument("TARGET", "The file to write.")],
     buses: Buses = None,
 ) -> None:
     """Convert a trace to another format.

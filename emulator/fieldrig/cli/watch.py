@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, duration_ns
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, argument, duration_ns
 from fieldrig.cli.points import show_value
 from fieldrig.clock import S
 
@@ -22,12 +22,7 @@ POLL_S = 0.1
 def watch(
     patterns: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[PATTERN]...",
-            help="Buses, or points of devices in the form DEVICE/KEY.",
-            show_default=False,
-            autocompletion=completion.watched,
-        ),
+        argument("[PATTERN]...", "Buses, or points of devices in the form DEVICE/KEY.", completion.watched),
     ] = None,
     count: Count = None,
     duration: For = None,
