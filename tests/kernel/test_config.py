@@ -133,7 +133,7 @@ def test_a_mistake_hides_no_other(refused: Refused) -> None:
     """What is wrong with a key of every device, and what is wrong with those of its kind."""
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nobody, process: RACK}}\n'
     keys = ("process", "on_exit", "node_id")
-    assert [[f"devices.io.{key}: " in one for one in refused(text)].count(True) for key in keys] == [1, 1, 1]
+    assert [[f"devices.io.{key}: " in item for item in refused(text)].count(True) for key in keys] == [1, 1, 1]
     assert len(refused(text)) == 5  # there is no device nobody, and no link
 
 
@@ -367,7 +367,7 @@ def test_other_hosts_ports_and_protocols_do_not_meet(loaded: Loaded, other: str)
 
 def test_port_0_is_refused_where_outsiders_must_know_the_port(refused: Refused) -> None:
     found = refused("control: tcp/127.0.0.1:0\n" + dedent(LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:0"')))
-    assert [one.partition(": ")[2] for one in found] == [
+    assert [item.partition(": ")[2] for item in found] == [
         f"{key}: port 0 is a random port that no outside client knows\n    expected a port from 1 to 65535"
         for key in ("control", "buses.can0.listen")
     ]

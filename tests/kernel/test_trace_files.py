@@ -77,7 +77,7 @@ def test_an_unknown_ending_is_refused_with_those_that_are_known(tmp_path: Path) 
 
 
 def batch(first: int, *data: str) -> dict[str, object]:
-    entries = [[10 + index, "tank", one] for index, one in enumerate(data)]
+    entries = [[10 + index, "tank", entry] for index, entry in enumerate(data)]
     return {"family": "wires", "process": "w", "first": first, "epoch_ns": 100, "entries": entries}
 
 

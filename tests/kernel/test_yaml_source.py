@@ -65,7 +65,7 @@ def test_a_merge_key_adds_what_is_not_there_yet() -> None:
     ],
 )
 def test_what_has_no_place_in_a_rig_file_is_refused(text: str, mistake: str) -> None:
-    assert [str(one) for one in read(text, "f").mistakes] == [mistake]
+    assert [str(found) for found in read(text, "f").mistakes] == [mistake]
 
 
 @pytest.mark.parametrize(

@@ -37,8 +37,8 @@ def page(commit: str, seed: str, total_rows: int, judged: Judged) -> str:
 
 def _listed(title: str, judged: Judged, verdict: Verdict) -> list[str]:
     places = [
-        f"- {one.row}: `{one.file}:{one.line}`, {one.operator.partition('/')[2]}"
-        for one, judgement in judged
+        f"- {entry.row}: `{entry.file}:{entry.line}`, {entry.operator.partition('/')[2]}"
+        for entry, judgement in judged
         if judgement is verdict
     ]
     if not places:

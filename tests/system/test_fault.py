@@ -166,7 +166,7 @@ def test_under_virtual_time_a_fault_starts_at_the_present_instant() -> None:
 def test_an_end_of_a_direct_bus_gets_the_seed_of_its_rig(real: RunningRig) -> None:
     def told() -> list[str]:
         messages = map(json.loads, (real.folder / "all.jsonl").read_text().splitlines())
-        return [bytes.fromhex(one["data"]).decode() for one in messages if one["bus"] == "soil"]
+        return [bytes.fromhex(message["data"]).decode() for message in messages if message["bus"] == "soil"]
 
     until(lambda: told() != [])
     assert told() == ['["seed",42,""]']
