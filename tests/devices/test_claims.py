@@ -182,7 +182,7 @@ CLIENT = {**MAX4, "modbus_client": {"units": {"Pump": {"unit": 9}}}}
 def test_a_unit_that_a_client_asks_must_be_served() -> None:
     assert mistakes(rig(a=CLIENT, b={**PUMP, "unit_id": 9})) == []
     assert mistakes(rig(a=CLIENT, b={**PUMP, "unit_id": 8})) == [
-        "devices.a.modbus_client.units.Pump.unit: nobody on mb has unit 9"
+        "devices.a.modbus_client.units.Pump.unit: nothing on mb has unit 9"
     ]
 
 
@@ -194,7 +194,7 @@ def test_a_member_from_outside_may_serve_it_where_the_bus_says_so() -> None:
 
 def test_its_own_unit_serves_no_client() -> None:
     assert mistakes(rig(a={**CLIENT, "modbus": {"unit_id": 9}})) == [
-        "devices.a.modbus_client.units.Pump.unit: nobody on mb has unit 9"
+        "devices.a.modbus_client.units.Pump.unit: nothing on mb has unit 9"
     ]
 
 
