@@ -6,9 +6,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from doc_pages import blocks
 from tests.pictures.chart import chart
-from tests.pictures.recording import ROOT, Sent, frame_bar, recorded
+from tests.pictures.recording import ROOT, Sent, block_named, frame_bar, recorded
 from tests.pictures.svg import Drawing
 from tests.pictures.timing import Bar, Lane, draw_timing
 from tests.pictures.wiring import draw_wiring, width_of, wiring
@@ -122,10 +121,9 @@ def tank_level() -> str:
 
 def bench() -> str:
     """The wiring of the first rig file on the page about rig files."""
-    block = next(block for block in blocks(ROOT / "docs" / "rig-file.md") if block.info[-1] == "bench.yaml")
     with TemporaryDirectory() as folder:
         file = Path(folder) / "bench.yaml"
-        file.write_text(block.text, encoding="utf-8")
+        file.write_text(block_named("rig-file.md", "bench.yaml").text, encoding="utf-8")
         (Path(folder) / "eds").symlink_to(ROOT / "configs" / "eds")
         return wiring(file, "The wiring of bench.yaml", "A CANopen node on a CAN bus and a tank, joined by wires.")
 
