@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 import typer
-from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, prose, rows
+from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, links_in, prose, rows
 
 from fieldrig import faults, kinds
 from fieldrig.cli.app import app
@@ -26,7 +26,7 @@ from fieldrig.settings import Settings
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
-from fieldrig_bus.ring.faults import RingFault
+from fieldrig_bus.ring.sercos.faults import RingFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
@@ -34,18 +34,18 @@ from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.ties import Tie
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
-from fieldrig_devices.max4.can_face_settings import AxisTerminals, CanFaceSettings
-from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings, CanNodeSettings
-from fieldrig_devices.max4.configuration import DriveSettings
+from fieldrig_devices.max4.can.master_settings import CanMasterSettings, CanNodeSettings
+from fieldrig_devices.max4.can.settings import AxisTerminals, CanFaceSettings
+from fieldrig_devices.max4.configuration.files import DriveSettings
 from fieldrig_devices.max4.faults import Max4Fault
 from fieldrig_devices.max4.field_data import Element
-from fieldrig_devices.max4.modbus_client_settings import (
+from fieldrig_devices.max4.modbus.client_settings import (
     ClientUnitSettings,
     ModbusClientSettings,
     ReadSettings,
     WriteSettings,
 )
-from fieldrig_devices.max4.modbus_settings import AxisLimits, ModbusFaceSettings
+from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
@@ -55,14 +55,14 @@ from fieldrig_devices.mc4.settings import (
     ParameterSettings,
     VersionSettings,
 )
-from fieldrig_devices.modbus_device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
-from fieldrig_devices.register_table import Bit, Fifo, Register, Table, load_table
+from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 
 DOCS = ROOT / "docs"
 REQUIRED = ("required", "needed")
 DEFAULT = ("default", "without it")
-APPLIES_TO = ("applies to", "of")
+APPLIES_TO = ("applies to", "belongs to", "of")
 """Each in its new and its old word, until all pages have the new one."""
 Models = Mapping[str, type[Settings]]
 
@@ -144,8 +144,7 @@ def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
         if row.heading != heading:
             continue
         cells = dict(zip(row.columns, row.cells, strict=True))
-        of = first_of(cells, APPLIES_TO) or "all"
-        for name in said if of == "all" else code_in(of):
+        for name in code_in(first_of(cells, APPLIES_TO) or "") or said:
             for key in code_in(cells["key"]):
                 assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} stands there twice"
                 said[name][key] = Said(f"{row.page.name}: {heading}: {key}", first_of(cells, DEFAULT) or "")
@@ -184,11 +183,23 @@ def test_tables_have_the_right_defaults(heading: str) -> None:
                 assert code_in(without) == [] or "NAME" in without or any(word in without for word in REQUIRED), place
 
 
-def test_every_kind_has_its_section() -> None:
-    described = {
-        kind for page in ("buses.md", "devices.md") for title in headings(DOCS / page) for kind in code_in(title)
-    }
-    assert described == {*names_in("fieldrig.buses"), *names_in("fieldrig.devices")}
+def test_every_kind_of_bus_has_its_section() -> None:
+    assert {kind for title in headings(DOCS / "buses.md") for kind in code_in(title)} == set(names_in("fieldrig.buses"))
+
+
+def test_every_kind_of_device_is_in_the_overview_and_has_its_section() -> None:
+    overview = [row.cells[0] for row in rows(DOCS / "devices.md") if row.columns[0] == "kind"]
+    assert sorted(kind for cell in overview for kind in code_in(cell)) == sorted(names_in("fieldrig.devices"))
+    for cell in overview:
+        name, _, part = links_in(cell)[0].partition("#")
+        assert part in map(anchor, headings(DOCS / (name or "devices.md")))
+        assert [anchor(kind) for kind in code_in(cell)] == [part]
+
+
+def test_the_overview_of_devices_says_which_take_faults() -> None:
+    overview = [row for row in rows(DOCS / "devices.md") if row.columns[0] == "kind"]
+    said = {kind for row in overview for kind in code_in(row.cells[0]) if links_in(row.cells[3])}
+    assert said == {kind for kind in names_in("fieldrig.devices") if kinds.find_device(kind).fault_models}
 
 
 def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
@@ -211,9 +222,10 @@ def test_kinds_that_take_faults_are_those_of_the_readme() -> None:
 
 
 @pytest.mark.parametrize("kind", names_in("fieldrig.devices"))
-def test_a_device_that_takes_faults_says_which(kind: str) -> None:
+def test_faults_of_every_device_go_the_one_way_of_the_kernel(kind: str) -> None:
     device = kinds.find_device(kind)
-    assert (device.add_fault is not Device.add_fault) == bool(device.fault_models)
+    for method in ("add_fault", "clear_fault", "faults"):
+        assert getattr(device, method) is getattr(Device, method)
 
 
 @pytest.mark.parametrize("kind", names_in("fieldrig.buses"))
@@ -255,9 +267,14 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not part or part in map(anchor, headings(target)), link
 
 
-def test_every_page_is_linked_from_the_readme() -> None:
-    linked = {(ROOT / link.partition("#")[0]).resolve() for link in links(ROOT / "README.md")}
-    assert set(PAGES) <= {*linked, ROOT / "README.md"}
+def test_every_page_is_reached_by_links_from_the_readme() -> None:
+    reached: set[Path] = set()
+    found = {ROOT / "README.md"}
+    while found:
+        reached |= found
+        targets = {(page.parent / link.partition("#")[0]).resolve() for page in found for link in links(page)}
+        found = (targets & set(PAGES)) - reached
+    assert reached == set(PAGES)
 
 
 @pytest.mark.parametrize(

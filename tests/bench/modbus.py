@@ -42,7 +42,7 @@ async def serve_fieldrig() -> None:
     from fieldrig.real_clock import RealClock
     from fieldrig.store import MemoryStore
     from fieldrig_bus.modbus.tcp import ModbusTcp, ModbusTcpSettings, TcpPort
-    from fieldrig_devices.modbus_device import ModbusDevice, ModbusDeviceSettings
+    from fieldrig_devices.modbus.device import ModbusDevice, ModbusDeviceSettings
 
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "table.yaml"

@@ -24,7 +24,7 @@ from rig_hands import CanMaster, ModbusClient  # noqa: E402
 from fieldrig.clock import S  # noqa: E402
 from fieldrig.config import from_dict, load  # noqa: E402
 from fieldrig.rig import Rig  # noqa: E402
-from fieldrig_devices.max4.drive_end import AT, MDT  # noqa: E402
+from fieldrig_devices.max4.ring.drive_end import AT, MDT  # noqa: E402
 
 CONFIGS = HERE.parents[1] / "configs"
 LINE = CONFIGS / "packaging-line-virtual.yaml"

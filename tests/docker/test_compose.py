@@ -15,7 +15,7 @@ from pymodbus.client import ModbusTcpClient
 from fieldrig.config import load
 from fieldrig.placement import placement
 from fieldrig_devices.arp.can.face import EDS as CARD
-from fieldrig_devices.max4.can_face_objects import EDS as AXES
+from fieldrig_devices.max4.can.objects import EDS as AXES
 
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 

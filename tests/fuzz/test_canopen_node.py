@@ -20,8 +20,8 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.heartbeat import HeartbeatProducer
 from fieldrig_devices.canopen.parameters import Parameters
-from fieldrig_devices.canopen.rpdo import Rpdo
-from fieldrig_devices.canopen.sdo_block import BlockDownload
+from fieldrig_devices.canopen.pdo.rpdo import Rpdo
+from fieldrig_devices.canopen.sdo.block import BlockDownload
 from fieldrig_devices.canopen.sync import Sync
 
 SEED = 2026

@@ -26,11 +26,11 @@ from fieldrig.trace import TraceEntry
 from fieldrig.trace_files import read as read_trace
 from fieldrig.trace_files import write as write_trace
 from fieldrig.untrusted import MalformedError, read_json
-from fieldrig_devices.canopen import eds
-from fieldrig_devices.canopen.eds_check import check_eds
-from fieldrig_devices.canopen.eds_text import EdsError
+from fieldrig_devices.canopen.eds import reader as eds
+from fieldrig_devices.canopen.eds.check import check_eds
+from fieldrig_devices.canopen.eds.text import EdsError
 from fieldrig_devices.hiperface.plate_file import load_plate
-from fieldrig_devices.register_table import load_table
+from fieldrig_devices.registers.table import load_table
 
 pytestmark = pytest.mark.system
 

@@ -76,9 +76,9 @@ def test_a_module_that_is_not_python_is_explained(tmp_path: Path, monkeypatch: p
 
 
 def test_only_what_is_named_is_imported() -> None:
-    sys.modules.pop("fieldrig_devices.can_bridge", None)
+    sys.modules.pop("fieldrig_devices.bridges.can", None)
     kinds.find_bus("wires.virtual")
-    assert "fieldrig_devices.can_bridge" not in sys.modules
+    assert "fieldrig_devices.bridges.can" not in sys.modules
 
 
 def test_settings_are_named_by_their_annotation() -> None:

@@ -12,11 +12,11 @@ from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.arp.card import ArpCard
+from fieldrig_devices.arp.card.card import ArpCard
+from fieldrig_devices.arp.card.local_io import UNITS
+from fieldrig_devices.arp.card.settings import ArpSettings
 from fieldrig_devices.arp.fixed import SCALE, to_raw
-from fieldrig_devices.arp.local_io import UNITS
 from fieldrig_devices.arp.outside import CardState
-from fieldrig_devices.arp.settings import ArpSettings
 from fieldrig_devices.plants.servo import Servo
 from fieldrig_devices.plants.servo_settings import ServoSettings
 
@@ -144,11 +144,11 @@ class CardBench:
 
     @property
     def error(self) -> int:
-        return self.outside.faults.error
+        return self.outside.errors.error
 
     @property
     def warning(self) -> int:
-        return self.outside.faults.warning
+        return self.outside.errors.warning
 
     @property
     def line(self) -> int:

@@ -10,8 +10,8 @@ from typing import Any
 
 from arp_bench import CardBench, Groups, whole
 
-from fieldrig_devices.arp.files import encode as encoded_object
 from fieldrig_devices.arp.language.compiler import compile_text
+from fieldrig_devices.arp.language.files import encode as encoded_object
 from fieldrig_devices.arp.user_port.client import ArpPort
 from fieldrig_devices.arp.user_port.line import CardLine
 

@@ -13,8 +13,8 @@ from fieldrig.config import from_dict
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.max4.axis import Axis
-from fieldrig_devices.max4.can_face_objects import EDS
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.can.objects import EDS
 from fieldrig_devices.max4.controller import Max4
 
 PLATE = str(Path(__file__).parents[2] / "configs" / "plates" / "sm-100-30-080.yaml")

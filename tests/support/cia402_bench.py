@@ -9,7 +9,7 @@ from fieldrig.clock import MS, S
 from fieldrig.store import Store
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.motor import Kind
-from fieldrig_devices.max4.can_face_objects import EDS
+from fieldrig_devices.max4.can.objects import EDS
 
 __all__ = ["Cia402Bench", "FakeMotor", "parse", "show"]
 

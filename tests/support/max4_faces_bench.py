@@ -12,9 +12,9 @@ from fieldrig.device import Value
 from fieldrig.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_devices.max4.axis import Axis
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.configuration.tree import Parameter
 from fieldrig_devices.max4.controller import Max4
-from fieldrig_devices.max4.tree import Parameter
 
 Type = ModbusClientMixin.DATATYPE
 DECODER = DecodePDU(is_server=False)

@@ -27,7 +27,7 @@ from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResp
 from fieldrig_bus.modbus.tcp import ModbusTcp, ModbusTcpSettings
 from fieldrig_bus.modbus.virtual import ModbusVirtual, ModbusVirtualSettings
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.modbus_device import ModbusDevice, ModbusDeviceSettings
+from fieldrig_devices.modbus.device import ModbusDevice, ModbusDeviceSettings
 
 T = TypeVar("T")
 BAUD = 115200

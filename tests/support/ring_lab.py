@@ -15,7 +15,7 @@ from fieldrig.device import Value
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axis import Axis, Mode
+from fieldrig_devices.max4.axes.axis import Axis, Mode
 from fieldrig_devices.max4.controller import Max4
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -11,7 +11,7 @@ from canopen_network import network_on, socketcand_at
 from running_rig import AskedRig, until
 
 from fieldrig.testing import free_port
-from fieldrig_devices.max4.can_face_objects import EDS
+from fieldrig_devices.max4.can.objects import EDS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 IO32 = CONFIGS / "eds" / "io32.eds"

@@ -26,7 +26,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_devices.hiperface.device import SmEncoder, SmEncoderSettings
-from fieldrig_devices.modbus_device import ModbusDevice, ModbusDeviceSettings
+from fieldrig_devices.modbus.device import ModbusDevice, ModbusDeviceSettings
 
 SAVE: Final = "23 10 10 01 73 61 76 65"
 SAVED, REFUSED_SDO = "60 10 10 01", "80 10 10 01 00 00 06 06"

@@ -19,14 +19,14 @@ from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.canopen import cia401, rpdo, sdo_server, tpdo
+from fieldrig_devices.canopen import cia401
 from fieldrig_devices.canopen.bit_timing import BIT_RATES
 from fieldrig_devices.canopen.bus_errors import BusErrors
 from fieldrig_devices.canopen.cia401 import Cia401
 from fieldrig_devices.canopen.datatypes import DOMAIN
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.eds_source import EdsSource
-from fieldrig_devices.canopen.eds_writer import write_dcf
+from fieldrig_devices.canopen.eds.source import EdsSource
+from fieldrig_devices.canopen.eds.writer import write_dcf
 from fieldrig_devices.canopen.emcy import Emcy
 from fieldrig_devices.canopen.emcy_consumer import EmcyConsumer
 from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
@@ -38,15 +38,17 @@ from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.canopen.node_tools import lines
 from fieldrig_devices.canopen.nonvolatile import NonVolatile
 from fieldrig_devices.canopen.parameters import Parameters
+from fieldrig_devices.canopen.pdo import rpdo, tpdo
+from fieldrig_devices.canopen.pdo.rpdo import Rpdo
+from fieldrig_devices.canopen.pdo.tpdo import Tpdo
 from fieldrig_devices.canopen.port import UNCONFIGURED, Port
-from fieldrig_devices.canopen.rpdo import Rpdo
-from fieldrig_devices.canopen.sdo_server import SdoServer
+from fieldrig_devices.canopen.sdo import server as sdo_server
+from fieldrig_devices.canopen.sdo.server import SdoServer
 from fieldrig_devices.canopen.service import Reset, Service, State
 from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.canopen.sync import Sync
 from fieldrig_devices.canopen.ties import Bound, Ties, bind
 from fieldrig_devices.canopen.time_of_day import TimeOfDay
-from fieldrig_devices.canopen.tpdo import Tpdo
 from fieldrig_devices.canopen.variable import Variable
 
 __all__ = ["CanopenNode", "CanopenSettings"]

@@ -9,9 +9,9 @@ from pydantic import Field, model_validator
 
 from fieldrig.errors import Mistake
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
-from fieldrig_devices.canopen import eds
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.eds_text import EdsError
+from fieldrig_devices.canopen.eds import reader as eds
+from fieldrig_devices.canopen.eds.text import EdsError
 from fieldrig_devices.canopen.port import UNCONFIGURED
 from fieldrig_devices.canopen.ties import Tie, bind
 
@@ -65,7 +65,7 @@ class CanopenSettings(Settings):
             yield from _tried(("ties", key), partial(bind, dictionary, {key: tie}))
 
     def doubts(self) -> Iterator[Mistake]:
-        from fieldrig_devices.canopen.eds_check import check_eds  # only `fieldrig check` needs it
+        from fieldrig_devices.canopen.eds.check import check_eds  # only `fieldrig check` needs it
 
         for one in check_eds(self.eds):
             yield Mistake(str(self.eds), one.line, one.place, one.what, one.remedy)
@@ -95,7 +95,7 @@ class CanopenSettings(Settings):
 
 def _everything(path: Path) -> str:
     """All that is found in a file that is refused, and not only what it is refused for."""
-    from fieldrig_devices.canopen.eds_check import check_eds
+    from fieldrig_devices.canopen.eds.check import check_eds
 
     return "\n".join(f"{path.name}:{one}" for one in check_eds(path))
 

@@ -26,7 +26,7 @@ from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.heartbeat import CONSUMER_TIME, PRODUCER_TIME
 from fieldrig_devices.canopen.nmt import BOOT_UP, ERROR_CONTROL_ID, NMT_ID, Command
-from fieldrig_devices.canopen.sdo_client import SdoClient
+from fieldrig_devices.canopen.sdo.client import SdoClient
 from fieldrig_devices.canopen.service import State
 
 SDO_TIMEOUT_NS: Final = 500 * MS

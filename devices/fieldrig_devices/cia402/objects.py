@@ -9,7 +9,7 @@ can use it.
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.cia402.modes.homing_methods import METHODS
+from fieldrig_devices.cia402.homing_methods import METHODS
 
 AXIS_STEP: Final = 0x800
 AXES: Final = 8

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from fieldrig.errors import UsageError
 from fieldrig_devices.canopen.datatypes import DATA_TYPES, DataType, Integer
-from fieldrig_devices.canopen.eds import Description as Described
-from fieldrig_devices.canopen.eds import describe
-from fieldrig_devices.canopen.eds_text import EdsError
+from fieldrig_devices.canopen.eds.reader import Description as Described
+from fieldrig_devices.canopen.eds.reader import describe
+from fieldrig_devices.canopen.eds.text import EdsError
 from fieldrig_devices.canopen.variable import Variable
 
 BOOLEAN, DOMAIN = 0x01, 0x0F

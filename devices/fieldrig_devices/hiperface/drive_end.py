@@ -11,6 +11,7 @@ from typing import Any, Final, TypeVar
 from fieldrig.clock import Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_devices.drives.motor import MotorData
 from fieldrig_devices.hiperface.client import Failure, Motor, MotorError, read_motor, read_position
 from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError, Script
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder
@@ -18,7 +19,6 @@ from fieldrig_devices.hiperface.line import FORM, InternalLine, Seat
 from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.shaft import increments_of
 from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
-from fieldrig_devices.mc4.motor import MotorData
 
 T = TypeVar("T")
 Action = Callable[[], None]

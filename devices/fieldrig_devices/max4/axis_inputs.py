@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping
 from pydantic import Field
 
 from fieldrig.settings import Settings
+from fieldrig_devices.max4.configuration.tree import ObjectTree, Parameter
 from fieldrig_devices.max4.core import Controller
-from fieldrig_devices.max4.tree import ObjectTree, Parameter
 
 
 class SwitchSettings(Settings):

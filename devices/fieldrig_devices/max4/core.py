@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from fieldrig.store import Store
-from fieldrig_devices.max4.axis import Axis
-from fieldrig_devices.max4.diagnosis import Diagnosis, Sender
-from fieldrig_devices.max4.logger import Logger
-from fieldrig_devices.max4.tree import ObjectTree
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.configuration.tree import ObjectTree
+from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Sender
+from fieldrig_devices.max4.messages.logger import Logger
 
 
 class Controller(Protocol):

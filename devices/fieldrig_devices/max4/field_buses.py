@@ -10,12 +10,12 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest
-from fieldrig_devices.max4.can_face import CanFace
-from fieldrig_devices.max4.canopen_master import CanopenMaster
+from fieldrig_devices.max4.can.face import CanFace
+from fieldrig_devices.max4.can.master import CanopenMaster
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import IoMap
-from fieldrig_devices.max4.modbus_client import ModbusClient
-from fieldrig_devices.max4.modbus_face import ModbusFace
+from fieldrig_devices.max4.modbus.client import ModbusClient
+from fieldrig_devices.max4.modbus.face import ModbusFace
 from fieldrig_devices.max4.settings import Max4Settings
 
 

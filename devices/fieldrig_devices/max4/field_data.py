@@ -16,9 +16,9 @@ from pydantic import Field
 from fieldrig.clock import MS
 from fieldrig.device import Value
 from fieldrig.settings import Settings
-from fieldrig_devices.max4.configuration import Symbol
+from fieldrig_devices.max4.configuration.files import Symbol
+from fieldrig_devices.max4.configuration.tree import Group, Kind, Object, Parameter, Type
 from fieldrig_devices.max4.core import Controller
-from fieldrig_devices.max4.tree import Group, Kind, Object, Parameter, Type
 
 log = logging.getLogger(__name__)
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import ValidationError
 
 from fieldrig.clock import MS, Clock, Timer
-from fieldrig_devices.max4.catalogue import Code
-from fieldrig_devices.max4.configuration import Configuration
-from fieldrig_devices.max4.diagnosis import Sender
-from fieldrig_devices.max4.version import goes_with, version_of
+from fieldrig_devices.max4.configuration.files import Configuration
+from fieldrig_devices.max4.configuration.version import goes_with, version_of
+from fieldrig_devices.max4.messages.catalogue import Code
+from fieldrig_devices.max4.messages.diagnosis import Sender
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4

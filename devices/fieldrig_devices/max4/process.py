@@ -10,11 +10,11 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import US, Clock
-from fieldrig_bus.ring.timing import answers_ns
-from fieldrig_devices.max4.drive_end import RingDrive
-from fieldrig_devices.max4.encoder import LogicEncoder, MasterEncoder
+from fieldrig_bus.ring.sercos.timing import answers_ns
+from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
+from fieldrig_devices.max4.axes.simulated import SimulatedDrive
+from fieldrig_devices.max4.ring.drive_end import RingDrive
 from fieldrig_devices.max4.settings import ProcessTimes
-from fieldrig_devices.max4.simulated import SimulatedDrive
 from fieldrig_devices.max4.terminals import MeasuringInput
 
 MBAUD: Final = 4  # manual 456

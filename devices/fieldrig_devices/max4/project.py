@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from fieldrig.device import Value
-from fieldrig_devices.max4.configuration import (
+from fieldrig_devices.max4.configuration.files import (
     Configuration,
     configuration_of_file,
     configuration_to_file,
     parameters_of_file,
     parameters_to_file,
 )
-from fieldrig_devices.max4.disk import FlashDisk, file_name
 from fieldrig_devices.max4.settings import Max4Settings
+from fieldrig_devices.max4.storage.disk import FlashDisk, file_name
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 CAN_MASTER_FILE: Final = "\\CANMA.CON"

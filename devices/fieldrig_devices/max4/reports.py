@@ -9,10 +9,10 @@ English as in its prose.
 from collections.abc import Callable, Mapping
 from typing import Literal
 
-from fieldrig_devices.max4.axis import Axis
-from fieldrig_devices.max4.catalogue import message_of
-from fieldrig_devices.max4.diagnosis import MESSAGE_CLASS, Diagnosis, Pending, Sender
-from fieldrig_devices.max4.logger import Logger
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.messages.catalogue import message_of
+from fieldrig_devices.max4.messages.diagnosis import MESSAGE_CLASS, Diagnosis, Pending, Sender
+from fieldrig_devices.max4.messages.logger import Logger
 
 Language = Literal["de", "en"]
 SUB_UNIT = 1

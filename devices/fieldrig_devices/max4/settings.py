@@ -6,14 +6,14 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
-from fieldrig_devices.max4.can_face_settings import CanFaceSettings
-from fieldrig_devices.max4.canopen_master_settings import CanMasterSettings
-from fieldrig_devices.max4.configuration import Configuration, DriveSettings, Symbol
-from fieldrig_devices.max4.limits import MOST_AXES
-from fieldrig_devices.max4.modbus_client_settings import ModbusClientSettings
-from fieldrig_devices.max4.modbus_settings import ModbusFaceSettings
-from fieldrig_devices.max4.retain import RetainKind
-from fieldrig_devices.max4.version import version_of
+from fieldrig_devices.max4.can.master_settings import CanMasterSettings
+from fieldrig_devices.max4.can.settings import CanFaceSettings
+from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol
+from fieldrig_devices.max4.configuration.limits import MOST_AXES
+from fieldrig_devices.max4.configuration.version import version_of
+from fieldrig_devices.max4.modbus.client_settings import ModbusClientSettings
+from fieldrig_devices.max4.modbus.settings import ModbusFaceSettings
+from fieldrig_devices.max4.storage.retain import RetainKind
 
 Wires = dict[Symbol, str]
 """By symbolic name; "" is not wired."""

@@ -13,18 +13,18 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axis import Axis
-from fieldrig_devices.max4.configuration import Configuration
-from fieldrig_devices.max4.diagnosis import Diagnosis
-from fieldrig_devices.max4.drive_end import RingDrive
-from fieldrig_devices.max4.drive_parameters import DriveParameters
-from fieldrig_devices.max4.encoder import LogicEncoder, MasterEncoder
-from fieldrig_devices.max4.limits import CYCLES_MS
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
+from fieldrig_devices.max4.axes.simulated import SimulatedDrive
+from fieldrig_devices.max4.configuration.files import Configuration
+from fieldrig_devices.max4.configuration.limits import CYCLES_MS
+from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.messages.diagnosis import Diagnosis
 from fieldrig_devices.max4.process import RealTimeProcess
+from fieldrig_devices.max4.ring.drive_end import RingDrive
+from fieldrig_devices.max4.ring.drive_parameters import DriveParameters
 from fieldrig_devices.max4.settings import Max4Settings
-from fieldrig_devices.max4.simulated import SimulatedDrive
 from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, MeasuringInput, Terminals
-from fieldrig_devices.max4.tree import Kind, Object, ObjectTree, Parameter, Type
 
 log = logging.getLogger(__name__)
 
@@ -234,7 +234,3 @@ def _trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
             action()
 
     return Parameter(name, Type.BOOL, Kind.INPUT, read=lambda: False, write=write, about=about)
-
-
-def symbol_of(one: Object) -> str:
-    return one.symbol or one.name

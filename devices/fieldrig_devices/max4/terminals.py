@@ -12,8 +12,8 @@ from fieldrig.clock import Clock
 from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axis import Axis
-from fieldrig_devices.max4.tree import Kind, Object, Parameter, Type
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Type
 
 
 class DigitalInput:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.canopen.eds import load
+from fieldrig_devices.canopen.eds.reader import load
 
 pytestmark = pytest.mark.long
 

@@ -9,7 +9,7 @@ from conform_bench import conformed, failures
 from eds_oddities import DEVICE_TYPE, MISTAKES, ODD, WRONG
 
 from fieldrig.errors import UsageError
-from fieldrig_devices.canopen.eds import load
+from fieldrig_devices.canopen.eds.reader import load
 from fieldrig_devices.conformance.description import Description
 
 COMPACT = """[2100]

@@ -10,12 +10,12 @@ import pytest
 from drive_line import CYCLE_NS, GEARED, TWISTING, Line, course
 
 from fieldrig.clock import S
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.folded import INCREMENTS, RAD, Course
 from fieldrig_devices.mc4.machine import SLOW_NS
-from fieldrig_devices.mc4.motor import INCREMENTS_PER_TURN
 
 
 def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_told: bool) -> None:

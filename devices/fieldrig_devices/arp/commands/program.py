@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.options import AsJson, echo_json
+from fieldrig.cli.common import AsJson, echo_json, writing
 from fieldrig_devices.arp.commands.card import PROGRESS_FROM, Baud, Card, Port, Rig, opened
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ def download(
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp download cam.I01 --stop --run
     """
-    from fieldrig_devices.arp.files import system_of
-    from fieldrig_devices.arp.program_file import read_program
+    from fieldrig_devices.arp.language.files import system_of
+    from fieldrig_devices.arp.language.program_file import read_program
 
     named = system_of(file)
     data = read_program(file, named) if named is not None else b""
@@ -79,10 +79,8 @@ def upload(
     if file is None:
         typer.echo(data.decode(), nl=False)
         return
-    try:
+    with writing(file):
         replace_file(file, data)
-    except OSError as cause:
-        raise typer.BadParameter(f"{file} can't be written: {cause.strerror}") from cause
     typer.echo(f"{file}: {len(data)} bytes")
 
 

@@ -4,7 +4,7 @@ from bisect import bisect_left
 from collections.abc import Iterator
 from pathlib import Path
 
-from fieldrig_devices.arp import files
+from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.printer import argument_text, routine_lines
 from fieldrig_devices.arp.user_port import quantities

@@ -6,8 +6,8 @@ is there stays until the last request has found everything whole, and the card h
 
 import zlib
 
-from fieldrig_devices.arp import files
-from fieldrig_devices.arp.files import ObjectError
+from fieldrig_devices.arp.language import files
+from fieldrig_devices.arp.language.files import ObjectError
 from fieldrig_devices.arp.outside import CardState, Outside, RefusedError
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
 from fieldrig_devices.arp.user_port.messages import (

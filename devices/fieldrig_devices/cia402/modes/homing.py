@@ -12,7 +12,7 @@ from typing import Final
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
-from fieldrig_devices.cia402.modes.homing_methods import LIMITS, METHODS, Way
+from fieldrig_devices.cia402.homing_methods import LIMITS, METHODS, Way
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.motor import passed_zero
 from fieldrig_devices.motion.profile import Limits, brake, change_speed

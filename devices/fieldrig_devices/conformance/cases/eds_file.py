@@ -3,7 +3,7 @@
 Source: CiA 306-1 4.3 to 4.6.  As in the log of CiA's tool, warnings are a verdict of their own.
 """
 
-from fieldrig_devices.canopen.eds_check import Finding, Severity, check_eds
+from fieldrig_devices.canopen.eds.check import Finding, Severity, check_eds
 from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import case
 from fieldrig_devices.conformance.line import Steps

@@ -11,8 +11,8 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can import objects
 from fieldrig_devices.arp.can.face import EDS
 from fieldrig_devices.arp.parameters import PARAMETERS
-from fieldrig_devices.canopen import eds
-from fieldrig_devices.canopen.eds_check import check_eds
+from fieldrig_devices.canopen.eds import reader as eds
+from fieldrig_devices.canopen.eds.check import check_eds
 
 DICTIONARY = eds.load(EDS, NODE_ID)
 

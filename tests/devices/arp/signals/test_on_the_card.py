@@ -8,8 +8,8 @@ from fieldrig.clock import MS, VirtualClock
 from fieldrig.store import MemoryStore
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Motion, Signal
-from fieldrig_devices.arp.card import ArpCard
-from fieldrig_devices.arp.settings import ArpSettings
+from fieldrig_devices.arp.card.card import ArpCard
+from fieldrig_devices.arp.card.settings import ArpSettings
 
 Group = dict[int, int | float]
 

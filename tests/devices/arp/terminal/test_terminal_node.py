@@ -22,7 +22,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.messages import Messages
 from fieldrig_devices.arp.terminal.settings import EDS, TerminalSettings
-from fieldrig_devices.canopen.eds_check import check_eds
+from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.conformance.bench import Options
 from fieldrig_devices.conformance.description import Description
 from fieldrig_devices.conformance.run import choose, conform_virtual

@@ -1,0 +1,294 @@
+"""What the card does in its states: power-on, reset, run, stop, errors that block, and what goes into its memory.
+
+Source: manual 2.3, 3.3, 5.2; digest chapter 10.  Held at reset or by a blocking error, axes are off, every output is 0
+(digest ARP-122) and the program doesn't run.  Every reset, and every run that begins anew, reads the parameters from
+flash again; such a run finds flags and limits as at power-on, nothing armed; one that follows a stop finds things as
+the stop left them.  A blocked program stays where it was, for whoever looks.
+"""
+
+import hashlib
+import json
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Final
+
+from fieldrig.store import StoreError
+from fieldrig_devices.arp import card_errors as codes
+from fieldrig_devices.arp.card.memory import MemoryFaultError
+from fieldrig_devices.arp.card.parts import Parts
+from fieldrig_devices.arp.card.permanent import Ram
+from fieldrig_devices.arp.card.program_side import ProgramSide
+from fieldrig_devices.arp.card.settings import ParameterSettings
+from fieldrig_devices.arp.card.states import HELD, Event, States
+from fieldrig_devices.arp.fixed import MEMORY_BLANK
+from fieldrig_devices.arp.language.files import ArpObject, ObjectError, decode
+from fieldrig_devices.arp.outside import CardState, RefusedError
+from fieldrig_devices.arp.parameters import PARAMETERS, ParameterValues
+from fieldrig_devices.arp.runtime.program import ArpProgram, ProgramState
+
+log = logging.getLogger(__name__)
+
+KEYS: Final = slice(225, 257)
+"""Flags of the terminal's keys, which are not for the card to clear."""
+
+
+class Operation:
+    def __init__(self, parts: Parts, first_parameters: ParameterSettings, program: bytes | None) -> None:
+        """`program` is an object file that the rig file names."""
+        self._parts, self._first_parameters, self._first_program = parts, first_parameters, program
+        self._states = States(self._on_change)
+        self._side = ProgramSide(parts)
+        self._is_enabled: bool | None = None
+        self.program: ArpProgram | None = None
+        self.program_name = ""
+
+    @property
+    def state(self) -> CardState:
+        return self._states.state
+
+    # ---- power-on
+
+    def power_on(self) -> None:
+        """State INIT, until the scheduler has looked at Enable for the first time."""
+        parts = self._parts
+        self._load_variables()
+        self._load_flash()
+        parts.parameters.load()
+        self._load_program()
+        parts.analog_inputs.start()
+        parts.axes.start()
+
+    def _load_variables(self) -> None:
+        try:
+            found = self._parts.permanent.load()
+        except StoreError as cause:
+            log.warning("variables last only until power-off: %s", cause.strerror)
+            found = Ram.DAMAGED
+        if found is Ram.DAMAGED:
+            self._parts.errors.fail(codes.EEPROM)
+        elif found is Ram.BLANK:
+            self._parts.errors.warn(MEMORY_BLANK)
+
+    def _load_flash(self) -> None:
+        """What was stored, and what the rig file puts into it.  A damaged memory is left as it is."""
+        memory, errors = self._parts.memory, self._parts.errors
+        try:
+            is_new = not memory.read()
+            if is_new:
+                errors.warn(MEMORY_BLANK)
+            if self._put_first_content() or is_new:
+                memory.write()
+        except MemoryFaultError as cause:
+            log.warning("E03: %s", cause)
+            self._put_first_content()
+            errors.fail(codes.EEPROM)
+        self._parts.parameters.flash = memory.content.parameters
+
+    def _put_first_content(self) -> bool:
+        """What the rig file says, if that is not what it said last.  Whether anything was put there."""
+        content = self._parts.memory.content
+        values = self._first_parameters.raw()
+        mark = _mark(json.dumps(sorted(values.items())).encode())
+        is_changed = bool(values) and mark != content.parameters_mark
+        if is_changed:
+            for (group, number), raw in values.items():
+                content.parameters[group][number] = raw
+            content.parameters_mark = mark
+        if self._first_program is not None and _mark(self._first_program) != content.program_mark:
+            content.program, content.program_mark = self._first_program.decode(), _mark(self._first_program)
+            is_changed = True
+        return is_changed
+
+    def _load_program(self) -> None:
+        text = self._parts.memory.content.program
+        if not text:
+            return
+        try:
+            self._take(self._decoded(text.encode()))
+        except ObjectError as cause:
+            log.warning("the program in memory can't be run: %s", cause)
+
+    # ---- events
+
+    def look_at_enable(self, is_enabled: bool) -> None:
+        """One pass of the scheduler."""
+        was_enabled, self._is_enabled = self._is_enabled, is_enabled
+        if self.state is CardState.INIT or was_enabled not in (None, is_enabled):
+            self._states.handle(Event.CLOSED if is_enabled else Event.OPENED)
+
+    def look_at_program(self) -> None:
+        """After a slice."""
+        if self.program is not None and self.program.state is ProgramState.ENDED:
+            self._states.handle(Event.ENDED)
+
+    def on_blocking(self, code: int) -> None:
+        if code != codes.RESET:
+            self._states.handle(Event.FAILED)
+
+    def run_program(self) -> bool:
+        program = self.program
+        if self.state is CardState.RUN and program is not None and program.state is ProgramState.PAUSED:
+            program.go_on()
+            return True
+        return self._states.handle(Event.STARTED)
+
+    def stop_program(self) -> bool:
+        return self._states.handle(Event.STOPPED)
+
+    def reset(self) -> None:
+        if not self._states.handle(Event.RESET) and self.state is not CardState.INIT:
+            self._reload_parameters()  # held at reset already
+
+    def _on_change(self, before: CardState, after: CardState) -> None:
+        parts = self._parts
+        if after is CardState.RUN:
+            self._run(before)
+            return
+        if after is CardState.STOPPED:
+            if self.program is not None:
+                self.program.pause()
+            return
+        self._hold()
+        if after is CardState.BLOCKED:
+            return
+        if before is not CardState.INIT:
+            self._reload_parameters()
+        if self.program is not None:
+            self.program.reset()
+        parts.terminal.release()
+        if after is CardState.RESET_ENABLE:
+            parts.errors.fail(codes.RESET)
+        else:
+            parts.errors.clear()
+
+    def _run(self, before: CardState) -> None:
+        parts = self._parts
+        if before in HELD and not self._begin_anew(is_power_on=before is CardState.INIT):
+            return
+        if self.program is None:
+            parts.errors.fail(codes.STOPPED_PROGRAM)
+            return
+        if before in HELD:
+            parts.axes.engage()
+            if parts.remote_io is not None:
+                parts.remote_io.release()
+        self.program.start()
+
+    def _begin_anew(self, is_power_on: bool) -> bool:
+        """The initial state of the system (manual 3.3).  False if the memory fails."""
+        parts = self._parts
+        if not is_power_on:
+            parts.errors.clear()
+            parts.permanent.find_ram()
+            if not self._reload_parameters():
+                parts.errors.fail(codes.EEPROM)
+                return False
+            keys = parts.F[KEYS]
+            parts.F[:] = [0] * len(parts.F)
+            parts.F[KEYS] = keys
+        parts.parameters.load()
+        parts.axes.start()
+        return True
+
+    def _reload_parameters(self) -> bool:
+        """As they are in flash (manual 2.3, 4.2.2).  False, with those that were read last, if it can't be read."""
+        parts, is_readable = self._parts, True
+        try:
+            is_new = not parts.memory.read()
+        except MemoryFaultError as cause:
+            log.warning("E03: %s", cause)
+            is_readable = False
+        else:
+            if self._put_first_content() or is_new:  # the store didn't take it so far
+                with suppress(MemoryFaultError):
+                    parts.memory.write()
+        parts.parameters.flash = parts.memory.content.parameters
+        parts.parameters.load()
+        return is_readable
+
+    def _hold(self) -> None:
+        """Axes off, outputs 0, nothing armed; a program that runs is interrupted."""
+        parts = self._parts
+        if self.program is not None:
+            self.program.pause()
+        parts.axes.release()
+        parts.cams.reset()
+        parts.regulators.reset()
+        parts.analog_outputs.release()
+        parts.O[:] = [0] * len(parts.O)
+        if parts.remote_io is not None:
+            parts.remote_io.freeze()
+
+    # ---- memory
+
+    def save_parameter(self, group: int, number: int, raw: int) -> bool:
+        parameters = self._parts.parameters
+        is_right = group in range(len(PARAMETERS)) and parameters.takes(group, number, raw)
+        return is_right and self._keep({(group, number): raw}) and parameters.set_ram(group, number, raw)
+
+    def save_parameters(self, values: ParameterValues) -> bool:
+        """See `Outside.save_parameters`."""
+        return not values or self._keep(values)
+
+    @contextmanager
+    def saving(self, values: ParameterValues) -> Iterator[None]:
+        """See `Outside.saving`; the node's section lies in the same memory, which is written as a whole."""
+        before = self._put(values)
+        try:
+            yield
+        except Exception:
+            self._put(before)
+            raise
+
+    def _keep(self, values: ParameterValues) -> bool:
+        before = self._put(values)
+        if self._write():
+            return True
+        self._put(before)
+        return False
+
+    def _put(self, values: ParameterValues) -> ParameterValues:
+        """Into the content of the memory, not yet into the store; what was there before."""
+        tables = self._parts.memory.content.parameters
+        before = {(group, number): tables[group][number] for group, number in values}
+        for (group, number), raw in values.items():
+            tables[group][number] = raw
+        return before
+
+    def load(self, data: bytes) -> None:
+        """See `Outside.load`."""
+        if self.state in (CardState.INIT, CardState.RUN):
+            raise RefusedError("the program runs: stop it or open Enable, then load")
+        loaded = self._decoded(data)
+        content = self._parts.memory.content
+        before, content.program = content.program, data.decode()
+        if not self._write():
+            content.program = before
+            raise RefusedError("the memory can't be written: E03")
+        self._take(loaded)
+
+    def on_memory_fault(self) -> None:
+        self._parts.errors.fail(codes.EEPROM)
+
+    def _write(self) -> bool:
+        try:
+            self._parts.memory.write()
+        except MemoryFaultError as cause:
+            log.debug("E03: %s", cause)
+            self.on_memory_fault()
+            return False
+        return True
+
+    def _decoded(self, data: bytes) -> ArpObject:
+        loaded = decode(data)
+        if loaded.system != self._parts.number:
+            raise ObjectError(f"it is for card {loaded.system:02}, and this one is {self._parts.number:02}")
+        return loaded
+
+    def _take(self, loaded: ArpObject) -> None:
+        self.program, self.program_name = ArpProgram(loaded.compiled, self._side), loaded.name
+
+
+def _mark(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

@@ -1,0 +1,64 @@
+"""Where the USER port of a card in a rig is reached from outside."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldrig.errors import RigError
+
+if TYPE_CHECKING:
+    from fieldrig.config import BusEntry, DeviceEntry, RigConfig
+
+PORTS = "serial.pty, serial.tcp with listen, or serial.rfc2217"
+
+
+def port_in_rig(file: Path, card: str | None) -> tuple[str, int]:
+    """What `ArpPort.open` takes, and the baud rate.  RigError, with what would be right, if there is no such port."""
+    from fieldrig.config import load
+
+    config = load(file)
+    name = _card(config, card)
+    links = config.devices[name].links.get("user", ())
+    if not links:
+        raise RigError(f"the USER port of {name} is linked to no bus", f"links: {{user: BUS}}, to a bus of {PORTS}")
+    bus = config.buses[links[0]]
+    return _port(config, bus), bus.bus.settings.baud
+
+
+def _card(config: "RigConfig", wanted: str | None) -> str:
+    cards = [name for name, device in config.devices.items() if _is_card(device)]
+    if wanted is None and len(cards) == 1:
+        return cards[0]
+    if wanted in cards:
+        assert wanted is not None
+        return wanted
+    if not cards:
+        raise RigError(f"{config.name} has no ARP card", "name the port itself: --port PORT")
+    what = f"{config.name} has several ARP cards" if wanted is None else f"{config.name} has no ARP card {wanted!r}"
+    raise RigError(what, f"say which one: --card {' or '.join(cards)}")
+
+
+def _is_card(device: "DeviceEntry") -> bool:
+    from fieldrig_devices.arp.card.card import ArpCard
+
+    return issubclass(device.cls, ArpCard)
+
+
+def _port(config: "RigConfig", bus: "BusEntry") -> str:
+    from fieldrig_bus.serial.pty import SerialPty
+    from fieldrig_bus.serial.rfc2217 import SerialRfc2217
+    from fieldrig_bus.serial.tcp import SerialTcp
+
+    match bus.bus:
+        case SerialPty() as pty:
+            return str(config.run.absolute() / pty.path)
+        case SerialTcp() as tcp if tcp.settings.listen is not None:
+            return f"socket://{_reachable(tcp.settings.listen)}"
+        case SerialRfc2217() as rfc2217:
+            return f"rfc2217://{_reachable(rfc2217.settings.listen)}"
+    raise RigError(f"nobody outside of {config.name} reaches {bus.name}, a {bus.kind}", f"right would be {PORTS}")
+
+
+def _reachable(address: str) -> str:
+    """The address for one on this machine."""
+    host, _, port = address.rpartition(":")
+    return f"{'127.0.0.1' if host in ('0.0.0.0', '[::]', '') else host}:{port}"

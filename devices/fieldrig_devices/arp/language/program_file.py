@@ -1,0 +1,43 @@
+"""The program that a rig file names: a source, or an object, compiled when the card is built.
+
+Source: manual 5.2; digest chapter 17.  The two digits at the end of the file's name are the card's number.
+"""
+
+from pathlib import Path
+
+from fieldrig.errors import ConfigError
+from fieldrig.errors import Mistake as Wrong
+from fieldrig_devices.arp.language.compiler import compile_text
+from fieldrig_devices.arp.language.files import ObjectError, decode, encode, system_of
+from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
+
+_OBJECT = b"ARP OBJECT "
+_BINARY_OBJECT = b"ARPO"
+
+
+def read_program(path: Path, number: int) -> bytes:
+    """The object file for card `number`.  ConfigError with every mistake in the program, by line and column."""
+    data = path.read_bytes()
+    named = system_of(path)
+    if data.startswith(_BINARY_OBJECT):
+        raise ConfigError([Wrong(str(path), None, "", "it is a binary object", "name the object in ASCII, .Dnn")])
+    if data.startswith(_OBJECT):
+        try:
+            named = decode(data).system
+        except ObjectError as cause:
+            raise ConfigError([Wrong(str(path), None, "", str(cause), "compile it again")]) from cause
+    if named not in (None, number):
+        what = f"it is for card {named:02}, and the number of this one is {number}"
+        raise ConfigError([Wrong(str(path), None, "", what, f"set number: {named}, or compile it for {number:02}")])
+    if data.startswith(_OBJECT):
+        return data
+    try:
+        return encode(compile_text(data.decode("utf-8", errors="replace")), path.stem, number)
+    except CompileError as cause:
+        wrong = [_shown(path, mistake) for mistake in cause.mistakes if not mistake.is_note]
+        raise ConfigError(wrong) from cause
+
+
+def _shown(path: Path, mistake: Mistake) -> Wrong:
+    expected = f"right would be {mistake.expected}" if mistake.expected else ""
+    return Wrong(f"{path}:{mistake.line}:{mistake.column}", None, "", mistake.what, expected)

@@ -1,0 +1,159 @@
+"""Set values of an axis that a client moves: to a place, at a speed, to rest, or with a torque.
+
+Source: the closed solution of `motion.profile` (speed, acceleration and deceleration limited, jerk not).  Positions are
+sent in all but torque mode, so that a speed is kept over any time without drift.  Whoever takes the axis over while it
+moves begins at its present speed.  Limits hold as for a CiA 402 axis: into a switch it is stopped, with the
+deceleration of the order, which is given up; a place beyond a software limit is the limit, and a speed ends there.
+"""
+
+from typing import Final
+
+from fieldrig.clock import S
+from fieldrig_devices.max4.axes.axis import Axis, Mode
+from fieldrig_devices.motion.profile import Limits, Profile, brake, change_speed, move
+from fieldrig_devices.motion.travel import Travel
+
+RESTS_BELOW: Final = 1000.0
+"""Increments per second: what an axis at rest shows at most; nothing is taken over from that."""
+
+
+class Positioner:
+    """The `SetValues` of one axis.  Places are increments, speeds increments per second."""
+
+    def __init__(self, axis: Axis, cycle_ns: int, travel: Travel) -> None:
+        self._axis, self._cycle_ns, self._cycle_s = axis, cycle_ns, cycle_ns / S
+        self.travel = travel
+        self.mode = Mode.POSITION
+        self._origin = self._place = float(axis.position)
+        self._speed = 0.0
+        self._profile: Profile | None = None
+        self._cycles = 0
+        self._torque = 0
+        self._target: float | None = None
+        """Where the profile ends; None if it keeps a speed, or stops."""
+        self._wanted = 0.0
+        """The speed that is to be kept, or 0."""
+        self._is_ending = False
+        """At a software limit."""
+        self.is_moving = False
+        """The set position changes, or the set value is a torque."""
+        self._limits = Limits(1.0, 1.0, 1.0)
+        """Of the last order."""
+        self.has_arrived = False
+        """At the place, or the speed, that was asked for last."""
+
+    # ---- what a client wants; only while the axis is under control
+
+    def move_to(self, place: float, limits: Limits) -> None:
+        self._take_over(limits)
+        self._go_to(place)
+
+    def move_by(self, distance: float, limits: Limits) -> None:
+        """From where it is to be now."""
+        self._take_over(limits)
+        self._go_to(self._place + distance)
+
+    def run(self, speed: float, limits: Limits) -> None:
+        """With the sign of the direction, until something else is wanted."""
+        self._take_over(limits)
+        self._wanted = speed
+        self._begin(change_speed(self._speed, speed, limits))
+
+    def stop(self, limits: Limits) -> None:
+        self._take_over(limits)
+        self._begin(brake(self._speed, limits))
+
+    def push(self, torque: int, limits: Limits) -> None:
+        """0.1 % of the motor's rated torque; `limits` are for the stop at a switch."""
+        self._take_over(limits)
+        self._profile, self._torque = None, torque
+        self.mode, self.has_arrived, self.is_moving = Mode.TORQUE, True, True
+
+    # ---- once a cycle, before the axis asks
+
+    def watch(self) -> None:
+        """What limits leave of the order; only while it moves and there are any."""
+        if self.mode is Mode.TORQUE:
+            self._watch_torque()
+        else:
+            self._watch_profile()
+
+    def _watch_torque(self) -> None:
+        """No torque holds an axis where it is."""
+        velocity, position = self._axis.velocity, self._axis.position
+        speed = velocity if abs(velocity) > RESTS_BELOW else 0.0
+        if self.travel.is_barred(speed or self._torque, position):
+            self._rest_at(position + velocity * self._cycle_s)
+            self._speed = velocity
+            self._begin(brake(velocity, self._limits))
+
+    def _watch_profile(self) -> None:
+        direction = self._wanted if self._target is None else self._target - self._place
+        if direction and self.travel.bars(direction):
+            self._wanted = 0.0
+            self._begin(brake(self._speed, self._limits))
+        elif self._wanted and not self._is_ending:
+            way = self.travel.stop_ahead(self._place, self._speed, self._wanted, self._limits, self._cycle_s)
+            if way is not None:
+                self._is_ending = True
+                self._begin(way)
+
+    # ---- by the axis (`SetValues`)
+
+    def begin(self, axis: Axis) -> None:
+        self.travel.release()
+        self._rest_at(axis.position)
+
+    def next(self) -> float:
+        if self.mode is Mode.TORQUE:
+            return self._torque
+        profile = self._profile
+        if profile is not None:
+            self._cycles += 1
+            seconds = self._cycles * self._cycle_ns / S
+            way, self._speed, _ = profile.course(seconds)
+            self._place = self._origin + way
+            if seconds >= profile.duration_s and not (self._speed and self.has_arrived):
+                self._arrive()
+        return round(self._place)
+
+    def end(self) -> None:
+        self.travel.release()
+        self._rest_at(self._axis.position)
+
+    def _arrive(self) -> None:
+        """The profile is at its end."""
+        if self._speed:
+            self.has_arrived = True
+            return
+        self._profile, self.is_moving = None, False
+        if self._target is not None:
+            self._place, self.has_arrived = self._target, True
+
+    def _go_to(self, place: float) -> None:
+        target = self.travel.within(place)
+        self._begin(move(target - self._place, self._speed, self._limits), target)
+
+    def _begin(self, profile: Profile, target: float | None = None) -> None:
+        self._profile, self._target = profile, target
+        self._origin, self._cycles = self._place, 0
+        self.has_arrived, self.is_moving = False, True
+
+    def _rest_at(self, place: float) -> None:
+        self.mode, self._profile, self.is_moving = Mode.POSITION, None, False
+        self._place, self._speed, self.has_arrived = place, 0.0, False
+
+    def _take_over(self, limits: Limits) -> None:
+        """The axis may follow somebody else, or a torque."""
+        axis = self._axis
+        self._limits, self._wanted, self._is_ending, self.travel.is_limited = limits, 0.0, False, False
+        if axis.set_values is self and self.mode is Mode.POSITION:
+            return
+        place = axis.set_value if axis.mode is Mode.POSITION else axis.position
+        if axis.set_values is self:
+            self._rest_at(place)
+        else:
+            axis.follow(self)
+            self._place = place
+        if abs(axis.velocity) > RESTS_BELOW:
+            self._speed = axis.velocity

@@ -1,0 +1,63 @@
+"""Error codes of CiA 402 for the diagnoses of a MAx-4 and its drives.
+
+Source: CiA 402-2 and IEC 61800-7-201, annex 'error codes' (603Fh and EMCY); which code a diagnosis has is our choice.
+A diagnosis goes by its whole code, as 117 stands for two things (digest X4); one whose class was changed by its three
+digits.  What is in no table is FF00h, the manufacturer's.
+"""
+
+from typing import Final
+
+from fieldrig_devices.max4.messages.catalogue import Code
+from fieldrig_devices.mc4.diagnosis import Code as DriveCode
+
+UNKNOWN: Final = 0xFF00
+
+ERRORS: Final[dict[int, int]] = {
+    DriveCode.ENCODER_SIGNAL: 0x7305,  # incremental sensor 1
+    DriveCode.ENCODER_MEMORY: 0x7305,
+    DriveCode.OVERVOLTAGE: 0x3210,  # DC link over-voltage
+    DriveCode.UNDERVOLTAGE: 0x3220,  # DC link under-voltage
+    DriveCode.MAINS_PHASE: 0x3130,  # phase failure
+    DriveCode.DC_BUS_CONTROLLER: 0x7500,  # communication
+    DriveCode.RING: 0x7500,
+    DriveCode.STOP_TIME_LIMIT: 0x8400,  # velocity speed controller
+    DriveCode.OVERLOAD_STOP_TIME: 0x8400,
+    DriveCode.MOTOR_TEMPERATURE: 0x4310,  # excess temperature drive
+    DriveCode.AMPLIFIER_TEMPERATURE: 0x4210,  # excess temperature device
+    DriveCode.OVERLOAD: 0x2350,  # load level fault (I2t, thermal state)
+    DriveCode.FOLLOWING_ERROR: 0x8611,  # following error
+    DriveCode.SUPPLY_24V: 0x5112,  # supply low voltage, + 24 V
+    Code.SERIOUS_CYCLE_ERROR: 0x6200,  # user software
+    Code.CYCLE_ERROR: 0x6200,
+    Code.DIVISION_ERROR: 0x6200,
+    Code.WRITE_OVERFLOW: 0x6100,  # internal software
+    Code.RING_OPEN: 0x7500,
+    Code.AT_FAILED: 0x7500,
+    Code.DRIVE_MISSING: 0x7500,
+    Code.DRIVE_REFUSED: 0x7500,
+    Code.NO_ROOM: 0x7500,
+    Code.VERSION: 0x6100,
+    Code.CONFIGURATION: 0x6320,  # parameter error
+    Code.RAM_LOST: 0x5530,  # EEPROM, or what stands for it
+}
+
+# Bits of the error register (1001h) by the first digits of the error code.
+_REGISTER: Final = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0xF: 0x80}
+_COMMUNICATION: Final = 0x10
+_PROFILE: Final = 0x20
+
+
+def error_of(diag_code: int) -> int:
+    """0 for 0."""
+    if not diag_code:
+        return 0
+    found = ERRORS.get(diag_code)
+    if found is None:
+        found = next((error for code, error in ERRORS.items() if code % 1000 == diag_code % 1000), UNKNOWN)
+    return found
+
+
+def register_of(error: int) -> int:
+    if error >> 8 in (0x75, 0x81):
+        return _COMMUNICATION
+    return _REGISTER.get(error >> 12, _PROFILE)

@@ -1,0 +1,206 @@
+"""The MAx-4 as a CANopen device: its axes as CiA 402 axes, up to eight on a node, and as many nodes as are named.
+
+Source: CiA 301, CiA 402-2 and 402-3; the manual names the library CANopen_S.lib and no object (digest PD-302), so
+what lies below 6000h is ours (docs/cia402.md).  Nodes boot with the controller, and are silent while it has no power.
+A face that moves an axis has it until it disables it; who enables last, moves.
+"""
+
+import logging
+import struct
+from functools import partial
+from typing import Final
+
+from fieldrig.clock import Clock
+from fieldrig.link import Link
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.shared import SharedLink
+from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
+from fieldrig_devices.cia402.axis import Cia402Axis
+from fieldrig_devices.cia402.axis_drive import AxisDrive
+from fieldrig_devices.cia402.pace import Pace
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.axis_inputs import check_terminals, terminals_in
+from fieldrig_devices.max4.can import cells as can_face_cells
+from fieldrig_devices.max4.can.errors import error_of, register_of
+from fieldrig_devices.max4.can.motor import AxisMotor
+from fieldrig_devices.max4.can.objects import EDS
+from fieldrig_devices.max4.can.origins import Origins
+from fieldrig_devices.max4.can.settings import AxisTerminals, CanFaceSettings
+from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.max4.messages.diagnosis import ERROR_CLASSES
+
+log = logging.getLogger(__name__)
+
+CONTROLLER: Final = 0
+"""The source of errors that belong to no axis; axes count from 1."""
+INFO: Final = struct.Struct("<HBBB")
+"""The manufacturer's bytes of an EMCY: DiagCode, axis, AxisState, MC4State."""
+
+
+class CanFace:
+    """It acts by itself from the controller's first boot on."""
+
+    def __init__(self, clock: Clock, can: Link[CanFrame], controller: Controller, settings: CanFaceSettings) -> None:
+        """ValueError, with what would be right, if the settings don't fit the controller's configuration."""
+        self._controller, self._settings = controller, settings
+        self._check()
+        self._origins = Origins(controller.section("can_face"))
+        shared = SharedLink(can)
+        self.nodes = [
+            FaceNode(clock, shared.share(), controller, settings, node_id, self._origins)
+            for node_id in settings.node_ids
+        ]
+        self._is_running = False
+        controller.on_boot(self._on_boot)
+        controller.on_end(self._on_end)
+        controller.each_cycle(self._on_cycle)
+
+    def axis(self, name: str) -> Cia402Axis:
+        """By the symbolic name.  KeyError."""
+        for node in self.nodes:
+            for motor, axis in zip(node.motors, node.axes, strict=True):
+                if motor.axis is not None and motor.axis.name == name:
+                    return axis
+        raise KeyError(name)
+
+    def _check(self) -> None:
+        controller, settings = self._controller, self._settings
+        room = len(settings.node_ids) * settings.axes_per_node
+        if len(controller.axes) > room:
+            raise ValueError(
+                f"{len(controller.axes)} axes, and node_ids has room for {room}: one node for each "
+                f"{settings.axes_per_node} axes would be right"
+            )
+        named = {
+            name: (*terminals.all_inputs.values(), *terminals.all_outputs.values())
+            for name, terminals in settings.terminals.items()
+        }
+        check_terminals(controller, "terminals", named)
+
+    def _on_boot(self) -> None:
+        axes = list(self._controller.axes.values())
+        count = self._settings.axes_per_node
+        for place, node in enumerate(self.nodes):
+            node.boot(axes[place * count : (place + 1) * count])
+        left = [axis.name for axis in axes[len(self.nodes) * count :]]
+        if left:
+            log.warning("no CANopen node has room for %s", ", ".join(left))
+        self._is_running = True
+
+    def _on_end(self) -> None:
+        self._is_running = False
+        for node in self.nodes:
+            node.power_off()
+
+    def _on_cycle(self) -> None:
+        if not self._is_running:
+            return
+        for node in self.nodes:
+            node.step()
+        self.nodes[0].tell_errors_of_controller()
+
+
+class FaceNode:
+    """One node, with its share of the axes."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        can: Link[CanFrame],
+        controller: Controller,
+        settings: CanFaceSettings,
+        node_id: int,
+        origins: Origins,
+    ) -> None:
+        self._controller, self._settings, self._origins = controller, settings, origins
+        node_settings = CanopenSettings(node_id=node_id, eds=EDS, ties={}, objects=settings.objects)
+        self.node = CanopenNode(clock, f"can{node_id}", can, node_settings, controller.section(f"can_face_{node_id}"))
+        self.motors: list[AxisMotor] = []
+        self.axes: list[Cia402Axis] = []
+        self.node.read_when_sent()
+        can_face_cells.connect(self.node.dictionary, controller)
+        for number in range(settings.axes_per_node):
+            self._add(number)
+        self._stepped: list[tuple[AxisMotor, Cia402Axis, AxisDrive, Pace]] = []
+        self._told: set[int] = set()
+        """Error codes of the controller."""
+        self._told_of_axes: dict[int, int] = {}
+        """By their sources."""
+        self._places: tuple[str, ...] = ()
+        """How the ext. diagnosis of an axis' error begins on the controller."""
+
+    def _add(self, number: int) -> None:
+        motor = AxisMotor(self._controller.quit_all)
+        axis = Cia402Axis(self.node.dictionary, number, motor, self._controller.cycle_ns)
+        motor.guide = axis.drive
+        axis.on_error = partial(self._on_error, number + 1, motor)
+        axis.on_home = partial(self._on_home, motor)
+        can_face_cells.connect_axis(self.node.dictionary, number, motor)
+        self.node.attach(axis)
+        self.motors.append(motor)
+        self.axes.append(axis)
+
+    def boot(self, axes: list[Axis]) -> None:
+        """With these of the controller's axes from now on."""
+        tree = self._controller.tree
+        for place, motor in enumerate(self.motors):
+            axis = axes[place] if place < len(axes) else None
+            name = axis.name if axis is not None else ""
+            terminals = self._settings.terminals.get(name, AxisTerminals())
+            motor.bind(axis, terminals_in(tree, terminals.all_inputs), terminals_in(tree, terminals.all_outputs))
+            self.axes[place].use(self._controller.cycle_ns, self._origins.of(name))
+        pairs = zip(self.motors, self.axes, strict=True)
+        self._stepped = [(motor, axis, axis.drive, axis.pace) for motor, axis in pairs][: len(axes)]
+        self._told.clear()
+        self._told_of_axes.clear()
+        self._places = tuple(f"{axis.ring_address}." for axis in self._controller.axes.values())
+        self.node.start()
+
+    def power_off(self) -> None:
+        self.node.power_off()
+        for motor in self.motors:
+            motor.bind(None, {}, {})
+
+    def step(self) -> None:
+        for motor, axis, drive, pace in self._stepped:
+            if motor.is_changed or pace.is_awake:
+                motor.refresh()
+                axis.step()
+                motor.show_mode()
+            elif drive.is_moving:
+                drive.advance()
+                if drive.kind is not motor.kind:
+                    motor.show_mode()
+        for variable, read in self.node.watched:
+            variable.set(read())
+
+    def _on_error(self, source: int, motor: AxisMotor, code: int) -> None:
+        emcy, told = self.node.emcy, self._told_of_axes.pop(source, 0)
+        if code:
+            axis = motor.axis
+            diag = axis.diag_code if axis is not None else 0
+            states = (axis.axis_state.value, axis.mc4_state) if axis is not None else (0, 0)
+            emcy.raise_error(code, register_of(code), INFO.pack(diag, source, *states), source)
+            self._told_of_axes[source] = code
+        if told and told != code:
+            emcy.clear_error(told, source)
+
+    def _on_home(self, motor: AxisMotor, origin: float) -> None:
+        if motor.axis is not None:
+            self._origins.put(motor.axis.name, origin)
+
+    def tell_errors_of_controller(self) -> None:
+        """Those that no axis has."""
+        pending = self._controller.diagnosis.pending
+        if not pending and not self._told:
+            return
+        present = {
+            error_of(one.code): one
+            for one in pending
+            if one.diagnosis_class in ERROR_CLASSES and not one.ext.startswith(self._places)
+        }
+        for code in self._told - present.keys():
+            self.node.emcy.clear_error(code, CONTROLLER)
+        for code, one in present.items():
+            self.node.emcy.raise_error(code, register_of(code), INFO.pack(one.code, CONTROLLER, 0, 0), CONTROLLER)
+        self._told = set(present)

@@ -1,0 +1,287 @@
+"""The control configuration: a tree of objects with parameters, each with its logical address.
+
+Source: PacDrive manual 3604-3640, 3862-3905 (digest PD-020 to PD-028).  A controller has parameter groups and objects
+below it; an object has a default name and a symbolic one.  A path leads from the root through names of either sort, or
+begins at a symbolic name, and may leave out groups: "MAx-4.General.MsgFilter", "PacDriveM.Timer1", "belt.DiagCode".
+Case doesn't matter.  How logical addresses are made is our choice: the object's number times 65536, plus the number of
+the parameter in its object.
+"""
+
+from collections.abc import Callable, Iterator
+from enum import Enum
+from typing import Final
+
+from fieldrig.device import Value
+from fieldrig.point_values import choice_in, number_in, text_in, truth_in, whole_in
+
+OBJECT_STEP: Final = 0x1_0000
+
+
+class Kind(Enum):
+    """How a parameter is accessed (PD-026, PD-028); the manual names the second and the last, the rest is ours."""
+
+    INPUT = "input"
+    """Written by whoever wants; after a boot it has its first value."""
+    INPUT_INIT = "input with user initialisation"
+    """Its start value is in the parameter file."""
+    OUTPUT = "output"
+    """Shown by the controller."""
+    SLOW = "through SERCOS"
+    """Lies in a drive: what is read is what was last heard, and a write arrives many cycles later."""
+
+
+class Type(Enum):
+    """IEC 61131-3 types of parameters, with their smallest and largest value."""
+
+    BOOL = ("BOOL", 0, 1)
+    INT = ("INT", -(2**15), 2**15 - 1)
+    UINT = ("UINT", 0, 2**16 - 1)
+    DINT = ("DINT", -(2**31), 2**31 - 1)
+    UDINT = ("UDINT", 0, 2**32 - 1)
+    LREAL = ("LREAL", 0, 0)
+    STRING = ("STRING", 0, 80)
+    """The largest value is the length (PD-322)."""
+
+    def __init__(self, text: str, low: int, high: int) -> None:
+        self.text, self.low, self.high = text, low, high
+
+
+class Parameter:
+    """One parameter.  Without `read` it keeps its value itself; without `write` it takes what fits."""
+
+    __slots__ = (
+        "_read",
+        "_value",
+        "_write",
+        "about",
+        "address",
+        "first",
+        "high",
+        "kind",
+        "low",
+        "name",
+        "only",
+        "type",
+        "unit",
+        "watcher",
+    )
+
+    def __init__(
+        self,
+        name: str,
+        type: Type,
+        kind: Kind = Kind.OUTPUT,
+        first: Value = 0,
+        *,
+        unit: str = "",
+        low: int | None = None,
+        high: int | None = None,
+        only: tuple[int, ...] = (),
+        about: str = "",
+        read: Callable[[], Value] | None = None,
+        write: Callable[[Value], None] | None = None,
+    ) -> None:
+        """`first` is the value after boot; `low`, `high` and `only` are narrower limits than the type's."""
+        self.name, self.type, self.kind, self.unit, self.about = name, type, kind, unit, about
+        self.low = type.low if low is None else low
+        self.high = type.high if high is None else high
+        self.only = only
+        self.watcher: Callable[[Value], None] | None = None
+        """Hears of each value that was written, where the parameter keeps it itself."""
+        self.address = 0
+        """The logical address, once it is in a tree."""
+        self.first = first
+        self._read, self._write = read, write
+        self._value: Value = "" if type is Type.STRING and first == 0 else bool(first) if type is Type.BOOL else first
+
+    @property
+    def is_writable(self) -> bool:
+        return self.kind is not Kind.OUTPUT
+
+    @property
+    def value(self) -> Value:
+        return self._value if self._read is None else self._read()
+
+    def set(self, value: Value) -> None:
+        """From outside or from the program.  ValueError, with what would be right, if it can't have that value."""
+        if not self.is_writable:
+            raise ValueError(f"{self.name} is shown by the controller and can't be written")
+        value = self.checked(value)
+        if self._write is None:
+            self._value = value
+            if self.watcher is not None:
+                self.watcher(value)
+        else:
+            self._write(value)
+
+    def put(self, value: Value) -> None:
+        """By the controller itself."""
+        self._value = value
+
+    def checked(self, value: Value) -> Value:
+        """Return the value in the parameter's type.  ValueError, with what was expected, for one it can't have."""
+        match self.type:
+            case Type.STRING:
+                return text_in(value, self.high, self.name)
+            case Type.BOOL:
+                return truth_in(value, self.name)
+            case Type.LREAL:
+                return float(number_in(value, name=self.name))
+        number = whole_in(value, self.low, self.high, name=self.name)
+        return choice_in(number, self.only, self.name) if self.only else number
+
+
+class Group:
+    """Parameters of an object that are shown together."""
+
+    def __init__(self, owner: "Object", name: str) -> None:
+        self.owner, self.name = owner, name
+        self.parameters: dict[str, Parameter] = {}
+
+    def add(self, parameter: Parameter) -> Parameter:
+        self.parameters[parameter.name] = parameter
+        parameter.address = self.owner.next_address()
+        return parameter
+
+
+class Object:
+    """One object of the configuration.  A new one belongs to the tree of its parent at once."""
+
+    def __init__(self, tree: "ObjectTree", parent: "Object | None", name: str, type_name: str, symbol: str) -> None:
+        self.tree, self.parent = tree, parent
+        self.name = name
+        """The default name, as "MC-4" or "output_0"."""
+        self.type_name = type_name
+        """In IEC code, as "MC_4" or "D_IN"."""
+        self.symbol = symbol
+        self.groups: dict[str, Group] = {}
+        self.children: list[Object] = []
+        self.log_adr = tree.next_address()
+        """The logical address, in IEC code `object.logAdr` (PD-025)."""
+        self._parameters = 0
+
+    def next_address(self) -> int:
+        self._parameters += 1
+        return self.log_adr + self._parameters
+
+    def group(self, name: str) -> Group:
+        """The group of this name, made if there is none."""
+        if name not in self.groups:
+            self.groups[name] = Group(self, name)
+        return self.groups[name]
+
+    def add(self, name: str, type_name: str, symbol: str) -> "Object":
+        """An object below this one.  ValueError if the symbolic name is taken."""
+        self.tree.check_symbol(symbol)
+        child = Object(self.tree, self, name, type_name, symbol)
+        self.children.append(child)
+        return child
+
+    @property
+    def parameters(self) -> Iterator[Parameter]:
+        return (parameter for group in self.groups.values() for parameter in group.parameters.values())
+
+    @property
+    def path(self) -> str:
+        """From the root, by symbolic names."""
+        return self.name if self.parent is None else f"{self.parent.path}.{self.symbol or self.name}"
+
+    def __getitem__(self, name: str) -> Parameter:
+        """A parameter by its name, whatever the group; case doesn't matter.  KeyError."""
+        wanted = name.casefold()
+        for parameter in self.parameters:
+            if parameter.name.casefold() == wanted:
+                return parameter
+        raise KeyError(name)
+
+    def is_called(self, name: str) -> bool:
+        return name.casefold() in (self.name.casefold(), self.symbol.casefold())
+
+
+class ObjectTree:
+    def __init__(self, name: str = "MAx-4", type_name: str = "MAX4", symbol: str = "PacDriveM") -> None:
+        self._objects = 0
+        self.root = Object(self, None, name, type_name, symbol)
+
+    def next_address(self) -> int:
+        self._objects += 1
+        return self._objects * OBJECT_STEP
+
+    def objects(self) -> Iterator[Object]:
+        """All of them, parents before children."""
+        waiting = [self.root]
+        while waiting:
+            one = waiting.pop(0)
+            yield one
+            waiting[:0] = one.children
+
+    def parameters(self) -> Iterator[tuple[str, Parameter]]:
+        """All of them by their whole path, with the group's name."""
+        for one in self.objects():
+            for group in one.groups.values():
+                for parameter in group.parameters.values():
+                    yield f"{one.path}.{group.name}.{parameter.name}", parameter
+
+    def check_symbol(self, symbol: str) -> None:
+        """ValueError if an object is already called so (names in IEC code know no case, PD-350)."""
+        if symbol and any(one.symbol.casefold() == symbol.casefold() for one in self.objects()):
+            raise ValueError(f"there is already an object {symbol!r}: another symbolic name would be right")
+
+    def object(self, path: str) -> Object:
+        """By a path, or by "_" and the symbolic name (PD-025).  KeyError."""
+        found = self._walk(path.removeprefix("_").split("."))
+        if found is None or found[1]:
+            raise KeyError(path)
+        return found[0]
+
+    def parameter(self, path: str) -> Parameter:
+        """KeyError, with the path."""
+        found = self._walk(path.split("."))
+        if found is not None:
+            one, rest = found
+            match rest:
+                case [name]:
+                    return self._named(one.parameters, name, path)
+                case [group_name, name]:
+                    for group in one.groups.values():
+                        if group.name.casefold() == group_name.casefold():
+                            return self._named(iter(group.parameters.values()), name, path)
+        raise KeyError(path)
+
+    def get(self, path: str) -> Value:
+        return self.parameter(path).value
+
+    def set(self, path: str, value: Value) -> None:
+        """KeyError for the path, ValueError for the value."""
+        self.parameter(path).set(value)
+
+    def by_address(self, address: int) -> Object | Parameter:
+        """What has this logical address.  KeyError."""
+        for one in self.objects():
+            if one.log_adr == address:
+                return one
+            if one.log_adr == address // OBJECT_STEP * OBJECT_STEP:
+                for parameter in one.parameters:
+                    if parameter.address == address:
+                        return parameter
+        raise KeyError(address)
+
+    @staticmethod
+    def _named(parameters: Iterator[Parameter], name: str, path: str) -> Parameter:
+        for parameter in parameters:
+            if parameter.name.casefold() == name.casefold():
+                return parameter
+        raise KeyError(path)
+
+    def _walk(self, names: list[str]) -> tuple[Object, list[str]] | None:
+        """The object that a path leads to, and what of it is left."""
+        start = next((one for one in self.objects() if one.is_called(names[0])), None)
+        if start is None:
+            return None
+        rest = names[1:]
+        while rest:
+            below = next((one for one in start.children if one.is_called(rest[0])), None)
+            if below is None:
+                break
+            start, rest = below, rest[1:]
+        return start, rest

@@ -1,0 +1,288 @@
+"""The MAx-4 as Modbus client: exchanges values of its object tree with registers and bits of other units.
+
+Source: ours (digest PD-209, PD-306: a library ModBus.lib, nothing of its content); Modbus application protocol V1.1b3.
+One request at a time, as a master on a serial line has to; no answer in time, or a wrong one, is tried again.  A unit
+that still doesn't answer is lost: an entry and a diagnosis, and the next try after a pause.  An exception is an answer:
+it is counted, and the values stay; but in 0A and 0B a gateway says that the unit gave none.  Units are devices of the
+rig, or servers outside that the bus leads to.  Left out: broadcasts, other functions than 1 to 4, 15 and 16.
+"""
+
+import struct
+from collections.abc import Iterator
+from typing import Final
+
+from fieldrig.clock import MS, Clock
+from fieldrig.link import Link
+from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_devices.canopen.deadline import Deadline
+from fieldrig_devices.max4.configuration.tree import Group, Object, Parameter, Type
+from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.max4.field_data import Data, IoMap, add_object
+from fieldrig_devices.max4.messages.catalogue import Code
+from fieldrig_devices.max4.messages.diagnosis import Sender
+from fieldrig_devices.max4.modbus.client_settings import (
+    ClientUnitSettings,
+    ModbusClientSettings,
+    ReadSettings,
+    WriteSettings,
+)
+
+READ: Final = {"coils": 1, "discrete_inputs": 2, "holding_registers": 3, "input_registers": 4}
+WRITE: Final = {"coils": 15, "holding_registers": 16}
+EXCEPTION: Final = 0x80
+EXCEPTION_SIZE: Final = 2
+OF_A_GATEWAY: Final = frozenset({0x0A, 0x0B})
+_HEAD: Final = struct.Struct(">BHH")
+
+
+class _Exchange:
+    """One message of a unit.  `due_ns` is None while nothing is to be done."""
+
+    def __init__(self, unit: "Unit", function: int, every_ms: int, due_ns: int | None) -> None:
+        self.unit, self.function, self._every_ns, self.due_ns = unit, function, every_ms * MS, due_ns
+
+    def request(self) -> bytes:
+        raise NotImplementedError
+
+    def is_right(self, answer: bytes) -> bool:
+        """What is in a right answer is kept."""
+        raise NotImplementedError
+
+    def put_off(self, now_ns: int) -> None:
+        """It is done; the next time."""
+        self.due_ns = now_ns + self._every_ns if self._every_ns else None
+
+
+class _Read(_Exchange):
+    def __init__(self, unit: "Unit", settings: ReadSettings, group: Group, now_ns: int) -> None:
+        super().__init__(unit, READ[settings.what], settings.every_ms, now_ns)
+        self._is_bits = settings.what in ("coils", "discrete_inputs")
+        values = settings.values
+        count = len(values) if self._is_bits else sum(one.words for one in values)
+        self._size = (count + 7) // 8 if self._is_bits else 2 * count
+        self._request = _HEAD.pack(self.function, settings.address, count)
+        self._data = Data(group, values, is_output=False)
+        self._heard: bytes | None = None
+
+    def request(self) -> bytes:
+        return self._request
+
+    def is_right(self, answer: bytes) -> bool:
+        if answer[:2] != bytes((self.function, self._size)) or len(answer) != 2 + self._size:
+            return False
+        self._heard = answer[2:]
+        return True
+
+    def take(self) -> None:
+        if self._heard is None:
+            return
+        if self._is_bits:
+            self._data.unpack(self._heard)
+        else:
+            self._data.unpack_registers(self._heard)
+        self._heard = None
+
+    def clear(self) -> None:
+        self._heard = bytes(self._size)
+
+
+class _Write(_Exchange):
+    def __init__(self, unit: "Unit", settings: WriteSettings, group: Group) -> None:
+        super().__init__(unit, WRITE[settings.what], settings.every_ms, None)
+        self._is_bits = settings.what == "coils"
+        values = settings.values
+        count = len(values) if self._is_bits else sum(one.words for one in values)
+        self._head = _HEAD.pack(self.function, settings.address, count)
+        self._data = Data(group, values, is_output=True)
+        self._wanted = b""
+        self._told: bytes | None = None
+        """What the last request said, answered or not."""
+
+    def request(self) -> bytes:
+        self._told = self._wanted
+        return self._head + bytes((len(self._wanted),)) + self._wanted
+
+    def is_right(self, answer: bytes) -> bool:
+        return answer == self._head
+
+    def give(self, now_ns: int) -> None:
+        self._wanted = self._data.packed() if self._is_bits else self._data.registers()
+        if self._wanted != self._told and not self.unit.is_lost:
+            self.due_ns = now_ns if self.due_ns is None else min(self.due_ns, now_ns)
+
+    def put_off(self, now_ns: int) -> None:
+        super().put_off(now_ns)
+        if self._wanted != self._told:
+            self.due_ns = now_ns
+
+    def forget(self) -> None:
+        """The unit may have lost what it was told."""
+        self._told = None
+
+
+class Unit:
+    """One unit that is asked, and its share of the IO map."""
+
+    def __init__(self, client: "ModbusClient", master: Object, symbol: str, settings: ClientUnitSettings) -> None:
+        self._client, self.settings = client, settings
+        self.sender = Sender("MB_UNIT", symbol)
+        one = add_object(master, "Modbus unit", "MB_UNIT", symbol)
+        self.requests = self.errors = self.exceptions = self.last_exception = 0
+        self.failures = 0
+        """In a row."""
+        self.is_lost = False
+        self.is_heard = False
+        general = one.group("General")
+        general.add(Parameter("UnitId", Type.UINT, first=settings.unit))
+        general.add(Parameter("IsRunning", Type.BOOL, read=lambda: self.is_heard and not self.is_lost))
+        general.add(Parameter("Requests", Type.UDINT, read=lambda: self.requests))
+        general.add(Parameter("Errors", Type.UDINT, read=lambda: self.errors, about="no answer, or a wrong one"))
+        general.add(Parameter("Exceptions", Type.UDINT, read=lambda: self.exceptions))
+        general.add(Parameter("LastException", Type.UINT, read=lambda: self.last_exception))
+        inputs, outputs = one.group("Inputs"), one.group("Outputs")
+        now_ns = client.clock.now_ns()
+        self._reads = [_Read(self, read, inputs, now_ns) for read in settings.reads]
+        self._writes = [_Write(self, write, outputs) for write in settings.writes]
+
+    @property
+    def exchanges(self) -> Iterator[_Exchange]:
+        yield from self._writes
+        yield from self._reads
+
+    def take(self) -> None:
+        for read in self._reads:
+            read.take()
+
+    def give(self) -> None:
+        for write in self._writes:
+            write.give(self._client.clock.now_ns())
+        self._client.go_on()
+
+    def lose(self) -> None:
+        self.is_lost = True
+        if self.settings.lost_inputs == "zero":
+            for read in self._reads:
+                read.clear()
+
+    def come_back(self) -> None:
+        self.is_lost = False
+        for write in self._writes:
+            write.forget()
+
+
+class ModbusClient:
+    """Asks on `link`; whoever listens to it hands what comes in to `hear`."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        controller: Controller,
+        link: Link[ModbusEvent],
+        settings: ModbusClientSettings,
+        io_map: IoMap,
+    ) -> None:
+        self.clock, self._controller, self._link = clock, controller, link
+        self._settings, self._io_map = settings, io_map
+        self._units: list[Unit] = []
+        self._asked: _Exchange | None = None
+        self._number = 0
+        self._late = Deadline(clock, self._on_timeout)
+        self._wake = Deadline(clock, self.go_on)
+        controller.on_boot(self._on_boot)
+        controller.on_end(self.stop)
+
+    def stop(self) -> None:
+        self._asked = None
+        self._units = []
+        self._late.cancel()
+        self._wake.cancel()
+
+    def hear(self, message: ModbusEvent) -> None:
+        exchange = self._asked
+        if not isinstance(message, ModbusResponse) or message.exchange != self._number or exchange is None:
+            return  # an answer that came too late, or none
+        unit, pdu = exchange.unit, message.pdu
+        if message.unit != unit.settings.unit:
+            return
+        self._late.cancel()
+        self._asked = None
+        if len(pdu) == EXCEPTION_SIZE and pdu[0] == exchange.function | EXCEPTION:
+            unit.exceptions += 1
+            unit.last_exception = pdu[1]
+            self._on_exception(exchange, pdu[1])
+        elif exchange.is_right(pdu):
+            self._on_answer(exchange)
+            exchange.put_off(self.clock.now_ns())
+        else:
+            self._on_failure(exchange)
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Ask what is due, or wait for it."""
+        if self._asked is not None:
+            return
+        waiting = [(exchange.due_ns, exchange) for exchange in self._exchanges() if exchange.due_ns is not None]
+        if not waiting:
+            self._wake.cancel()
+            return
+        due_ns, exchange = min(waiting, key=lambda one: one[0])
+        if due_ns <= self.clock.now_ns():
+            self._ask(exchange)
+        else:
+            self._wake.set(due_ns)
+
+    def _exchanges(self) -> Iterator[_Exchange]:
+        return (exchange for unit in self._units for exchange in unit.exchanges)
+
+    def _on_boot(self) -> None:
+        self.stop()
+        master = self._controller.tree.root.add("Modbus client", "MB_CLIENT", "")
+        self._units = [Unit(self, master, symbol, unit) for symbol, unit in self._settings.units.items()]
+        self._io_map.parts.extend(self._units)  # with its first update the asking begins
+
+    def _ask(self, exchange: _Exchange) -> None:
+        unit = exchange.unit
+        unit.requests += 1
+        self._asked = exchange
+        self._number = self._number + 1 & 0xFFFF
+        self._late.set(self.clock.now_ns() + self._settings.timeout_ms * MS)
+        self._link.send(ModbusRequest(unit.settings.unit, exchange.request(), self._number))
+
+    def _on_answer(self, exchange: _Exchange) -> None:
+        unit = exchange.unit
+        unit.failures = 0
+        unit.is_heard = True
+        if unit.is_lost:
+            unit.come_back()
+            self._controller.report(Code.FIELD_BUS_BACK, unit.sender, self._place(unit))
+
+    def _on_exception(self, exchange: _Exchange, code: int) -> None:
+        if code in OF_A_GATEWAY:
+            self._on_failure(exchange)
+        else:
+            self._on_answer(exchange)
+            exchange.due_ns = self.clock.now_ns() + self._settings.pause_ms * MS
+
+    def _on_timeout(self) -> None:
+        exchange, self._asked = self._asked, None
+        assert exchange is not None
+        self._on_failure(exchange)
+        self.go_on()
+
+    def _on_failure(self, exchange: _Exchange) -> None:
+        unit = exchange.unit
+        unit.errors += 1
+        unit.failures += 1
+        if unit.failures <= self._settings.retries:
+            return  # it is still due
+        again_ns = self.clock.now_ns() + self._settings.pause_ms * MS
+        for other in unit.exchanges:
+            if other.due_ns is not None:
+                other.due_ns = max(other.due_ns, again_ns)
+        if not unit.is_lost:
+            unit.lose()
+            self._controller.report(Code.FIELD_BUS_LOST, unit.sender, self._place(unit))
+
+    @staticmethod
+    def _place(unit: Unit) -> str:
+        return f"Modbus {unit.settings.unit}"

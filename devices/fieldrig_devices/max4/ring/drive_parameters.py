@@ -1,0 +1,125 @@
+"""Parameters of an MC-4 that lie in the drive: what the controller reads there when the ring comes up, and writes.
+
+Source: PacDrive manual 6066-6171 (BrakeDisconnectionTime and on), 513-538 (name plate); IDNs of `mc4.idns`.  They go
+over the service channel and are slow (digest PD-028, PD-137): what is read here is what was last heard.
+"""
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+from fieldrig.clock import MS, Clock, S
+from fieldrig.device import Value
+from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Type
+from fieldrig_devices.mc4 import idns
+from fieldrig_devices.sercos import standard_idns as std
+from fieldrig_devices.sercos.idn import ServiceError
+
+VERSION_IDN: Final = std.MANUFACTURER_VERSION
+MOTOR: Final = "Motor"
+PATIENCE_NS: Final = 30 * S
+AGAIN_NS: Final = 250 * MS
+"""A drive needs its time to read the name plate after power-on: so long, and so often it is asked."""
+
+
+class Row(NamedTuple):
+    group: str
+    name: str
+    idn: int
+    type: Type
+    decimals: int = 0
+    unit: str = ""
+    is_writable: bool = False
+
+
+ROWS: Final = (
+    Row("Versions", "FirmwareVersion", VERSION_IDN, Type.STRING),
+    Row("Versions", "ControllerType", std.CONTROLLER_TYPE, Type.STRING),
+    Row(MOTOR, "MotorType", std.MOTOR_TYPE, Type.STRING),
+    Row(MOTOR, "MotorSerialNumber", idns.SERIAL_NUMBER, Type.STRING),
+    Row(MOTOR, "RatedTorque", idns.RATED_TORQUE, Type.LREAL, 3, "Nm"),
+    Row(MOTOR, "RatedSpeed", idns.RATED_SPEED, Type.LREAL, 4, "1/min"),
+    Row(MOTOR, "MaxSpeed", std.MAXIMUM_MOTOR_SPEED, Type.LREAL, 4, "1/min"),
+    Row(MOTOR, "StandstillCurrent", std.MOTOR_STALL_CURRENT, Type.LREAL, 3, "A"),
+    Row(MOTOR, "PeakCurrent", std.MOTOR_PEAK_CURRENT, Type.LREAL, 3, "A"),
+    Row(MOTOR, "Inertia", idns.INERTIA, Type.LREAL, 3, "kgcm2"),
+    Row("Stop", "BrakeDisconnectionTime", std.DRIVE_ON_DELAY, Type.UINT, 0, "ms", is_writable=True),
+    Row("Stop", "BrakeCouplingTime", std.DRIVE_OFF_DELAY, Type.UINT, 0, "ms", is_writable=True),
+    Row("Stop", "StopTimeLim", idns.STOP_TIME_LIMIT, Type.UINT, 0, "ms", is_writable=True),
+    Row("Stop", "CoastOption", idns.COAST_OPTION, Type.UINT, is_writable=True),
+    Row("Loops", "MaxFollowingError", std.MONITORING_WINDOW, Type.UDINT, 0, "incr", is_writable=True),
+    Row("Loops", "TorqueLimit", std.TORQUE_LIMIT, Type.UINT, 0, "0.1%", is_writable=True),
+    Row("Loops", "PositionGain", std.KV_FACTOR, Type.UINT, is_writable=True),
+    Row("Versions", "HardwareVersion", idns.HARDWARE, Type.STRING),
+    Row("Versions", "ArticleNumber", idns.ARTICLE, Type.STRING),
+    Row("Versions", "SerialNumber", idns.OWN_SERIAL_NUMBER, Type.STRING),
+)
+
+
+class DriveParameters:
+    def __init__(self, clock: Clock, axis: Axis, one: Object) -> None:
+        self._clock, self._axis = clock, axis
+        self._until_ns = 0
+        self.start_values: dict[str, Value] = {}
+        """From the parameter file: written whenever the drive comes onto the ring."""
+        self._parameters: dict[str, Parameter] = {}
+        for row in ROWS:
+            kind = Kind.SLOW if row.is_writable else Kind.OUTPUT
+            write = self._writer(row) if row.is_writable else None
+            parameter = Parameter(row.name, row.type, kind, unit=row.unit, write=write)
+            self._parameters[row.name] = one.group(row.group).add(parameter)
+
+    def exchange(self, on_done: Callable[[], None]) -> None:
+        """Write start values, read the rest; `on_done` when all have been answered or refused."""
+        waiting = len(ROWS)
+        self._until_ns = self._clock.now_ns() + PATIENCE_NS
+
+        def answered() -> None:
+            nonlocal waiting
+            waiting -= 1
+            if not waiting:
+                self._look_for_motor()
+                on_done()
+
+        for row in ROWS:
+            if row.name in self.start_values:
+                self._send(row, self.start_values[row.name], answered)
+            else:
+                self._fetch(row, answered)
+
+    def _look_for_motor(self) -> None:
+        """Until the drive knows it."""
+        now_ns = self._clock.now_ns()
+        if self._parameters["MotorType"].value:
+            for row in ROWS:
+                if row.group == MOTOR:
+                    self._fetch(row, lambda: None)
+        elif self._axis.is_operating and now_ns < self._until_ns:
+            row = next(row for row in ROWS if row.name == "MotorType")
+            self._clock.call_at(now_ns + AGAIN_NS, lambda: self._fetch(row, self._look_for_motor))
+
+    def _fetch(self, row: Row, answered: Callable[[], None]) -> None:
+        def done(outcome: bytes | ServiceError) -> None:
+            if not isinstance(outcome, ServiceError):
+                self._parameters[row.name].put(_value(row, outcome))
+            answered()
+
+        self._axis.read(row.idn, done)
+
+    def _send(self, row: Row, value: Value, answered: Callable[[], None]) -> None:
+        def done(outcome: bytes | ServiceError) -> None:
+            if not isinstance(outcome, ServiceError):
+                self._parameters[row.name].put(value)
+            answered()
+
+        self._axis.write(row.idn, int(value).to_bytes(4 if row.type is Type.UDINT else 2, "little"), done)
+
+    def _writer(self, row: Row) -> Callable[[Value], None]:
+        return lambda value: self._send(row, value, lambda: None)
+
+
+def _value(row: Row, data: bytes) -> Value:
+    if row.type is Type.STRING:
+        return data.decode("latin-1").rstrip("\0")[: row.type.high]
+    number = int.from_bytes(data, "little")
+    return number / 10**row.decimals if row.type is Type.LREAL else number

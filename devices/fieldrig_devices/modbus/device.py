@@ -1,0 +1,242 @@
+"""`modbus.device`: a device made of register tables, reachable on any number of Modbus buses at once.
+
+Source: Modbus application protocol V1.1b3; the answers are those of fieldrig_bus.modbus.server.  A request takes effect
+when it arrives, its response leaves `turnaround_ms` later.  Each bus has its own communication counters and its own
+listen only mode, as each port of a real device has.  What is marked `retained` in a table is in the non-volatile
+memory before the write takes effect; a write that can't be kept is answered by exception 04 and changes nothing.
+"""
+
+import json
+import logging
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from fieldrig import store_format
+from fieldrig.bus import Bus
+from fieldrig.clock import MS, Clock
+from fieldrig.device import Device, Point, Tool
+from fieldrig.errors import ConfigError
+from fieldrig.link import Link
+from fieldrig.settings import Claim, ConfigFile, Settings
+from fieldrig.store import Store, restore
+from fieldrig.untrusted import field, read_json, typed
+from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.server import ModbusServer
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.modbus.port import ModbusPort
+from fieldrig_devices.modbus.tools import lines_for
+from fieldrig_devices.modbus.unit import ModbusUnit
+from fieldrig_devices.registers.table import driven_wires, load_table
+from fieldrig_devices.registers.value import OutOfRange
+
+log = logging.getLogger(__name__)
+
+Hear = Callable[[Signal], None]
+
+UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
+Status = Annotated[int, Field(ge=0, le=0xFF)] | Annotated[list[str], Field(max_length=8)]
+
+
+class UnitSettings(Settings):
+    """One unit of several; what is left out here is as in the device."""
+
+    table: ConfigFile
+    identification: Identification | None = None
+    server_id: ServerId | None = None
+    exception_status: Status | None = None
+
+
+class ModbusDeviceSettings(Settings):
+    unit_id: UnitId = 1
+    table: ConfigFile | None = None
+    units: dict[UnitId, UnitSettings] | None = Field(
+        default=None, min_length=1, description="several units, by their ids, in place of unit_id and table"
+    )
+    turnaround_ms: float = Field(default=2.0, ge=0, le=60_000, description="from a request to its response; 0: at once")
+    out_of_range: OutOfRange = Field(
+        default="server_failure",
+        description="a write beyond min or max: exception 04, as the specification has it, or 03 (illegal_value), as "
+        "many devices do, or the nearest value that is right (limit)",
+    )
+    identification: Identification = Field(default_factory=Identification, description="function 43/14")
+    server_id: ServerId = Field(default_factory=ServerId, description="function 17")
+    exception_status: Status = Field(
+        default=0, description="function 7: a number, or the names of up to 8 bits, lowest first"
+    )
+    serial_functions_on_tcp: bool = Field(
+        default=True, description="functions 7, 8 and 17, which belong to serial lines, are answered on TCP too"
+    )
+
+    @model_validator(mode="after")
+    def _check_one_form(self) -> Self:
+        if (self.table is None) == (self.units is None):
+            raise ValueError("give either table (and unit_id) for one unit, or units for several")
+        return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        for unit_id, unit in self.by_unit().items():
+            is_one = self.units is None
+            yield Claim("modbus", "unit", unit_id, ("unit_id",) if is_one else ("units", unit_id))
+            try:
+                wires = driven_wires(load_table(unit.table))
+            except ConfigError:
+                continue  # told when the device is built, at its own lines
+            for wire in wires:
+                yield Claim("wires", "wire", wire, ("table",) if is_one else ("units", unit_id, "table"))
+
+    def by_unit(self) -> dict[int, UnitSettings]:
+        if self.units is not None:
+            return dict(self.units)
+        return {self.unit_id: UnitSettings.model_construct(table=self.table)}
+
+
+class ModbusDevice(Device):
+    about: ClassVar[str] = "a Modbus device made of register tables"
+
+    def __init__(
+        self,
+        clock: Clock,
+        settings: ModbusDeviceSettings,
+        modbus: list[Link[ModbusRequest | ModbusResponse]],
+        store: Store,
+        wires: Link[Signal] | None = None,
+    ) -> None:
+        """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
+        turnaround_ns = round(settings.turnaround_ms * MS)
+        self._clock, self._store, self._wires = clock, store, wires
+        self._moving: dict[str, Signal] = {}
+        """Signals that move on by themselves, by wire: what registers show of them is brought up before each read."""
+        self._warned: set[str] = set()
+        by_unit = settings.by_unit()
+        self._units = {
+            unit_id: ModbusUnit(
+                load_table(unit.table),
+                settings.out_of_range,
+                settings.exception_status if unit.exception_status is None else unit.exception_status,
+                self._drive,
+                self._keep,
+            )
+            for unit_id, unit in by_unit.items()
+        }
+        self._restore()
+        for link in modbus:
+            servers = {
+                unit_id: ModbusServer(
+                    self._units[unit_id],
+                    unit.identification or settings.identification,
+                    unit.server_id or settings.server_id,
+                    settings.serial_functions_on_tcp,
+                )
+                for unit_id, unit in by_unit.items()
+            }
+            port = ModbusPort(clock, link, servers, turnaround_ns)
+            link.on_receive(partial(self._on_request, port), list(servers))
+        self._listen_to_wires()
+
+    def start(self) -> None:
+        for unit in self._units.values():
+            unit.drive_all()
+
+    def points(self) -> Mapping[str, Point]:
+        if len(self._units) == 1:
+            (unit,) = self._units.values()
+            return self._present(unit.points())
+        by_unit = {unit_id: unit.points() for unit_id, unit in self._units.items()}
+        return self._present(
+            {f"{unit_id}/{key}": point for unit_id in by_unit for key, point in by_unit[unit_id].items()}
+        )
+
+    @classmethod
+    def tools(cls, name: str, settings: Any, links: Mapping[str, Any]) -> list[Tool]:
+        buses: list[Bus[Any]] = []
+        for joined in links.values():  # one bus, or the several of `modbus`
+            buses += joined if isinstance(joined, list | tuple) else [joined]
+        by_unit: dict[int, UnitSettings] = settings.by_unit()
+        return [tool for unit_id, unit in by_unit.items() for tool in lines_for(load_table(unit.table), unit_id, buses)]
+
+    def _keep(self) -> None:
+        """Put what is retained into the store.  StoreError if it can't be kept."""
+        kept = {
+            str(unit_id): {name: raw.hex() for name, raw in unit.retained.items()}
+            for unit_id, unit in self._units.items()
+        }
+        self._store.save(json.dumps(kept).encode())
+
+    def _restore(self) -> None:
+        found = restore(self._store, self._decode).content
+        for unit_id, kept in (found or {}).items():
+            self._units[unit_id].restore(kept)
+
+    def _decode(self, data: bytes) -> dict[int, dict[str, bytes]]:
+        """Raw values by unit and name.  ValueError for what `_keep` doesn't write, and for values beyond limits."""
+        kept = typed(read_json(data, store_format.LONGEST), dict)
+        return {
+            unit_id: unit.usable(
+                {name: bytes.fromhex(typed(raw, str, name)) for name, raw in field(kept, str(unit_id), dict).items()}
+            )
+            for unit_id, unit in self._units.items()
+            if str(unit_id) in kept
+        }
+
+    def _present(self, points: Mapping[str, Point]) -> dict[str, Point]:
+        return {key: self._present_point(point) for key, point in points.items()}
+
+    def _present_point(self, point: Point) -> Point:
+        """A point that is read as it is now."""
+
+        def read() -> bool | int | float | str:
+            self._follow()
+            return point.read()
+
+        return replace(point, read=read)
+
+    def _on_request(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
+        if self._moving:
+            self._follow()
+        port.on_message(message)
+
+    def _follow(self) -> None:
+        """Bring the registers up to where the signals that they show have moved by now."""
+        now_ns = self._clock.now_ns()
+        for wire, signal in self._moving.items():
+            self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
+
+    def _drive(self, signal: Signal) -> None:
+        """A register may read back what another one drives: a bus does not tell a driver its own signal."""
+        self._on_signal(signal)
+        if self._wires is not None:
+            self._wires.send(signal)
+
+    def _listen_to_wires(self) -> None:
+        self._listeners: defaultdict[str, list[Hear]] = defaultdict(list)
+        self._collectors: defaultdict[str, list[Hear]] = defaultdict(list)
+        for unit in self._units.values():
+            for wire, hear in unit.listeners():
+                self._listeners[wire].append(hear)
+            for wire, hear in unit.collectors():
+                self._collectors[wire].append(hear)
+        wires = {*self._listeners, *self._collectors}
+        if self._wires is not None and wires:
+            self._wires.on_receive(self._on_signal, sorted(wires))
+
+    def _on_signal(self, signal: Signal) -> None:
+        name, value = signal.name, signal.at(self._clock.now_ns())
+        self._moving.pop(name, None)
+        if signal.is_moving and name in self._listeners:
+            self._moving[name] = signal
+        self._hear((*self._listeners.get(name, ()), *self._collectors.get(name, ())), Signal(name, value, signal.unit))
+
+    def _hear(self, hearers: Iterable[Hear], signal: Signal) -> None:
+        for hear in hearers:
+            try:
+                hear(signal)
+            except ValueError as fault:
+                if signal.name not in self._warned:
+                    self._warned.add(signal.name)
+                    log.warning("%s: not taken over: %s", signal.name, fault)

@@ -1,0 +1,209 @@
+"""One unit of a Modbus device: the data model of its register table, and its values by name."""
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+
+from fieldrig.device import Point
+from fieldrig.errors import RigError
+from fieldrig.point_values import whole_in
+from fieldrig.store import StoreError
+from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.registers.image import Area, BitImage, RegisterImage
+from fieldrig_devices.registers.table import (
+    Bit,
+    Fifo,
+    Register,
+    Table,
+    Value,
+    access_of,
+    direction_of,
+    words_of,
+)
+from fieldrig_devices.registers.value import BitValue, OutOfRange, RegisterValue
+
+AnyValue = BitValue | RegisterValue
+
+
+class FifoQueue:
+    def __init__(self, entry: Fifo) -> None:
+        self.entry = entry
+        self.values = deque(entry.initial, maxlen=entry.depth)
+        self._heard: int | None = None
+
+    def put(self, value: Value) -> None:
+        """Append a value to the queue.  ValueError for one that is not a register."""
+        self.values.append(whole_in(value, 0, 0xFFFF))
+
+    def hear(self, signal: Signal) -> None:
+        value = min(max(round(signal.value), 0), 0xFFFF)
+        if value != self._heard:
+            self._heard = value
+            self.values.append(value)
+
+    def point(self) -> Point:
+        return Point(lambda: len(self.values), self.put, "", self.entry.about or "entries in the queue; put one in")
+
+
+class ModbusUnit:
+    """Keeps the `DataModel` protocol of fieldrig_bus.modbus.server.
+
+    `drive` is called with what goes out by a wire, `keep` before a change of `retained` takes effect; its StoreError
+    refuses the change.
+    """
+
+    def __init__(
+        self,
+        table: Table,
+        out_of_range: OutOfRange,
+        exception_status: int | Sequence[str],
+        drive: Callable[[Signal], None],
+        keep: Callable[[], None],
+    ) -> None:
+        self._table, self._drive, self._keep = table, drive, keep
+        self.retained: dict[str, bytes] = {}
+        """Raw values by name, as they are, or are about to be, in the non-volatile memory."""
+        self._stored: Mapping[str, bytes] = {}
+        """Those that are known to be there."""
+        self.coils = BitImage(_areas("coils", table.coils), self._commit)
+        self.discrete_inputs = BitImage(_areas("discrete_inputs", table.discrete_inputs))
+        self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers), self._commit)
+        self.input_registers = RegisterImage(_areas("input_registers", table.input_registers))
+        self.values: dict[str, AnyValue] = {}
+        for space, image in (("coils", self.coils), ("discrete_inputs", self.discrete_inputs)):
+            for bit in table.coils if space == "coils" else table.discrete_inputs:
+                for name, address in _each(bit):
+                    self._add(BitValue(name, bit, address, direction_of(space, bit), image))
+        self._add_registers("holding_registers", table.holding_registers, self.holding_registers, out_of_range)
+        self._add_registers("input_registers", table.input_registers, self.input_registers, out_of_range)
+        self._fifos = {entry.address: FifoQueue(entry) for entry in table.fifos}
+        self._status = exception_status if isinstance(exception_status, int) else self._status_bits(exception_status)
+
+    def fifo(self, address: int) -> list[int]:
+        queue = self._fifos.get(address)
+        if queue is None:
+            raise ModbusError(ILLEGAL_DATA_ADDRESS)
+        return list(queue.values)
+
+    def exception_status(self) -> int:
+        if isinstance(self._status, int):
+            return self._status
+        return sum(1 << position for position, value in enumerate(self._status) if value.read() is True)
+
+    def listeners(self) -> list[tuple[str, Callable[[Signal], None]]]:
+        """The wires that values read, and what takes their signals."""
+        return [
+            (value.entry.wire, value.hear)
+            for value in self.values.values()
+            if value.entry.wire is not None and value.direction == "from_wire"
+        ]
+
+    def collectors(self) -> list[tuple[str, Callable[[Signal], None]]]:
+        """The wires whose changes queues keep, and what takes their signals."""
+        return [(queue.entry.wire, queue.hear) for queue in self._fifos.values() if queue.entry.wire is not None]
+
+    def drive_all(self) -> None:
+        """Tell every wire that this unit drives its present value."""
+        for value in self.values.values():
+            if value.entry.wire is not None and value.direction == "to_wire":
+                self._drive_one(value)
+
+    def usable(self, kept: Mapping[str, bytes]) -> dict[str, bytes]:
+        """Without what the table no longer has, or has otherwise.  ValueError for a value that nobody can write."""
+        found = {name: raw for name, raw in kept.items() if len(raw) == len(self.retained.get(name, b""))}
+        for name, raw in found.items():
+            self.values[name].check(raw)
+        return found
+
+    def restore(self, kept: Mapping[str, bytes]) -> None:
+        """What `usable` returned."""
+        for name, raw in kept.items():
+            self.values[name].restore(raw)
+        self.retained |= kept
+        self._stored = kept
+
+    def points(self) -> dict[str, Point]:
+        points = {name: self._point(value) for name, value in self.values.items()}
+        return points | {queue.entry.name: queue.point() for queue in self._fifos.values()}
+
+    def _add_registers(
+        self, space: str, entries: Sequence[Register], image: RegisterImage, out_of_range: OutOfRange
+    ) -> None:
+        for entry in entries:
+            direction = direction_of(space, entry)
+            for name, address in _each(entry):
+                order = self._table.word_order
+                value = RegisterValue(name, entry, address, direction, image, order, out_of_range)
+                self._add(value, value.has_limits)
+
+    def _add(self, value: AnyValue, is_watched: bool = False) -> None:
+        self.values[value.name] = value
+        if value.entry.retained:
+            self.retained[value.name] = value.raw()
+        drives = value.entry.wire is not None and value.direction == "to_wire"
+        if is_watched or drives or value.entry.retained:
+            value.watch(lambda: self._on_changed(value))
+
+    def _commit(self, values: Sequence[AnyValue]) -> None:
+        """ModbusError if the new values can't be kept."""
+        try:
+            self._retain(values)
+        except StoreError as cause:
+            raise ModbusError(SERVER_DEVICE_FAILURE) from cause
+
+    def _retain(self, values: Sequence[AnyValue]) -> None:
+        """A half-written value of several registers is not kept: only those in `values` are new."""
+        changed = {value.name: value.raw() for value in values if value.entry.retained}
+        if changed.items() <= self._stored.items():
+            return
+        before, self.retained = self.retained, self.retained | changed
+        try:
+            self._keep()
+        except StoreError:
+            self.retained = before
+            raise
+        self._stored = self.retained
+
+    def _on_changed(self, value: AnyValue) -> None:
+        if value.entry.wire is not None and value.direction == "to_wire":
+            self._drive_one(value)
+
+    def _drive_one(self, value: AnyValue) -> None:
+        present = value.read()
+        if value.entry.wire is not None and not isinstance(present, str):
+            self._drive(Signal(value.entry.wire, present, value.unit))
+
+    def _point(self, value: AnyValue) -> Point:
+        def write(new: Value) -> None:
+            before = value.raw()
+            value.put(new)
+            try:
+                self._retain([value])
+            except StoreError as cause:
+                value.restore(before)
+                raise ValueError(f"{value.name} can't be stored: {cause.strerror}\nthe old value is kept") from cause
+            self._on_changed(value)
+
+        is_heard = value.entry.wire is not None and value.direction == "from_wire"
+        return Point(value.read, None if is_heard else write, value.unit, value.entry.about)
+
+    def _status_bits(self, names: Sequence[str]) -> list[AnyValue]:
+        unknown = [name for name in names if name not in self.values]
+        if unknown:
+            raise RigError(f"exception_status names {', '.join(unknown)}", "name bits of the unit's register table")
+        return [self.values[name] for name in names]
+
+
+def _areas(space: str, entries: Sequence[Bit | Register]) -> list[Area]:
+    return [
+        Area(entry.address, entry.count * words_of(entry), access != "wo", access != "ro")
+        for entry in entries
+        for access in (access_of(space, entry),)
+    ]
+
+
+def _each(entry: Bit | Register) -> list[tuple[str, int]]:
+    """Name and address of each of the `count` values."""
+    if entry.count == 1:
+        return [(entry.name, entry.address)]
+    return [(f"{entry.name}.{index}", entry.address + index * words_of(entry)) for index in range(entry.count)]

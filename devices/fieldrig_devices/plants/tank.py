@@ -1,0 +1,216 @@
+"""A tank with a pump that fills it and an outlet that drains it.
+
+An upright cylinder, open above.  The pump's flow is proportional to its speed; it turns while its run wire says so, and
+by its speed alone until somebody drives that wire.  The outlet is in the bottom; the opening of its valve scales its
+area.  What rises above the rim runs over.  Between two changes of its inputs the level is the exact solution
+(`torricelli`), so the step says only how often it is looked at; while nothing moves it isn't.
+Left out: the pump's own inertia and back pressure, the valve's travel, waves.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from fieldrig.clock import MS, Clock, S
+from fieldrig.device import Device, Point
+from fieldrig.link import Link
+from fieldrig.point_values import number_in
+from fieldrig.settings import Claim, Settings
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.plants.torricelli import moved, root_coefficient
+
+
+class TankSettings(Settings):
+    area_m2: float = Field(gt=0, description="of the water's surface")
+    height_m: float = Field(gt=0, description="of the rim above the outlet")
+    outlet_area_m2: float = Field(ge=0, description="of the outlet with its valve at 100 %")
+    discharge_coefficient: float = Field(default=0.62, gt=0, le=1, description="0.62 is a sharp-edged round hole")
+    pump_flow_m3_per_s: float = Field(ge=0, description="at 100 % speed")
+    initial_level_m: float = Field(default=0.0, ge=0)
+    initial_outlet_percent: float = Field(default=0.0, ge=0, le=100, description="until its wire is driven")
+    high_m: float | None = Field(default=None, description="where the high switch closes; 90 % of the height")
+    low_m: float | None = Field(default=None, description="below which the low switch closes; 10 % of the height")
+    hysteresis_m: float = Field(default=0.01, ge=0, description="of both switches, towards the middle")
+    step_ms: int = Field(default=10, ge=1, description="how often the level is looked at")
+    level_resolution_m: float = Field(default=0.001, ge=0, description="a smaller change is not told")
+    flow_resolution_m3_per_s: float = Field(default=1e-6, ge=0, description="a smaller change is not told")
+    speed_wire: str = "pump.speed"
+    run_wire: str = "pump.run"
+    outlet_wire: str | None = Field(default=None, description="NAME.outlet, and so on for the others")
+    level_wire: str | None = None
+    inflow_wire: str | None = None
+    outflow_wire: str | None = None
+    high_wire: str | None = None
+    low_wire: str | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.initial_level_m > self.height_m:
+            raise ValueError(f"initial_level_m is above the rim: 0 to {self.height_m} (height_m)")
+        if not 0 <= self.low < self.high <= self.height_m:
+            raise ValueError(f"low_m and high_m must rise from 0 to {self.height_m} (height_m)")
+        return self
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        for what in ("level", "inflow", "outflow", "high", "low"):
+            key = f"{what}_wire"
+            yield Claim("wires", "wire", getattr(self, key) or f"{device}.{what}", (key,))
+
+    @property
+    def high(self) -> float:
+        return 0.9 * self.height_m if self.high_m is None else self.high_m
+
+    @property
+    def low(self) -> float:
+        return 0.1 * self.height_m if self.low_m is None else self.low_m
+
+
+class _Water(NamedTuple):
+    """What is in the tank at one instant, and what has become of the rest."""
+
+    level_m: float
+    over_m3: float = 0.0
+    overflows: int = 0
+    dry_runs: int = 0
+
+
+class Tank(Device):
+    about = "a tank with a pump and an outlet (a plant, on wires)"
+
+    def __init__(self, clock: Clock, name: str, settings: TankSettings, wires: Link[Signal]) -> None:
+        self._clock, self._settings, self._wires = clock, settings, wires
+        self._water = _Water(settings.initial_level_m)
+        self._speed = 0.0  # 0 to 1, as are openings
+        self._is_running = True
+        self._opening = settings.initial_outlet_percent / 100
+        self._looked_ns = clock.now_ns()
+        self._is_ticking = False
+        self._is_high = self._is_low = False
+        self._told: dict[str, float] = {}
+        self._level_wire = settings.level_wire or f"{name}.level"
+        self._inflow_wire = settings.inflow_wire or f"{name}.inflow"
+        self._outflow_wire = settings.outflow_wire or f"{name}.outflow"
+        self._high_wire = settings.high_wire or f"{name}.high"
+        self._low_wire = settings.low_wire or f"{name}.low"
+        self._inputs = {
+            settings.speed_wire: self._on_speed,
+            settings.run_wire: self._on_run,
+            settings.outlet_wire or f"{name}.outlet": self._on_outlet,
+        }
+        wires.on_receive(self._on_signal, tuple(self._inputs))
+
+    def start(self) -> None:
+        self._looked_ns = self._clock.now_ns()
+        self._tell_all()
+        self._keep_ticking()
+
+    def points(self) -> Mapping[str, Point]:
+        return {
+            "level": Point(lambda: self._now().level_m, self._set_level, "m", "of the water above the outlet"),
+            "volume": Point(lambda: self._now().level_m * self._settings.area_m2, None, "m3"),
+            "inflow": Point(lambda: self._inflow, None, "m3/s", "from the pump"),
+            "outflow": Point(lambda: self._outflow(self._now().level_m), None, "m3/s", "through the outlet"),
+            "outlet": Point(lambda: 100 * self._opening, None, "%", "opening of the outlet's valve"),
+            "high": Point(lambda: self._is_high_at(self._now().level_m), None, "", "the switch for a high level"),
+            "low": Point(lambda: self._is_low_at(self._now().level_m), None, "", "the switch for a low level"),
+            "overflow": Point(lambda: self._now().over_m3, None, "m3", "that ran over the rim"),
+            "overflows": Point(lambda: self._now().overflows, None, "", "how often it began to run over"),
+            "dry_runs": Point(lambda: self._now().dry_runs, None, "", "how often it ran empty through the outlet"),
+        }
+
+    @property
+    def _inflow(self) -> float:
+        return self._settings.pump_flow_m3_per_s * self._speed if self._is_running else 0.0
+
+    @property
+    def _k(self) -> float:
+        settings = self._settings
+        return root_coefficient(settings.discharge_coefficient * settings.outlet_area_m2 * self._opening)
+
+    def _outflow(self, level_m: float) -> float:
+        return self._k * math.sqrt(level_m)
+
+    def _is_high_at(self, level_m: float) -> bool:
+        return level_m >= self._settings.high - (self._settings.hysteresis_m if self._is_high else 0)
+
+    def _is_low_at(self, level_m: float) -> bool:
+        return level_m <= self._settings.low + (self._settings.hysteresis_m if self._is_low else 0)
+
+    def _on_signal(self, signal: Signal) -> None:
+        self._look()
+        self._inputs[signal.name](signal.value)
+        self._tell_flows()
+        self._keep_ticking()
+
+    def _on_speed(self, percent: float) -> None:
+        self._speed = _share(percent)
+
+    def _on_run(self, is_on: float) -> None:
+        self._is_running = bool(is_on)
+
+    def _on_outlet(self, percent: float) -> None:
+        self._opening = _share(percent)
+
+    def _set_level(self, value: float | str) -> None:
+        height_m = self._settings.height_m
+        level_m = float(number_in(value, 0, height_m, "m"))
+        self._look()
+        self._water = self._water._replace(level_m=level_m)
+        self._tell_all()
+        self._keep_ticking()
+
+    def _keep_ticking(self) -> None:
+        """A tank in which nothing moves costs nothing."""
+        is_moving = self._inflow > 0 or self._outflow(self._water.level_m) > 0
+        if is_moving and not self._is_ticking:
+            self._clock.call_at(self._clock.now_ns() + self._settings.step_ms * MS, self._on_tick)
+        self._is_ticking = is_moving or self._is_ticking
+
+    def _on_tick(self) -> None:
+        self._is_ticking = False
+        self._look()
+        self._tell_all()
+        self._keep_ticking()
+
+    def _now(self) -> _Water:
+        """The water at this instant, under the inputs of the time since the last look."""
+        settings, water = self._settings, self._water
+        seconds = (self._clock.now_ns() - self._looked_ns) / S
+        if seconds <= 0:
+            return water
+        after = moved(water.level_m, self._inflow, self._k, settings.area_m2, settings.height_m, seconds)
+        runs_over = after.over_m3 > 0 and water.level_m < settings.height_m
+        runs_dry = after.level_m == 0 and water.level_m > 0
+        return _Water(
+            after.level_m, water.over_m3 + after.over_m3, water.overflows + runs_over, water.dry_runs + runs_dry
+        )
+
+    def _look(self) -> None:
+        """Bring the water up to now."""
+        self._water, self._looked_ns = self._now(), max(self._clock.now_ns(), self._looked_ns)
+
+    def _tell_all(self) -> None:
+        settings, level_m = self._settings, self._water.level_m
+        self._tell(self._level_wire, level_m, "m", settings.level_resolution_m)
+        self._tell_flows()
+        self._is_high, self._is_low = self._is_high_at(level_m), self._is_low_at(level_m)
+        self._tell(self._high_wire, self._is_high)
+        self._tell(self._low_wire, self._is_low)
+
+    def _tell_flows(self) -> None:
+        resolution = self._settings.flow_resolution_m3_per_s
+        self._tell(self._inflow_wire, self._inflow, "m3/s", resolution)
+        self._tell(self._outflow_wire, self._outflow(self._water.level_m), "m3/s", resolution)
+
+    def _tell(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
+        """Drive a wire whose value has changed by more than `resolution`, or come to rest at 0."""
+        told = self._told.get(wire)
+        if told is None or abs(value - told) > resolution or (value == 0 and told != 0):
+            self._told[wire] = value
+            self._wires.send(Signal(wire, value, unit))
+
+
+def _share(percent: float) -> float:
+    return min(max(percent, 0.0), 100.0) / 100

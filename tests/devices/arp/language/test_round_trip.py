@@ -1,0 +1,189 @@
+"""Any text is read without anything but mistakes; any tree, printed and read again, is the same tree."""
+
+from dataclasses import replace
+
+from arp_card import RecordedCard
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fieldrig import sandbox
+from fieldrig_devices.arp.language.compiler import Compiled, compile_text
+from fieldrig_devices.arp.language.instructions import KEYWORDS, SIGNATURES, Value
+from fieldrig_devices.arp.language.lower import NAMES
+from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
+from fieldrig_devices.arp.language.parser import parse
+from fieldrig_devices.arp.language.printer import line_text, program_text
+from fieldrig_devices.arp.language.tree import (
+    Argument,
+    Assign,
+    Binary,
+    BitCondition,
+    Call,
+    Command,
+    Constant,
+    Direct,
+    Equ,
+    Expression,
+    Function,
+    Goto,
+    If,
+    Indexed,
+    Line,
+    Mode,
+    Name,
+    Number,
+    OnEvent,
+    PositionCondition,
+    Program,
+    Read,
+    Resource,
+    Routine,
+    Statement,
+    System,
+    Text,
+    Unary,
+)
+from fieldrig_devices.arp.runtime.program import ArpProgram
+from fieldrig_devices.languages.resumable import Build
+
+WORDS = [
+    *sorted(KEYWORDS), "ON1", "ON6", "ON7", "CAM3", "V1", "V1000", "V1001", "F1", "F262", "F320", "I101", "O104",
+    "V[V1]", "F[V2]", "I[A]", "@POS1", "#VEL2", "@PAR1[4]", "@PAR[1]", "@FLAG9", "@OUT1", "#INP3", "HFF", "A", "B",
+    "==", "=", "+=", "<<=", "<", ">", "<>", "<=", "+", "-", "*", "/", "\\", "%", "&", "|", "^", "!", "<<", ">>",
+    "(", ")", ",", ":", ";", '"x"', '"', "0", "1", "2", "0.5", "999999.999", "\n", "\n", "§", "BEG M", "END", "ENDA",
+]  # fmt: skip
+SOUP = st.lists(st.sampled_from(WORDS), max_size=60).map(" ".join)
+FRAMED = SOUP.map(lambda soup: f"A EQU V5\nBEG M\n{soup}\nB:\nEND\nBEGA IRQ\nENDA")
+HEAVY = settings(max_examples=150, deadline=None)
+HEAVIER = settings(max_examples=40, deadline=None)
+
+
+def compiled_or_mistakes(text: str) -> Compiled | list[Mistake]:
+    try:
+        return compile_text(text)
+    except CompileError as wrong:
+        return wrong.mistakes
+
+
+@HEAVY
+@given(text=st.one_of(st.text(), SOUP, FRAMED))
+def test_any_text_gives_a_program_or_mistakes(text: str) -> None:
+    found = compiled_or_mistakes(text)
+    if isinstance(found, Compiled):
+        ArpProgram(found, RecordedCard()).code.functions(Build.FAST)
+    else:
+        assert any(not one.is_note for one in found)
+        assert all(one.line >= 1 and one.column >= 1 and one.what for one in found)
+
+
+@HEAVIER
+@given(lines=st.lists(st.lists(st.sampled_from(WORDS[:-8]), min_size=1, max_size=8).map(" ".join), max_size=30))
+def test_what_compiles_is_python_that_the_sandbox_takes(lines: list[str]) -> None:
+    good = [line for line in lines if compiles(line)]
+    compiled = compile_text(framed(good))
+    code = ArpProgram(compiled, RecordedCard()).code
+    assert set(code.names) - {"leave"} - {f"stops_{n}" for n in range(2)} == NAMES
+    for build in Build:
+        sandbox.check(code.source(build), code.names)
+
+
+def framed(lines: list[str]) -> str:
+    return "\n".join(["A EQU V5", "BEG M", *lines, "B:", "END", "BEGA IRQ", "ENDA"])
+
+
+def compiles(line: str) -> bool:
+    if "\n" in line or ":" in line or "EQU" in line:
+        return False
+    return isinstance(compiled_or_mistakes(framed([line])), Compiled)
+
+
+# ---- trees
+
+NAME = st.from_regex(r"[A-Z][A-Z0-9_]{2,8}", fullmatch=True).filter(
+    lambda text: text not in KEYWORDS and not text.startswith(("H", "V", "F", "I", "O", "CAM"))
+)
+DIGITS = st.integers(0, 9_999)
+NUMBER = st.one_of(
+    st.integers(0, 999_999_999).map(Number), st.builds(Number, st.integers(-(2**31), 2**31 - 1), st.just(True))
+)
+NAMED = NAME.map(Name)
+DIRECT = st.builds(Direct, st.sampled_from("VFIO"), DIGITS)
+INDEXED = st.builds(Indexed, st.sampled_from("VFIO"), st.one_of(st.builds(Direct, st.just("V"), DIGITS), NAMED))
+SYSTEM = st.one_of(
+    st.builds(System, st.sampled_from(["@POS", "#VEL", "#LQOSP", "#LQOSN", "@FLAG", "@OUT", "#INP"]), DIGITS),
+    st.builds(System, st.just("@PAR"), st.one_of(st.none(), st.integers(0, 9)), DIGITS),
+)
+RESOURCE: st.SearchStrategy[Resource] = st.one_of(NAMED, DIRECT, INDEXED, SYSTEM)
+ATOM: st.SearchStrategy[Expression] = st.one_of(
+    NUMBER, RESOURCE, st.sampled_from(["PIG", "HI", "LO", "ON", "OFF"]).map(Constant)
+)
+EXPRESSION: st.SearchStrategy[Expression] = st.recursive(
+    ATOM,
+    lambda inner: st.one_of(
+        st.builds(Unary, st.sampled_from("-+!"), inner),
+        st.builds(Binary, st.sampled_from(["|", "^", "&", "<<", ">>", "+", "-", "*", "/", "%"]), inner, inner),
+        st.builds(Function, st.sampled_from(["SQR", "INT", "SEN", "COS"]), inner),
+    ),
+    max_leaves=6,
+)
+TEXT = st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"'), max_size=16).map(Text)
+VALUES: dict[Value, st.SearchStrategy[Argument]] = {Value.TEXT: TEXT, Value.MODE: st.sampled_from("EP").map(Mode)}
+
+
+@st.composite
+def commands(draw: st.DrawFn) -> Command:
+    signature = draw(st.sampled_from(sorted(SIGNATURES.values(), key=lambda one: one.word)))
+    count = draw(st.sampled_from(signature.counts or (len(signature.values),)))
+    number = draw(st.integers(1, 6)) if signature.word in ("ON", "CAM") else None
+    arguments = tuple(draw(VALUES.get(value, EXPRESSION)) for value in signature.values[:count])
+    return Command(signature.word, arguments, number)
+
+
+SIMPLE: st.SearchStrategy[Statement] = st.one_of(
+    commands(),
+    st.builds(
+        Assign, RESOURCE, st.sampled_from(["==", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="]),
+        EXPRESSION,
+    ),
+    st.builds(Assign, RESOURCE, st.just("=="), st.builds(Read, st.sampled_from(["ADC", "TIM"]), EXPRESSION)),
+    st.builds(Assign, RESOURCE, st.just("=="), st.builds(Read, st.sampled_from(["ERROR", "WARNING"]))),
+    st.builds(Goto, NAME),
+    st.builds(Call, NAME),
+    st.builds(
+        OnEvent, st.integers(1, 6), RESOURCE,
+        st.one_of(
+            st.builds(BitCondition, st.sampled_from(["", "!", "/", "\\"]), RESOURCE),
+            st.builds(PositionCondition, st.one_of(NUMBER, NAMED), st.sampled_from("<>"), RESOURCE),
+        ),
+        NAME,
+    ),
+)  # fmt: skip
+STATEMENT: st.SearchStrategy[Statement] = st.recursive(
+    SIMPLE,
+    lambda inner: st.builds(
+        If,
+        EXPRESSION,
+        st.sampled_from(["=", "<>", "<", ">", "<=", ">="]),
+        EXPRESSION,
+        st.one_of(inner, st.builds(Goto, NAME, st.just(True))),
+    ),
+    max_leaves=2,
+)
+EQU = st.builds(Equ, NAME, st.one_of(RESOURCE, NUMBER))
+LINE = st.builds(
+    Line, st.just(0), st.one_of(st.none(), NAME), st.one_of(STATEMENT, STATEMENT, EQU)
+).filter(lambda line: len(line_text(line)) <= 120)  # fmt: skip
+ROUTINE = st.builds(
+    Routine, NAME, st.booleans(), st.lists(LINE, max_size=5).map(tuple), st.just(0), st.just(0)
+)  # fmt: skip
+PROGRAM = st.builds(
+    Program,
+    st.tuples(ROUTINE.map(lambda one: replace(one, is_interrupt=False)), ROUTINE),
+    st.lists(EQU.map(lambda equ: Line(0, None, equ)), max_size=3).map(tuple),
+)
+
+
+@HEAVY
+@given(program=PROGRAM)
+def test_a_printed_program_is_read_as_the_same_program(program: Program) -> None:
+    assert parse(program_text(program)) == (program, [])
