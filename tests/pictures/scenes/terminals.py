@@ -50,6 +50,9 @@ def mistakes() -> str:
 
 PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "check-mistakes": mistakes,
+    "devices-kind": partial(
+        session, "fieldrig devices can.virtual", "The settings of a kind", "A table of the settings of can.virtual."
+    ),
     "new-menu": partial(
         session, "fieldrig new", "The menu of examples", "A list of the examples, each with one line of description."
     ),
