@@ -1,4 +1,4 @@
-"""What the documentation says about kinds, settings, commands, exit codes and the lab is what the code has.
+"""The documentation of kinds, settings, commands, exit codes and the lab agrees with the code.
 
 A table whose first column is called `key` lists settings; the heading above it names the kinds that have them.  Where a
 section describes several, the column `applies to` names those of a row, and `default` holds the default.
@@ -138,7 +138,7 @@ def key_rows() -> Iterator[Row]:
 
 
 def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
-    """Keys by whom they belong to."""
+    """The keys of a section by their owner."""
     said: dict[str, dict[str, Said]] = {name: {} for name in models_of(heading)}
     for row in key_rows():
         if row.heading != heading:
@@ -146,7 +146,7 @@ def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
         cells = dict(zip(row.columns, row.cells, strict=True))
         for name in code_in(first_of(cells, APPLIES_TO) or "") or said:
             for key in code_in(cells["key"]):
-                assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} stands there twice"
+                assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} appears twice"
                 said[name][key] = Said(f"{row.page.name}: {heading}: {key}", first_of(cells, DEFAULT) or "")
     return said
 

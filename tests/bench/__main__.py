@@ -1,4 +1,4 @@
-"""All benchmarks, one after the other: `make bench` writes docs/benchmarks.md."""
+"""All benchmarks, one after another: `make bench` writes docs/benchmarks.md."""
 
 import os
 import platform
@@ -39,13 +39,16 @@ PAGE = HERE.parents[1] / "docs/benchmarks.md"
 
 INTRODUCTION = """# Benchmarks
 
-Written by `make bench`; don't edit.  Ratios are within one run, against a named peer or the line's own limit; seconds
-depend on the machine.  Measured {day} on commit {commit}, {cores} cores, {system}, Python {python}, {peers}.
+This page shows what fieldrig can carry on {cores} cores, and how it compares with other programs. `make bench` measures
+the figures and writes the page, so do not edit it. A ratio compares two figures of the same run: with a named program,
+or with the limit of the line. Figures in seconds depend on the host.
+
+Measured {day} on commit {commit}, {system}, Python {python}, {peers}.
 """
 
 
 def commit() -> str:
-    """What is measured; said to be changed if the files are not those of the commit."""
+    """The measured commit, marked as changed if the files differ from it."""
     described = subprocess.run(
         ["git", "describe", "--always", "--dirty=, changed since"],
         cwd=HERE,

@@ -237,8 +237,8 @@ def run() -> Report:
     size = slice_size()
     report = Report(
         "The ARP's BASIC",
-        f"Loops of a few statements, {ROUNDS:,} rounds, best of {REPEATS}; nanoseconds a statement.  In slices: a card "
-        f"gives the program {size} instructions after each control loop.",
+        f"This table shows nanoseconds per statement in short loops: {ROUNDS:,} rounds, best of {REPEATS}."
+        f" In slices, a card gives the program {size} instructions after each control loop.",
         (
             "program",
             "CPython by hand, unchecked",

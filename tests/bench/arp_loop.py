@@ -133,8 +133,9 @@ def real(folder: Path) -> tuple[int, int]:
 def run() -> Report:
     report = Report(
         "ARP card",
-        "Control loop of 1 ms with two axes, PST, six cams, six events and a program that fills its slices.",
-        ("what", "measured", "against", "ratio"),
+        "This table shows the speed of a card with a control loop of 1 ms, two axes, PST, six cams, six events and a"
+        " program that fills its slices.",
+        ("quantity", "measured", "compared with", "ratio"),
     )
     with tempfile.TemporaryDirectory(prefix="arp") as name:
         folder = Path(name)
@@ -143,13 +144,15 @@ def run() -> Report:
         report.add("virtual time, both axes simulated", f"{times:.1f} times real time", "20 times", times / 20)
         progress("ARP card: virtual time, slave on a servo")
         times = virtual(folder, CONTROLLED, has_servo=True)
-        report.add("virtual time, the slave a servo on wires", f"{times:.1f} times real time", "20 times", times / 20)
+        report.add(
+            "virtual time, slave axis as a servo on wires", f"{times:.1f} times real time", "20 times", times / 20
+        )
         progress("ARP card: real time")
         loops, missed = real(folder)
         report.add(
             f"real time, card and servo in one process, {REAL_S:g} s",
             f"{loops:,} loops, {missed} missed",
-            "all in time",
+            "every loop in time",
             loops / (loops + missed),
         )
     return report

@@ -216,15 +216,16 @@ def sdo_peer() -> float | None:
 def run() -> Report:
     report = Report(
         "CAN hub",
-        f"{SECONDS:g} s each; the line is 1 Mbit/s unless unpaced, every node a process of its own.",
-        ("what", "measured", "against", "ratio"),
+        f"This table shows the throughput of a hub at 1 Mbit/s, or without pacing, over {SECONDS:g} s each. Every node"
+        " is a process of its own.",
+        ("quantity", "measured", "compared with", "ratio"),
     )
     progress("CAN hub: a full bus")
     frames_per_s, limit_per_s, cpu = uvloop.run(full_bus())
     report.add("frames of 8 bytes, 8 busy nodes", f"{frames_per_s:,.0f}/s", f"the line's limit {limit_per_s:,.0f}/s",
                f"{frames_per_s / limit_per_s:.3f}")  # fmt: skip
     for who, percent in cpu.items():
-        report.add(f"CPU of the {who} meanwhile", f"{percent:.1f} %", "one core", "")
+        report.add(f"CPU of the {who} during this", f"{percent:.1f} %", "one core", "")
     progress("CAN hub: SDO at 1 Mbit/s")
     per_s, limit_per_s = uvloop.run(sdo(BITRATE))
     report.add("SDO round trips, paced", f"{per_s:,.0f}/s", f"the line's limit {limit_per_s:,.0f}/s",
@@ -232,7 +233,7 @@ def run() -> Report:
     progress("CAN hub: SDO unpaced")
     unpaced = {
         "unpaced": uvloop.run(sdo(None))[0],
-        "unpaced, the node in the hub's process": uvloop.run(sdo(None, in_hub=True))[0],
+        "unpaced, node in the process of the hub": uvloop.run(sdo(None, in_hub=True))[0],
     }
     progress("CAN hub: SDO of canopen's LocalNode over udp_multicast")
     peer_per_s = sdo_peer()

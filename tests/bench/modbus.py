@@ -118,18 +118,21 @@ def cpu_ns(pid: int) -> int:
 def run() -> Report:
     report = Report(
         "Modbus TCP",
-        f"Function 3 of 10 registers, one outstanding request a client; the best of {ROUNDS} rounds of {SECONDS:g} s.",
-        ("server", *(f"{clients} clients" if clients > 1 else "1 client" for clients in CLIENTS), "CPU a request"),
+        f"This table compares Modbus servers: function 3 with 10 registers, one outstanding request per client, best"
+        f" of {ROUNDS} rounds of {SECONDS:g} s.",
+        ("server", *(f"{clients} clients" if clients > 1 else "1 client" for clients in CLIENTS), "CPU per request"),
     )
     with tempfile.TemporaryDirectory() as folder:
         program = compiled(Path(folder), "modbus_load")
         load = [program] if program is not None else [sys.executable, str(HERE / "modbus_load.py")]
         if program is None:
-            report.notes.append("there is no C compiler here: the load came from Python, and limits what is measured")
+            report.notes.append(
+                "there is no C compiler on this host: a Python client made the load and limits the result"
+            )
         commands = {name: [sys.executable, __file__, "--serve", name] for name in (OURS, PYMODBUS, PYMODBUS_UVLOOP)}
         libmodbus = compiled(Path(folder), "modbus_libmodbus", "-lmodbus")
         if libmodbus is None:
-            report.notes.append("libmodbus was not measured: it takes gcc and libmodbus-dev (Debian)")
+            report.notes.append("libmodbus was not measured: it needs gcc and libmodbus-dev (Debian)")
         else:
             commands[LIBMODBUS] = [libmodbus]
         results: dict[tuple[str, int], list[Measured]] = {}
@@ -152,7 +155,9 @@ def fill(report: Report, names: list[str], results: dict[tuple[str, int], Measur
     for name in names[1:]:
         ratios = [f"{results[OURS, clients].per_s / results[name, clients].per_s:.2f}" for clients in CLIENTS]
         report.add(f"{OURS} : {name}", *ratios, f"{results[OURS, most].cpu_us / results[name, most].cpu_us:.2f}")
-    report.notes.append(f"in brackets p50/p99 of the round trip; the CPU is the server's, at {most} clients")
+    report.notes.append(
+        f"in brackets: p50/p99 of the round trip; the CPU time is that of the server with {most} clients"
+    )
 
 
 if __name__ == "__main__":

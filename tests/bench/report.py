@@ -1,4 +1,4 @@
-"""What every benchmark shares: a table of results, percentiles, progress on stderr.
+"""The parts that all benchmarks share: a table of results, percentiles, progress on stderr.
 
 A benchmark is a script with `run() -> Report`; `python tests/bench/NAME.py` prints its Markdown, `make bench` runs all
 and writes docs/benchmarks.md.  Figures are ratios within one run wherever there is a peer: seconds differ between
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 class Report:
     title: str
     says: str
-    """What was done, in a sentence or two."""
+    """The purpose of the table and what was measured, in a sentence or two."""
     columns: Sequence[str]
     rows: list[Sequence[str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

@@ -199,18 +199,18 @@ def _second(running: Rig) -> float:
 
 
 def run() -> Report:
-    scheduling = "with SCHED_FIFO" if CAN_BE_REALTIME else "without SCHED_FIFO, which takes root"
+    scheduling = "with SCHED_FIFO" if CAN_BE_REALTIME else "without SCHED_FIFO, which needs root"
     report = Report(
         "Fibre ring of 40 drives",
-        f"{ROUNDS} rounds of {SECONDS:g} s each, {scheduling}: mean and standard deviation of all of them."
-        " A round trip is from the MDT until the last process is done.",
-        ("ring", "drives", "cycles kept", "late ATs", "round trip p50 / p99", "CPU of all", "memory of all"),
+        f"This table shows which cycles a ring keeps in real time, {scheduling}: mean and standard deviation of"
+        f" {ROUNDS} rounds of {SECONDS:g} s each. A round trip lasts from the MDT until the last process is done.",
+        ("ring", "drives", "cycles kept", "late ATs", "round trip p50 / p99", "total CPU", "total memory"),
     )
     for case in CASES:
         progress(f"ring: {case.what}")
         rows = {drives: measure(case, is_full=drives == "full") for drives in ("full", "empty")}
         if case is CASES[0]:
-            rows["none, Zenoh alone"] = [(kept, "-", trip, cores, "-") for kept, _, trip, cores, _ in floor(case)]
+            rows["none (Zenoh alone)"] = [(kept, "-", trip, cores, "-") for kept, _, trip, cores, _ in floor(case)]
         for number, load in enumerate(("", ", cores loaded")[: 1 + case.is_loaded_too]):
             for drives, found in rows.items():
                 report.add(case.what + load, drives, *found[number])
@@ -218,7 +218,7 @@ def run() -> Report:
     for drives in ("full", "empty"):
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # memory is in order there
             speeds = fresh.submit(virtual, drives).result()
-        shown = f"{mean(speeds):.1f} ± {stdev(speeds):.1f} simulated s in a second of CPU"
+        shown = f"{mean(speeds):.1f} ± {stdev(speeds):.1f} simulated s per second of CPU time"
         report.add(f"virtual time, one process, 4 ms, {VIRTUAL_SECONDS} s", drives, shown, *"----")
     return report
 

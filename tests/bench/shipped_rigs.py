@@ -171,10 +171,10 @@ def held() -> tuple[int, float]:
 def run() -> Report:
     report = Report(
         "Packaging line in virtual time",
-        f"`configs/packaging-line-virtual.yaml` whole, and beside it the bare ring of its forty drives with the same"
-        f" telegrams, in one process and in turn: {WINDOWS} windows of {WINDOW_NS // S} simulated s each, mean and"
-        " standard deviation.  Ratios are those of the windows of one turn.",
-        ("rig", "simulated s in a second of CPU", "ratio to the bare ring"),
+        f"This table compares `configs/packaging-line-virtual.yaml` with the bare ring of its forty drives and the same"
+        f" telegrams. They take turns in one process: {WINDOWS} windows of {WINDOW_NS // S} simulated s each, mean and"
+        " standard deviation. Ratios compare the windows of one turn.",
+        ("rig", "simulated s per second of CPU time", "ratio to the bare ring"),
     )
     rigs: dict[str, Rig] = {}
     for name, make in RIGS.items():

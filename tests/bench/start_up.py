@@ -61,20 +61,26 @@ def fixture_rig() -> tuple[float, float]:
 
 
 def run() -> Report:
-    report = Report("Start-up and memory", f"Median of {STARTS} starts.", ("what", "measured", "against", "ratio"))
+    report = Report(
+        "Start-up and memory",
+        f"This table shows how long a rig takes until it is ready, as the median of {STARTS} starts, and its memory.",
+        ("quantity", "measured", "compared with", "ratio"),
+    )
     progress("start-up: the lab")
     starts = [start_lab() for _ in range(STARTS)]
     ready_s = statistics.median(ready_s for ready_s, _ in starts)
-    report.add("the lab, from `fieldrig up` to ready", f"{ready_s:.2f} s", "2 s", f"{ready_s / 2:.2f}")
+    report.add("time from `fieldrig up` to ready, lab", f"{ready_s:.2f} s", "2 s", f"{ready_s / 2:.2f}")
     memory_mb = [each for _, process_mb in starts for each in process_mb]
     report.add("resident memory of a device process", f"{statistics.median(memory_mb):.0f} MB",
-               "a Zenoh session alone, 24 MB", f"{statistics.median(memory_mb) / 24:.1f}")  # fmt: skip
+               "a Zenoh session alone: 24 MB", f"{statistics.median(memory_mb) / 24:.1f}")  # fmt: skip
     progress("start-up: a fixture-sized rig")
     rigs = [fixture_rig() for _ in range(STARTS)]
     ready_s = statistics.median(ready_s for ready_s, _ in rigs)
-    report.add("4 devices in virtual time, from file to ready", f"{ready_s:.3f} s", "0.3 s", f"{ready_s / 0.3:.2f}")
+    report.add(
+        "time from file to ready, 4 devices in virtual time", f"{ready_s:.3f} s", "0.3 s", f"{ready_s / 0.3:.2f}"
+    )
     report.notes.append(
-        f"before that, importing the kernel: {statistics.median(import_s for _, import_s in rigs):.2f} s"
+        f"importing the kernel takes in addition: {statistics.median(import_s for _, import_s in rigs):.2f} s"
     )
     return report
 

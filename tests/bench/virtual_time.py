@@ -51,13 +51,22 @@ def messages_per_s(processes: str) -> float:
 
 
 def run() -> Report:
-    report = Report("Virtual time", f"About {WALL_S:g} s of wall time each.", ("what", "measured", "against", "ratio"))
+    report = Report(
+        "Virtual time",
+        f"This table shows how fast virtual time runs, over about {WALL_S:g} s of real time each.",
+        ("quantity", "measured", "compared with", "ratio"),
+    )
     progress("virtual time: one process")
     one = messages_per_s("one")
     report.add(f"{RELAYS} nodes on a full CAN bus, one process", f"{one:,.0f} messages/s", "50,000/s", one / 50_000)
     progress("virtual time: a process per device")
     each = messages_per_s("each")
-    report.add("the same, one process per device", f"{each:,.0f} messages/s", "one process", each / one)
+    report.add(
+        f"{RELAYS} nodes on a full CAN bus, one process per device",
+        f"{each:,.0f} messages/s",
+        "one process",
+        each / one,
+    )
     progress("virtual time: the lab")
     start_s = time.perf_counter()
     with Rig(load(LAB)) as rig:
@@ -66,8 +75,10 @@ def run() -> Report:
         rig.set("drive", "speed_set", 80)
         rig.set("drive", "run", True)
         wall_s, virtual_s = run_for_a_while(rig, S)
-    report.add("the tank lab, filling", f"{virtual_s:,.0f} virtual s in {wall_s:.1f} s", "the wall", virtual_s / wall_s)
-    report.add("the tank lab, from file to ready", f"{ready_s:.3f} s", "0.3 s", ready_s / 0.3)
+    report.add(
+        "filling the tank of the lab", f"{virtual_s:,.0f} virtual s in {wall_s:.1f} s", "real time", virtual_s / wall_s
+    )
+    report.add("time from file to ready, lab", f"{ready_s:.3f} s", "0.3 s", ready_s / 0.3)
     return report
 
 

@@ -1,4 +1,4 @@
-"""What docs/begin.md promises to a newcomer without a clone: three paths as scripts, run with nothing but the wheel.
+"""The three paths of docs/begin.md for a newcomer without a clone, as scripts that run with nothing but the wheel.
 
 The wheel is built from this clone and installed with its dependencies into an empty virtual environment, as the first
 script does it; so pip needs a package index, and keeps in its cache what it downloads.

@@ -1,6 +1,7 @@
 """Draw the pictures of the documentation: `make pictures`, or `python -m tests.pictures NAME...` for some of them."""
 
 import sys
+from pathlib import Path
 
 from tests.pictures.album import FOLDER, pictures
 
@@ -13,4 +14,5 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
     main(sys.argv[1:])

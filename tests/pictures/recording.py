@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from doc_pages import Block, blocks
 from tests.pictures.timing import Bar
 
 from fieldrig.bus import Bus, Delivery
@@ -38,6 +39,11 @@ def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], None]) -> li
     with Rig(config, on_delivery=hear) as rig:
         play(rig)
     return sent
+
+
+def block_named(page: str, name: str) -> Block:
+    """The fenced block of a page in docs that is saved under this name."""
+    return next(block for block in blocks(ROOT / "docs" / page) if block.info[-1:] == (name,))
 
 
 def frame_bar(sent: Sent, bitrate: int, label: str | None = None, style: str = "bus") -> Bar:

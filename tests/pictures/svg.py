@@ -25,7 +25,7 @@ STYLE: Final = """
     .small { font-size: 12px; fill: #4a4a4a; }
     .tiny { font-size: 11px; fill: #4a4a4a; }
     .name { font-weight: 600; }
-    .mono { font-family: ui-monospace, Consolas, monospace; font-size: 13px; white-space: pre; }
+    .mono { font-family: ui-monospace, Consolas, monospace; font-size: 13px; }
     .prompt { font-weight: 700; fill: #2f6fb3; }
     .halo { paint-order: stroke; stroke: #ffffff; stroke-width: 4px; }
     @media (prefers-color-scheme: dark) {
@@ -79,7 +79,7 @@ class Drawing:
     def text(self, x: float, y: float, text: str, style: str = "", anchor: str = "start") -> None:
         """`anchor` is start, middle or end; `y` is the base line."""
         classes = f' class="{style}"' if style else ""
-        place = f'x="{_px(x)}" y="{_px(y)}"'
+        place = f'x="{_px(x)}" y="{_px(y)}"' + (' xml:space="preserve"' if "mono" in style else "")
         self._shapes.append(f'<text {place} text-anchor="{anchor}"{classes}>{escape(text)}</text>')
 
     def render(self, height: float) -> str:

@@ -72,7 +72,7 @@ def headings(page: Path) -> list[str]:
 
 
 def anchor(heading: str) -> str:
-    """As GitHub makes it."""
+    """The anchor that GitHub makes of a heading."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
@@ -100,5 +100,5 @@ def rows(page: Path) -> Iterator[Row]:
 
 
 def code_in(text: str) -> list[str]:
-    """What stands in backticks."""
+    """The parts of a text in backticks."""
     return re.findall(r"`([^`]+)`", text)

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 from tests.pictures.chart import chart
-from tests.pictures.recording import ROOT, Sent, frame_bar, recorded
+from tests.pictures.recording import ROOT, Sent, block_named, frame_bar, recorded
 from tests.pictures.svg import Drawing
 from tests.pictures.timing import Bar, Lane, draw_timing
 from tests.pictures.wiring import draw_wiring, width_of, wiring
@@ -117,6 +119,15 @@ def tank_level() -> str:
     return chart({"tank/level": curve}, 2.0, "s", "m", "Fifteen minutes of the tank, in virtual time", about)
 
 
+def bench() -> str:
+    """The wiring of the first rig file on the page about rig files."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "bench.yaml"
+        file.write_text(block_named("rig-file.md", "bench.yaml").text, encoding="utf-8")
+        (Path(folder) / "eds").symlink_to(ROOT / "configs" / "eds")
+        return wiring(file, "The wiring of bench.yaml", "A CANopen node on a CAN bus and a tank, joined by wires.")
+
+
 def rig(name: str, about: str) -> Callable[[], str]:
     return partial(wiring, ROOT / "configs" / f"{name}.yaml", f"The wiring of {name}.yaml", about)
 
@@ -124,6 +135,7 @@ def rig(name: str, about: str) -> Callable[[], str]:
 PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "lab-traffic": lab_with_traffic,
     "tank-level": tank_level,
+    "bench-rig": bench,
     "ring-rig": rig("ring", "A controller, four drives, a motor encoder and a panel on a ring, CAN, Modbus and wires."),
     "machine-rig": rig("machine", "The devices of the whole line on twelve buses."),
     "arp-cell-rig": rig("arp-cell", "Two cards, their nodes, a terminal and a winder on CAN, serial lines and wires."),

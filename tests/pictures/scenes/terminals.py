@@ -9,19 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from tests.pictures.recording import ROOT
+from tests.pictures.recording import ROOT, block_named
 from tests.pictures.terminal import terminal
 
 LONGEST: Final = 120
-
-FIVE: Final = """\
-time: reel
-buses:
-  can0: {kind: can.hubb, bitrate: 250000}
-  mb: {kind: modbus.tcp, listen: 5020}
-devices:
-  io: {kind: canopen.node, node_id: 200, eds: eds/none.eds, links: {can: can1}}
-"""
 
 
 def session(command: str, title: str, about: str) -> str:
@@ -47,7 +38,7 @@ def output_of(command: str, folder: Path = ROOT) -> list[str]:
 def mistakes() -> str:
     """`fieldrig check` on a rig file with several mistakes."""
     with TemporaryDirectory() as folder:
-        (Path(folder) / "five.yaml").write_text(FIVE, encoding="utf-8")
+        (Path(folder) / "five.yaml").write_text(block_named("troubleshooting.md", "five.yaml").text, encoding="utf-8")
         lines = output_of("fieldrig check five.yaml", Path(folder))
     about = "Each mistake has its file, line and key, and a second line tells what was expected."
     return terminal(
@@ -59,6 +50,9 @@ def mistakes() -> str:
 
 PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "check-mistakes": mistakes,
+    "devices-kind": partial(
+        session, "fieldrig devices can.virtual", "The settings of a kind", "A table of the settings of can.virtual."
+    ),
     "new-menu": partial(
         session, "fieldrig new", "The menu of examples", "A list of the examples, each with one line of description."
     ),
