@@ -206,6 +206,17 @@ def test_access_codes_are_changed_one_by_one() -> None:
     assert bench.ask("49 66") == "49"
 
 
+@pytest.mark.parametrize(
+    ("request_", "answer"), [("43 00 00 10 00", "43"), ("49", "49"), ("55 41", "55 41"), ("57 65", "57 65")]
+)
+def test_settings_of_the_encoder_need_access_code_0_and_no_other(request_: str, answer: str) -> None:
+    bench = EncoderBench()
+    bench.ask("4f 00 55 66")
+    assert bench.ask(f"{request_} 55") == "50 0f"
+    bench.send(telegram(f"{request_} 66"))
+    assert bench.heard() in (telegram(answer), telegram(answer, 0x41))
+
+
 def test_address_is_allocated_at_once() -> None:
     bench = EncoderBench()
     bench.send(telegram("55 41 55"))

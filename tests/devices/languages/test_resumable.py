@@ -166,6 +166,20 @@ def test_a_slice_runs_over_by_less_than_a_block() -> None:
         assert len(world.done) - before <= 10 - left
 
 
+@pytest.mark.parametrize("is_watched", [False, True])
+def test_each_instruction_costs_one_a_call_and_an_end_too(is_watched: bool) -> None:
+    world = World(
+        {
+            "A": [Do(1, ("log(1)",)), Call(2, "B"), Jump(3, 3), Call(4, "B"), End(5)],
+            "B": [Do(6, ("log(2)",)), Call(7, "C"), End(8)],
+            "C": [Branch(9, (), "chance(1)", 1), End(10)],
+        }
+    )
+    world.task.is_watched = is_watched
+    assert world.task.run(100) == 100 - (5 + 2 * (3 + 2))
+    assert world.task.state is TaskState.ENDED
+
+
 def test_a_loop_gives_way_and_goes_on() -> None:
     world = World({"A": [Do(1, ("log(1)",)), Jump(2, 0), End(3)]})
     assert world.task.run(1_000) == 0

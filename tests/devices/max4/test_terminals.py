@@ -12,6 +12,7 @@ from fieldrig_bus.wires import Motion
 @pytest.mark.manual("PD-022")
 def test_inputs_and_outputs_are_wires() -> None:
     bench = Bench(inputs={"I_bStartS1": "panel.s1"}, outputs={"O_bH1": "panel.h1"}).run(100)
+    assert bench.get("I_bStartS1.Value") is False
     bench.signal("panel.s1", True).run(1)
     assert bench.get("I_bStartS1.Value") is True
     bench.set("O_bH1.Value", True).run(1)

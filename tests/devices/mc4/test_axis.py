@@ -190,6 +190,19 @@ def test_following_error_at_steady_speed_is_speed_over_kv(way: int) -> None:
 
 
 @pytest.mark.manual("PD-164")
+def test_set_position_is_reached_within_a_cycle_and_stays_for_the_steps_that_follow() -> None:
+    one, other = axis(), axis()
+    for each in (one, other):
+        each.control(Mode.POSITION)
+        each.follow(2_000)
+    one.go(16 + 40)
+    for steps in (16, 16, 16, 8):
+        other.go(steps)
+        other.follow(2_000)
+    assert states(one) == pytest.approx(states(other), abs=1e-12)
+    assert one.set_increments == other.set_increments == 2_000
+
+
 def test_speed_feed_forward_leaves_no_following_error() -> None:
     one = axis(gains=LAGLESS)
     one.control(Mode.POSITION)

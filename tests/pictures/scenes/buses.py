@@ -10,8 +10,8 @@ from fieldrig.clock import MS, S
 from fieldrig.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import CanError
-from fieldrig_bus.ring.message import Answers, Cycle
-from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, answers_ns, telegram_ns
+from fieldrig_bus.ring.sercos.message import Answers, Cycle
+from fieldrig_bus.ring.sercos.timing import GAP_NS, MST_BYTES, answers_ns, telegram_ns
 
 BITRATE: Final = 250_000
 MBAUD: Final = 4

@@ -25,7 +25,7 @@ BITRATE: Final = 250_000
 CHARACTER_NS: Final = 11 * S // 19_200
 FRAME_CHARACTERS: Final = 3
 """Address and CRC of a Modbus RTU frame."""
-WINDOW: Final = (1_500 * MS, 1_528 * MS)
+WINDOW: Final = (1_500 * MS, 1_534 * MS)
 MEANINGS: Final = {
     0x000: "start all nodes",
     0x185: "digital inputs",
@@ -38,13 +38,13 @@ MEANINGS: Final = {
 
 
 def lab_with_traffic() -> str:
-    """The wiring of the lab above 28 ms of its traffic."""
+    """The wiring of the lab above 34 ms of its traffic."""
     config = load(ROOT / "configs" / "lab.yaml")
     about = (
         "Four devices are linked to a CAN bus, two Modbus buses and wires. Below, frames of two masters and the "
         "answers of the devices on a time axis."
     )
-    drawing = Drawing(max(880, width_of(config)), "The lab and 28 ms of its traffic", about)
+    drawing = Drawing(max(880, width_of(config)), "The lab and 34 ms of its traffic", about)
     end = draw_wiring(drawing, config)
     return drawing.render(draw_timing(drawing, lanes_of(recorded("lab-virtual.yaml", play)), *WINDOW, top=end))
 
@@ -53,14 +53,14 @@ def play(rig: Rig) -> None:
     """Two masters: one reads the level by SDO, the other sets the pump's speed and starts it."""
     master = rig.attach("master")
     can, line = master.link("can0"), master.link("mb_rtu")
-    line.on_receive(lambda message: None)
+    line.on_receive(lambda message: None, ())
     rig.run_until(WINDOW[0])
     line.send(PUMP_TO_80_PERCENT)
     rig.run_until(WINDOW[0] + 2 * MS)
     can.send(START_ALL_NODES)
     rig.run_until(WINDOW[0] + 13 * MS)
     can.send(READ_LEVEL)
-    rig.run_until(WINDOW[0] + 14 * MS)
+    rig.run_until(WINDOW[0] + 17 * MS)
     line.send(PUMP_ON)
     rig.run_until(WINDOW[1])
 

@@ -63,6 +63,18 @@ def test_both_ways_with_flag_words() -> None:
         assert [rig.get("b", f"F{number}") for number in (1, 2, 3)] == [False, True, False]
 
 
+@pytest.mark.manual("ARP-003")
+def test_each_channel_has_words_of_its_own() -> None:
+    with two_cards(
+        send=[{"channel": channel, "words": [f"V{channel}"]} for channel in (1, 2, 3)],
+        second={"receive": [{"node": 5, "channel": channel, "words": [f"V{10 * channel}"]} for channel in (1, 2, 3)]},
+    ) as rig:
+        for channel in (1, 2, 3):
+            rig.set("a", f"V{channel}", 7 + channel)
+        rig.run_until(100 * MS)
+        assert [rig.get("b", f"V{10 * channel}") for channel in (1, 2, 3)] == [8, 9, 10]
+
+
 def test_cards_without_exchange_say_nothing_to_each_other() -> None:
     with two_cards(second={}) as rig:
         rig.set("a", "V10", 1)
@@ -111,6 +123,18 @@ def test_a_card_may_make_the_sync() -> None:
     bench.start()
     assert bench.after(10) == ["080#", "24A#00 00 00 00"]
     assert bench.after(10) == ["080#", "24A#00 00 00 00"]
+
+
+@pytest.mark.manual("ARP-003")
+def test_receptions_leave_the_card_s_own_pdos_to_the_master() -> None:
+    bench = FaceBench(receive=[{"node": 5, "channel": one, "words": [f"V{100 + one}"]} for one in (1, 2, 3, 4)])
+    bench.start()
+    for channel, can_id in enumerate(("245", "345", "445", "545"), start=1):
+        bench.send(f"{can_id}#{channel:02x} 00 00 00")
+    assert bench.card.V[101:105] == [1, 2, 3, 4]
+    for can_id in ("30A", "40A", "50A"):
+        bench.send(f"{can_id}#0{can_id[0]} 00 00 00 01 00 00 00")
+    assert bench.card.V[1:7] == [3, 1, 4, 1, 5, 1]
 
 
 def test_reception_is_reported_as_failed_after_its_time() -> None:

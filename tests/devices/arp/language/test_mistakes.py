@@ -98,6 +98,8 @@ MEANING = [
     ("SET F260", 5, "only the system writes F260", "R/W"),
     ("F305 == LO", 1, "only the system writes F305", "R/W"),
     ("F1 == V1", 7, "one bit", "flags, inputs"),
+    ("F1 == F2 & V1", 10, "one bit", "flags, inputs"),
+    ("F1 == 5 | F2", 9, "one bit", "flags, inputs"),
     ("F1 += 1", 1, "one bit", "=="),
     ("F1 == ADC 1", 7, "one bit", "a variable V"),
     ("V1 == ADC 7", 11, "7 can't stand here", "ADC with 1 to 6"),
@@ -155,7 +157,7 @@ def test_what_is_worth_a_note_compiles(line: str, column: int, what: str) -> Non
     assert what in found.what
 
 
-WHOLE = [
+ROUTINES = [
     ("", 1, "no main program"),
     ("; nothing\n", 1, "no main program"),
     ("BEG MAIN\nV1 == 1", 1, "MAIN has no end"),
@@ -165,11 +167,44 @@ WHOLE = [
     ("BEG MAIN\nEND\nBEGA IRQ\nEND", 4, "END can't end IRQ"),
     ("BEGA IRQ\nENDA", 1, "the first routine is the main program"),
     ("V1 == 1\nBEG MAIN\nEND", 1, "outside of every routine"),
+    ("BEG MAIN\nEND\nV1 == 1", 3, "outside of every routine"),
     ("BEG MAIN\nEND\nBEG MAIN\nEND", 3, "already defined in line 1"),
+]
+
+
+@pytest.mark.manual("ARP-077")
+@pytest.mark.parametrize(("source", "line", "what"), ROUTINES)
+def test_a_program_is_a_main_routine_and_others_each_with_its_own_end(source: str, line: int, what: str) -> None:
+    (found,) = mistakes(source)
+    assert (found.line, found.column, found.is_note) == (line, 1, False)
+    assert what in found.what
+
+
+LABELS = [
     ("BEG MAIN\nL1:\nL1:\nEND", 3, "already defined in line 2"),
     ("BEG MAIN\nL1:\nEND\nBEG SUB\nL1:\nEND", 5, "already defined in line 2"),
     ("BEG MAIN\nL1:\nEND\nBEGA IRQ\nl1:\nENDA", 5, "already defined in line 2"),
     ("BEG MAIN\nMAIN:\nEND", 2, "already defined in line 1"),
+    ("L1 EQU V1\nBEG MAIN\nL1:\nEND", 3, "already defined in line 1"),
+]
+
+
+@pytest.mark.manual("ARP-076")
+@pytest.mark.parametrize(("source", "line", "what"), LABELS)
+def test_a_label_is_the_only_one_of_its_name_in_the_whole_source(source: str, line: int, what: str) -> None:
+    (found,) = mistakes(source)
+    assert (found.line, found.column, found.is_note) == (line, 1, False)
+    assert what in found.what
+
+
+@pytest.mark.manual("ARP-076")
+def test_only_a_colon_makes_a_name_a_label() -> None:
+    assert mistakes("BEG MAIN\nL1:\nGOTO L1\nL2 : GOTO L2\nEND") == []
+    assert [one.line for one in mistakes("BEG MAIN\nL1\nEND")] == [2]
+    assert [one.line for one in mistakes("BEG MAIN\nGOTO L1:\nEND")] == [2]
+
+
+WHOLE = [
     ("A EQU V1\nA EQU V2\nBEG MAIN\nEND", 2, "already defined in line 1"),
     ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "A is B is A: it has no meaning"),
     ("A EQU F1112\nBEG MAIN\nSET A\nEND", 3, "no F1112"),
@@ -181,7 +216,6 @@ WHOLE = [
 ]
 
 
-@pytest.mark.manual("ARP-076")
 @pytest.mark.parametrize(("source", "line", "what"), WHOLE)
 def test_a_program_that_does_not_hang_together(source: str, line: int, what: str) -> None:
     assert any(one.line == line and what in one.what and not one.is_note for one in mistakes(source))

@@ -65,7 +65,7 @@ def test_example_of_the_manual_runs_for_many_cycles() -> None:
         assert highest == pytest.approx(4750.0, abs=0.5)
         assert bench.axes.position(2) in (0, 10_000_000)
         assert bench.F[261] == 1
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
 
 
 @pytest.mark.manual("ARP-101")
@@ -90,7 +90,7 @@ def test_example_of_the_manual_with_a_motor_on_the_slave() -> None:
         while bench.loop().F[295]:
             assert bench.reading(1) == pytest.approx(curve_a(bench.position(2)), abs=60.0)
     assert bench.F[261] == 1
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
     bench.loop(500)
     assert bench.reading(1) == pytest.approx(0.0, abs=2.0)
 
@@ -107,15 +107,17 @@ def test_slave_that_stands_on_the_curve_is_synchronous_at_once() -> None:
 
 
 @pytest.mark.manual("ARP-105", "ARP-035", "ARP-068")
-def test_slave_drives_to_the_curve_while_the_master_stands() -> None:
+@pytest.mark.parametrize(("start", "direction"), [(0.0, 1), (1000.0, -1)])
+def test_slave_drives_to_the_curve_while_the_master_stands(start: float, direction: int) -> None:
     """Digest 13.5: 500 units at 10 % of 2000 unit/s, 10000 unit/s2, take 2.52 s."""
     bench = bench_of_a((1, 7, 2000.0), (1, 8, 10_000.0), (1, 24, 1000.0))
     moved(bench, 500)
+    bench.axes.preset_position(1, round(start * 1000))
     bench.axes.follow_table(2, 1, 10)
     assert [bench.flag(1, flag) for flag in (ARRIVED, SYNC, RUNNING)] == [0, 0, 1]
     bench.loop(1000)
-    assert bench.position(1) == pytest.approx(0.02 * 200 / 2 + 0.98 * 200)
-    assert bench.speed(1) == 200.0
+    assert bench.position(1) == pytest.approx(start + direction * (0.02 * 200 / 2 + 0.98 * 200))
+    assert bench.speed(1) == direction * 200.0
     assert 1000 + bench.until_flag(1, SYNC) == 2520
     assert bench.position(1) == 500.0
     moved(bench, 800)
@@ -161,7 +163,7 @@ def test_master_outside_the_table_aborts_without_motion_or_error() -> None:
     bench.loop(100)
     assert bench.F[257:289] == before[257:289]
     assert bench.axes.position(1) == 0
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
 
 
 @pytest.mark.manual("ARP-068", "ARP-106", "ARP-071", "ARP-104")
@@ -265,7 +267,7 @@ def test_repetitive_cyclic_cam_takes_the_slave_round_too(direction: int) -> None
         travel += bench.speed(1) / 1000
         bench.counts[1] = round(travel)
         assert 0 <= bench.position(1) <= 4000
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
     assert bench.F[261] == 1
     assert travel * direction > 4 * 4000
     assert bench.F[267 if direction > 0 else 268] == 1
@@ -306,6 +308,16 @@ def test_gear_is_taken_from_the_real_position_on() -> None:
     while bench.loop().F[295]:
         assert bench.speed(1) == pytest.approx(2 * bench.speed(2))
     assert bench.position(1) == pytest.approx(2000.0)
+
+
+@pytest.mark.manual("ARP-032")
+def test_gear_counts_on_where_the_real_master_goes_round() -> None:
+    bench = locked((2, 5, 10_000.0), (2, 6, 0.0), (1, 21, 0.5))
+    moved(bench, 4000)
+    bench.axes.move_by(2, 8_000_000)
+    bench.until_flag(2, RUNNING, 0)
+    assert bench.axes.position(2) == 2_000_000
+    assert bench.position(1) == pytest.approx(4000.0)  # 2000 + 4000 of the virtual master
 
 
 @pytest.mark.manual("ARP-032", "ARP-104")
@@ -512,9 +524,21 @@ def test_wrong_pst_is_error_113_and_moves_nothing(program: str) -> None:
     bench.load(f"BEG MAIN\n{program}\nV1 == ERROR\nEND")
     bench.loop(50)
     assert bench.V[1] == 113_000
-    assert bench.faults.error_axis == 1
+    assert bench.errors.error_axis == 1
     assert [*bench.F] == before
     assert bench.axes.position(1) == 0
+
+
+@pytest.mark.manual("ARP-101", "ARP-103")
+@pytest.mark.parametrize(("first", "error"), [(996, 0), (997, 113), (1000, 113)])
+def test_a_table_has_to_end_at_v1000(first: int, error: int) -> None:
+    """Digest 13.1: n + 2m <= 1000."""
+    bench = bench_of_a()
+    table = [2_000, 0, 0, 10_000_000, 0]
+    bench.V[first:1001] = table[: 1001 - first]
+    bench.axes.follow_table(2, 1, first)
+    assert bench.errors.error == error
+    assert bench.F[261] == (error == 0)
 
 
 @pytest.mark.manual("ARP-103", "ARP-034")
@@ -524,7 +548,7 @@ def test_master_speed_of_0_is_error_113() -> None:
     bench.parameters.ram[1][24] = 0
     bench.parameters.version += 1
     bench.axes.follow_table(2, 1, 10)
-    assert bench.faults.error == 113
+    assert bench.errors.error == 113
 
 
 @pytest.mark.manual("ARP-103", "ARP-034")
@@ -533,7 +557,7 @@ def test_the_slave_s_parameter_24_says_how_fast_the_master_may_be(master_speed: 
     """Digest 13.6; neither the master's own [24] nor its maximum speed, which are far beyond here."""
     bench = bench_of_a((1, 7, 99_999.0), (1, 24, master_speed), (2, 7, 99_999.0), (2, 24, 99_999.0))
     bench.axes.follow_table(2, 1, 10)
-    assert (bench.faults.error, bench.F[261]) == (error, int(not error))
+    assert (bench.errors.error, bench.F[261]) == (error, int(not error))
 
 
 @pytest.mark.manual("ARP-099")
@@ -542,7 +566,7 @@ def test_pst_needs_a_slave_that_may_move() -> None:
     bench.write_table(10, *A)
     bench.axes.follow_table(2, 1, 10)
     bench.loop(10)
-    assert (bench.F[261], bench.F[263], bench.faults.error) == (0, 0, 0)
+    assert (bench.F[261], bench.F[263], bench.errors.error) == (0, 0, 0)
 
 
 def test_slave_positions_outside_its_counter_end_at_final_speed() -> None:
@@ -563,7 +587,7 @@ def test_slave_that_loses_control_ends_the_cam() -> None:
     bench.axes.follow_table(2, 1, 10)
     bench.axes.move_to(2, 1_000_000)
     bench.until_flag(1, SYNC, 0)
-    assert bench.faults.error == 116
+    assert bench.errors.error == 116
     assert bench.F[263] == 0
     assert bench.F[295] == 1
     assert bench.axes.volts(1) == 0.0

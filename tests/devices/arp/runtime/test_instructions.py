@@ -74,7 +74,7 @@ def test_a_text_off_the_screen_is_w03_and_shown_as_far_as_it_fits() -> None:
 @pytest.mark.manual("ARP-048")
 def test_error_and_warning_are_read_as_numbers() -> None:
     bench = ArpBench("V1 == ERROR\nV2 == WARNING\nV3 == 1 / 0\nV4 == WARNING")
-    bench.card.errors.append(113)
+    bench.card.error_codes.append(113)
     bench.run()
     assert bench.card.V[1:5] == [113_000, 0, 0, 201_000]
 
@@ -131,6 +131,34 @@ def test_the_index_is_the_whole_part() -> None:
     assert (bench.card.V[50], bench.card.F[50], bench.card.O[332], bench.card.V[3]) == (7_000, 1, 1, 1_000)
 
 
+@pytest.mark.manual("ARP-062")
+@pytest.mark.parametrize(
+    ("letter", "first", "last"), [("V", 1, 1000), ("F", 1, 217), ("O", 101, 132), ("O", 201, 232), ("O", 301, 332)]
+)
+def test_the_first_and_the_last_one_can_be_indexed(letter: str, first: int, last: int) -> None:
+    raw_1 = "H1" if letter == "V" else "HI"
+    bench = ArpBench(f"V900 == {first}\n{letter}[V900] == {raw_1}\nV900 == {last}\n{letter}[V900] == {raw_1}")
+    values = getattr(bench.run(10).card, letter)
+    assert (values[first], values[last], bench.card.warnings) == (1, 1, [])
+
+
+@pytest.mark.manual("ARP-062")
+@pytest.mark.parametrize(
+    ("letter", "number"),
+    [("V", 0), ("V", 1001), ("F", 0), ("F", 321), ("O", 100), ("O", 133), ("O", 333), ("I", 100), ("I", 133)],
+)
+def test_an_index_out_of_range_reads_0_is_not_written_and_is_w03(letter: str, number: int) -> None:
+    """Digest 2, as the manual says nothing of it."""
+    bench = ArpBench(f"V1 == {number}\nV2 == 7\nV2 == {letter}[V1]").run(10)
+    assert (bench.card.V[2], bench.card.warnings) == (0, [203])
+    if letter != "I":
+        bench = ArpBench(f"{letter}[V999] == 1")
+        bench.card.V[999] = number * 1000
+        before = list(getattr(bench.card, letter))
+        bench.run(10)
+        assert (getattr(bench.card, letter), bench.card.warnings) == (before, [203])
+
+
 def test_a_flag_that_only_the_system_writes_keeps_its_value() -> None:
     bench = ArpBench("F[V1] == HI\nF[V2] == HI")
     bench.card.V[1], bench.card.V[2] = 260_000, 262_000
@@ -185,7 +213,8 @@ def test_assignments_of_bits(line: str, bit: int) -> None:
         ("F2 = LO", False), ("F2 = ON", True), ("F3 = OFF", True), ("F2 & F3 = HI", False), ("F2 | F3 = HI", True),
         ("(I101 & F2) = LO", True), ("!F3 = HI", True), ("F2 = F3", False), ("F2 <> F3", True), ("F2 > F3", True),
         ("F2 = 1", True), ("V1 = H1388", True), ("V1 = F2 * 5", True), ("HI = F2", True), ("I[V3] = LO", True),
-        ("V4 = H0005", True), ("V4 = 5", False),
+        ("V4 = H0005", True), ("V4 = 5", False), ("!(F2 & HI) = LO", True), ("!(F3 & HI) = HI", True),
+        ("!(LO | F3) = HI", True),
     ],
 )  # fmt: skip
 def test_conditions(condition: str, is_true: bool) -> None:

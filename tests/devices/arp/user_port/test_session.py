@@ -164,6 +164,19 @@ def test_a_pc_that_is_silent_for_ten_seconds_has_gone() -> None:
     assert bench.ask(0x31, bytes(4) + data[:240])[0] == 6  # no download has begun
 
 
+@pytest.mark.parametrize(("silent_ms", "is_told"), [(10_000, True), (10_001, False)])
+def test_the_ten_seconds_have_an_exact_end(silent_ms: int, is_told: bool) -> None:
+    bench = PortBench(ADD, is_enabled=True)
+    bench.outside.stop_program()
+    bench.run_for(1)
+    bench.ok(EVENTS, b"\x01")
+    bench.run_for(silent_ms - 1)
+    bench.heard()
+    bench.outside.run_program()
+    bench.run_for(1)
+    assert bool(bench.heard()) is is_told
+
+
 def test_a_pc_that_asks_now_and_then_is_there() -> None:
     bench = PortBench()
     bench.ok(0x30, struct.pack("<II", 10, 0))

@@ -1,4 +1,4 @@
-"""All processes of a rig, as its supervisor holds them."""
+"""The child processes of a rig, as its supervisor runs them."""
 
 import os
 import signal
@@ -13,8 +13,8 @@ from fieldrig.placement import ProcessPlan
 from fieldrig.run_folder import RunFolder
 
 
-class Brood:
-    """Held by a leash: a pipe whose end, when this process is gone, ends them all."""
+class Children:
+    """All children of one supervisor.  Each ends when the pipe that the supervisor keeps open is closed."""
 
     def __init__(
         self,
@@ -26,27 +26,27 @@ class Brood:
         is_realtime: bool = False,
     ) -> None:
         self._config, self._plans, self._is_realtime = config, plans, is_realtime
-        self._leash, self._hand = os.pipe()
-        self.children = {
-            name: Child(command(config, plan, overrides, is_realtime), folder.folder / f"log/{name}.log", self._leash)
+        self._pipe, self._own_end = os.pipe()
+        self.by_name = {
+            name: Child(command(config, plan, overrides, is_realtime), folder.folder / f"log/{name}.log", self._pipe)
             for name, plan in plans.items()
         }
 
     def fork(self) -> None:
-        """Start them all, where that can be done; before the first thread, and before there is a loop."""
+        """Fork all children where the system can.  Call it before the first thread and before there is a loop."""
         if CAN_FORK:
-            for name, child in self.children.items():
+            for name, child in self.by_name.items():
                 child.fork(partial(_work, self._config, self._plans[name], self._is_realtime))
 
     def close(self) -> None:
-        """End at once what still runs."""
-        os.close(self._hand)
-        for child in self.children.values():
+        """Kill the children that still run, and release the pipe."""
+        os.close(self._own_end)
+        for child in self.by_name.values():
             child.forget_steps()
             if child.pid is not None:
                 child.end(signal.SIGKILL)
                 child.reap()
-        os.close(self._leash)
+        os.close(self._pipe)
 
 
 def _work(config: RigConfig, plan: ProcessPlan, is_realtime: bool) -> Exit:

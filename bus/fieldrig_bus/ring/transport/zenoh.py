@@ -4,7 +4,7 @@ Sessions of its own, in a star on the master's: no scouting, no gossip, no time 
 low latency.  One put a cycle reaches all processes, on a key that all know: for one with a star in it Zenoh would look
 every time who is meant.  Only while a process stands still each of the others is sent its own.  One comes back from
 each.  A liveliness token tells who is there and which stations it has; it is gone the instant the process is.  At the
-centre what comes back waits in Zenoh for the next MST.  In a drive's process guests of the loop wait for cycles and
+centre what comes back waits in Zenoh for the next MST.  In a drive's process threads of the loop wait for cycles and
 handle them: a sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when a callback
 sends something.
 """
@@ -14,7 +14,7 @@ import logging
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import zenoh
 from pydantic import Field
@@ -22,11 +22,12 @@ from pydantic import Field
 from fieldrig import endpoint
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
-from fieldrig.shared_loop import SharedLoop
+from fieldrig.settings import Settings
 from fieldrig.shared_token import TOKEN_VARIABLE
-from fieldrig_bus.ring.star import Star, Stations
-from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
-from fieldrig_bus.ring.star_rack import Rack
+from fieldrig.threaded_loop import ThreadedLoop
+from fieldrig_bus.ring.transport.centre import Centre
+from fieldrig_bus.ring.transport.rack import Rack
+from fieldrig_bus.ring.transport.wire import Stations
 
 log = logging.getLogger(__name__)
 
@@ -43,6 +44,11 @@ TUNED: Final[dict[str, Any]] = {
     "transport/link/rx/buffer_size": 2 * 65_535,  # the one that we read, and the next; Zenoh clears what it hasn't
     "transport/link/tx/lease": 1_000,  # ms: one that stands still must not fill the centre's socket
 }
+ENVIRONMENT: Final[Mapping[str, str]] = {
+    "ZENOH_RUNTIME": "(acc: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
+}
+"""Environment of a process with an end of the ring.  The thread that reads a message also handles it, which halves the
+wake-ups.  With `app` or `tx` in it too, messages are lost in bursts."""
 PATIENT: Final[dict[str, Any]] = {
     "connect/timeout_ms": -1,
     "connect/exit_on_failure": False,
@@ -53,8 +59,8 @@ PATIENT: Final[dict[str, Any]] = {
 class ZenohSpokes:
     """The centre's end."""
 
-    def __init__(self, session: zenoh.Session, star: Star) -> None:
-        self._session, self._star, self._loop = session, star, star.loop
+    def __init__(self, session: zenoh.Session, centre: Centre) -> None:
+        self._session, self._centre, self._loop = session, centre, centre.loop
         self._here: dict[str, dict[tuple[int, int], Stations]] = {}
         """Of each process, its tokens by age: the newest holds."""
         self._all = self._publisher(ALL)
@@ -95,10 +101,10 @@ class ZenohSpokes:
         else:
             tokens.pop(age, None)
         if tokens:
-            self._star.announce(who, tokens[max(tokens)])
+            self._centre.announce(who, tokens[max(tokens)])
         else:
             del self._here[who]
-            self._star.lose(who)
+            self._centre.lose(who)
 
     def _on_life(self, sample: zenoh.Sample) -> None:
         """On a thread of Zenoh's."""
@@ -108,7 +114,7 @@ class ZenohSpokes:
 class ZenohLine:
     """A process's way to the centre.  Zenoh connects, and connects again."""
 
-    def __init__(self, session: zenoh.Session, process: str, rack: Rack) -> None:
+    def __init__(self, session: zenoh.Session, process: str, rack: Rack[Any]) -> None:
         self._session, self._process = session, process
         self._born, self._tokens = time.time_ns(), 0
         self._token: Any = None
@@ -118,11 +124,11 @@ class ZenohLine:
             f"{BACK}/{process}", express=True, congestion_control=zenoh.CongestionControl.BLOCK
         )
         rack.connect(self._announce, self._back.put)
-        assert isinstance(rack.loop, SharedLoop)
-        self._turn = rack.loop.turn
+        assert isinstance(rack.loop, ThreadedLoop)
+        self._lock = rack.loop.lock
         for key in (ALL, f"{OUT}/{process}"):
             out = session.declare_subscriber(key, zenoh.handlers.FifoChannel(MOST_OUT))
-            rack.loop.invite(f"ring:{key}", partial(self._receive, out.recv))
+            rack.loop.start_thread(f"ring:{key}", partial(self._receive, out.recv))
 
     def close(self) -> None:
         self._is_open = False
@@ -140,20 +146,22 @@ class ZenohLine:
             former.undeclare()
 
     def _receive(self, receive: Callable[[], zenoh.Sample]) -> None:
-        """A guest's whole life."""
-        turn, on_spread = self._turn, self._rack.on_spread
+        """Run one thread of the loop: hand every message to the rack while the lock is held."""
+        lock, on_spread = self._lock, self._rack.on_spread
         while True:
             try:
                 message = receive().payload.to_bytes()
             except zenoh.ZError:  # the session was closed
                 return
-            with turn:
+            with lock:
                 if not self._is_open:
                     return
                 on_spread(message)
 
 
-class RingZenohSettings(RingStarSettings):
+class ZenohSettings(Settings):
+    """Settings of a ring over Zenoh."""
+
     endpoint: str | None = Field(
         default=None,
         pattern=r"^tcp/[^/\s]+:[0-9]{1,5}$",
@@ -162,43 +170,37 @@ class RingZenohSettings(RingStarSettings):
     )
 
 
-class RingZenoh(RingStar):
-    about: ClassVar[str] = "SERCOS fibre ring, in real time over Zenoh"
-    has_guests: ClassVar[bool] = True
-    # What comes in is taken up by the thread that reads it: half the wake-ups.  With `app` in it too, or `tx`,
-    # messages are lost in bursts.
-    environment: ClassVar[Mapping[str, str]] = {
-        "ZENOH_RUNTIME": "(acc: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
-    }
-    settings: RingZenohSettings
+class ZenohCarrier:
+    """Connects the processes of one ring over Zenoh."""
 
-    def __init__(self, name: str, settings: RingZenohSettings) -> None:
-        super().__init__(name, settings)
+    def __init__(self, name: str, endpoint: str | None) -> None:
+        """`name` is that of the bus; `endpoint` is where the master's process listens."""
+        self.name, self._endpoint = name, endpoint
 
-    def reach(self, at: Attachment, rack: Rack) -> ZenohLine:
+    def reach(self, at: Attachment, rack: Rack[Any]) -> ZenohLine:
         # Its own endpoint would be one that others can find.
         places = {"listen/endpoints": [], "connect/endpoints": [self._place(at)]}
         return ZenohLine(endpoint.open_session({"mode": "peer", **places, **PATIENT, **TUNED}), at.process, rack)
 
-    def hold(self, at: Attachment, star: Star) -> ZenohSpokes:
+    def hold(self, at: Attachment, centre: Centre) -> ZenohSpokes:
         place = self._place(at)
         if not endpoint.is_guarded(place):
             remedy = f"set a token in the environment variable {TOKEN_VARIABLE}, or listen on 127.0.0.1"
             raise BusError(f"{self.name}: {place} can be reached from other machines", remedy)
         if endpoint.is_answered(place):
             raise BusError(f"{self.name}: another program listens on {place}", "a ring has one master")
-        if self.settings.endpoint is None:  # the rig's lock says that no living rig owns the folder
+        if self._endpoint is None:  # the rig's lock says that no living rig owns the folder
             at.path(f"{self.name}.zenoh").unlink(missing_ok=True)
         try:
             session = endpoint.open_session({"mode": "peer", "listen/endpoints": [place], **TUNED})
         except zenoh.ZError as cause:
             reason = str(cause).partition(" at /")[0]
             raise BusError(f"{self.name}: can't listen on {place}: {reason}", "choose another `endpoint`") from cause
-        return ZenohSpokes(session, star)
+        return ZenohSpokes(session, centre)
 
     def _place(self, at: Attachment) -> str:
-        if self.settings.endpoint is not None:
-            return self.settings.endpoint
+        if self._endpoint is not None:
+            return self._endpoint
         path = str(at.path(f"{self.name}.zenoh"))
         if len(path) > LONGEST_PATH:
             raise BusError(

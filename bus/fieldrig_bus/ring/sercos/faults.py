@@ -11,23 +11,7 @@ from pydantic import Field, model_validator
 
 from fieldrig import faults
 from fieldrig.faults import Timed
-
-MASTER: Final = "master"
-"""The segment that leaves the master, whatever its device is called."""
-
-
-class Break(Timed):
-    """The fibre of one segment is cut or pulled: behind it nothing is heard, and what is before it can't come round."""
-
-    what: Literal["break"]
-    after: str = Field(description="the station that the segment leaves, or master")
-
-
-class Off(Timed):
-    """A station has no power: the ring is open there, unless it has an optical bypass."""
-
-    what: Literal["off"]
-    station: str
+from fieldrig_bus.ring.breaks import Break, Off
 
 
 class _Struck(Timed):
@@ -59,16 +43,21 @@ class Late(_Struck):
 
 RingFault = Annotated[Break | Off | Distort | Late, Field(discriminator="what")]
 MODELS: Final = faults.models_of(RingFault)
-TEXTS: Final = frozenset({"what", "after", "station", "telegram"})
-"""Keys whose values are texts, even where YAML would see a number."""
 
 
 def place_of(fault: RingFault) -> tuple[str, str]:
     """The key that says where, and the station that it names."""
-    key = "station" if getattr(fault, "after", None) is None else "after"
-    return key, getattr(fault, key)
+    match fault:
+        case Break(after=str(after)) | Distort(after=str(after)):
+            return "after", after
+        case Off(station=str(station)) | Late(station=str(station)) | Distort(station=str(station)):
+            return "station", station
+    raise AssertionError(f"{fault} has no place")
 
 
 def fault_of(given: Mapping[str, Any]) -> RingFault:
-    """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
-    return cast(RingFault, faults.fault_of(given, MODELS, TEXTS))
+    """Return the settings of a fault of a ring.
+
+    ValueError: its first line says what is wrong, further lines say what was expected.
+    """
+    return cast(RingFault, faults.fault_of(given, MODELS))

@@ -1,4 +1,4 @@
-"""The card's errors and warnings: the most recent of each, until they are cleared.
+"""The codes of an ARP card's errors and warnings, and the most recent of each until it is cleared.
 
 Source: manual 4.0 (error codes); digest chapter 10.  Reading a code does not clear it; opening and closing Enable does,
 and the reset from the service port.
@@ -17,17 +17,19 @@ CONTROL_LOSS: Final = 116  # E16
 BLOCKING: Final = frozenset({EEPROM, RESET, STOPPED_PROGRAM, STACK})
 
 
-class Faults:
+class CardErrors:
+    """The error and the warning that an ARP card shows.  Faults that a test injects are something else."""
+
     def __init__(self, on_blocking: Callable[[int], None]) -> None:
         """`on_blocking` is called with a code that stops the program."""
         self._on_blocking = on_blocking
         self.error = 0
         self.warning = 0
         self.error_axis = 0
-        """Which axis the error is about; 0: none (digest I-45)."""
+        """The axis of the error; 0 if it belongs to no axis (digest I-45)."""
 
     def fail(self, code: int, axis: int = 0) -> None:
-        """103 to 116.  While Enable is low that is the error, and only one that blocks takes its place."""
+        """Set the error, 103 to 116.  While Enable is low, only a blocking error replaces error 105."""
         if self.error == RESET and code not in BLOCKING:
             return
         self.error, self.error_axis = code, axis
@@ -35,8 +37,9 @@ class Faults:
             self._on_blocking(code)
 
     def warn(self, code: int) -> None:
-        """201 to 204."""
+        """Set the warning, 201 to 204."""
         self.warning = code
 
     def clear(self) -> None:
+        """Reset error and warning to 0."""
         self.error = self.error_axis = self.warning = 0

@@ -1,4 +1,4 @@
-"""Join one bus in real time without being a device of a rig: for tools that send, listen and are gone again."""
+"""Join one bus in real time without being a device of a rig: for tools that send and listen for a while."""
 
 import asyncio
 import time
@@ -17,22 +17,22 @@ from fieldrig.sending import CheckedLink
 
 OnEnd = Callable[[Exception | None], None]
 Start = Callable[[Clock, Link[Any], OnEnd], None]
-"""Begins what the visitor does; it calls the last argument when it is done, or with what went wrong."""
+"""Starts the tool's work.  The work calls the last argument when it is done, with the exception if it failed."""
 
 
-def visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
-    """Join `bus` as `member`, and return when the visitor is done.  `run` is the folder of the rig that runs the bus.
+def join(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
+    """Join `bus` as `member`, and return when the work is done.  `run` is the run folder of the rig with the bus.
 
-    BusError, with its remedy, if the bus can't be had or goes away.
+    BusError, with its remedy, if the bus is not available or goes away.
     """
-    asyncio.run(_visit(bus, run, member, start))
+    asyncio.run(_work(bus, run, member, start))
 
 
-class _Visitor:
-    """An `Attachment`."""
+class _ToolAttachment:
+    """The `Attachment` of a tool to a direct bus."""
 
     rig, seed = "", 0
-    process: Final = "visitor"
+    process: Final = "tool"
     members: Final[Mapping[str, str]] = {}
 
     def __init__(self, member: str, clock: RealClock, run: Path) -> None:
@@ -45,16 +45,16 @@ class _Visitor:
         self.clock.handle_at(time.monotonic_ns() if instant_ns is None else instant_ns, handler, message)
 
     def heard(self, sender: str, message: Any) -> None:
-        """A visitor keeps no trace."""
+        """Do nothing, as a tool keeps no trace."""
 
     def session(self) -> Any:
         raise BusError("this bus is carried by the control service of a rig", "name a device of the rig instead")
 
     def serve(self, subject: Subject) -> None:
-        """A visitor answers no questions."""
+        """Do nothing, as a tool answers no questions."""
 
 
-async def _visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
+async def _work(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
     loop = asyncio.get_running_loop()
     clock, done = RealClock(loop), loop.create_future()
 
@@ -63,7 +63,7 @@ async def _visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
             done.set_result(fault)
 
     try:
-        link = await _join(bus, run, member, clock, on_end)
+        link = await _opened(bus, run, member, clock, on_end)
         try:
             clock.handle(start, clock, link, on_end)
             fault = await done
@@ -75,9 +75,9 @@ async def _visit(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
         raise fault
 
 
-async def _join(bus: Bus[Any], run: Path, member: str, clock: RealClock, on_end: OnEnd) -> Link[Any]:
+async def _opened(bus: Bus[Any], run: Path, member: str, clock: RealClock, on_end: OnEnd) -> Link[Any]:
     if isinstance(bus, DirectBus):
-        return CheckedLink(await bus.open(_Visitor(member, clock, run)), bus, member)
+        return CheckedLink(await bus.open(_ToolAttachment(member, clock, run)), bus, member)
     assert isinstance(bus, ModelBus)
     remote = RemoteLink(bus, member, clock, run, lambda reason: on_end(BusError(reason)))
     await remote.connect()

@@ -1,7 +1,9 @@
+from types import SimpleNamespace
+
 import pytest
 
-from fieldrig_devices.languages import sandbox
-from fieldrig_devices.languages.sandbox import ForbiddenPythonError
+from fieldrig import sandbox
+from fieldrig.sandbox import Arithmetic, ForbiddenPythonError
 
 ESCAPES = [
     "import os",
@@ -65,3 +67,34 @@ def test_plain_arithmetic_on_given_tables_runs() -> None:
 def test_there_are_no_builtins() -> None:
     functions = sandbox.load("def f(pc):\n    return pc\n", {})
     assert functions["f"].__globals__["__builtins__"] == {}
+
+
+FORMULA = Arithmetic({"axis": {"e", "v"}})
+FORMULA_ESCAPES = [
+    "def f(axis): return axis.__class__",
+    "def f(axis): return axis.e.real",
+    "def f(axis): return axis.twist",
+    "def f(axis):\n    axis.twist = 1.0",
+    "def f(axis): return axis.e()",
+    "def f(other): return other.e",
+    "def f(axis): return 'text'",
+    "def f(axis): return 2.0 ** axis.e",
+    "def f(axis): return (given := 1)",
+    "def f(axis): return [e for e in axis]",
+]
+
+
+@pytest.mark.parametrize("source", FORMULA_ESCAPES)
+def test_a_formula_reaches_only_the_attributes_that_are_named(source: str) -> None:
+    with pytest.raises(ForbiddenPythonError):
+        sandbox.load(source, {"given": abs}, FORMULA)
+
+
+def test_a_formula_reads_and_sets_named_attributes() -> None:
+    axis = SimpleNamespace(e=1.5, v=-2.0)
+    source = (
+        "def f(axis):\n    if not axis.e > 0.0:\n        return None\n"
+        "    axis.v = e = (x := axis.e / 2.0) + x\n    return e\n"
+    )
+    assert sandbox.load(source, {}, FORMULA)["f"](axis) == 1.5
+    assert axis == SimpleNamespace(e=1.5, v=1.5)

@@ -10,9 +10,9 @@ from random import Random
 from typing import Any, Final
 
 from fieldrig.bus import BusModel, Delivery
-from fieldrig_bus.ring.faults import RingFault
-from fieldrig_bus.ring.fibre import Fibre
-from fieldrig_bus.ring.message import Mdt, Mst, RingMessage
+from fieldrig_bus.ring.sercos.faults import RingFault
+from fieldrig_bus.ring.sercos.fibre import Fibre
+from fieldrig_bus.ring.sercos.message import Mdt, Mst, RingMessage
 
 log = logging.getLogger(__name__)
 
@@ -87,7 +87,7 @@ class RingModel(BusModel[RingMessage]):
         self.fibre.clear_fault(number)
 
     def all_faults(self, now_ns: int) -> dict[int, dict[str, Any]]:
-        return self.fibre.faults.about(now_ns)
+        return self.fibre.all_faults(now_ns)
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return self.fibre.statistics(now_ns)

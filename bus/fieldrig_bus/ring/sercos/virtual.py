@@ -8,10 +8,11 @@ from pydantic import Field
 from fieldrig.bus import ModelBus, Time
 from fieldrig.settings import Settings, WrongKey
 from fieldrig.wording import closest
-from fieldrig_bus.ring import message
-from fieldrig_bus.ring.faults import MASTER, MODELS, RingFault, place_of
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
-from fieldrig_bus.ring.model import RingModel
+from fieldrig_bus.ring.breaks import MASTER
+from fieldrig_bus.ring.sercos import message
+from fieldrig_bus.ring.sercos.faults import MODELS, RingFault, place_of
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage
+from fieldrig_bus.ring.sercos.model import RingModel
 
 
 class RingSettings(Settings):

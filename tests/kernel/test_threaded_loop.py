@@ -1,4 +1,4 @@
-"""A loop whose turn guests take: they do as the loop would, and never while it does."""
+"""Threads of a loop work while it waits, and never while it works."""
 
 import asyncio
 import selectors
@@ -13,39 +13,39 @@ import pytest
 
 from fieldrig.clock import MS
 from fieldrig.real_clock import RealClock
-from fieldrig.shared_loop import SharedLoop, _Waiting
+from fieldrig.threaded_loop import ThreadedLoop, _Selector
 
 ROUNDS = 300
 
 
 @pytest.fixture
-def loop() -> Iterator[SharedLoop]:
-    loop = SharedLoop()
+def loop() -> Iterator[ThreadedLoop]:
+    loop = ThreadedLoop()
     yield loop
     loop.close()
 
 
 @pytest.fixture
 def _impatient() -> Iterator[None]:
-    """Threads change as often as they can."""
+    """Let the interpreter switch threads as often as possible."""
     interval_s = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield
     sys.setswitchinterval(interval_s)
 
 
-def in_a_turn(loop: SharedLoop, action: Callable[[], Any]) -> None:
-    """A guest does it while the loop waits."""
+def in_a_thread(loop: ThreadedLoop, action: Callable[[], Any]) -> None:
+    """Run the action in a thread while the loop waits."""
 
-    def life() -> None:
-        with loop.turn:
+    def work() -> None:
+        with loop.lock:
             action()
 
-    loop.invite("guest", life)
+    loop.start_thread("worker", work)
 
 
 @pytest.mark.usefixtures("_impatient")
-def test_nobody_is_in_the_world_while_another_is(loop: SharedLoop) -> None:
+def test_two_threads_never_work_at_once(loop: ThreadedLoop) -> None:
     inside: list[str] = []
     most = 0
 
@@ -56,43 +56,43 @@ def test_nobody_is_in_the_world_while_another_is(loop: SharedLoop) -> None:
             most = max(most, len(inside))
         inside.remove(who)
 
-    def guest(who: str) -> None:
+    def worker(who: str) -> None:
         for _ in range(ROUNDS):
-            with loop.turn:
+            with loop.lock:
                 act(who)
 
     async def host() -> None:
         for who in ("first", "second"):
-            loop.invite(who, lambda who=who: guest(who))  # type: ignore[misc]  # a default keeps the loop's value
+            loop.start_thread(who, lambda who=who: worker(who))  # type: ignore[misc]  # a default keeps the loop's value
         for _ in range(ROUNDS):
             act("host")
             await asyncio.sleep(0)
 
     loop.run_until_complete(host())
-    loop.close()  # guests come to their end
+    loop.close()  # waits for the threads
     assert most == 1
 
 
-def test_a_guest_waits_until_the_loop_does(loop: SharedLoop) -> None:
+def test_a_thread_waits_until_the_loop_does(loop: ThreadedLoop) -> None:
     order: list[str] = []
-    has_come = threading.Event()
+    has_started = threading.Event()
     done = loop.create_future()
 
-    def life() -> None:
-        has_come.set()
-        with loop.turn:
-            order.append("guest")
+    def work() -> None:
+        has_started.set()
+        with loop.lock:
+            order.append("worker")
             done.set_result(None)
 
     async def host() -> None:
-        loop.invite("guest", life)
-        has_come.wait()
-        assert not loop.turn.acquire(blocking=False)
+        loop.start_thread("worker", work)
+        has_started.wait()
+        assert not loop.lock.acquire(blocking=False)
         order.append("host")
         await done
 
     loop.run_until_complete(host())
-    assert order == ["host", "guest"]
+    assert order == ["host", "worker"]
 
 
 @pytest.mark.parametrize(
@@ -104,8 +104,8 @@ def test_a_guest_waits_until_the_loop_does(loop: SharedLoop) -> None:
     ],
     ids=["call_soon", "call_later", "call_at"],
 )
-def test_what_a_guest_asks_of_a_loop_that_waits_for_nothing_is_done(
-    loop: SharedLoop, ask: Callable[[SharedLoop, Callable[[], None]], object]
+def test_a_call_from_a_thread_wakes_a_loop_without_events(
+    loop: ThreadedLoop, ask: Callable[[ThreadedLoop, Callable[[], None]], object]
 ) -> None:
     done = loop.create_future()
     homes: list[int] = []
@@ -114,89 +114,89 @@ def test_what_a_guest_asks_of_a_loop_that_waits_for_nothing_is_done(
         homes.append(threading.get_ident())
         done.set_result(None)
 
-    in_a_turn(loop, lambda: ask(loop, action))
+    in_a_thread(loop, lambda: ask(loop, action))
     loop.run_until_complete(done)
     assert homes == [threading.get_ident()]
 
 
-def test_a_timer_that_a_guest_starts_is_kept(loop: SharedLoop) -> None:
+def test_a_timer_from_a_thread_is_due(loop: ThreadedLoop) -> None:
     clock = RealClock(loop)
     done = loop.create_future()
-    in_a_turn(loop, lambda: clock.call_at(clock.now_ns() + MS, lambda: done.set_result(clock.now_ns())))
+    in_a_thread(loop, lambda: clock.call_at(clock.now_ns() + MS, lambda: done.set_result(clock.now_ns())))
     assert loop.run_until_complete(done) > 0
     clock.close()
 
 
-def test_to_a_guest_the_loop_is_the_running_one(loop: SharedLoop) -> None:
+def test_in_a_thread_the_loop_is_the_running_one(loop: ThreadedLoop) -> None:
     done = loop.create_future()
-    in_a_turn(loop, lambda: done.set_result(asyncio.get_running_loop()))
+    in_a_thread(loop, lambda: done.set_result(asyncio.get_running_loop()))
     assert loop.run_until_complete(done) is loop
 
 
-def test_what_a_guest_raises_is_the_loops_to_handle(loop: SharedLoop) -> None:
+def test_the_loop_handles_what_a_thread_raises(loop: ThreadedLoop) -> None:
     handled = loop.create_future()
     loop.set_exception_handler(lambda _, context: handled.set_result(context["exception"]))
-    in_a_turn(loop, lambda: int("seven"))
+    in_a_thread(loop, lambda: int("seven"))
     fault = loop.run_until_complete(handled)
     assert isinstance(fault, ValueError)
-    assert "in life" in "".join(traceback.format_exception(fault))  # where it came from is known
+    assert "in work" in "".join(traceback.format_exception(fault))  # where it came from is known
 
 
-def test_a_guest_that_still_waits_when_the_loop_closes_comes_to_its_end() -> None:
-    loop = SharedLoop()
-    has_come, had_its_turn = threading.Event(), threading.Event()
+def test_a_thread_that_waits_when_the_loop_closes_ends() -> None:
+    loop = ThreadedLoop()
+    has_started, has_run = threading.Event(), threading.Event()
 
-    def life() -> None:
-        has_come.set()
-        with loop.turn:
-            had_its_turn.set()
+    def work() -> None:
+        has_started.set()
+        with loop.lock:
+            has_run.set()
 
-    loop.invite("guest", life)
-    has_come.wait()
-    assert not had_its_turn.is_set()
+    loop.start_thread("worker", work)
+    has_started.wait()
+    assert not has_run.is_set()
     loop.close()
-    assert had_its_turn.is_set()
-    assert "guest" not in {thread.name for thread in threading.enumerate()}
-    loop.close()  # as often as one likes
+    assert has_run.is_set()
+    assert "worker" not in {thread.name for thread in threading.enumerate()}
+    loop.close()  # closing twice does no harm
 
 
 class Meddler:
-    """In place of the turn: what a guest does between what is ready being known and the loop having its turn."""
+    """Stands in for the lock, and changes the selector after `select` has found what is ready."""
 
     def __init__(self) -> None:
         self.meddle: Callable[[], object] = lambda: None
 
     def release(self) -> None:
-        """Nobody else is there."""
+        """Do nothing, as there is no other thread."""
 
     def acquire(self) -> None:
         self.meddle()
 
 
 @pytest.fixture
-def waiting() -> Iterator[tuple[_Waiting, Meddler, socket.socket]]:
-    """It waits for a socket which is ready."""
+def waiting() -> Iterator[tuple[_Selector, Meddler, socket.socket]]:
+    """A selector with a socket that is ready."""
     meddler = Meddler()
     near, far = socket.socketpair()
-    with _Waiting(cast(threading.Lock, meddler)) as waiting, near, far:
+    with _Selector(cast(threading.Lock, meddler)) as waiting, near, far:
         waiting.register(near, selectors.EVENT_READ, "the first")
         far.send(b"\0")
         yield waiting, meddler, near
 
 
-def test_what_is_ready_is_found(waiting: tuple[_Waiting, Meddler, socket.socket]) -> None:
+def test_what_is_ready_is_found(waiting: tuple[_Selector, Meddler, socket.socket]) -> None:
     selector, _, _ = waiting
     assert [key.data for key, _ in selector.select()] == ["the first"]
 
 
-def test_what_a_guest_closed_meanwhile_is_not_ready(waiting: tuple[_Waiting, Meddler, socket.socket]) -> None:
+def test_a_file_that_was_closed_meanwhile_is_not_ready(waiting: tuple[_Selector, Meddler, socket.socket]) -> None:
     selector, meddler, near = waiting
     meddler.meddle = lambda: selector.unregister(near)
     assert selector.select() == []
 
 
-def test_a_new_thing_of_the_same_number_is_not_taken_for_the_old_one(
-    waiting: tuple[_Waiting, Meddler, socket.socket],
+def test_a_new_file_with_the_same_number_is_not_taken_for_the_old_one(
+    waiting: tuple[_Selector, Meddler, socket.socket],
 ) -> None:
     selector, meddler, near = waiting
 

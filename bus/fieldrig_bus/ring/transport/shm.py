@@ -13,15 +13,15 @@ import os
 import socket
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
 from fieldrig.untrusted import read_json
-from fieldrig_bus.ring.shm_image import Image
-from fieldrig_bus.ring.star import Star, Stations
-from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
-from fieldrig_bus.ring.star_rack import Rack
+from fieldrig_bus.ring.transport.centre import Centre
+from fieldrig_bus.ring.transport.image import Image
+from fieldrig_bus.ring.transport.rack import Rack
+from fieldrig_bus.ring.transport.wire import Stations
 
 log = logging.getLogger(__name__)
 
@@ -72,12 +72,12 @@ class _Peer:
 class ShmSpokes:
     """The centre's end.  BusError if the socket can't be had."""
 
-    def __init__(self, path: Path, star: Star) -> None:
-        self._path, self._star = path, star
+    def __init__(self, path: Path, centre: Centre) -> None:
+        self._path, self._centre = path, centre
         self._image = Image.make("fieldrig-ring", LONGEST_OUT)
         self._peers: dict[str, _Peer] = {}
         self._strangers: set[_Peer] = set()
-        self._loop = star.loop
+        self._loop = centre.loop
         self._door = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._door.setblocking(False)
         try:
@@ -126,14 +126,14 @@ class ShmSpokes:
             case {"process": str(who), "stations": list(stations)} if peer.who in (None, who) and _are(stations):
                 if peer.who is None:
                     self._greet(peer, who)
-                self._star.announce(who, [(name, addresses) for name, addresses in stations])
+                self._centre.announce(who, [(name, addresses) for name, addresses in stations])
             case _:
                 self._lose(peer)
 
     def _greet(self, peer: _Peer, who: str) -> None:
         former = self._peers.pop(who, None)
         if former is not None:  # its end has not been noticed yet
-            self._star.lose(who)
+            self._centre.lose(who)
             former.close()
         peer.who = who
         self._strangers.discard(peer)
@@ -145,14 +145,14 @@ class ShmSpokes:
         self._strangers.discard(peer)
         if peer.who is not None and self._peers.get(peer.who) is peer:
             del self._peers[peer.who]
-            self._star.lose(peer.who)
+            self._centre.lose(peer.who)
         peer.close()
 
 
 class ShmLine:
     """A process's way to the centre."""
 
-    def __init__(self, path: Path, process: str, rack: Rack) -> None:
+    def __init__(self, path: Path, process: str, rack: Rack[Any]) -> None:
         self._path, self._process, self._rack = path, process, rack
         self._loop = rack.loop
         self._socket: socket.socket | None = None
@@ -244,19 +244,20 @@ class ShmLine:
             self._images = None
 
 
-class RingShm(RingStar):
-    about: ClassVar[str] = "SERCOS fibre ring, in real time over shared memory (Linux)"
+class ShmCarrier:
+    """Connects the processes of one ring over shared memory.  BusError where the system has none."""
 
-    def __init__(self, name: str, settings: RingStarSettings) -> None:
-        super().__init__(name, settings)
+    def __init__(self, name: str) -> None:
+        """`name` is that of the bus."""
+        self.name = name
         if not is_available():
             raise BusError(f"{name}: this system has no memfd and eventfd", _NEEDS)
 
-    def reach(self, at: Attachment, rack: Rack) -> ShmLine:
+    def reach(self, at: Attachment, rack: Rack[Any]) -> ShmLine:
         return ShmLine(self._path(at), at.process, rack)
 
-    def hold(self, at: Attachment, star: Star) -> ShmSpokes:
-        return ShmSpokes(self._path(at), star)
+    def hold(self, at: Attachment, centre: Centre) -> ShmSpokes:
+        return ShmSpokes(self._path(at), centre)
 
     def _path(self, at: Attachment) -> Path:
         return at.path(f"{self.name}.ring")
