@@ -1,6 +1,7 @@
 """Homing of a CiA 402 axis of a MAx-4: its velocity, the home switch, and the status word that the master reads."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 from tests.pictures.recording import recorded
@@ -74,7 +75,7 @@ def homing() -> str:
     drawing.line("curve", points)
     lanes = [Lane("home switch", list(_bars(found, lambda sample: sample.is_on_switch, "on")), "bit 2 of 60FDh")]
     for bit, meaning in ((TARGET_REACHED, "target reached"), (HOMING_ATTAINED, "homing attained")):
-        bars = _bars(found, lambda sample, bit=bit: bool(sample.status & bit), meaning)
+        bars = _bars(found, partial(_has, bit), meaning)
         lanes.append(Lane("status word", list(bars), f"bit {bit.bit_length() - 1}"))
     return drawing.render(draw_timing(drawing, lanes, first, end, top=AXIS + HALF + 20))
 
@@ -103,6 +104,10 @@ def _homed(rig: Rig) -> Iterator[Sample]:
 def _note(frame: CanFrame, status: list[int]) -> None:
     if frame.identifier == STATUS_WORD:
         status[0] = int.from_bytes(frame.data[:2], "little")
+
+
+def _has(bit: int, sample: Sample) -> bool:
+    return bool(sample.status & bit)
 
 
 def _write(link: Link[CanFrame], head: str, value: int) -> None:
