@@ -1,11 +1,10 @@
 """Drives and their controller at work: a boot, and a drive that reads the name plate of its motor."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 from tests.pictures.recording import ROOT, Sent, recorded
-from tests.pictures.timing import Bar, Lane, timing
+from tests.pictures.timing import Bar, Lane, spans, timing
 
 from fieldrig.clock import MS, S
 from fieldrig.rig import Rig
@@ -48,10 +47,8 @@ def boot() -> str:
             codes.append((rig.now_ns, code[5] if len(code) > 1 else ""))
 
     recorded(_ring_rig(), play)
-    phases = [Bar(start, end, phase) for start, end, phase in _spans(rows)]
-    entries = [Bar(start, end, code, "device") for start, end, code in _spans(codes) if code]
     about = "The ring goes through its communication phases; then the boot starts and finishes."
-    lanes = [Lane("ring", phases, "phase"), Lane("logger", entries, "newest entry")]
+    lanes = [Lane("ring", spans(rows, "bus"), "phase"), Lane("logger", spans(codes), "newest entry")]
     return timing(lanes, 0, rows[-1][0] + 20 * MS, "Boot of a MAx-4 with two drives", about)
 
 
@@ -63,16 +60,6 @@ def _ring_rig() -> dict[str, Any]:
     axes = {name: {"ring_address": address} for name, address in DRIVES.items()}
     max4 = {"kind": "max4", "drives": axes, "links": {"ring": "ring"}}
     return {"time": "virtual", "buses": {"ring": RING}, "devices": {"max4": max4, **drives}}
-
-
-def _spans(samples: Sequence[tuple[int, str]]) -> Iterator[tuple[int, int, str]]:
-    """The time from the first to the last of successive equal samples, for each value."""
-    start = samples[0][0]
-    for (_, before), (now, after) in pairwise(samples):
-        if after != before:
-            yield start, now, before
-            start = now
-    yield start, samples[-1][0], samples[-1][1]
 
 
 def hiperface() -> str:

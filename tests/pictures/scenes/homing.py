@@ -1,12 +1,11 @@
 """Homing of a CiA 402 axis of a MAx-4: its velocity, the home switch, and the status word that the master reads."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final, NamedTuple
 
 from tests.pictures.recording import recorded
 from tests.pictures.svg import Drawing
-from tests.pictures.timing import LEFT, Bar, Lane, draw_timing
+from tests.pictures.timing import LEFT, Lane, draw_timing, spans
 
 from fieldrig.clock import MS
 from fieldrig.link import Link
@@ -45,8 +44,8 @@ WRITES: Final = (
 )
 START: Final = ("2b 40 60 00", 0x1F)
 STATUS_WORD: Final = 0x180 + NODE
-TARGET_REACHED: Final = 1 << 10
-HOMING_ATTAINED: Final = 1 << 12
+HOMING_ATTAINED: Final = 12
+"""Bit of the status word."""
 HALF: Final = 50
 AXIS: Final = 80
 
@@ -73,10 +72,11 @@ def homing() -> str:
     drawing.text(20, AXIS + 5, "velocity", "name")
     drawing.line("grid", [(LEFT, AXIS), (right, AXIS)])
     drawing.line("curve", points)
-    lanes = [Lane("home switch", list(_bars(found, lambda sample: sample.is_on_switch, "on")), "bit 2 of 60FDh")]
-    for bit, meaning in ((TARGET_REACHED, "target reached"), (HOMING_ATTAINED, "homing attained")):
-        bars = _bars(found, partial(_has, bit), meaning)
-        lanes.append(Lane("status word", list(bars), f"bit {bit.bit_length() - 1}"))
+    switch = [(sample.time_ns, "on" if sample.is_on_switch else "") for sample in found]
+    lanes = [Lane("home switch", spans(switch), "bit 2 of 60FDh")]
+    for bit, meaning in ((10, "target reached"), (HOMING_ATTAINED, "homing attained")):
+        shown = [(sample.time_ns, meaning if sample.status >> bit & 1 else "") for sample in found]
+        lanes.append(Lane("status word", spans(shown), f"bit {bit}"))
     return drawing.render(draw_timing(drawing, lanes, first, end, top=AXIS + HALF + 20))
 
 
@@ -98,7 +98,7 @@ def _homed(rig: Rig) -> Iterator[Sample]:
         is_on = float(rig.get("max4", "belt.Position")) > SWITCH
         rig.set("max4", "home.Value", is_on)
         yield Sample(rig.now_ns, float(rig.get("max4", "belt.Velocity")), is_on, status[0])
-        left -= bool(status[0] & HOMING_ATTAINED)
+        left -= status[0] >> HOMING_ATTAINED & 1
 
 
 def _note(frame: CanFrame, status: list[int]) -> None:
@@ -106,26 +106,9 @@ def _note(frame: CanFrame, status: list[int]) -> None:
         status[0] = int.from_bytes(frame.data[:2], "little")
 
 
-def _has(bit: int, sample: Sample) -> bool:
-    return bool(sample.status & bit)
-
-
 def _write(link: Link[CanFrame], head: str, value: int) -> None:
     """An expedited SDO download; `head` is its command byte, index and sub-index."""
     link.send(CanFrame(0x600 + NODE, bytes.fromhex(head) + value.to_bytes(4, "little")))
-
-
-def _bars(samples: Sequence[Sample], is_shown: Callable[[Sample], bool], label: str) -> Iterator[Bar]:
-    """A bar for each time in which the condition holds."""
-    start: int | None = None
-    for sample in samples:
-        if is_shown(sample) and start is None:
-            start = sample.time_ns
-        elif not is_shown(sample) and start is not None:
-            yield Bar(start, sample.time_ns, label, "device")
-            start = None
-    if start is not None:
-        yield Bar(start, samples[-1].time_ns, label, "device")
 
 
 PICTURES: Final[Mapping[str, Callable[[], str]]] = {"cia402-homing": homing}
