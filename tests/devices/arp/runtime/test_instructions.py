@@ -159,6 +159,7 @@ def test_an_index_out_of_range_reads_0_is_not_written_and_is_w03(letter: str, nu
         assert (getattr(bench.card, letter), bench.card.warnings) == (before, [203])
 
 
+@pytest.mark.manual("ARP-062", "ARP-065")
 def test_a_flag_that_only_the_system_writes_keeps_its_value() -> None:
     bench = ArpBench("F[V1] == HI\nF[V2] == HI")
     bench.card.V[1], bench.card.V[2] = 260_000, 262_000

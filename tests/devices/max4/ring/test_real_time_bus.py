@@ -17,7 +17,6 @@ pytestmark = pytest.mark.long
 
 
 @pytest.mark.manual("PD-001")
-@pytest.mark.manual("PD-130")
 @pytest.mark.manual("PD-132")
 @pytest.mark.manual("PD-135")
 def test_boot_brings_the_ring_up_and_reads_the_drives() -> None:
