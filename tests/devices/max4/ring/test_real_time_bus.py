@@ -354,6 +354,10 @@ def test_reserves_come_from_the_timing_of_the_ring() -> None:
     read, write = int(two.get("RTBReadRes")), int(two.get("RTBWriteRes"))
     assert 0 < write < read < int(one.get("RTBReadRes")) < 1_000
     assert two.get("CycleLoad") == (60 + 2 * 12) * 100 // 1_000
+    for more_us, load in ((505, 58), (2_000, 100)):  # 589 us of a cycle of 1000
+        number = two.fault("max4", what="overrun", us=more_us)
+        assert two.run(5).get("CycleLoad") == load
+        two.heal("max4", number)
 
 
 @pytest.mark.manual("PD-134")
