@@ -363,6 +363,7 @@ def test_reserves_come_from_the_timing_of_the_ring() -> None:
 @pytest.mark.manual("PD-134")
 def test_process_that_takes_too_long_is_a_write_overflow() -> None:
     bench = Bench("belt", cycle_ms=1).boot()
+    assert (bench.get("DiagCode"), bench.codes().count(6507)) == (0, 0)
     long = bench.fault("max4", what="overrun", us=1_000)
     bench.run(100)
     assert int(bench.get("RTBWriteRes")) < 0
@@ -370,7 +371,13 @@ def test_process_that_takes_too_long_is_a_write_overflow() -> None:
     assert bench.codes().count(6507) == 1
     bench.heal("max4", long).run(10)
     assert int(bench.get("RTBWriteRes")) > 0
-    assert bench.do("quit").get("DiagCode") == 0
+    assert bench.do("quit").run(10).get("DiagCode") == 0
+    assert bench.codes().count(6507) == 1
+    reserve = int(bench.get("RTBWriteRes"))
+    for more_us, entries in ((reserve, 1), (reserve + 1, 2)):  # it has to be below zero
+        number = bench.fault("max4", what="overrun", us=more_us)
+        assert bench.run(10).codes().count(6507) == entries
+        bench.heal("max4", number)
 
 
 def test_process_goes_on_without_a_ring() -> None:
