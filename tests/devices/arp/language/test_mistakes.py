@@ -33,6 +33,8 @@ SYNTAX = [
     ("V1 == 1000000", 7, "too large", "999999.999"),
     ("V1 == H123456789", 7, "9 digits", "8"),
     ("V1 == SQR V2", 11, "SQR", "("),
+    ("V1 == QUOTA[1]", 12, "[", "one instruction a line"),
+    ("QUOTA[1] == 2", 6, "[", "=="),
     ("V1 == @POS 1", 7, "no number", "without a blank"),
     ("V1 == @SPEED1", 7, "@SPEED1", "@POS"),
     ("V1 == @PAR1", 12, "[", "number of the parameter"),
@@ -79,6 +81,7 @@ def test_a_line_that_can_not_be_read(line: str, column: int, what: str, expected
 MEANING = [
     ("VI == 5", 1, "VI is not defined; did you mean V1?", "VI EQU, or V1"),
     ("V1 == QUOTA", 7, "QUOTA is not defined", "QUOTA EQU"),
+    ("V == 1", 1, "V is not defined", "V EQU"),
     ("V1 == HERE", 7, "a label", "a variable"),
     ("V1 == SUB", 7, "a routine", "CALL"),
     ("V1001 == 1", 1, "no V1001", "V1 to V1000"),
