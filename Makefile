@@ -5,7 +5,7 @@ BIN := .venv/bin
 DRIVER := $(BIN)/python -m tests.driver
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test test-fast check format fuzz bench coverage-of-manuals mutation clean
+.PHONY: help lab test test-fast check format fuzz bench pictures coverage-of-manuals mutation clean
 .DELETE_ON_ERROR:
 
 help: ## say what there is
@@ -32,6 +32,9 @@ fuzz: .venv/dev-installed ## 200,000 spoilt frames at a CANopen node, a million 
 
 bench: .venv/dev-installed ## measure, and write docs/benchmarks.md
 	@$(DRIVER) bench
+
+pictures: .venv/dev-installed ## draw the pictures of the docs from running rigs into docs/pictures
+	@$(BIN)/python -m tests.pictures
 
 coverage-of-manuals: .venv/dev-installed ## which rows of the manuals the tests show, which not, which are set aside
 	@$(BIN)/python -m pytest -q --no-header -m "manual and not vcan and not docker" --manual-rows \

@@ -75,10 +75,10 @@ class RemoteLink(asyncio.Protocol):
         loop = asyncio.get_running_loop()
         self._challenge, self._welcome = loop.create_future(), loop.create_future()
         self._records = Records()
-        address = getattr(self._bus.settings, "connect", None) or self._bus.attach
+        address = self._bus.connect or self._bus.attach
         path = self._run / socket_name(self._bus)
         try:
-            if getattr(self._bus.settings, "connect", None) is None and path.exists():
+            if self._bus.connect is None and path.exists():
                 transport, _ = await loop.create_unix_connection(lambda: self, str(path))
             elif address is not None:
                 host, port = split_address(address)

@@ -9,9 +9,8 @@ from fieldrig.config import DeviceEntry, described
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
 from fieldrig.kinds import constructor_parameters, link_parameters
-from fieldrig.link import Link
+from fieldrig.link import Link, UnconnectedLink
 from fieldrig.store import MemoryStore, Store
-from fieldrig.testing import RecordedLink
 
 Links = Mapping[str, Link[Any] | list[Link[Any]]]
 
@@ -41,7 +40,7 @@ def try_devices(devices: Iterable[DeviceEntry], seed: int = 0) -> list[Mistake]:
     mistakes: list[Mistake] = []
     for entry in devices:
         links: dict[str, Link[Any] | list[Link[Any]]] = {
-            name: [RecordedLink[Any]() for _ in buses] if name in entry.many else RecordedLink[Any]()
+            name: [UnconnectedLink() for _ in buses] if name in entry.many else UnconnectedLink()
             for name, buses in entry.links.items()
         }
         try:

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
@@ -160,6 +160,28 @@ class Attachment(Protocol):
         """From now on this process answers for the whole bus: what is asked for its status, and about its faults."""
 
 
+@runtime_checkable
+class Attachable(Protocol):
+    """Settings of a model bus whose hub can be reached by TCP."""
+
+    @property
+    def attach(self) -> str | None:
+        """`tcp://host:port` where the hub listens for device processes."""
+
+    @property
+    def connect(self) -> str | None:
+        """`tcp://host:port` of the hub, as device processes see it."""
+
+
+@runtime_checkable
+class RealtimeOption(Protocol):
+    """Settings of a bus with a key `realtime`."""
+
+    @property
+    def realtime(self) -> bool:
+        """True to ask the system for real-time scheduling of each process with an end of the bus."""
+
+
 class Bus(ABC, Generic[M]):
     """One bus of a rig, made from its name and settings.  Making it opens nothing."""
 
@@ -172,14 +194,19 @@ class Bus(ABC, Generic[M]):
     """What its messages are, for traces: can, modbus, serial, wires, ring."""
     environment: ClassVar[Mapping[str, str]] = {}
     """What a process with an end of it has in its environment, before it does anything else, unless the user set it."""
-    has_guests: ClassVar[bool] = False
-    """Whether its ends invite threads to the loop: a process with one of them has a `SharedLoop`."""
+    has_threads: ClassVar[bool] = False
+    """True if its ends start threads of the event loop; a process with such an end runs a `ThreadedLoop`."""
     messages: ClassVar[tuple[type, ...]]
     """The types its links carry; `fieldrig check` compares them with what a device's parameter asks for."""
 
     def __init__(self, name: str, settings: Any) -> None:
         self.name = name
         self.settings = settings
+
+    @property
+    def realtime(self) -> bool:
+        """True if each process with an end of this bus asks the system for real-time scheduling."""
+        return isinstance(self.settings, RealtimeOption) and self.settings.realtime
 
     @abstractmethod
     def encode(self, message: M) -> bytes:
@@ -239,6 +266,9 @@ class ModelBus(Bus[M]):
         """The ways in for outsiders that the settings ask for (real time only)."""
         return ()
 
+    own_process: ClassVar[bool] = False
+    """True if its hub needs a process of its own, even where all of its devices share one."""
+
     standing_of: Callable[[M], Hashable] | None = None
     """On a bus where messages hold until the next of their sort (all on wires): of what sort one is; None: of none.
 
@@ -253,7 +283,12 @@ class ModelBus(Bus[M]):
     @property
     def attach(self) -> str | None:
         """`tcp://host:port` where the hub also listens for device processes; None: the Unix socket is enough."""
-        return getattr(self.settings, "attach", None)
+        return self.settings.attach if isinstance(self.settings, Attachable) else None
+
+    @property
+    def connect(self) -> str | None:
+        """The hub's `tcp://host:port` as device processes see it; None: the Unix socket, or else `attach`."""
+        return self.settings.connect if isinstance(self.settings, Attachable) else None
 
 
 class DirectBus(Bus[M]):

@@ -17,8 +17,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from pydantic import ValidationError
-
 from fieldrig import kinds
 from fieldrig.bus import Bus, Time
 from fieldrig.config_keys import NAME, SECTIONS, BusKeys, DeviceKeys, OnExit, RigKeys, as_tuple, right_part
@@ -27,8 +25,9 @@ from fieldrig.config_source import gather
 from fieldrig.conflicts import conflicts
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
-from fieldrig.settings import Settings
-from fieldrig.wording import Finding, closest, explain, show
+from fieldrig.settings import Settings, WrongKey, WrongSettingsError
+from fieldrig.settings_file import validated
+from fieldrig.wording import closest, show
 from fieldrig.yaml_source import NOWHERE, KeyPath, Mark, Source, key_text
 
 S = TypeVar("S", bound=Settings)
@@ -284,15 +283,12 @@ class _Loader:
         return None
 
     def _validate(self, model: type[S], data: Any, path: KeyPath, other_keys: tuple[str, ...] = ()) -> S | None:
-        """By pydantic's rules for JSON: strict, but a list may become a tuple and a text an enum or path."""
-        folders = self._source.folders
+        """Return the settings, or None after their mistakes were added."""
         try:
-            return model.model_validate_json(json.dumps(data), context={"folder": folders[0], "folders": folders})
-        except ValidationError as wrong:
-            self._mistakes_at(path, explain(wrong, data, model, other_keys))
-        except OSError as wrong:
-            self._mistake(path, f"a file that it names can't be read: {wrong}", "")
-        return None
+            return validated(model, data, self._source.folders, other_keys)
+        except WrongSettingsError as wrong:
+            self._mistakes_at(path, wrong.wrong)
+            return None
 
     def _mapping(self, path: KeyPath, data: Any) -> dict[Any, Any]:
         if isinstance(data, dict):
@@ -301,9 +297,9 @@ class _Loader:
             self._mistake(path, f"{show(data)} doesn't fit", "right would be a mapping of names to values")
         return {}
 
-    def _mistakes_at(self, path: KeyPath, findings: Iterable[Finding]) -> None:
-        for finding in findings:
-            self._mistake((*path, *finding.path), finding.what, finding.remedy)
+    def _mistakes_at(self, path: KeyPath, found: Iterable[WrongKey]) -> None:
+        for wrong in found:
+            self._mistake((*path, *wrong.path), wrong.what, wrong.remedy)
 
     def _mistake(self, path: KeyPath, what: str, remedy: str) -> None:
         self._mistakes.append(Mistake(*self._source.mark(path), key_text(path), what, remedy))

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Field, ValidationError
 
 from fieldrig.bus import Time
+from fieldrig.net import DEFAULT_ENDPOINT
 from fieldrig.settings import Settings
 
 S = TypeVar("S", bound=Settings)
@@ -33,9 +34,9 @@ class RigKeys(Settings):
         "one", description="one process for all devices, or one for each; only with time: virtual"
     )
     control: str = Field(
-        "tcp/127.0.0.1:7447",
+        DEFAULT_ENDPOINT,
         pattern=CONTROL,
-        examples=["tcp/127.0.0.1:7447"],
+        examples=[DEFAULT_ENDPOINT],
         description="Zenoh endpoint of the control service",
     )
     run: str | None = Field(None, description="folder for sockets, ptys, logs and memories; without it run/NAME")

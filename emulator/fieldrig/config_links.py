@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from fieldrig.config_keys import Names, as_tuple
 from fieldrig.kinds import LinkParameter
-from fieldrig.wording import Finding, closest
+from fieldrig.settings import WrongKey
+from fieldrig.wording import closest
 
 if TYPE_CHECKING:
     from fieldrig.config import BusEntry
@@ -14,31 +15,33 @@ Buses = Mapping[str, "BusEntry | None"]
 """None: the bus is there, but wrong in itself, so nothing can be said of its messages."""
 
 
-def wrong_links(given: Mapping[str, Names], parameters: Mapping[str, LinkParameter], buses: Buses) -> Iterator[Finding]:
+def wrong_links(
+    given: Mapping[str, Names], parameters: Mapping[str, LinkParameter], buses: Buses
+) -> Iterator[WrongKey]:
     """Paths are relative to the device's `links`."""
     for name, parameter in parameters.items():
         if parameter.required and not given.get(name):
-            yield Finding((name,), "this link is missing", _fitting(parameter, buses))
+            yield WrongKey((name,), "this link is missing", _fitting(parameter, buses))
     for name, linked in given.items():
         if name not in parameters:
-            yield Finding((name,), "the device has no such link", closest(name, list(parameters)))
+            yield WrongKey((name,), "the device has no such link", closest(name, list(parameters)))
         elif isinstance(linked, list) and not parameters[name].many:
-            yield Finding((name,), "this link takes one bus, not a list", f"right would be {name}: BUS")
+            yield WrongKey((name,), "this link takes one bus, not a list", f"right would be {name}: BUS")
         else:
             for bus in as_tuple(linked):
                 yield from _wrong_link(parameters[name], bus, buses)
     every = [bus for linked in given.values() for bus in as_tuple(linked)]
     for bus in sorted({bus for bus in every if every.count(bus) > 1}):
-        yield Finding((), f"{bus} is linked twice", "a device has one end of a bus")
+        yield WrongKey((), f"{bus} is linked twice", "a device has one end of a bus")
 
 
-def _wrong_link(parameter: LinkParameter, bus: str, buses: Buses) -> Iterator[Finding]:
+def _wrong_link(parameter: LinkParameter, bus: str, buses: Buses) -> Iterator[WrongKey]:
     path = (parameter.name,)
     if bus not in buses:
-        yield Finding(path, f'there is no bus "{bus}"', closest(bus, [str(name) for name in buses]))
+        yield WrongKey(path, f'there is no bus "{bus}"', closest(bus, [str(name) for name in buses]))
     elif (entry := buses[bus]) is not None and not parameter.fits(entry.bus.messages):
         what = f"{bus} ({entry.kind}) carries {_type_names(entry.bus.messages)}, not {_type_names(parameter.messages)}"
-        yield Finding(path, what, _fitting(parameter, buses))
+        yield WrongKey(path, what, _fitting(parameter, buses))
 
 
 def _fitting(parameter: LinkParameter, buses: Buses) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from fieldrig.errors import Mistake
-from fieldrig.yaml_source import KeyPath, Mark, Source, key_text, read
+from fieldrig.yaml_source import KeyPath, Mark, Source, key_text, read, read_file
 
 T = TypeVar("T")
 
@@ -44,7 +44,7 @@ class _Files:
         return self._read[resolved]
 
     def _laid_over(self, path: Path, extended_by: tuple[Path, ...]) -> Source:
-        source = _file(path)
+        source = read_file(path)
         if not isinstance(source.data, dict) or "extends" not in source.data:
             return source
         bases = [self.source(base, extended_by) for base in _bases(source, path, extended_by)]
@@ -59,18 +59,6 @@ class _Files:
             mistakes=_once([*base.mistakes, *source.mistakes]),
             folders=_once([*source.folders, *base.folders]),
         )
-
-
-def _file(path: Path) -> Source:
-    """One file as it is."""
-    try:
-        source = read(path.read_text(encoding="utf-8"), str(path))
-        source.folders = [path.absolute().parent]
-        source.marks.setdefault((), Mark(str(path), None))
-    except (OSError, ValueError) as cause:
-        what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
-        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", "")])
-    return source
 
 
 def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterator[Path]:

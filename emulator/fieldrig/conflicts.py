@@ -4,10 +4,9 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
-from fieldrig.settings import MASTER, Claim, Settings
-from fieldrig.wording import Finding
+from fieldrig.settings import MASTER, Claim, Settings, WrongKey
 from fieldrig.yaml_source import KeyPath, key_text
 
 if TYPE_CHECKING:
@@ -29,27 +28,27 @@ def conflicts(
     devices: "Mapping[str, DeviceEntry]",
     control: str | None,
     written: Mapping[Any, Any] = MappingProxyType({}),
-) -> Iterator[Finding]:
+) -> Iterator[WrongKey]:
     """`written` has the devices as they stand in the file, also those that are wrong in themselves."""
     texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
     texts = [(("control",), control), *texts] if control is not None else texts
     yield from _ports_of_chance(texts)
     yield from _same_ports(texts)
     yield from _same_paths(texts)
-    claims = list(_claims(buses, {**written, **devices}))
+    claims = list(_claims(buses, devices, written))
     yield from _claimed_twice(claims)
     yield from _needed_in_vain(buses, devices, written, claims)
     yield from _wrong_members(buses, claims)
 
 
-def _ports_of_chance(texts: list[Text]) -> Iterator[Finding]:
+def _ports_of_chance(texts: list[Text]) -> Iterator[WrongKey]:
     for path, text in texts:
         match = ADDRESS.fullmatch(text)
         if match is not None and int(match["port"]) == 0:
-            yield Finding(path, "port 0 is a port that nobody outside knows", "expected a port from 1 to 65535")
+            yield WrongKey(path, "port 0 is a port that nobody outside knows", "expected a port from 1 to 65535")
 
 
-def _same_ports(texts: list[Text]) -> Iterator[Finding]:
+def _same_ports(texts: list[Text]) -> Iterator[WrongKey]:
     """Two that want to listen on the same port, as far as it can be told from the form of the settings."""
     taken: list[tuple[bool, str, str, KeyPath]] = []
     for path, text in texts:
@@ -59,16 +58,16 @@ def _same_ports(texts: list[Text]) -> Iterator[Finding]:
         is_udp, host, port = match["scheme"] == "udp", LOOPBACK.get(match["host"], match["host"]), match["port"]
         for other_udp, other_host, other_port, where in taken:
             if (is_udp, port) == (other_udp, other_port) and (host == other_host or ANY_HOST & {host, other_host}):
-                yield Finding(path, f"port {port} is taken by {key_text(where)}", "give each a port of its own")
+                yield WrongKey(path, f"port {port} is taken by {key_text(where)}", "give each a port of its own")
                 break
         taken.append((is_udp, host, port, path))
 
 
-def _same_paths(texts: list[Text]) -> Iterator[Finding]:
+def _same_paths(texts: list[Text]) -> Iterator[WrongKey]:
     taken: dict[str, KeyPath] = {}
     for path, text in texts:
         if path[-1] in PATHS and taken.setdefault(text, path) != path:
-            yield Finding(path, f"{text} is taken by {key_text(taken[text])}", "give each a path of its own")
+            yield WrongKey(path, f"{text} is taken by {key_text(taken[text])}", "give each a path of its own")
 
 
 def _texts(value: Any, path: KeyPath) -> list[Text]:
@@ -99,17 +98,19 @@ class _Claimed(NamedTuple):
         return ("devices", self.device, *self.claim.path)
 
 
-def _claims(buses: "Mapping[str, BusEntry]", devices: Mapping[Any, Any]) -> Iterator[_Claimed]:
-    """Everything that devices claim on their buses.
+def _claims(
+    buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]", written: Mapping[Any, Any]
+) -> Iterator[_Claimed]:
+    """Yield everything that devices claim on their buses.
 
     Only the key `node_id` counts for an entry that is wrong in itself, or whose class states no claims.
     """
-    for name, device in devices.items():
-        settings = getattr(device, "settings", None)
-        if isinstance(settings, Settings) and says_claims(settings):
-            yield from _on_buses(name, device, settings.claims)
+    for name in {**written, **devices}:
+        device = devices.get(name)
+        if device is not None and says_claims(device.settings):
+            yield from _on_buses(name, device, device.settings.claims)
             continue
-        node_id, linked = _node_of(device)
+        node_id, linked = _node_of(device) if device is not None else _written_node_of(written[name])
         for bus in sorted(bus for bus in linked & buses.keys() if buses[bus].bus.family == "can"):
             if type(node_id) is int:
                 yield _Claimed(bus, name, Claim("", "node-ID", node_id, ("node_id",)))
@@ -127,14 +128,14 @@ def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[C
             yield _Claimed(bus, name, claim)
 
 
-def _claimed_twice(claims: list[_Claimed]) -> Iterator[Finding]:
+def _claimed_twice(claims: list[_Claimed]) -> Iterator[WrongKey]:
     """Refuse two node-IDs, addresses or drivers of a wire where a bus has room for one."""
     taken: dict[tuple[str, str, Hashable], _Claimed] = {}
     for one in claims:
         other = taken.setdefault(one.key, one)
         if other is not one:
             what, value = one.claim.what, one.claim.value
-            yield Finding(
+            yield WrongKey(
                 one.path,
                 f"{what} {value} on {one.bus} is taken by {key_text(other.path)}",
                 f"expected one {what} {value} on a bus",
@@ -146,14 +147,14 @@ def _needed_in_vain(
     devices: "Mapping[str, DeviceEntry]",
     written: Mapping[Any, Any],
     claims: list[_Claimed],
-) -> Iterator[Finding]:
+) -> Iterator[WrongKey]:
     """Refuse what a device needs on a bus where no other device has it and nobody outside the rig can have it.
 
     A bus with a device whose claims are not known is left out.
     """
     silent = {name for name, device in devices.items() if not says_claims(device.settings)}
-    silent |= {name for name in written if name not in devices}
-    unsure = {bus for name in silent for bus in _node_of(devices.get(name, written.get(name)))[1]}
+    unsure = {bus for name in silent for bus in _node_of(devices[name])[1]}
+    unsure |= {bus for name, entry in written.items() if name not in devices for bus in _written_node_of(entry)[1]}
     there = defaultdict(set)
     for one in claims:
         there[one.key].add(one.device)
@@ -165,7 +166,7 @@ def _needed_in_vain(
             what, value = need.claim.what, need.claim.value
             if not entry.bus.settings.leads_to(what, value):
                 known = sorted(str(key[2]) for key, of in there.items() if key[:2] == need.key[:2] and of - {name})
-                yield Finding(
+                yield WrongKey(
                     need.path,
                     f"nobody on {need.bus} has {what} {value}",
                     (f"there are: {', '.join(known)}; " if known else "")
@@ -173,19 +174,30 @@ def _needed_in_vain(
                 )
 
 
-def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[Finding]:
+def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[WrongKey]:
     """What buses say of devices that are not theirs."""
     for name, entry in buses.items():
         masters = [one.device for one in claims if one.bus == name and one.claim.what == MASTER]
         for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members], masters):
-            yield Finding(("buses", name, *wrong.path), wrong.what, wrong.remedy)
+            yield WrongKey(("buses", name, *wrong.path), wrong.what, wrong.remedy)
 
 
-def _node_of(device: Any) -> tuple[Any, set[Any]]:
-    """Its number, if it has one, and the buses that it is linked to."""
-    if not isinstance(device, dict):
-        return getattr(getattr(device, "settings", None), "node_id", None), _names(getattr(device, "links", None))
-    return device.get("node_id"), _names(device.get("links"))
+@runtime_checkable
+class _Numbered(Protocol):
+    """Settings of a device that has a node-ID, perhaps without a claim that says so."""
+
+    @property
+    def node_id(self) -> Any: ...
+
+
+def _node_of(device: "DeviceEntry") -> tuple[Any, set[Any]]:
+    """Return the node-ID of a device, or None, and the buses that it is linked to."""
+    return device.settings.node_id if isinstance(device.settings, _Numbered) else None, _names(device.links)
+
+
+def _written_node_of(entry: Any) -> tuple[Any, set[Any]]:
+    """Return the same for an entry as it is in the file, right or wrong."""
+    return (entry.get("node_id"), _names(entry.get("links"))) if isinstance(entry, dict) else (None, set())
 
 
 def _names(links: Any) -> set[Any]:

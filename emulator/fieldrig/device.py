@@ -16,9 +16,12 @@ default None it may be left out, as `list[Link[M]]` it takes one bus or several.
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from fieldrig.bus import Bus
+
+if TYPE_CHECKING:
+    from fieldrig.injected_faults import InjectedFaults
 
 Value = bool | int | float | str
 
@@ -61,6 +64,8 @@ class Device:
     """One line for `fieldrig devices`."""
     fault_models: ClassVar[Mapping[str, type[Any]]] = {}
     """Settings models of the faults that it takes while the rig runs, by their `what`."""
+    injected: "InjectedFaults[Any] | None" = None
+    """The faults of this device.  A device with `fault_models` sets it in its constructor."""
 
     def start(self) -> None:
         """Power on.  Called once, when every link is up."""
@@ -73,19 +78,24 @@ class Device:
         return {}
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        """A fault from now on, in the words of the device; its number.  Values may be texts, as people type them.
+        """Add a fault that begins now, in the words of the device, and return its number.
 
-        ValueError: its first line is what is wrong, further ones are what would be right.
+        Values may be texts, as people type them.  ValueError: its first line says what is wrong, further lines say
+        what was expected.
         """
-        raise ValueError(NO_FAULTS)
+        if self.injected is None:
+            raise ValueError(NO_FAULTS)
+        return self.injected.add_fault(fault)
 
     def clear_fault(self, number: int) -> None:
-        """ValueError if there is no such fault."""
-        raise ValueError(NO_FAULTS)
+        """Remove a fault.  ValueError if there is none with this number."""
+        if self.injected is None:
+            raise ValueError(NO_FAULTS)
+        self.injected.clear_fault(number)
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        """What was added and not cleared, by number."""
-        return {}
+        """Return the faults that were added and not cleared, by number."""
+        return {} if self.injected is None else self.injected.faults()
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:

@@ -16,11 +16,9 @@ from typing import Any, Final
 import zenoh
 
 from fieldrig.errors import ControlError, RigError
-from fieldrig.net import is_loopback
+from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, is_loopback
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 
-DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
-ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.02

@@ -14,35 +14,35 @@ from typing import Any, Protocol, runtime_checkable
 from fieldrig.asked import asked
 from fieldrig.control import Answer
 from fieldrig.errors import ControlError, refusals
+from fieldrig.injected_faults import InjectedFaults
 from fieldrig.real_clock import RealClock
 
 
 @runtime_checkable
 class FaultyEnd(Protocol):
-    """A link that takes faults.  ValueError for one that it can't take, or that isn't there."""
+    """A link that takes faults."""
 
     @property
-    def given(self) -> int: ...
-
-    def add_fault(self, fault: Mapping[str, Any], number: int) -> None: ...
-
-    def clear_fault(self, number: int) -> None: ...
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
+    def injected(self) -> InjectedFaults[Any]: ...
 
 
 def answers_of_end(bus: str, end: FaultyEnd, clock: RealClock) -> Answer:
+    faults = end.injected
+
+    def add(fault: Mapping[str, Any], number: int) -> None:
+        faults.add_fault(fault, number)
+
     async def answer(verb: str, message: Any) -> Any:
         with refusals(bus):
             match verb, message:
                 case "faults", _:
-                    return end.faults()
+                    return faults.faults()
                 case "given", _:
-                    return end.given
+                    return faults.given
                 case "add_fault", {"fault": dict(fault), "number": int(number)}:
-                    return clock.handle(end.add_fault, fault, number)
+                    return clock.handle(add, fault, number)
                 case "clear_fault", {"number": int(number)}:
-                    return clock.handle(end.clear_fault, number)
+                    return clock.handle(faults.clear_fault, number)
         raise ControlError(f"an end can't {asked(verb, message)}", "it can: faults, given, add_fault, clear_fault")
 
     return answer

@@ -4,6 +4,7 @@ RigError              anything a user can mend; printed without a traceback
 ├── ConfigError       wrong configuration, with every mistake found
 ├── UsageError        a command was asked for what can't be, or given a file that isn't what it should be
 ├── BusError          a port, a path, a network device that can't be had
+├── RefusedError      a device outside, such as an encoder at a serial port, refuses what a command asks for
 └── ControlError      no rig answers, or it refuses
 """
 
@@ -51,6 +52,10 @@ class UsageError(RigError):
 
 class BusError(RigError):
     """A bus or one of its ports can't be opened."""
+
+
+class RefusedError(RigError):
+    """A device that a command talks to refuses the request."""
 
 
 class ControlError(RigError):

@@ -8,7 +8,20 @@ what is struck, so that it does not matter in which order a model looks at its m
 
 from collections.abc import Callable, Iterator, Mapping
 from random import Random
-from typing import Any, Final, Generic, TypeVar, get_args
+from types import NoneType, UnionType
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Generic,
+    Literal,
+    Protocol,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    runtime_checkable,
+)
 
 from pydantic import Field, ValidationError
 
@@ -30,32 +43,49 @@ class Timed(Settings):
     duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
 
 
+@runtime_checkable
+class Counted(Protocol):
+    """The settings of a fault that ends after it was applied `count` times; None is no limit."""
+
+    @property
+    def count(self) -> int | None: ...
+
+
+@runtime_checkable
+class Chancy(Protocol):
+    """The settings of a fault that applies only with some probability, from 0 to 1."""
+
+    @property
+    def probability(self) -> float: ...
+
+
 S = TypeVar("S", bound=Timed, covariant=True)
 
 
 class Fault(Generic[S]):
     """One fault that was given."""
 
-    __slots__ = ("_salt", "applied", "number", "settings", "start_ns", "until_ns")
+    __slots__ = ("_count", "_probability", "_salt", "applied", "number", "settings", "start_ns", "until_ns")
 
     def __init__(self, number: int, settings: S, now_ns: int, salt: int) -> None:
         self.number, self.settings, self._salt = number, settings, salt
         self.start_ns = now_ns + round(settings.start_ms * MS)
         duration_ms = settings.duration_ms
         self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
+        self._count: int | None = settings.count if isinstance(settings, Counted) else None
+        self._probability = settings.probability if isinstance(settings, Chancy) else 1.0
         self.applied = 0
 
     def is_over(self, now_ns: int) -> bool:
-        count = getattr(self.settings, "count", None)
-        return (self.until_ns is not None and now_ns >= self.until_ns) or (count is not None and self.applied >= count)
+        is_used_up = self._count is not None and self.applied >= self._count
+        return (self.until_ns is not None and now_ns >= self.until_ns) or is_used_up
 
     def is_on(self, now_ns: int) -> bool:
         return now_ns >= self.start_ns and not self.is_over(now_ns)
 
     def happens(self, key: int) -> bool:
         """Whether chance, if the fault leaves any, strikes what `key` stands for."""
-        probability = getattr(self.settings, "probability", 1.0)
-        return probability >= 1 or self.chance(key) < probability * (1 << 64)
+        return self._probability >= 1 or self.chance(key) < self._probability * (1 << 64)
 
     def chance(self, key: int) -> int:
         """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""
@@ -117,28 +147,48 @@ class Faults(Generic[F]):
 
 
 def models_of(union: Any) -> dict[str, type[Timed]]:
-    """The members of an annotated union of faults, by their `what`."""
+    """Return the settings models of an annotated union of faults, by their `what`."""
     return {get_args(model.model_fields["what"].annotation)[0]: model for model in get_args(get_args(union)[0])}
 
 
-def fault_of(given: Mapping[str, Any], models: Mapping[str, type[Timed]], texts: frozenset[str]) -> Timed:
-    """A fault as it is given to a running bus or device.
+def fault_of(given: Mapping[str, Any], models: Mapping[str, type[Timed]]) -> Timed:
+    """Return the settings of a fault that is given to a running bus or device, with values as people type them.
 
-    `texts` names the keys whose values are texts, even where YAML would see a number.  ValueError if that is no fault:
-    what is wrong, and on further lines what would be right.
+    A key whose model expects a text keeps its text, even if YAML would read a number.  ValueError if `given` is not a
+    fault of `models`: its first line says what is wrong, further lines say what was expected.
     """
     what = given.get("what")
     model = models.get(what) if isinstance(what, str) else None
     if model is None:
         wrong = f"there is no fault {what!r}" if "what" in given else "what: this key is missing"
         raise ValueError(f"{wrong}\n{closest(what, list(models))}")
-    values = {key: value if key in texts else _value(key, value) for key, value in given.items()}
+    values = {key: value if _is_text(model, key) else _value(key, value) for key, value in given.items()}
     try:
         return model.model_validate(values)
     except ValidationError as cause:
         found = explain(cause, values, model)
         lines = [(f"{key_text(one.path)}: {one.what}".removeprefix(": "), one.remedy) for one in found]
         raise ValueError("\n".join(line for both in lines for line in both if line)) from cause
+
+
+def _is_text(model: type[Timed], key: str) -> bool:
+    """True if a field of `model` takes texts only, apart from None."""
+    field = model.model_fields.get(key)
+    return field is not None and all(issubclass(kind, str | NoneType) for kind in _kinds_in(field.annotation))
+
+
+def _kinds_in(annotation: Any) -> Iterator[type]:
+    """Yield the types that an annotation of a field allows."""
+    origin = get_origin(annotation)
+    if origin is Literal:
+        yield from map(type, get_args(annotation))
+    elif origin is Annotated:
+        yield from _kinds_in(get_args(annotation)[0])
+    elif origin in (Union, UnionType):
+        for kind in get_args(annotation):
+            yield from _kinds_in(kind)
+    else:
+        yield origin or annotation
 
 
 def _value(key: str, value: Any) -> Any:

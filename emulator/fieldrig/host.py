@@ -32,8 +32,8 @@ from fieldrig.process import DeviceProcess
 from fieldrig.progress import finish, step
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
-from fieldrig.shared_loop import SharedLoop
 from fieldrig.this_process import facts, on_signals
+from fieldrig.threaded_loop import ThreadedLoop
 from fieldrig.untrusted import field
 
 log = logging.getLogger(__name__)
@@ -161,10 +161,10 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     for name, value in (item for bus in buses for item in bus.environment.items()):
         os.environ.setdefault(name, value)
     # Threads that are made later have the same scheduling.
-    if is_realtime or any(getattr(bus.settings, "realtime", False) for bus in buses):
+    if is_realtime or any(bus.realtime for bus in buses):
         _ask_for_realtime()
     try:
-        new_loop = SharedLoop if any(bus.has_guests for bus in buses) else loop_factory()
+        new_loop = ThreadedLoop if any(bus.has_threads for bus in buses) else loop_factory()
         with asyncio.Runner(loop_factory=new_loop) as runner:
             return runner.run(_run(config, plan, is_supervised))
     except ConfigError as wrong:

@@ -1,7 +1,7 @@
 """A device's end of one bus."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 M = TypeVar("M")
 
@@ -19,3 +19,27 @@ class Link(Protocol[M]):
         ids on Modbus, names on wires.  None is everything.  What is of no interest costs this device nothing:
         it is not even carried to its process.  A second call replaces handler and interest of the first.
         """
+
+
+@runtime_checkable
+class PatientLink(Protocol):
+    """A link that tolerates late answers on a busy host, as a ring in real time may."""
+
+    @property
+    def patience_ns(self) -> int:
+        """How long late answers are tolerated, in nanoseconds; 0: not at all."""
+
+
+def patience_of(link: object) -> int:
+    """How long this link tolerates late answers, in nanoseconds; 0 for a link without patience."""
+    return link.patience_ns if isinstance(link, PatientLink) else 0
+
+
+class UnconnectedLink:
+    """An end of a bus that leads nowhere: nothing that is sent goes out, and nothing arrives."""
+
+    def send(self, message: Any) -> None:
+        """Drop the message."""
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        """Do nothing, as no message ever arrives."""

@@ -1,7 +1,7 @@
 """A rig in real time for the length of a test: `fieldrig up` in a process of its own, at a control endpoint of its own.
 
 Several test processes can run rigs side by side.  A `LiveRig` is ready only when the rig that answers at its endpoint
-is the process that it started, so it never takes another test's rig for its own.
+is the process that it started, so it never mistakes another test's rig for its own.
 """
 
 import os
@@ -9,76 +9,74 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from fieldrig.control import Client
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError
+from fieldrig.net import ENDPOINT_VARIABLE
 from fieldrig.testing import free_port
 
-LOOK_S = 0.05
-"""How often a starting rig is asked for its state."""
-END_S = 30.0
-"""How long a rig may take to end in order before it is killed."""
+FIELDRIG: Final = (sys.executable, "-m", "fieldrig")
+POLL_S: Final = 0.05
+"""Time between two questions to a rig that starts."""
+END_S: Final = 30.0
+"""Longest time for an orderly end; then the rig is killed."""
 
 
-class LiveRig:
-    """Use it in a `with`, or close it: the rig ends then."""
+class UpProcess:
+    """A process with `fieldrig up`, with a temporary folder and a control endpoint of its own."""
 
-    def __init__(self, file: Path, *overrides: str) -> None:
-        """Start `file` with `overrides` such as "buses.mb_tcp.listen=127.0.0.1:5021", and wait until it is ready.
+    process: subprocess.Popen[bytes]
+    """The process, from when a subclass has started it with `start_up`."""
+    longest_end_s = END_S
+    """Longest time for an orderly end, in seconds."""
 
-        RigError, with everything that the rig printed, if it ends before that.
-        """
-        self._temporary = tempfile.TemporaryDirectory(prefix="rig")  # a short path, as Unix sockets need it
-        folder = Path(self._temporary.name)
+    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
+        """Choose folder and endpoint.  `environment` is added to that of this process."""
+        self._temporary = tempfile.TemporaryDirectory(prefix="rig")
+        self.folder = Path(self._temporary.name)
+        """The temporary folder.  Its path is short, as Unix sockets require."""
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         """The control endpoint, for `fieldrig --control` and `FIELDRIG_CONTROL`."""
-        self.run = folder / "run"
-        """The run folder, with ptys and log/."""
-        self._output = folder / "output"
-        settings = [f"run={self.run}", *overrides]
-        command = [sys.executable, "-m", "fieldrig", "up", str(file), *(f"--set={setting}" for setting in settings)]
-        with self._output.open("wb") as output:
-            self.process = subprocess.Popen(
-                command,
-                env={**os.environ, "FIELDRIG_CONTROL": self.endpoint},
+        self.environment = {**os.environ, ENDPOINT_VARIABLE: self.endpoint, **(environment or {})}
+        self._output = self.folder / "up.out"
+
+    def start_up(self, file: Path, *options: str, folder: Path | None = None) -> subprocess.Popen[bytes]:
+        """Start `fieldrig up` in `folder`, or in the current folder.  What it prints is added to `output`."""
+        with self._output.open("ab") as output:
+            return subprocess.Popen(
+                [*FIELDRIG, "up", str(file), *options],
+                cwd=folder,
+                env=self.environment,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
             )
-        try:
-            self._wait_until_ready()
-        except BaseException:
-            self.close()
-            raise
 
-    def get(self, device: str, key: str) -> Value:
-        """The present value of a point.  ControlError if there is none of that name."""
-        value: Value = self._ask(f"device/{device}/get", {"keys": [key]})[key]
-        return value
-
-    def set(self, device: str, key: str, value: Value) -> None:
-        """Write a point.  ControlError, with what was expected, if it can't take the value."""
-        self._ask(f"device/{device}/set", {"values": {key: value}})
+    def ask(self, path: str, message: Any = None) -> Any:
+        """Return the answer of the control service.  ControlError if nothing answers, or it refuses."""
+        with Client(self.endpoint) as client:
+            return client.ask(path, message)
 
     def status(self) -> dict[str, Any]:
-        """What `fieldrig status --json` shows of the rig and its processes."""
-        status: dict[str, Any] = self._ask("rig/status")
+        """Return what `fieldrig status --json` shows of the rig and its processes."""
+        status: dict[str, Any] = self.ask("rig/status")
         return status
 
     def output(self) -> str:
-        """Everything that `fieldrig up` has printed so far."""
+        """Return everything that `fieldrig up` has printed so far."""
         return self._output.read_text(encoding="utf-8")
 
     def close(self) -> None:
-        """End the rig in order, or by force after `END_S`.  Closing twice does no harm."""
+        """End the rig in order, or kill it after `longest_end_s`.  Closing twice does no harm."""
         if self.process.poll() is None:
             self.process.terminate()
             try:
-                self.process.wait(END_S)
+                self.process.wait(self.longest_end_s)
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()
@@ -90,12 +88,40 @@ class LiveRig:
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
         self.close()
 
+
+class LiveRig(UpProcess):
+    """A rig that is ready.  Use it in a `with` statement, or close it, to end the rig."""
+
+    def __init__(self, file: Path, *overrides: str) -> None:
+        """Start `file` with `overrides` such as "buses.mb_tcp.listen=127.0.0.1:5021", and wait until it is ready.
+
+        RigError, with everything that the rig printed, if it ends before that.
+        """
+        super().__init__()
+        self.run = self.folder / "run"
+        """The run folder, with ptys and log/."""
+        self.process = self.start_up(file, *(f"--set={setting}" for setting in (f"run={self.run}", *overrides)))
+        try:
+            self._wait_until_ready()
+        except BaseException:
+            self.close()
+            raise
+
+    def get(self, device: str, key: str) -> Value:
+        """Return the present value of a point.  ControlError if there is none of that name."""
+        value: Value = self.ask(f"device/{device}/get", {"keys": [key]})[key]
+        return value
+
+    def set(self, device: str, key: str, value: Value) -> None:
+        """Write a point.  ControlError, with what was expected, if it refuses the value."""
+        self.ask(f"device/{device}/set", {"values": {key: value}})
+
     def _wait_until_ready(self) -> None:
-        """For as long as it lives; a rig that doesn't get ready ends by its own `start_timeout_s`."""
+        """Wait as long as the process lives; a rig that can't start ends by its own `start_timeout_s`."""
         while not self._is_ready():
             if (code := self.process.poll()) is not None:
                 raise RigError(f"the rig ended with exit code {code} before it was ready:\n{self.output()}")
-            time.sleep(LOOK_S)
+            time.sleep(POLL_S)
 
     def _is_ready(self) -> bool:
         try:
@@ -103,7 +129,3 @@ class LiveRig:
         except ControlError:
             return False
         return bool(status["pid"] == self.process.pid and status["state"] == "ready")
-
-    def _ask(self, path: str, message: Any = None) -> Any:
-        with Client(self.endpoint) as client:
-            return client.ask(path, message)

@@ -1,8 +1,14 @@
-"""Addresses as people write them: `host:port`, `tcp://host:port`, `[::1]:5020`."""
+"""Addresses as people write them, `host:port`, `tcp://host:port`, `[::1]:5020`, and where a rig is controlled."""
 
 import errno
 import ipaddress
+from typing import Final
 from urllib.parse import urlsplit
+
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+"""Zenoh endpoint of a rig's control service."""
+ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
+"""Environment variable that names another endpoint."""
 
 
 def split_address(address: str) -> tuple[str, int]:

@@ -48,8 +48,9 @@ def linked_buses(device: DeviceEntry) -> tuple[str, ...]:
 def _process_of(entry: BusEntry, config: RigConfig) -> str:
     if entry.process is not None:
         return entry.process
+    assert isinstance(entry.bus, ModelBus)
     homes = {device.process for device in config.devices.values() if entry.name in linked_buses(device)}
-    if len(homes) == 1 and not getattr(entry.bus, "own_process", False):
+    if len(homes) == 1 and not entry.bus.own_process:
         return homes.pop()
     return entry.name
 

@@ -56,7 +56,7 @@ class _RealWatchdog(Watchdog):
 
 
 class RealClock:
-    """All methods belong to whoever has the loop's turn: its thread, or a guest of a `SharedLoop`."""
+    """The clock of one event loop.  Call it in the loop's thread, or with the lock of a `ThreadedLoop`."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop

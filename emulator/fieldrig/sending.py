@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from fieldrig.bus import Bus
+from fieldrig.link import patience_of
 from fieldrig.untrusted import shown
 
 
@@ -43,9 +44,10 @@ class CheckedLink:
             raise uninteresting(cause, self._member, self._bus.name, interest) from cause
         self._link.on_receive(handler, interest)
 
-    def __getattr__(self, name: str) -> Any:
-        """What else the bus's own end can do, such as to say how patient it is."""
-        return getattr(self._link, name)
+    @property
+    def patience_ns(self) -> int:
+        """The patience of the bus's own end (`PatientLink`)."""
+        return patience_of(self._link)
 
 
 def _of_kind(cause: Exception) -> type[Exception]:

@@ -13,7 +13,7 @@ from fieldrig.errors import Mistake
 
 
 class WrongKey(NamedTuple):
-    """One mistake that settings found in themselves, and the keys that lead to it from where they stand."""
+    """One mistake in settings: the keys that lead to it from their top, what is wrong, and what was expected."""
 
     path: tuple[str | int, ...]
     what: str

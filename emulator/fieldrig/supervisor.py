@@ -15,8 +15,8 @@ from typing import Any
 
 from fieldrig.asked import asked
 from fieldrig.blame import NOTE
-from fieldrig.brood import Brood
 from fieldrig.child import how_it_ended
+from fieldrig.children import Children
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
 from fieldrig.errors import ControlError
@@ -31,16 +31,16 @@ GRACE_S = 3.0
 
 class Supervisor:
     def __init__(
-        self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, brood: Brood, report: Report
+        self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, children: Children, report: Report
     ) -> None:
-        """What `brood` has not forked yet is spawned."""
+        """What `children` has not forked yet is spawned."""
         self.roster = Roster(config, plans, control, report)
         self._patience = {name: Patience(config.start_timeout_s) for name in plans}
         self._ready_at_s: dict[str, float] = {}
         """By the loop's time; only of processes that are ready."""
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
         self._at_once = asyncio.Event()
-        self._children = brood.children
+        self._children = children.by_name
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._wanted_restarts: set[str] = set()
         self._tenders: dict[str, asyncio.Task[None]] = {}

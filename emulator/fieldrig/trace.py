@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-from fieldrig.bus import Bus, Delivery
-
 
 @dataclass(frozen=True, slots=True)
 class TraceEntry:
@@ -15,10 +13,6 @@ class TraceEntry:
     sender: str
     data: bytes
     """The message, as `Bus.encode` of its bus writes it."""
-
-
-def entry_of(bus: "Bus[object]", delivery: "Delivery[object]") -> TraceEntry:
-    return TraceEntry(delivery.time_ns, bus.name, bus.family, delivery.sender, bus.encode(delivery.message))
 
 
 def is_batch(message: Any) -> bool:

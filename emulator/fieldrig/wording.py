@@ -7,11 +7,11 @@ when something is wrong.
 import json
 from collections.abc import Iterator
 from difflib import get_close_matches
-from typing import Any, NamedTuple
+from typing import Any
 
 from pydantic import ValidationError
 
-from fieldrig.settings import Settings, WrongSettingsError
+from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.yaml_source import KeyPath
 
 TYPES = {
@@ -25,31 +25,22 @@ TYPES = {
 }
 
 
-class Finding(NamedTuple):
-    """One mistake: where below the validated mapping, what is wrong, what would be right."""
-
-    path: KeyPath
-    what: str
-    remedy: str
-
-
 def explain(
     error: ValidationError, data: Any, model: type[Settings], other_keys: tuple[str, ...] = ()
-) -> list[Finding]:
+) -> list[WrongKey]:
     """One finding per place.  `other_keys` are allowed beside those of the model."""
     schema = model.model_json_schema()
-    found: dict[KeyPath, Finding] = {}
+    found: dict[KeyPath, WrongKey] = {}
     deeper: set[KeyPath] = set()
     for one in error.errors(include_url=False):
         path = _path_in(data, one["loc"], one["type"])
         deeper.update(path[:length] for length in range(len(path)))
         several = one.get("ctx", {}).get("error")
         if isinstance(several, WrongSettingsError):
-            found |= {
-                (*path, *wrong.path): Finding((*path, *wrong.path), wrong.what, wrong.remedy) for wrong in several.wrong
-            }
+            inner = [wrong._replace(path=(*path, *wrong.path)) for wrong in several.wrong]
+            found |= {wrong.path: wrong for wrong in inner}
         elif path not in found:
-            found[path] = _finding(dict(one), path, data, schema, other_keys)
+            found[path] = _wrong_key(dict(one), path, data, schema, other_keys)
     # A union complains of each of its choices; what lies deepest belongs to the choice that was meant.
     return [finding for path, finding in found.items() if path not in deeper]
 
@@ -66,32 +57,32 @@ def show(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _finding(one: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> Finding:
+def _wrong_key(one: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> WrongKey:
     if one["type"] == "extra_forbidden":
         known = _keys_at(schema, path[:-1]) + (list(other_keys) if len(path) == 1 else [])
-        return Finding(path, "there is no such key", closest(path[-1], known))
+        return WrongKey(path, "there is no such key", closest(path[-1], known))
     if one["type"] in ("union_tag_invalid", "union_tag_not_found"):
         return _wrong_tag(one, path, data, schema)
     wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path)))
     remedy = f"right would be {wanted}" if wanted else ""
     if one["type"] == "missing":
-        return Finding(path, "this key is missing", remedy)
+        return WrongKey(path, "this key is missing", remedy)
     if one["type"] in ("value_error", "assertion_error"):
         is_vague = not path or wanted == TYPES["object"]
-        return Finding(path, str(one["ctx"]["error"]), "" if is_vague else remedy)
+        return WrongKey(path, str(one["ctx"]["error"]), "" if is_vague else remedy)
     there = _value_at(data, path)
-    return Finding(path, f"{show(there)} doesn't fit", remedy or f"it says: {one['msg']}")
+    return WrongKey(path, f"{show(there)} doesn't fit", remedy or f"it says: {one['msg']}")
 
 
-def _wrong_tag(one: dict[str, Any], path: KeyPath, data: Any, schema: Any) -> Finding:
+def _wrong_tag(one: dict[str, Any], path: KeyPath, data: Any, schema: Any) -> WrongKey:
     """The key that says which of several models is meant names none of them, or is not there."""
     key = one["ctx"]["discriminator"].strip("'")
     choices = _schemas_at(schema, schema, (*path, key))
     known = sorted({str(tag) for part in choices for tag in part.get("enum", [part.get("const")])})
     there = _value_at(data, path)
     if key not in there:
-        return Finding((*path, key), "this key is missing", f"right would be {' or '.join(known)}")
-    return Finding((*path, key), f"{show(there[key])} doesn't fit", closest(there[key], known))
+        return WrongKey((*path, key), "this key is missing", f"right would be {' or '.join(known)}")
+    return WrongKey((*path, key), f"{show(there[key])} doesn't fit", closest(there[key], known))
 
 
 def _path_in(data: Any, location: tuple[int | str, ...], error_type: str) -> KeyPath:

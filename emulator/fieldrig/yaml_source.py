@@ -3,6 +3,10 @@
 YAML 1.2: 010 is ten, `on` and 12:30 are text; dates stay text too.  Merge keys (`<<`) are known; tags are refused, and
 keys that are neither text nor whole numbers.  Values are made from ruamel's node graph here: its own constructors stop
 at the first duplicate key, and give values that are not plain Python.
+
+A device's file, such as a register table or a name plate, is loaded by `settings_file.load_settings`, which reads it
+here, checks it against a model, and collects every mistake.  `config_source` reads rig
+files, which may extend others.  Nothing else reads YAML.
 """
 
 import warnings
@@ -79,6 +83,18 @@ def read(text: str, file: str) -> Source:
         source.mistakes.append(_not_yaml(file, None, " ".join(str(broken).split())))
     except RecursionError:
         source.mistakes.append(_not_yaml(file, None, "it is nested too deeply"))
+    return source
+
+
+def read_file(path: Path) -> Source:
+    """Read a file.  It never raises: a file that can't be read, or is not UTF-8, is one of its `mistakes`."""
+    try:
+        source = read(path.read_text(encoding="utf-8"), str(path))
+    except (OSError, ValueError) as cause:
+        what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
+        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", "")])
+    source.folders = [path.absolute().parent]
+    source.marks.setdefault((), Mark(str(path), None))
     return source
 
 

@@ -12,7 +12,7 @@ from fieldrig.clock import MS, US, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.settings import Mc4Settings, MotorSettings
 from fieldrig_devices.sercos import words

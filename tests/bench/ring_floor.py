@@ -21,7 +21,8 @@ from report import percentile
 
 from fieldrig import endpoint
 from fieldrig.host import REALTIME_PRIORITY
-from fieldrig_bus.ring.zenoh_star import MOST_BACK, PATIENT, TUNED, RingZenoh
+from fieldrig_bus.ring.sercos.zenoh import RingZenoh
+from fieldrig_bus.ring.transport.zenoh import MOST_BACK, PATIENT, TUNED
 
 DRIVES: Final = 40
 CYCLE_NS: Final = 4_000_000

@@ -13,7 +13,7 @@ from fieldrig.config import from_dict
 from fieldrig.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_bus.ring.message import Answers, Cycle
+from fieldrig_bus.ring.sercos.message import Answers, Cycle
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Mode
 from fieldrig_devices.max4.configuration.limits import limits_of

@@ -74,6 +74,7 @@ CHECKS = (
     Stage("format", "the code is formatted", module("ruff", "format", "--check")),
     Stage("lint", "ruff has nothing to say", module("ruff", "check", "--quiet")),
     Stage("types", "mypy --strict", module("mypy")),
+    Stage("prose", "docs and messages use the project's English", module("tests.driver.prose")),
     Stage(
         "imports",
         "devices stand on buses, buses on the kernel",

@@ -99,8 +99,8 @@ def test_the_page_says_that_its_score_is_of_a_sample_and_of_which_commit() -> No
     mutants = [mutant("ARP-001", 1), mutant("ARP-001", 2), mutant("ARP-002", 3), mutant("PD-001", 4)]
     verdicts = [Verdict.KILLED, Verdict.SURVIVED, Verdict.ELSEWHERE, Verdict.SURVIVED]
     text = page("abc1234", "word", 244, list(zip(mutants, verdicts, strict=True)))
-    assert "sample, not of all code: 4 mutants of 3 of the 244\nrows" in text
-    assert "seed `word`, commit abc1234" in text
+    assert "that of a sample: 4 mutants of 3 of the 244 rows" in " ".join(text.split())
+    assert "with seed `word`, at commit abc1234" in " ".join(text.split())
     assert "| ARP | 3 | 1 | 1 | 1 | 67% |\n| PD | 1 | 0 | 0 | 1 | 0% |" in text
     survivors, elsewhere = text.partition("## Survivors")[2].split("## Killed by another row's tests")
     assert "- ARP-001: `devices/one.py:2`, AddNot\n- PD-001: `devices/one.py:4`, AddNot\n" in survivors

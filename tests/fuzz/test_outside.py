@@ -37,10 +37,11 @@ from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer, ascii_frame
 from fieldrig_bus.modbus.framing_mbap import MbapFramer, tcp_frame
 from fieldrig_bus.modbus.framing_rtu import RtuFramer, rtu_frame
-from fieldrig_bus.ring.message import Cycle
-from fieldrig_bus.ring.shm import _are
-from fieldrig_bus.ring.star_wire import decode_back, decode_spread, encode_back, encode_spread
-from fieldrig_bus.ring.zenoh_star import _stations_of
+from fieldrig_bus.ring.sercos.cycle_wire import decode_spread, encode_spread
+from fieldrig_bus.ring.sercos.message import Cycle
+from fieldrig_bus.ring.transport.shm import _are
+from fieldrig_bus.ring.transport.wire import decode_back, encode_back
+from fieldrig_bus.ring.transport.zenoh import _stations_of
 from fieldrig_bus.traces import candump, pcapng
 
 pytestmark = pytest.mark.system

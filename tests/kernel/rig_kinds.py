@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from random import Random
-from typing import Any, Literal
+from typing import Literal
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
-from fieldrig.faults import Fault, Faults, Timed, fault_of
+from fieldrig.faults import Fault, Faults, Timed
+from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig.store import Store
@@ -32,7 +33,7 @@ class Dice(Device):
         self._clock, self._name, self._settings, self._wires = clock, name, settings, wires
         self._store, self._random = store, random
         self._throws = int.from_bytes(store.load() or b"", "little")
-        self._faults: Faults[Fault[Loaded]] = Faults(Fault, random)
+        self._faults = self.injected = InjectedFaults[Fault[Loaded]](clock, {"loaded": Loaded}, Faults(Fault, random))
 
     def start(self) -> None:
         self._throw()
@@ -46,21 +47,12 @@ class Dice(Device):
         self._throws = value
         self._wires.send(Signal(f"{self._name}.throws", value))
 
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._faults.add(self._clock.now_ns(), fault_of(fault, {"loaded": Loaded}, frozenset({"what"}))).number
-
-    def clear_fault(self, number: int) -> None:
-        self._faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._faults.about(self._clock.now_ns())
-
     def _throw(self) -> None:
         self._throws += 1
         self._store.save(self._throws.to_bytes(4, "little"))
         thrown = self._random.randint(1, 6)
-        for fault in self._faults:
-            thrown = 6 if fault.is_on(self._clock.now_ns()) else thrown
+        if self._faults.first(Loaded) is not None:
+            thrown = 6
         self._wires.send(Signal(f"{self._name}.thrown", thrown))
         self._clock.call_at(self._clock.now_ns() + self._settings.period_ms * MS, self._throw)
 

@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 from jumping_loop import run_jumping
 
-from fieldrig.brood import Brood
+from fieldrig.children import Children
 from fieldrig.config import from_dict
 from fieldrig.control import Control
 from fieldrig.exits import Exit
@@ -122,8 +122,8 @@ class Bench:
         self.answer: Callable[[str, Any], Any]
         self.on_ready: Callable[[str, Any], None]
         plans = placement(config)
-        self.children = {name: PlayedProcess(self, name, lives.get(name, [live_for_ever])) for name in plans}
-        self.supervisor = Supervisor(config, plans, cast(Control, self), cast(Brood, self), self.events.append)
+        self.by_name = {name: PlayedProcess(self, name, lives.get(name, [live_for_ever])) for name in plans}
+        self.supervisor = Supervisor(config, plans, cast(Control, self), cast(Children, self), self.events.append)
 
     def serve(self, _path: str, answer: Any) -> None:
         self.answer = answer
@@ -136,7 +136,7 @@ class Bench:
 
     @property
     def lamp(self) -> PlayedProcess:
-        return self.children["lamp"]
+        return self.by_name["lamp"]
 
     def texts(self, what: str) -> list[str]:
         return [event.text for event in self.events if event.what == what and event.process]

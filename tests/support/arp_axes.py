@@ -6,7 +6,7 @@ from typing import Any, Final, Self
 from arp_card import RecordedCard
 
 from fieldrig.clock import MS
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import SCALE, WRONG_PARAMETER
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.motion.axes import Axes
@@ -52,10 +52,10 @@ class AxesBench:
         self.parameters = Parameters()
         self.card = RecordedCard()
         self.F, self.V = self.card.F, self.card.V
-        self.faults = Faults(lambda code: None)
+        self.errors = CardErrors(lambda code: None)
         for axis, number, value in parameters:
             self.set(axis, number, value)
-        self.axes = Axes(self.parameters, self.F, self.V, self.faults, readings or Readings())
+        self.axes = Axes(self.parameters, self.F, self.V, self.errors, readings or Readings())
         self.counts: list[int | None] = [None, None, None]
         self.latches = [0, 0, 0]
         self.motors: dict[int, Motor] = {}
@@ -98,8 +98,8 @@ class AxesBench:
         replaced: dict[str, Callable[..., Any]] = {
             "axis_parameter": lambda axis, number: self.parameters.ram[axis][number],
             "set_axis_parameter": self._write_parameter,
-            "last_error": lambda: self.faults.error,
-            "warn": self.faults.warn,
+            "last_error": lambda: self.errors.error,
+            "warn": self.errors.warn,
         }
         for name, call in replaced.items():
             setattr(self.card, name, call)
@@ -108,7 +108,7 @@ class AxesBench:
 
     def _write_parameter(self, axis: int, number: int, raw: int) -> None:
         if not self.parameters.set_ram(axis, number, raw):
-            self.faults.warn(WRONG_PARAMETER)
+            self.errors.warn(WRONG_PARAMETER)
 
     def loop(self, times: int = 1) -> Self:
         for _ in range(times):

@@ -144,11 +144,11 @@ class CardBench:
 
     @property
     def error(self) -> int:
-        return self.outside.faults.error
+        return self.outside.errors.error
 
     @property
     def warning(self) -> int:
-        return self.outside.faults.warning
+        return self.outside.errors.warning
 
     @property
     def line(self) -> int:

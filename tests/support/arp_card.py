@@ -20,7 +20,7 @@ class RecordedCard:
     time_ns: int = 0
     asked: list[tuple[Any, ...]] = field(default_factory=list)
     warnings: list[int] = field(default_factory=list)
-    errors: list[int] = field(default_factory=list)
+    error_codes: list[int] = field(default_factory=list)
     positions: dict[int, int] = field(default_factory=lambda: {1: 0, 2: 0})
     speeds: dict[int, int] = field(default_factory=lambda: {1: 0, 2: 0})
     latches: dict[tuple[int, str], int] = field(default_factory=dict)
@@ -37,10 +37,10 @@ class RecordedCard:
         self.warnings.append(code)
 
     def fail(self, code: int) -> None:
-        self.errors.append(code)
+        self.error_codes.append(code)
 
     def last_error(self) -> int:
-        return self.errors[-1] if self.errors else 0
+        return self.error_codes[-1] if self.error_codes else 0
 
     def last_warning(self) -> int:
         return self.warnings[-1] if self.warnings else 0

@@ -14,7 +14,7 @@ from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.can.face import CanFace
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.language.instructions import WRITABLE
 from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.parameters import Parameters, ParameterValues
@@ -32,11 +32,11 @@ class OutsideCard:
         self.V, self.F = [0] * 1001, [0] * 321
         self.I, self.O = [0] * 333, [0] * 333
         self.parameters = Parameters()
-        self.faults = Faults(lambda code: None)
+        self.errors = CardErrors(lambda code: None)
         self.state = CardState.RUN
         self.program: ArpProgram | None = None
         self.program_name = "WINDER"
-        self.positions, self.speeds, self.errors = {1: 0, 2: 0}, {1: 0, 2: 0}, {1: 0, 2: 0}
+        self.positions, self.speeds, self.tracking_errors = {1: 0, 2: 0}, {1: 0, 2: 0}, {1: 0, 2: 0}
         self.adc, self.dac = dict.fromkeys(range(1, 7), 0), {1: 0, 2: 0}
         self.asked: list[str] = []
         self.is_willing = True
@@ -49,7 +49,7 @@ class OutsideCard:
         return self.speeds[axis]
 
     def tracking_error(self, axis: int) -> int:
-        return self.errors[axis]
+        return self.tracking_errors[axis]
 
     def analog_input(self, channel: int) -> int:
         return self.adc[channel]

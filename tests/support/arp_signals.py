@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from arp_card import RecordedCard
 
 from fieldrig.clock import MS
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.parameters import GENERAL, Kind, Parameters, ParX
@@ -28,15 +28,15 @@ class SignalsCard(RecordedCard):
         self.diagnostics: dict[tuple[int, int], float] = {}
         self.blocked: list[int] = []
         self.real_parameters = Parameters()
-        self.faults = Faults(self.blocked.append)
+        self.errors = CardErrors(self.blocked.append)
         for number, value in (general or {}).items():
             assert self.set_general(number, value)
         readings = readings or Readings()
         self.inputs = AnalogInputs(self.real_parameters)
-        self.outputs = AnalogOutputs(self.real_parameters, self.faults, self)
+        self.outputs = AnalogOutputs(self.real_parameters, self.errors, self)
         self.cams = Cams(self, self.F, self.O, self.real_parameters, readings)
         self.regulators = Regulators(
-            self.real_parameters, self.V, self.F, self.faults, self.inputs, self.outputs, self, readings
+            self.real_parameters, self.V, self.F, self.errors, self.inputs, self.outputs, self, readings
         )
         self.inputs.start()
 
@@ -66,7 +66,7 @@ class SignalsCard(RecordedCard):
     # ---- what a program asks
 
     def warn(self, code: int) -> None:
-        self.faults.warn(code)
+        self.errors.warn(code)
 
     def general_parameter(self, number: int) -> int:
         return self.real_parameters.ram[GENERAL][number]

@@ -14,7 +14,7 @@ from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.card import Shown
@@ -105,13 +105,13 @@ class CellBench:
         self._other.on_receive(lambda frame: self.frames.append(show(frame)))
         self.card = CardAtTerminal()
         self.on_edit: Callable[[int, int], None] = self.card.V.__setitem__
-        self.faults = Faults(lambda code: None)
+        self.errors = CardErrors(lambda code: None)
         self.link = self.card.link = TerminalLink(
             self._node.clock,
             self._node.link("can0"),
             self.card.V,
             self.card.F,
-            self.faults,
+            self.errors,
             lambda number, raw: self.on_edit(number, raw),
             readings,
         )

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from canopen_bench import IO32
-from running_rig import FIELDRIG
+
+from fieldrig.live_rig import FIELDRIG
 
 NODE_ID = 5
 PATIENCE_S = 400

@@ -77,7 +77,11 @@ def anchor(heading: str) -> str:
 
 
 def links(page: Path) -> list[str]:
-    return LINK.findall(prose(page))
+    return links_in(prose(page))
+
+
+def links_in(text: str) -> list[str]:
+    return LINK.findall(text)
 
 
 def rows(page: Path) -> Iterator[Row]:

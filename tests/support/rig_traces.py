@@ -52,7 +52,11 @@ def virtual(path: Path) -> RigConfig:
     for name, entry in config.buses.items():
         kind = bus_kinds_for("virtual", entry.bus.family)[0]
         known = settings_model(find_bus(kind)).model_fields
-        kept = {key: value for key, value in entry.bus.settings.model_dump(mode="json", exclude_defaults=True).items() if key in known}
+        kept = {
+            key: value
+            for key, value in entry.bus.settings.model_dump(mode="json", exclude_defaults=True).items()
+            if key in known
+        }
         listed = {key: list(value) if isinstance(value, dict) else value for key, value in kept.items()}
         words = ", ".join(f"{key}: {value}" for key, value in listed.items() if value is not None)
         overrides.append(f"buses.{name}={{kind: {kind}, {words}}}")
@@ -65,9 +69,9 @@ class Work:
     def __init__(self, rig: Rig) -> None:
         self._rig, self._devices = rig, rig.config.devices
         names = {bus: entry.bus.family for bus, entry in rig.config.buses.items()}
-        self._cans = [CanMaster(rig, bus, f"plc of {bus}") for bus in names if names[bus] == "can"]
+        self._cans = {bus: CanMaster(rig, bus, f"plc of {bus}") for bus in names if names[bus] == "can"}
         clients = [bus for bus in names if names[bus] == "modbus"]
-        self._modbus = [ModbusClient(rig, bus, member=f"scada of {bus}") for bus in clients]
+        self._modbus = {bus: ModbusClient(rig, bus, member=f"scada of {bus}") for bus in clients}
         wires = [bus for bus in names if names[bus] == "wires"]
         self._wires = [rig.attach(f"hand at {bus}").link(bus) for bus in wires]
 
@@ -82,7 +86,7 @@ class Work:
         nodes = sorted(
             {getattr(entry.settings, "node_id", 0) for entry in self._devices.values()} | {*range(1, 6), 11, 12}
         )
-        for can in self._cans:
+        for can in self._cans.values():
             yield 1 * MS, lambda can=can: can.send(START_ALL)  # type: ignore[misc]  # mypy #12557
             yield BOOTED_NS, lambda can=can: can.send(START_ALL)  # type: ignore[misc]
             yield 3 * S, lambda can=can: can.send(CanFrame(0x201, b"\x01"))  # type: ignore[misc]
@@ -91,7 +95,7 @@ class Work:
                 yield turn * 100 * MS, lambda can=can: can.send(SYNC)  # type: ignore[misc]
                 ask = CanFrame(0x600 + (nodes[turn % len(nodes)] or 127), DEVICE_TYPE)
                 yield turn * 100 * MS + 50 * MS, lambda can=can, ask=ask: can.send(ask)  # type: ignore[misc]
-        for client in self._modbus:
+        for client in self._modbus.values():
             for turn in range(1, SECONDS * 10):
                 pdu = READ_HOLDING if turn % 2 else READ_INPUTS
                 yield turn * 100 * MS + 7 * MS, lambda client=client, pdu=pdu: client.post(pdu)  # type: ignore[misc]
@@ -111,12 +115,14 @@ class Work:
     def _of_the_ring(self) -> Iterator[Act]:
         drives = self._of_kind("mc4")
         for master in self._of_kind("max4"):
+            links = self._devices[master].links
+            can, client = self._cans[links["can"][0]], self._modbus[links["modbus"][0]]
             for place in range(len(drives)):
                 at_ns = BOOTED_NS + place * 40 * MS
                 if place % 2:
-                    yield at_ns, lambda place=place: self._run_by_modbus(place)  # type: ignore[misc]
+                    yield at_ns, lambda client=client, place=place: self._run_by_modbus(client, place)  # type: ignore[misc]
                 else:
-                    yield at_ns, lambda place=place: self._run_by_can(place)  # type: ignore[misc]
+                    yield at_ns, lambda can=can, place=place: self._run_by_can(can, place)  # type: ignore[misc]
             yield 15 * S, lambda: self._fault(drives[1], {"what": "overtemperature", "duration_ms": 500})
             yield 16 * S, lambda master=master: self._rig.set(master, "command", "quit")  # type: ignore[misc]
             yield 17 * S, lambda: self._rig.set("panel", "6200:01", 0)
@@ -127,8 +133,8 @@ class Work:
         for link in self._wires:
             link.send(signal)
 
-    def _run_by_modbus(self, place: int) -> None:
-        first, client = 1000 + 100 * place, self._modbus[0]
+    def _run_by_modbus(self, client: ModbusClient, place: int) -> None:
+        first = 1000 + 100 * place
         client.write(first, 1)
         while not client.read(first + 23)[0] & 4:
             self._rig.run_until(self._rig.now_ns + 4 * MS)
@@ -137,8 +143,8 @@ class Work:
         else:  # at a speed
             client.write(first + 1, 1, 0, 0, 0, 10_000, 0, 20_000, 0, 20_000, 0, 3_000 + place, 0, 1)
 
-    def _run_by_can(self, place: int) -> None:
-        self._cans[0].run_at(1 + place // 8, place % 8, 2_000_000 + 10_000 * place)
+    def _run_by_can(self, can: CanMaster, place: int) -> None:
+        can.run_at(1 + place // 8, place % 8, 2_000_000 + 10_000 * place)
 
     def _fault(self, where: str, fault: dict[str, Any]) -> None:
         self._rig.add_fault(where, fault)

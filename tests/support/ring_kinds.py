@@ -20,14 +20,14 @@ from fieldrig.config import from_dict
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
 from fieldrig.rig import Rig
-from fieldrig.shared_loop import SharedLoop
 from fieldrig.testing import free_port
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, encode
-from fieldrig_bus.ring.shm import RingShm
-from fieldrig_bus.ring.star import Star
-from fieldrig_bus.ring.star_bus import RingStar, RingStarSettings
-from fieldrig_bus.ring.virtual import RingSettings, RingVirtual
-from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings
+from fieldrig.threaded_loop import ThreadedLoop
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage, encode
+from fieldrig_bus.ring.sercos.shm import RingShm
+from fieldrig_bus.ring.sercos.star import Star
+from fieldrig_bus.ring.sercos.star_bus import RingStar, RingStarSettings
+from fieldrig_bus.ring.sercos.virtual import RingSettings, RingVirtual
+from fieldrig_bus.ring.sercos.zenoh import RingZenoh, RingZenohSettings
 
 MST, MDT = bytes.fromhex("FF 04"), bytes.fromhex("FF 00 C0 00 00")
 PROCESSES = {"belt": "belt", "lift": "rack", "knife": "rack", "door": "max4"}
@@ -141,7 +141,7 @@ class StarAt(At):
 
 class StarRing(LoopBench):
     def __init__(self, make: Callable[[], RingStar], run: Path) -> None:
-        super().__init__(SharedLoop)
+        super().__init__(ThreadedLoop)
         self._make, self._run = make, run
         self.buses: dict[str, RingStar] = {}
         self._members: dict[str, str] = {}
@@ -156,7 +156,7 @@ class StarRing(LoopBench):
     @property
     def star(self) -> Star:
         star = self.buses["max4"].star
-        assert star is not None
+        assert isinstance(star, Star)
         return star
 
     @property

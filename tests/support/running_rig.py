@@ -1,69 +1,50 @@
 """`fieldrig up` as a user runs it: a process of its own, in a folder and at a control endpoint of its own."""
 
 import json
-import os
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from fieldrig.control import Client
 from fieldrig.errors import ControlError
-from fieldrig.testing import free_port
+from fieldrig.live_rig import FIELDRIG, UpProcess
 
-FIELDRIG = [sys.executable, "-m", "fieldrig"]
 PATIENCE_S = 120.0
 
 
-class RunningRig:
-    """Its folder is short, as Unix sockets ask for, and is where its tools run too."""
+class RunningRig(UpProcess):
+    """A rig in a folder of its own, which is also the current folder of its tools.  It need not be ready."""
+
+    longest_end_s = PATIENCE_S
 
     def __init__(
         self, rig: str | Path, kinds: Path | None, *options: str, environment: dict[str, str] | None = None
     ) -> None:
-        """`rig` is a rig file or its text; `kinds` is a module that the rig file's own kinds come from."""
-        self._temporary = tempfile.TemporaryDirectory(prefix="rig")
-        self.folder = Path(self._temporary.name)
+        """`rig` is a rig file or its text; `kinds` is a module with the rig file's own kinds."""
+        super().__init__(environment)
         self.file = rig if isinstance(rig, Path) else self.folder / "lab.yaml"
         if isinstance(rig, str):
             self.file.write_text(rig)
         if kinds is not None:
             (self.folder / kinds.name).symlink_to(kinds)
-        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
-        self.environment = {**os.environ, "FIELDRIG_CONTROL": self.endpoint, **(environment or {})}
-        self._output = self.folder / "up.out"
         self.process = self.up(*options)
 
     def up(self, *options: str) -> subprocess.Popen[bytes]:
-        """Another `fieldrig up` on the same file; the first one is `process`."""
-        with self._output.open("ab") as output:
-            return subprocess.Popen(
-                [*FIELDRIG, "up", str(self.file), *options],
-                cwd=self.folder,
-                env=self.environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-            )
+        """Start another `fieldrig up` with the same file; the first is `process`."""
+        return self.start_up(self.file, *options, folder=self.folder)
 
     @property
     def run(self) -> Path:
         return self.folder / "run/lab"
 
-    def output(self) -> str:
-        """What all `up` printed so far."""
-        return self._output.read_text()
-
     def log(self, process: str) -> str:
         return (self.run / f"log/{process}.log").read_text()
 
     def tool(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        """One other command, to its end."""
+        """Run another command to its end."""
         return subprocess.run(
             [*FIELDRIG, *arguments],
             cwd=self.folder,
@@ -79,15 +60,6 @@ class RunningRig:
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 
-    def ask(self, path: str, message: Any = None) -> Any:
-        """What a tool asks, without the start of a process for it."""
-        with Client(self.endpoint) as client:
-            return client.ask(path, message)
-
-    def status(self) -> dict[str, Any]:
-        status: dict[str, Any] = self.ask("rig/status")
-        return status
-
     def pid(self, process: str) -> int:
         pid: int = self.status()["processes"][process]["pid"]
         return pid
@@ -102,7 +74,7 @@ class RunningRig:
         return self
 
     def until_there(self) -> None:
-        """Its control service answers; its processes may be starting."""
+        """Wait until the control service answers; processes may still be starting."""
         until(lambda: self._state() != "")
 
     def _state(self) -> str:
@@ -112,7 +84,7 @@ class RunningRig:
             return ""
 
     def until_back(self, process: str, restarts: int = 1) -> None:
-        """Started again so many times, and ready."""
+        """Wait until the process was restarted so often and is ready."""
 
         def is_back() -> bool:
             now = self.status()["processes"][process]
@@ -121,27 +93,16 @@ class RunningRig:
         until(is_back)
 
     def ended(self) -> int:
-        """The exit code, when it comes."""
+        """Wait for the end, and return the exit code."""
         return self.process.wait(PATIENCE_S)
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> int:
         self.process.send_signal(number)
         return self.ended()
 
-    def close(self) -> None:
-        if self.process.poll() is None:
-            self.end()
-        self._temporary.cleanup()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
-        self.close()
-
 
 class AskedRig(RunningRig):
-    """With one session for the many small questions of a test; a `fieldrig` each would take 0.2 s."""
+    """A running rig with one session for many questions; each run of `fieldrig` would take 0.2 s."""
 
     _client: Client | None = None
 
@@ -167,15 +128,15 @@ class AskedRig(RunningRig):
 
 
 def until(condition: Callable[[], bool]) -> None:
-    """Wait for it, and fail if it doesn't come in a generous time."""
+    """Wait until the condition holds, and fail after `PATIENCE_S`."""
     give_up_s = time.monotonic() + PATIENCE_S
     while not condition():
-        assert time.monotonic() < give_up_s, "it did not come"
+        assert time.monotonic() < give_up_s, "the condition never became true"
         time.sleep(0.02)
 
 
 def is_running(pid: int) -> bool:
-    """Dead processes that nobody has waited for yet don't count."""
+    """Return whether the process runs; a zombie does not."""
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except FileNotFoundError:

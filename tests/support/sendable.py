@@ -11,7 +11,7 @@ from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
 from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.wires import Motion, Signal
 

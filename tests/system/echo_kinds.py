@@ -4,7 +4,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage
 
 CYCLE_NS = 10 * MS
 

@@ -1,12 +1,12 @@
 """What the tests of faults in running rigs are made of; the processes of a rig import this module by name."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device
-from fieldrig.faults import Fault, Faults, Timed, fault_of
+from fieldrig.faults import Fault, Faults, Timed
+from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
@@ -24,19 +24,10 @@ class Beacon(Device):
 
     def __init__(self, clock: Clock, can: Link[CanFrame]) -> None:
         self._clock, self._can = clock, can
-        self._faults: Faults[Fault[Mute]] = Faults(Fault)
-
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._faults.add(self._clock.now_ns(), fault_of(fault, {"mute": Mute}, frozenset({"what"}))).number
-
-    def clear_fault(self, number: int) -> None:
-        self._faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._faults.about(self._clock.now_ns())
+        self._faults = self.injected = InjectedFaults[Fault[Mute]](clock, {"mute": Mute}, Faults(Fault))
 
     def start(self) -> None:
-        if not self._faults.is_any_left(self._clock.now_ns()):
+        if self._faults.first(Mute) is None:
             self._can.send(CanFrame(0x185, b"\x01"))
         self._clock.call_at(self._clock.now_ns() + 10 * MS, self.start)
 

@@ -11,9 +11,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from running_rig import FIELDRIG, PATIENCE_S, RunningRig
+from running_rig import PATIENCE_S, RunningRig
 from terminal import Terminal
 
+from fieldrig.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import encode

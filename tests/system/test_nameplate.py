@@ -130,9 +130,9 @@ def test_what_is_wrong_is_said(rig: EncoderRig) -> None:
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["read"], "which encoder?"),
+        (["read"], "no encoder is given"),
         (["read", "--port", "x", "--address", "140"], "not a byte"),
-        (["edit", "motor.yaml"], "what is to be changed?"),
+        (["edit", "motor.yaml"], "no change is given"),
         (["edit", "motor.yaml", "--set", "rated_current_a"], "KEY=VALUE"),
         (["edit", "motor.yaml", "--set", "colour=red"], "there is no such key"),
         (["show", "no.yaml"], "can't be read"),

@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from running_rig import FIELDRIG
 from terminal import Terminal
 
+from fieldrig.live_rig import FIELDRIG
 from fieldrig_devices.begin.examples import menu
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]

@@ -1,4 +1,4 @@
-"""The law of sending at ends of direct buses as a process of a rig in real time, or a visitor, makes them."""
+"""The law of sending at ends of direct buses as a process of a rig in real time, or a tool, makes them."""
 
 import asyncio
 import re
@@ -15,7 +15,7 @@ from fieldrig.placement import placement
 from fieldrig.process import DeviceProcess
 from fieldrig.real_clock import RealClock
 from fieldrig.testing import free_port
-from fieldrig.visit import visit
+from fieldrig.tool_member import join
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 
@@ -66,7 +66,7 @@ def test_a_device_of_a_process_can_t_send_what_can_t_be(kind: str, tmp_path: Pat
     asyncio.run(scene())
 
 
-def test_a_visitor_can_t_send_what_can_t_be(tmp_path: Path) -> None:
+def test_a_tool_cannot_send_what_the_bus_refuses(tmp_path: Path) -> None:
     bus = rig_of("can.udp", tmp_path).buses["bus0"].bus
     _, _, wrong, good = TALKERS["can.udp"]
     visited = []
@@ -77,7 +77,7 @@ def test_a_visitor_can_t_send_what_can_t_be(tmp_path: Path) -> None:
         visited.append(link)
         on_end(None)
 
-    visit(bus, tmp_path, "io", start)
+    join(bus, tmp_path, "io", start)
     assert visited
 
 

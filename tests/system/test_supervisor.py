@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from running_rig import FIELDRIG, RunningRig, is_running, until
+from running_rig import RunningRig, is_running, until
 from terminal import Terminal
 
+from fieldrig.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system

@@ -15,20 +15,12 @@ from functools import lru_cache
 from typing import Final
 
 from fieldrig_bus.can.bits import DOMINANT, RECESSIVE, Stream
+from fieldrig_bus.can.error_counters import BUS_OFF, HIGHEST_REC, PASSIVE, STEP
 from fieldrig_bus.can.notices import ErrorKind
 
 FLAG_BITS: Final = 6
 DELIMITER_BITS: Final = 8
 SUSPEND_BITS: Final = 8
-STEP: Final = 8
-"""By which counters rise for a transmitter's error, and for errors in error frames."""
-PASSIVE: Final = 128
-"""From here on a counter makes its node error passive."""
-BUS_OFF: Final = 256
-HIGHEST_REC: Final = 255
-"""The standard leaves open where a receive error counter stops; the registers have 8 bits."""
-REC_AFTER_PASSIVE: Final = 127
-"""A frame well received takes a higher receive error counter back to 119 to 127."""
 
 
 class Role(IntEnum):

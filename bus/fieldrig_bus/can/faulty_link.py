@@ -1,22 +1,22 @@
-"""Faults on a CAN bus whose medium is not ours: at a device's own end, as far as that reaches.
+"""Faults on a CAN bus whose medium is outside the rig: they act at a device's own end of the bus.
 
-`drop`, `delay`, `duplicate` and `replace` strike what the device sends, if their `node` is this device or left out.
-A `drop` that names this device among its `receivers` strikes what it hears, whoever sent it.  Bits, error frames and
-other controllers are out of reach: kinds with a model have these faults.
+`drop`, `delay`, `duplicate` and `replace` affect what the device sends, if their `node` is this device or left out.
+A `drop` that names this device among its `receivers` affects what it hears, regardless of the sender.  Bits, error
+frames and other controllers are out of reach: kinds with a model have these faults.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from random import Random
 from typing import Annotated, Any, Final
 
 from pydantic import Field
 
 from fieldrig.bus import Attachment
-from fieldrig.faults import fault_of, models_of
+from fieldrig.faults import models_of
+from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig_bus.can.faults import Delay, Drop, Duplicate, Fault, Faults, Replace
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.given_fault import TEXTS
 from fieldrig_bus.can.notices import FaultNote, Notice
 
 LinkFault = Annotated[Drop | Delay | Duplicate | Replace, Field(discriminator="what")]
@@ -24,31 +24,19 @@ MODELS: Final = models_of(LinkFault)
 
 
 class FaultyLink:
-    """A link that loses, delays, doubles and changes frames on their way to the link it wraps."""
+    """A link that drops, delays, duplicates and changes frames on their way to the link that it wraps."""
 
     def __init__(self, at: Attachment, link: Link[Any], faults: Sequence[LinkFault], random: Random) -> None:
         self._at = at
         self.inner = link
-        """What it wraps."""
+        """The link to which the frames go."""
         self._faults = Faults(random)
+        self.injected = InjectedFaults(at.clock, MODELS, self._faults)
+        """The faults of this end."""
         for fault in faults:
-            self._faults.add(at.clock.now_ns(), fault)
+            self.injected.add(fault)
         self._count = 0
         self._held_until_ns = 0
-
-    @property
-    def given(self) -> int:
-        return self._faults.given
-
-    def add_fault(self, fault: Mapping[str, Any], number: int) -> None:
-        """As `fieldrig fault` gives it; ValueError for what an end can't do."""
-        self._faults.add(self._at.clock.now_ns(), fault_of(fault, MODELS, TEXTS), number)
-
-    def clear_fault(self, number: int) -> None:
-        self._faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._faults.about(self._at.clock.now_ns())
 
     def send(self, message: CanFrame | Notice) -> None:
         if not isinstance(message, CanFrame):
@@ -99,7 +87,7 @@ class FaultyLink:
         for fault in self._faults.of(Drop):
             settings = fault.settings
             if not isinstance(settings, Drop) or settings.receivers is None or settings.node is not None:
-                continue  # who sent a frame is not to be told here
+                continue  # an end of a foreign medium does not know the sender of a frame
             if member in settings.receivers and fault.strikes(now_ns, "", frame, self._count << 1 | 1):
                 fault.applied += 1
                 self._note(fault, f"dropped for {member}")

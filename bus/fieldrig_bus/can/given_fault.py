@@ -1,4 +1,4 @@
-"""A fault as it is given to a running bus: by a test as plain values, by `fieldrig fault` as texts."""
+"""Reads a fault that is given to a running CAN bus: by a test as plain values, by `fieldrig fault` as texts."""
 
 from collections.abc import Mapping
 from typing import Any, Final, cast
@@ -7,10 +7,11 @@ from fieldrig import faults
 from fieldrig_bus.can.faults import CanFault
 
 MODELS: Final = faults.models_of(CanFault)
-TEXTS: Final = frozenset({"what", "node", "data", "xor", "level"})
-"""Keys whose values are texts, even where YAML would see a number: data 0102, or a node named 5."""
 
 
 def fault_of(given: Mapping[str, Any]) -> CanFault:
-    """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
-    return cast(CanFault, faults.fault_of(given, MODELS, TEXTS))
+    """Return the settings of a fault of a CAN bus.
+
+    ValueError: its first line says what is wrong, further lines say what was expected.
+    """
+    return cast(CanFault, faults.fault_of(given, MODELS))

@@ -1,7 +1,7 @@
-"""`can.hub`: a CAN bus in real time, paced by a process of its own; needs no kernel module and no root.
+"""`can.hub`: a CAN bus in real time; the hub's process wakes up at `next_ns` of `model`, which paces at the bit rate.
 
-Outsiders join by the socketcand protocol (python-can has a client) and by the Lawicel ASCII protocol, on a pty
-(`slcand` makes a network device of it) or over TCP.
+It needs no kernel module and no root.  Outside clients join by the socketcand protocol (python-can has a client) and by
+the Lawicel ASCII protocol, on a pty (`slcand` makes a network device of it) or over TCP.
 """
 
 import shlex
@@ -15,7 +15,7 @@ from fieldrig.bus import Port, Time
 from fieldrig.device import Tool
 from fieldrig.net import split_address
 from fieldrig.settings import Settings
-from fieldrig_bus.can.virtual import CanModelBus, CanSettings
+from fieldrig_bus.can.model_bus import CanModelBus, CanSettings
 from fieldrig_bus.net import Address, HubSettings
 
 # The Lawicel command S0 to S8, by bit rate: what slcand's -s takes.

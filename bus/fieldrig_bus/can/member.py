@@ -1,4 +1,4 @@
-"""What the bus model keeps of each member and of each frame that waits."""
+"""What the bus model keeps about each member, and about each frame that waits."""
 
 from collections import deque
 from fractions import Fraction
@@ -14,17 +14,19 @@ from fieldrig_bus.can.notices import BusState, CanState
 
 
 class Controller(Settings):
-    """How one member's controller is set up."""
+    """How the CAN controller of one member is set up."""
 
     one_shot: bool = Field(default=False, description="a frame that meets an error or loses arbitration is given up")
-    listen_only: bool = Field(default=False, description="hears, but neither sends nor acknowledges")
-    classical: bool = Field(default=False, description="knows no CAN FD: it answers FD frames with error frames")
+    listen_only: bool = Field(default=False, description="it receives, but neither sends nor acknowledges")
+    classical: bool = Field(default=False, description="it knows no CAN FD, and answers FD frames with error frames")
 
 
 class Member:
+    """One controller on the bus, with its queue and its error counters."""
+
     __slots__ = (
-        "asked", "attempts", "copy", "count_from", "discarded", "error_frames", "filters", "frames", "is_classical",
-        "is_gone", "is_listen_only", "is_one_shot", "name", "order", "queue", "rec", "receivers", "recovering",
+        "asked", "attempts", "copy", "discarded", "error_frames", "filters", "frames", "is_classical",
+        "is_gone", "is_listen_only", "is_one_shot", "name", "order", "queue", "rec", "receivers",
         "resume", "retransmissions", "skew", "state", "tec", "wants_errors", "wants_own", "wants_state",
     )  # fmt: skip
 
@@ -34,62 +36,68 @@ class Member:
         self.wants_own = self.wants_errors = self.wants_state = False
         self.queue: deque[Request] = deque()
         self.receivers: dict[int, tuple[str, ...]] = {}
-        """Who hears this member, by the priority of the frame, while all is well."""
+        """Receivers of this member's frames by priority, while nothing is wrong on the bus."""
         self.is_one_shot, self.is_listen_only = controller.one_shot, controller.listen_only
         self.is_classical = controller.classical
         self.is_gone = False
+        """It has left the bus, and its frame is still on the wire."""
         self.skew: Fraction | None = None
-        """Its bit time in those of the bus, if it has said that it has another bit rate."""
+        """Its bit time relative to that of the bus, if it has declared a different bit rate."""
 
         # error handling, from here on
         self.tec = self.rec = 0
         self.state = CanState.ACTIVE
         self.resume = 0
-        """Tick before which it may not start: suspend transmission."""
-        self.recovering: int | None = None
-        """In bus-off: so many times 11 recessive bits are missing; None until recovery is asked for."""
-        self.count_from = 0
-        """Tick from which they are counted."""
+        """The tick before which it may not start a frame (suspend transmission)."""
         self.attempts = 0
-        """At the first frame of the queue, in vain."""
+        """Failed attempts at the first frame of the queue."""
         self.copy = False
-        """The first frame was sent and goes once more, as a fault wants it."""
+        """The first frame was sent, and an injected fault sends it a second time."""
         self.frames = self.error_frames = self.retransmissions = self.discarded = 0
         self.asked = 0
-        """Frames, while a fault may keep them back."""
+        """Frames it has asked for while an injected fault may delay them."""
 
     @property
     def is_off(self) -> bool:
+        """True in bus-off."""
         return self.state is CanState.BUS_OFF
 
     @property
     def may_send(self) -> bool:
-        """And so acknowledge, and signal errors."""
+        """True if it may drive the bus: send, acknowledge, and signal errors."""
         return self.state is not CanState.BUS_OFF and not self.is_listen_only
 
     @property
     def is_plain(self) -> bool:
-        """Nothing about it that the fast way through the model doesn't know."""
+        """True if nothing about this member needs the step-by-step way through the model."""
         return not (self.tec or self.rec or self.is_one_shot or self.is_listen_only or self.is_classical) and (
             self.state is CanState.ACTIVE and not self.copy and not self.is_gone and self.skew is None
         )
 
     def is_first(self, request: "Request") -> bool:
+        """True if `request` is at the head of the queue."""
         return bool(self.queue) and self.queue[0] is request
 
-    def count_errors(self, attempts: int) -> None:
-        """So many attempts in vain, none of which changed a counter of fault confinement."""
+    def give_up(self) -> None:
+        """Drop the first frame of the queue without sending it."""
+        self.queue.popleft()
+        self.discarded += 1
+        self.attempts = 0
+
+    def count_failed(self, attempts: int) -> None:
+        """Count failed attempts that changed no error counter."""
         self.attempts += attempts
         self.retransmissions += attempts
         self.error_frames += attempts
 
-    def tell_state(self, time_ns: int) -> Delivery[Any]:
+    def state_delivery(self, time_ns: int) -> Delivery[Any]:
+        """The notice of the present state, for the trace and for the member if it wants it."""
         notice = BusState(self.state, self.tec, self.rec)
         return Delivery(time_ns, self.name, notice, (self.name,) if self.wants_state else ())
 
 
 class Request(NamedTuple):
-    """A frame that waits.  Of one member only the first takes part, so the first two fields never tie."""
+    """A frame that waits.  Only the first one of each member takes part, so the first two fields never tie."""
 
     priority: int
     order: int

@@ -45,15 +45,6 @@ class CanState(IntEnum):
     BUS_OFF = 4
 
 
-def state_of(tec: int, rec: int) -> CanState:
-    if tec > 255:
-        return CanState.BUS_OFF
-    highest = max(tec, rec)
-    if highest > 127:
-        return CanState.PASSIVE
-    return CanState.WARNING if highest >= 96 else CanState.ACTIVE
-
-
 @dataclass(frozen=True, slots=True)
 class CanError:
     """A controller saw an error, or as a one-shot transmitter lost arbitration.

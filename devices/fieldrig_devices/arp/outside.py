@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from enum import IntEnum
 from typing import Protocol
 
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.parameters import Parameters, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram
 
@@ -37,7 +37,7 @@ class Outside(Protocol):
     I: list[int]  # noqa: E741  the manual's letter
     O: list[int]  # noqa: E741
     parameters: Parameters
-    faults: Faults
+    errors: CardErrors
 
     @property
     def state(self) -> CardState: ...

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from fieldrig.cli.common import writing
 from fieldrig.errors import UsageError
 
 Content = Mapping[PurePosixPath, bytes]
@@ -78,25 +79,24 @@ def _from_menu(example: str | None, folder: Path | None) -> None:
 
 
 def _show(examples: Mapping[str, str]) -> None:
-    from fieldrig.cli.options import echo_table
+    from fieldrig.cli.common import echo_table
 
     echo_table(("example", "what it is"), examples.items())
 
 
 def _make(content: Content, folder: Path) -> None:
     """Write all the files, or none if another file is in the place of one."""
-    try:
+    with writing(folder, "name another folder"):
         taken = [str(path) for path, data in content.items() if _is_taken(folder / path, data)]
         if taken:
             raise UsageError(f"other files are in the place of {', '.join(taken)} in {folder}", "name another folder")
         for path, data in content.items():
             file = folder / path
             if not file.exists():
-                file.parent.mkdir(parents=True, exist_ok=True)
-                with file.open("xb") as target:
-                    target.write(data)
-    except OSError as cause:
-        raise UsageError(f"{cause.filename} can't be written: {cause.strerror}", "name another folder") from cause
+                with writing(file, "name another folder"):
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    with file.open("xb") as target:
+                        target.write(data)
     _tell(content, folder)
 
 

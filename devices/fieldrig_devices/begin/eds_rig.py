@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from string import Template
 
+from fieldrig.cli.common import reading
 from fieldrig.errors import UsageError
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.source import parse_number
@@ -91,11 +92,10 @@ def name_for(file: Path) -> str:
 def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
     """The files of the rig by their paths, the rig file first.  UsageError if the EDS file makes no node."""
     try:
-        node_id, bit_rate = _commissioning(file)
-        dictionary = eds.load(file, node_id)
-        data = file.read_bytes()
-    except OSError as cause:
-        raise UsageError(f"{file} can't be read: {cause.strerror}", "expected an EDS or DCF file") from cause
+        with reading(file, "expected an EDS or DCF file"):
+            node_id, bit_rate = _commissioning(file)
+            dictionary = eds.load(file, node_id)
+            data = file.read_bytes()
     except ValueError as cause:
         remedy = f"`fieldrig eds check {file}` says what to write instead"
         raise UsageError(f"no node can be made from {file}:\n{cause}", remedy) from cause

@@ -6,6 +6,7 @@ from typing import Any
 
 from fieldrig.bus import Bus
 from fieldrig.device import Tool, python_line
+from fieldrig_bus.can.reachable import python_can_of
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
@@ -15,8 +16,7 @@ FIRST_ID = 127
 
 def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
     """None if its bus can't be reached by python-can."""
-    reach = getattr(links.get("can"), "python_can", None)
-    bus = None if reach is None else reach()
+    bus = python_can_of(links.get("can"))
     if bus is None:
         return []
     if settings.node_id is None:

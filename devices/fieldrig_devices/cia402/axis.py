@@ -55,7 +55,7 @@ class Cia402Axis(Service):
         self.machine = StateMachine(self.drive)
         self._probes = TouchProbes(self._numbers, motor, self._context)
         self._was_lost = False
-        self._is_woken = True
+        self.pace = self._context.pace
         self.on_error: Callable[[int], None] = lambda code: None
         """Hears of each new error code, and of 0 when a fault was reset."""
         self.on_home: Callable[[float], None] = lambda origin: None
@@ -99,7 +99,7 @@ class Cia402Axis(Service):
         """Power-on, or another motor: nothing is enabled."""
         self.drive.disable()
         self._reported = self._last_error = 0
-        self._is_woken = True
+        self.pace.wake()
         self.drive.restart()
         self._probes.restart()
         self.machine.start()
@@ -109,7 +109,7 @@ class Cia402Axis(Service):
 
     def _lose_connection(self) -> None:
         """6007h.  A fault is for an axis under power; any other does nothing more that was ordered."""
-        self._is_woken = True
+        self.pace.wake()
         match self._numbers[objects.ABORT_CONNECTION]:
             case AbortConnection.FAULT_SIGNAL if self.machine.has_power:
                 self.drive.own_error = COMMUNICATION_LOST
@@ -146,7 +146,7 @@ class Cia402Axis(Service):
             self._numbers.on_write(index, _all(several), subindex)
 
     def _on_control(self, word: int) -> None:
-        self._is_woken = True
+        self.pace.wake()
         drive, before = self.drive, self.machine.control_word
         self.machine.control(word)
         if drive.shown_mode != NO_MODE:
@@ -178,22 +178,21 @@ class Cia402Axis(Service):
     @property
     def is_awake(self) -> bool:
         """Whether a cycle has to look at more than where it moves, though the motor is in the same state as before."""
-        drive = self.drive
-        if drive.is_moving:
-            return self._is_woken or self._probes.is_armed or drive.own_error != 0
-        return self._is_woken or self._probes.is_armed or drive.is_ramp
+        return self.pace.is_awake
 
     def step(self) -> None:
         """Actual values are those of this cycle; afterwards `drive.set_value` is this cycle's.
 
-        While it is not awake `drive.step` alone does the same, and that only while the mode moves it.
+        While it is not awake `drive.advance` alone does the same, and that only while the mode moves it.
         """
-        state, self._is_woken = self.machine.state, False
+        state, drive = self.machine.state, self.drive
         if self._probes.is_armed:
             self._probes.step()
         self.machine.step()
-        self.drive.step()
-        self._is_woken = self.machine.state is not state
+        drive.step()
+        self.pace.leave_band()
+        is_unsettled = drive.own_error != 0 if drive.is_moving else drive.is_ramp
+        self.pace.is_awake = is_unsettled or self._probes.is_armed or self.machine.state is not state
         self._report()
 
     def _report(self) -> None:

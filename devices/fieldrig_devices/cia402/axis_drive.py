@@ -19,6 +19,7 @@ from fieldrig_devices.cia402.modes.profile_velocity import ProfileVelocity
 from fieldrig_devices.cia402.modes.torque import CyclicTorque, ProfileTorque
 from fieldrig_devices.cia402.motor import Kind, Motor
 from fieldrig_devices.cia402.options import HALT_OPTIONS, Options, Ramp
+from fieldrig_devices.cia402.pace import NO_BAND
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import brake
 
@@ -37,6 +38,7 @@ SHOWS_FOLLOWING_ERROR: Final = (ProfilePosition.number, CyclicPosition.number)
 class AxisDrive:
     def __init__(self, numbers: AxisObjects, motor: Motor, context: Context) -> None:
         self._numbers, self._motor, self._context = numbers, motor, context
+        self._pace, self._motion = context.pace, context.motion
         self.modes = {mode.number: mode for mode in (kind(context) for kind in MODES)}
         self.mode: Mode = self.modes[ProfilePosition.number]
         self.shown_mode = NO_MODE
@@ -76,6 +78,7 @@ class AxisDrive:
         self.own_error = 0
 
     def change_mode(self, number: int) -> None:
+        self._pace.leave_band()
         self.mode.end()
         self.mode = self.modes[number]
         self.shown_mode = number
@@ -187,12 +190,26 @@ class AxisDrive:
         else:
             self.kind, self.set_value = Kind.POSITION, self._motor.position
 
+    def advance(self) -> None:
+        """What `step` does, for an axis that moves and is not awake.  Within the band of the mode that is little."""
+        pace, motor = self._pace, self._motor
+        if pace.low < motor.velocity < pace.high and not motor.inputs:
+            motion = self._motion
+            self.following_error = motion.position - motor.position
+            motion.step(self._context.cycle_s)
+            self.set_value = round(motion.position)
+        else:
+            self.step()
+            has_band = self.kind is Kind.POSITION and not self._context.has_following_window
+            pace.low, pace.high = self.mode.band if has_band else NO_BAND
+
     def _watch_following(self) -> None:
         window = self._numbers[objects.FOLLOWING_WINDOW]
         is_outside = abs(self.following_error) > window * self._context.units.per_unit
         time = self._numbers[objects.FOLLOWING_TIME]
         if self._following.update(is_outside, time, self._context.cycle_ns):
             self.own_error = FOLLOWING_ERROR
+            self._pace.wake()
 
     @property
     def mode_status(self) -> int:

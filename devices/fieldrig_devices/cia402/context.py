@@ -9,6 +9,7 @@ from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
+from fieldrig_devices.cia402.pace import Pace
 from fieldrig_devices.cia402.units import BITS_32, Direction, Units, turn_of, units_of
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.motion.travel import Travel
@@ -21,6 +22,7 @@ class Context:
     def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int) -> None:
         self.objects, self.motor = numbers, motor
         self.motion = Motion()
+        self.pace = Pace()
         self.travel = Travel(motor)
         """Its software limits are 607Dh in increments, corrected by the home offset; none at first, or if min is not
         below max.  That it is limited is bit 11 of the status word."""
@@ -48,6 +50,7 @@ class Context:
 
     def refresh(self) -> None:
         """Objects have changed."""
+        self.pace.leave_band()
         numbers = self.objects.numbers
 
         def pair(index: int) -> tuple[int, int]:

@@ -69,7 +69,7 @@ class Probe:
 
 class TouchProbes:
     def __init__(self, numbers: AxisObjects, motor: Motor, context: Context) -> None:
-        self._motor = motor
+        self._motor, self._pace = motor, context.pace
         self._probes = Probe(0, context.shown), Probe(1, context.shown)
         self._inputs = self._position = 0
         """Of the cycle before."""
@@ -99,6 +99,7 @@ class TouchProbes:
         if not self.is_armed:
             self._inputs, self._position = self._motor.inputs, self._motor.position
         self.is_armed = any(half & ENABLE for half in halves)
+        self._pace.wake()
 
     def step(self) -> None:
         """Once a cycle, while armed."""

@@ -1,11 +1,12 @@
 """`fieldrig conform`: tests a CANopen node, and says what it found."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 
 import typer
 
-from fieldrig.cli.options import AsJson, echo_json
+from fieldrig.cli.common import AsJson, echo_json, writing
 from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 
@@ -143,26 +144,42 @@ def _report(
     return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text)
 
 
+@runtime_checkable
+class NodeSettings(Protocol):
+    """The settings of a device that is a CANopen node with an EDS."""
+
+    @property
+    def node_id(self) -> int | None: ...
+
+    @property
+    def eds(self) -> Path: ...
+
+    @property
+    def objects(self) -> Mapping[str, bool | int | float | str]: ...
+
+
 def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) -> "Description":
-    """The node's EDS; the rig file's own power-on values (`objects`) go before it, as those of a DCF do."""
+    """Return the node's EDS, with the power-on values of the rig file (`objects`) laid over it, as those of a DCF."""
     from fieldrig_devices.conformance.description import Description
 
-    found: Any = next((one for one in config.devices.values() if _is_node(one, bus, node_id)), None)
-    path = eds or getattr(getattr(found, "settings", None), "eds", None)
+    nodes = (settings for device in config.devices.values() if (settings := _node_at(device, bus)) is not None)
+    found = next((settings for settings in nodes if settings.node_id == node_id), None)
+    path = eds or (found.eds if found is not None else None)
     if path is None:
         raise UsageError(
             f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name it by --eds FILE"
         )
     description = Description(path, node_id)
     if found is not None and eds is None:
-        for key, value in getattr(found.settings, "objects", {}).items():
+        for key, value in found.objects.items():
             description.set_default(key, value)
     return description
 
 
-def _is_node(device: "DeviceEntry", bus: str, node_id: int) -> bool:
+def _node_at(device: "DeviceEntry", bus: str) -> NodeSettings | None:
+    """Return the settings of a device that is a CANopen node on this bus; None for any other device."""
     is_there = any(bus in buses for buses in device.links.values())
-    return is_there and getattr(device.settings, "node_id", None) == node_id
+    return device.settings if is_there and isinstance(device.settings, NodeSettings) else None
 
 
 def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Path | None) -> None:
@@ -170,10 +187,8 @@ def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Pa
 
     for path, make in ((junit, to_junit), (html, to_html), (markdown, to_markdown)):
         if path is not None:
-            try:
+            with writing(path):
                 path.write_text(make(report), encoding="utf-8")
-            except OSError as cause:
-                raise UsageError(f"{path} can't be written: {cause.strerror}") from cause
 
 
 def _list(cases: "list[Case]", as_json: bool) -> None:

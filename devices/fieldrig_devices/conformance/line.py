@@ -1,4 +1,4 @@
-"""The suite's end of the bus: what it sends and sees, with times, and the player of its steps.
+"""The conformance suite's end of the bus: what it sends and sees, with times, and the player of its steps.
 
 A step is a generator that yields what it waits for, and is resumed with the frame or, when time is up, with None.  It
 knows no loop and no thread, so the same steps run in virtual and in real time.

@@ -10,7 +10,6 @@ from fieldrig_devices.conformance.suite import Result, Verdict
 
 MOST_FRAMES = 60
 """Of one case, that a report shows: the first and the last of them."""
-US_PER_S = 1e6
 
 
 @dataclass(frozen=True, slots=True)

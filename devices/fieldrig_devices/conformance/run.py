@@ -1,4 +1,4 @@
-"""Runs the suite: in virtual time as an outside member of a rig, or in real time as a visitor on a bus."""
+"""Runs the suite: in virtual time as an outside member of a rig, or in real time as a tool on a bus."""
 
 from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
@@ -11,7 +11,7 @@ from fieldrig.clock import Clock
 from fieldrig.errors import UsageError
 from fieldrig.link import Link
 from fieldrig.rig import Rig
-from fieldrig.visit import OnEnd, visit
+from fieldrig.tool_member import OnEnd, join
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance import cases as _families
 from fieldrig_devices.conformance.bench import Bench, Options
@@ -66,7 +66,7 @@ def conform_real(
 ) -> Report:
     """Run the cases on a node of a bus that is there.  BusError if it isn't."""
     run = _Run(eds, cases, options or Options(), on_result)
-    visit(bus, folder, MEMBER, run.start)
+    join(bus, folder, MEMBER, run.start)
     return run.report(bus_text or bus.name, date)
 
 

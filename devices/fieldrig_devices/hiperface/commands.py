@@ -7,29 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fieldrig.cli.options import AsJson, echo_json, echo_table
-from fieldrig.exits import Exit
+from fieldrig.cli.common import AsJson, assignment, command_group, echo_json, echo_table, port_option, writing
 
 if TYPE_CHECKING:
     from fieldrig_devices.hiperface.plate import NamePlate
     from fieldrig_devices.hiperface.port import EncoderPort
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-)
+app = command_group()
 
 Port = Annotated[
     str | None,
-    typer.Option(
-        "--port",
-        metavar="PORT",
-        envvar="FIELDRIG_NAMEPLATE_PORT",
-        help="The encoder's line: a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT.",
-        show_default=False,
-    ),
+    port_option("The encoder's line", "FIELDRIG_NAMEPLATE_PORT"),
 ]
 Baud = Annotated[int, typer.Option("--baud", min=600, max=38400, help="Bits a second.")]
 Address = Annotated[str, typer.Option("--address", metavar="HEX", help="Of the encoder; FF is whichever is there.")]
@@ -138,17 +126,14 @@ def edit(
 
 @contextmanager
 def _opened(port: str | None, address: str, baud: int) -> Iterator["EncoderPort"]:
-    """What the encoder refuses ends the command with exit code 6."""
-    from fieldrig_devices.hiperface.port import RefusedByEncoderError, open_port
+    """Open the encoder's line for a command."""
+    from fieldrig_devices.hiperface.port import open_port
 
     if port is None:
-        raise typer.BadParameter("which encoder? say --port PORT or set FIELDRIG_NAMEPLATE_PORT")
+        raise typer.BadParameter("no encoder is given; expected --port PORT or FIELDRIG_NAMEPLATE_PORT")
     opened = open_port(port, baud, _byte("--address", address))
     try:
         yield opened
-    except RefusedByEncoderError as cause:
-        typer.echo(f"error: {cause.what}", err=True)
-        raise typer.Exit(Exit.REFUSED) from cause
     finally:
         opened.close()
 
@@ -165,23 +150,15 @@ def _byte(option: str, text: str) -> int:
 
 def _changes(words: list[str]) -> dict[str, str]:
     if not words:
-        raise typer.BadParameter("what is to be changed? say --set KEY=VALUE")
-    changes: dict[str, str] = {}
-    for word in words:
-        key, equals, value = word.partition("=")
-        if not equals:
-            raise typer.BadParameter(f"{word!r}: write it as KEY=VALUE")
-        changes[key] = value
-    return changes
+        raise typer.BadParameter("no change is given; expected --set KEY=VALUE")
+    return dict(assignment(word, "rated_current_a=4.2") for word in words)
 
 
 def _save(plate: "NamePlate", file: Path) -> None:
     from fieldrig_devices.hiperface.plate_file import save_plate
 
-    try:
+    with writing(file):
         save_plate(plate, file)
-    except OSError as cause:
-        raise typer.BadParameter(f"{file} can't be written: {cause.strerror}") from cause
 
 
 def _echo(plate: "NamePlate", about: dict[str, Any], as_json: bool) -> None:

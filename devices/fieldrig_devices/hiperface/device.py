@@ -19,6 +19,7 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import RUN, Device, Point, Tool, Value
 from fieldrig.link import Link
+from fieldrig.point_values import number_in
 from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig.store import Store, restore
 from fieldrig_bus.serial.message import SerialMessage
@@ -88,6 +89,7 @@ class SmEncoder(Device):
         if is_damaged:
             self.encoder.requests.report(Status.PARTITION)
         self._faults = EncoderFaults(clock, self.encoder, self._plate, random)
+        self.injected = self._faults.injected
         self._seat = Seat(clock, line, self.encoder)
         if wires is not None:
             handlers = {
@@ -143,14 +145,10 @@ class SmEncoder(Device):
             self.encoder.requests.set_temperature(signal.value)
 
     def _put(self, value: Value) -> None:
-        if isinstance(value, str | bool) or not 0 <= value < 4096:
-            raise ValueError("turns from 0 to 4096")
-        self._shaft = Motion("", value, "turn")
+        self._shaft = Motion("", number_in(value, 0, unit="turns", below=4096), "turn")
 
     def _heat(self, value: Value) -> None:
-        if isinstance(value, str | bool) or not -50 <= value <= 300:
-            raise ValueError("a temperature from -50 to 300 degC")
-        self.encoder.requests.set_temperature(value)
+        self.encoder.requests.set_temperature(number_in(value, -50, 300, "degC"))
 
     def points(self) -> Mapping[str, Point]:
         encoder, now_ns = self.encoder, self._clock.now_ns
@@ -176,17 +174,6 @@ class SmEncoder(Device):
         except PlateError as wrong:
             return str(wrong)
         return f"{plate.type}, {plate.serial_number}"
-
-    # ---- faults
-
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._faults.add(fault)
-
-    def clear_fault(self, number: int) -> None:
-        self._faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._faults.about()
 
     @classmethod
     def tools(cls, name: str, settings: SmEncoderSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:

@@ -1,4 +1,4 @@
-"""A serial line between two parts of one device, with the same bytes at the same times as on a bus of family serial."""
+"""The HIPERFACE line inside a drive: same bytes at the same times as on a bus of family serial."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol

@@ -56,7 +56,7 @@ def _text(longest: int) -> StringConstraints:
     return StringConstraints(min_length=1, max_length=longest, pattern=r"^[!-~]([ -~]*[!-~])?$")
 
 
-_U16, _U32, _I16, _I32 = 0xFFFF, 0xFFFF_FFFF, 0x7FFF, 0x7FFF_FFFF
+_U16, _U32, _I32 = 0xFFFF, 0xFFFF_FFFF, 0x7FFF_FFFF
 Current = Annotated[float, Field(gt=0, le=_U16 / 100), _kept_in(100)]
 Torque = Annotated[float, Field(gt=0, le=_U32 / 1000), _kept_in(1000)]
 Degrees = Annotated[float, Field(ge=-50, le=300), _kept_in(10)]

@@ -10,7 +10,7 @@ import serial
 from serial import serialutil
 
 from fieldrig.clock import MS, S
-from fieldrig.errors import BusError, RigError
+from fieldrig.errors import BusError, RefusedError
 from fieldrig_devices.hiperface.client import MotorError
 from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError, Script
 from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
@@ -35,7 +35,7 @@ SLACK_NS: Final = 500 * MS
 T = TypeVar("T")
 
 
-class RefusedByEncoderError(RigError):
+class RefusedByEncoderError(RefusedError):
     """The encoder answers, but not what was wanted."""
 
 

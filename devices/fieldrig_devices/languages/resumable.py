@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, NamedTuple
 
-from fieldrig_devices.languages import sandbox
+from fieldrig import sandbox
 
 LONGEST = 32  # instructions in a block: what a slice may run over
 INDENT = "    "

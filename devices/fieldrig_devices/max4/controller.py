@@ -11,18 +11,20 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
-from fieldrig.link import Link
+from fieldrig.faults import Fault, Faults
+from fieldrig.injected_faults import InjectedFaults
+from fieldrig.link import Link, patience_of
 from fieldrig.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
-from fieldrig_devices.max4.faults import MODELS, Max4Faults, MemoryLost, Overrun, PowerOff
+from fieldrig_devices.max4.faults import MODELS, MemoryLost, Overrun, PowerOff
 from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Pending, Sender
@@ -83,7 +85,9 @@ class Max4(Device):
             on_finished=lambda: self.report(Code.BOOT_FINISHED, MAX4),
         )
         self.operations = Operations(clock, self)
-        self._faults = Max4Faults(clock, self._on_faults)
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, self.fault_models, Faults(Fault), on_change=self._on_faults
+        )
         self._actions: list[Callable[[], None]] = []
         self._boot_actions: list[Callable[[], None]] = []
         self._end_actions: list[Callable[[], None]] = []
@@ -106,7 +110,7 @@ class Max4(Device):
     # ---- power, boot, reset
 
     def start(self) -> None:
-        if self._faults.find(PowerOff) is None:
+        if self._faults.first(PowerOff) is None:
             self._power_on(self.settings.off_days)
 
     def stop(self) -> None:
@@ -122,7 +126,7 @@ class Max4(Device):
 
     def _power_on(self, off_days: float) -> None:
         self.is_on = True
-        is_lost = off_days > RETENTION_DAYS or self._faults.find(MemoryLost) is not None
+        is_lost = off_days > RETENTION_DAYS or self._faults.first(MemoryLost) is not None
         if is_lost:
             self._lose_memory()
         elif not self.ram.wake(off_days) and self.ups is not None:
@@ -151,7 +155,7 @@ class Max4(Device):
         self.is_program_running = False
         self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
-        self.system.process.patience_ns = getattr(self._ring, "patience_ns", 0)
+        self.system.process.patience_ns = patience_of(self._ring)
         for axis in self.axes.values():
             axis.on_quit(self._quit_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))
@@ -388,21 +392,12 @@ class Max4(Device):
     def points(self) -> Mapping[str, Point]:
         return self._points
 
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._faults.add(fault)
-
-    def clear_fault(self, number: int) -> None:
-        self._faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self._faults.about()
-
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
         return []
 
     def _on_faults(self) -> None:
-        overrun, off = self._faults.find(Overrun), self._faults.find(PowerOff)
+        overrun, off = self._faults.first(Overrun), self._faults.first(PowerOff)
         self.system.process.delay_us = overrun.us if overrun is not None else 0
         if off is not None:
             self._off_days = off.days
@@ -410,7 +405,7 @@ class Max4(Device):
                 self._power_off()
         elif not self.is_on:
             self._power_on(self._off_days)
-        is_lost = self._faults.find(MemoryLost) is not None
+        is_lost = self._faults.first(MemoryLost) is not None
         if is_lost and not self._was_lost and self.is_on:
             self._lose_memory()
             self._report_loss()

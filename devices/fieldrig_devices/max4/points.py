@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from fieldrig.device import Point, Value
+from fieldrig.point_values import truth_in
 from fieldrig_devices.max4.configuration.tree import Parameter
 from fieldrig_devices.max4.ring.real_time_bus import State
 from fieldrig_devices.max4.storage.buffered_ram import NVRAM_BYTES as SHOWN
@@ -45,9 +46,7 @@ def _inputs(one: "Max4") -> Iterator[tuple[str, Point]]:
 
 
 def _put(put: Callable[[bool], None], value: Value) -> None:
-    if isinstance(value, str) or value not in (0, 1):
-        raise ValueError("true or false would be right")
-    put(bool(value))
+    put(truth_in(value))
 
 
 def _states(one: "Max4") -> Iterator[tuple[str, Point]]:
@@ -59,10 +58,10 @@ def _states(one: "Max4") -> Iterator[tuple[str, Point]]:
         try:
             at, data = int(offset, 0), bytes.fromhex(digits)
         except ValueError:
-            raise ValueError("an offset and hex digits would be right, 0x10:01 02") from None
+            raise ValueError(f"expected an offset and hex digits such as 0x10:01 02, got {value!r}") from None
         size = len(one.ram.nvram)
         if not 0 <= at <= size - len(data):
-            raise ValueError(f"{size} bytes are there")
+            raise ValueError(f"expected an offset and data within {size} bytes, got {len(data)} bytes at {at}")
         one.ram.nvram[at : at + len(data)] = data
 
     yield "command", Point(lambda: one.operations.last, command, "", "what an operator does, in words")

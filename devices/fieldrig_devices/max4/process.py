@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import US, Clock
-from fieldrig_bus.ring.timing import answers_ns
+from fieldrig_bus.ring.sercos.timing import answers_ns
 from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
 from fieldrig_devices.max4.ring.drive_end import RingDrive

@@ -18,7 +18,7 @@ from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
 from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.limits import CYCLES_MS
-from fieldrig_devices.max4.configuration.tree import Kind, Object, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
 from fieldrig_devices.max4.messages.diagnosis import Diagnosis
 from fieldrig_devices.max4.process import RealTimeProcess
 from fieldrig_devices.max4.ring.drive_end import RingDrive
@@ -234,7 +234,3 @@ def _trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
             action()
 
     return Parameter(name, Type.BOOL, Kind.INPUT, read=lambda: False, write=write, about=about)
-
-
-def symbol_of(one: Object) -> str:
-    return one.symbol or one.name

@@ -32,9 +32,9 @@ def bits(codes: Iterable[Code]) -> int:
 
 def given(faults: DriveFaults) -> int:
     """By faults that are on."""
-    codes = [code for kind, code in OTHERS.items() if faults.find(kind) is not None]
-    codes += [HOT[fault.of] for fault in faults.all(Overtemperature)]
-    codes += [BUS[fault.sort] for fault in faults.all(DcBus)]
+    codes = [code for kind, code in OTHERS.items() if faults.first(kind) is not None]
+    codes += [HOT[fault.of] for fault in faults.active(Overtemperature)]
+    codes += [BUS[fault.sort] for fault in faults.active(DcBus)]
     return bits(codes)
 
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
@@ -33,6 +33,7 @@ from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.idn import idn_of
 
@@ -62,6 +63,7 @@ class Mc4(Device):
         self._timer: Timer | None = None
         self._side: RingSide | None = None
         self.machine = Machine(clock, settings, table, self._on_change, None if plate is None else motor_data(plate))
+        self.injected = self.machine.faults
         self._encoder = self._encoder_at(encoder, plate)
         self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
@@ -95,14 +97,14 @@ class Mc4(Device):
     def _fill(self, table: IdnTable) -> None:
         settings = self._settings
         parameters, versions = settings.parameters, settings.versions
-        table[30].set(f"{settings.amplifier.type} V{versions.firmware}")
-        table[140].set(settings.amplifier.type)
+        table[std.MANUFACTURER_VERSION].set(f"{settings.amplifier.type} V{versions.firmware}")
+        table[std.CONTROLLER_TYPE].set(settings.amplifier.type)
         table[idns.FIRMWARE].set(f"V{versions.firmware}")
         table[idns.HARDWARE].set(f"V{versions.hardware}")
         table[idns.ARTICLE].set(versions.article_number)
         table[idns.OWN_SERIAL_NUMBER].set(versions.serial_number or f"{settings.ring_address:010}")
-        table[206].set(parameters.brake_disconnection_ms)
-        table[207].set(parameters.brake_coupling_ms)
+        table[std.DRIVE_ON_DELAY].set(parameters.brake_disconnection_ms)
+        table[std.DRIVE_OFF_DELAY].set(parameters.brake_coupling_ms)
         table[idns.STOP_TIME_LIMIT].set(parameters.stop_time_limit_ms)
         option = parameters.enable_coast | parameters.error_coast << 1 | parameters.brake_coast << 2
         table[idns.COAST_OPTION].set(option)
@@ -182,17 +184,6 @@ class Mc4(Device):
 
     def _on_load_torque(self, torque_nm: float) -> None:
         self.machine.set_load(limited_load(torque_nm))
-
-    # ---- faults
-
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self.machine.faults.add_given(fault)
-
-    def clear_fault(self, number: int) -> None:
-        self.machine.faults.clear(number)
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]:
-        return self.machine.faults.about()
 
     # ---- points
 

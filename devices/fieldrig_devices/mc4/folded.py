@@ -22,6 +22,7 @@ from functools import lru_cache
 from math import tau
 from typing import Final, NamedTuple, Protocol, cast
 
+from fieldrig import sandbox
 from fieldrig.clock import US, S
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
@@ -423,7 +424,9 @@ def _sum(row: Row, names: Sequence[str]) -> str:
 
 
 def compiled(text: str, name: str, **others: Callable[..., object]) -> Callable[..., object]:
-    """The function `name` of this Python text, which knows `others` and little else."""
-    space: dict[str, Callable[..., object]] = {}
-    exec(text, {"abs": abs, "max": max, "min": min, "round": round, **others, "__builtins__": {}}, space)
-    return space[name]
+    """Return the function `name` of generated text, checked by the kernel's sandbox.
+
+    It sees `abs`, `max`, `min`, `round`, `others`, and those attributes of its parameter `axis` that `Moving` names.
+    """
+    names = {"abs": abs, "max": max, "min": min, "round": round, **others}
+    return sandbox.load(text, names, sandbox.Arithmetic({"axis": Moving.__annotations__}))[name]

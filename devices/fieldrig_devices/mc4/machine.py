@@ -10,6 +10,7 @@ from copy import copy
 from typing import Final
 
 from fieldrig.clock import MS, Clock
+from fieldrig.faults import Fault, Faults
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4 import idns, tuning
 from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode, Moment
@@ -17,6 +18,7 @@ from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
 from fieldrig_devices.mc4.faults import (
+    MODELS,
     DcBus,
     DriveFaults,
     EnableLost,
@@ -29,6 +31,7 @@ from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Gains, Limits, Pla
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.mc4.thermal import Thermal
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 
 SLOW_NS: Final = 64 * MS
@@ -79,7 +82,7 @@ class Machine:
         )
         self.chain = EnableChain(self.times, self._on_limit)
         self.diagnosis = Diagnosis(self._on_error, settings.classes, settings.language)
-        self.faults = DriveFaults(clock, self._on_faults)
+        self.faults = DriveFaults(clock, MODELS, Faults(Fault), on_change=self._on_faults)
         self.dc = DcCircuit(settings.amplifier.mains_v)
         self.motor: MotorData | None = None
         """As the plate has it; None: not known, so nothing can be enabled."""
@@ -91,7 +94,7 @@ class Machine:
         self.enable_bit = True
         self.runs = True
         """Not halted by the master."""
-        self.operation_mode = table[32].number
+        self.operation_mode = table[std.PRIMARY_MODE].number
         self.load_nm = 0.0
         self.overload_position = 0
         self._task = Task.NOTHING
@@ -174,12 +177,12 @@ class Machine:
 
     @property
     def _is_plate_bad(self) -> bool:
-        return self.faults.find(EncoderMemory) is not None or self.faults.find(WrongMotor) is not None
+        return self.faults.first(EncoderMemory) is not None or self.faults.first(WrongMotor) is not None
 
     def _adopt(self, motor: MotorData, increments: int, then: float) -> None:
         """Automatic motor recognition (manual 520).  The encoder said `increments` when the shaft was at `then`."""
         self.diagnosis.end(Code.ENCODER_MEMORY)
-        if self.faults.find(EncoderSignal) is None:
+        if self.faults.first(EncoderSignal) is None:
             self.diagnosis.end(Code.ENCODER_SIGNAL)
         self.motor = motor
         idns.show_motor(self._table, motor)
@@ -269,9 +272,9 @@ class Machine:
     def rearrange(self) -> None:
         """Parameters have changed."""
         table = self._table
-        self._standstill = table[124].number / 1e4 / tuning.RPM
-        self._window = table[57].number
-        self._load_limit = table[114].number / 100
+        self._standstill = table[std.STANDSTILL_WINDOW].number / 1e4 / tuning.RPM
+        self._window = table[std.POSITION_WINDOW].number
+        self._load_limit = table[std.LOAD_LIMIT].number / 100
         lead_inertia = tuning.lead_inertia(table, self.settings, self._known) if self._is_lagless else 0.0
         self.axis.arrange(*self._constants, self.cycle_steps, lead_inertia)
 
@@ -328,14 +331,14 @@ class Machine:
     def _on_faults(self) -> None:
         """One has begun, or is over."""
         faults = self.faults
-        stuck = faults.find(StuckBrake)
+        stuck = faults.first(StuckBrake)
         if stuck is not self._brake_stuck:
             self._brake_stuck = stuck
             self._brake_due_ns = self._clock.now_ns()
-        self._is_enable_lost = faults.find(EnableLost) is not None
+        self._is_enable_lost = faults.first(EnableLost) is not None
         if not self.settings.simulated:
             self._given = given(self.faults)
-            self._is_dc_dead = bool(faults.all(DcBus))
+            self._is_dc_dead = faults.first(DcBus) is not None
             self._look_at_plate()
         self.catch_up()
         self._check_causes()

@@ -1,9 +1,9 @@
 """What a person may see of a drive, and push."""
 
 from collections.abc import Callable, Mapping
-from math import isfinite
 
 from fieldrig.device import Point, Value
+from fieldrig.point_values import number_in, truth_in
 from fieldrig_devices.mc4.folded import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.ring_side import RingSide
@@ -32,10 +32,10 @@ def _state_points(
     chain = machine.chain
 
     def quit_errors(value: Value) -> None:
-        if value is not True:
-            raise ValueError("true")
+        if not truth_in(value):
+            raise ValueError("expected true, got false")
         if not machine.quit():
-            raise ValueError("not yet: the drive still stops, or what is wrong is still there")
+            raise ValueError("the drive is still stopping, or the cause of the error is still present")
 
     return {
         "axis_state": Point(lambda: chain.axis_state, None, "", "AxisState"),
@@ -46,7 +46,7 @@ def _state_points(
         "quit": Point(lambda: not machine.diagnosis.code, quit_errors, "", "write true to quit errors"),
         "inverter_enable": Point(
             lambda: machine.hardware_enable,
-            lambda value: set_inverter_enable(_truth(value)),
+            lambda value: set_inverter_enable(truth_in(value)),
             "",
             "the input of the safe stop",
         ),
@@ -79,7 +79,7 @@ def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
         "load_position": Point(load_position, None, "rad"),
         "load_torque": Point(
             lambda: machine.load_nm,
-            lambda value: machine.set_load(limited_load(_number(value, "a torque in N m"))),
+            lambda value: machine.set_load(limited_load(float(number_in(value, unit="N m")))),
             "N m",
             "at the load, beside what is always there; positive pulls it back",
         ),
@@ -90,14 +90,10 @@ def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
 
 def _power_points(machine: Machine) -> dict[str, Point]:
     def set_mains(value: Value) -> None:
-        machine.switch_mains(_truth(value))
+        machine.switch_mains(truth_in(value))
 
     def set_ambient(value: Value) -> None:
-        right = "a temperature from -273 to 10000 degC"
-        degc = _number(value, right)
-        if not -273 <= degc <= 10_000:
-            raise ValueError(right)
-        machine.thermal.ambient_c = degc
+        machine.thermal.ambient_c = float(number_in(value, -273, 10_000, "degC"))
 
     return {
         "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "of this drive"),
@@ -112,15 +108,3 @@ def _power_points(machine: Machine) -> dict[str, Point]:
 
 def limited_load(torque_nm: float) -> float:
     return min(max(torque_nm, -LARGEST_LOAD_NM), LARGEST_LOAD_NM)
-
-
-def _truth(value: Value) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError("true or false")
-    return value
-
-
-def _number(value: Value, right: str) -> float:
-    if isinstance(value, str | bool) or not isfinite(value):
-        raise ValueError(right)
-    return float(value)

@@ -10,12 +10,18 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
 
 PROBES: Final = (0, 1)
-CONTROL, COMMAND, STATUS = 169, 170, 179
-_VALUES, _INPUTS, _ENABLES, _LATCHED = 130, 401, 405, 409
+CONTROL, COMMAND, STATUS = std.PROBE_CONTROL, std.PROBING_COMMAND, std.MEASURED_STATUS
+_VALUES, _INPUTS, _ENABLES, _LATCHED = (
+    std.PROBE_1_POSITIVE,
+    std.PROBE_1,
+    std.PROBE_1_ENABLE,
+    std.PROBE_1_POSITIVE_LATCHED,
+)
 
 
 class Probes:

@@ -13,7 +13,7 @@ from typing import Final
 
 from fieldrig.clock import US, Clock
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
@@ -22,6 +22,7 @@ from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Course, Following
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import IdnTable
@@ -71,21 +72,36 @@ class RingSide:
         """The command value that left it at rest, and `slow_cycles` of the axis: it can't have moved without one."""
         self._feedback = Feedback(machine, table, (), self._number_of)
         self.slave = SercosSlave(clock, ring, address, table, self)
-        self.slave.command(99, self._on_reset)
+        self.slave.command(std.RESET_CLASS_1, self._on_reset)
         self.slave.command(idns.READ_PLATE, self._on_read_plate)
         self.probes = Probes(table, lambda: position_at(machine, clock.now_ns()))
-        self.slave.command(170, self.probes.begin)
-        for idn in (57, 91, 92, 100, 101, 104, 114, 124, 159, 296, 348):
+        self.slave.command(std.PROBING_COMMAND, self.probes.begin)
+        for idn in (
+            std.POSITION_WINDOW,
+            std.VELOCITY_LIMIT,
+            std.TORQUE_LIMIT,
+            std.VELOCITY_LOOP_GAIN,
+            std.VELOCITY_LOOP_ACTION_TIME,
+            std.KV_FACTOR,
+            std.LOAD_LIMIT,
+            std.STANDSTILL_WINDOW,
+            std.MONITORING_WINDOW,
+            std.VELOCITY_FEED_FORWARD,
+            std.ACCELERATION_FEED_FORWARD,
+        ):
             table[idn].watchers.append(self._on_parameter)
         for idn in (206, 207, idns.STOP_TIME_LIMIT, idns.COAST_OPTION):
             table[idn].watchers.append(self._on_time)
-        for idn in (97, 98):
+        for idn in (std.CLASS_2_MASK, std.CLASS_3_MASK):
             table[idn].watchers.append(self.refresh)
         table[idns.LANGUAGE].watchers.append(self._on_language)
-        table[12].reader, table[13].reader = self._read_warnings, self._read_states
-        table[95].reader = lambda: table[95].encoded(self.message)
-        table[19].set((32,))  # what `check` looks at
-        table[188].reader = lambda: table[188].encoded(sorted(idns.MODE_COMMANDS.values()))
+        table[std.CLASS_2_DIAGNOSTIC].reader, table[std.CLASS_3_DIAGNOSTIC].reader = (
+            self._read_warnings,
+            self._read_states,
+        )
+        table[std.DIAGNOSTIC_MESSAGE].reader = lambda: table[std.DIAGNOSTIC_MESSAGE].encoded(self.message)
+        table[std.CP3_IDNS].set((std.PRIMARY_MODE,))  # what `check` looks at
+        table[std.MDT_IDNS].reader = lambda: table[std.MDT_IDNS].encoded(sorted(idns.MODE_COMMANDS.values()))
 
     # ---- cycles
 
@@ -154,7 +170,7 @@ class RingSide:
         self._until_ns = machine.next_slow_ns
         if is_otherwise:
             self._steady_control = -1
-        elif machine.thermal.warnings != self._warnings or self._table[98].number:
+        elif machine.thermal.warnings != self._warnings or self._table[std.CLASS_3_MASK].number:
             self._status = self._status_word()
         return not is_otherwise and self._status == status
 
@@ -174,7 +190,11 @@ class RingSide:
     def _check_following(self) -> None:
         machine = self._machine
         is_position = machine.operation_mode & 7 == 3
-        if machine.follows and is_position and abs(machine.axis.e) * INCREMENTS > self._table[159].number:
+        if (
+            machine.follows
+            and is_position
+            and abs(machine.axis.e) * INCREMENTS > self._table[std.MONITORING_WINDOW].number
+        ):
             machine.fail(Code.FOLLOWING_ERROR)
 
     def refresh(self) -> None:
@@ -194,7 +214,9 @@ class RingSide:
             elif machine.motor is not None:
                 unit = machine.motor.standstill_torque_nm / 1000
                 self._value = lambda torque: axis.wish(torque * unit)
-        self._most_error = self._table[159].number / INCREMENTS if machine.follows and mode == 3 else 1e99
+        self._most_error = (
+            self._table[std.MONITORING_WINDOW].number / INCREMENTS if machine.follows and mode == 3 else 1e99
+        )
         self._steady_control = self._control & CONTROL_BITS if machine.is_settled and machine.is_cyclic else -1
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
@@ -220,9 +242,9 @@ class RingSide:
         if machine.follows:
             word |= FOLLOWS
         self._warnings = machine.thermal.warnings
-        if (self._warnings ^ self._warnings_seen) & self._table[97].number:
+        if (self._warnings ^ self._warnings_seen) & self._table[std.CLASS_2_MASK].number:
             word |= words.CLASS_2_CHANGED
-        mask = self._table[98].number
+        mask = self._table[std.CLASS_3_MASK].number
         if mask and (self.states ^ self._states_seen) & mask:
             word |= words.CLASS_3_CHANGED
         return word | self._control & words.MODE_MASK
@@ -233,8 +255,8 @@ class RingSide:
         machine = self._machine
         axis = machine.axis
         speed = abs(axis.v)
-        window = self._table[124].number * SPEED_UNIT
-        is_in_position = abs(axis.e) * INCREMENTS <= self._table[57].number
+        window = self._table[std.STANDSTILL_WINDOW].number * SPEED_UNIT
+        is_in_position = abs(axis.e) * INCREMENTS <= self._table[std.POSITION_WINDOW].number
         at_limit = abs(axis.t) >= 0.999 * axis.limits.torque
         return (abs(axis.v - axis.set_speed) <= window) | (speed <= window) << 1 | at_limit << 4 | is_in_position << 6
 
@@ -249,12 +271,12 @@ class RingSide:
     def _read_warnings(self) -> bytes:
         self._warnings_seen = self._machine.thermal.warnings
         self._status = self._status_word()
-        return self._table[12].encoded(self._warnings_seen)
+        return self._table[std.CLASS_2_DIAGNOSTIC].encoded(self._warnings_seen)
 
     def _read_states(self) -> bytes:
         self._states_seen = self.states
         self._status = self._status_word()
-        return self._table[13].encoded(self._states_seen)
+        return self._table[std.CLASS_3_DIAGNOSTIC].encoded(self._states_seen)
 
     def _show(self, idn: int, number: Number) -> None:
         datum = self._table[idn]
@@ -278,7 +300,7 @@ class RingSide:
 
     def _lay_out(self) -> None:
         table, machine = self._table, self._machine
-        self._cycle_ns = table[2].number * US
+        self._cycle_ns = table[std.SERCOS_CYCLE_TIME].number * US
         self._slack_ns = self._cycle_ns // 2
         machine.cycle_steps = self._cycle_ns // INNER_NS
         machine.rearrange()
@@ -293,7 +315,7 @@ class RingSide:
 
     def check(self, phase: int) -> list[int]:
         """The primary mode has to be one of ours, with its command value in the MDT, if there is any."""
-        mode = self._table[32].number
+        mode = self._table[std.PRIMARY_MODE].number
         if phase == 3:
             return []
         mdt = self.slave.telegrams.mdt
@@ -308,8 +330,8 @@ class RingSide:
 
     def _on_time(self) -> None:
         table, times = self._table, self._machine.times
-        times.brake_disconnection_ns = table[206].number * 1000 * US
-        times.brake_coupling_ns = table[207].number * 1000 * US
+        times.brake_disconnection_ns = table[std.DRIVE_ON_DELAY].number * 1000 * US
+        times.brake_coupling_ns = table[std.DRIVE_OFF_DELAY].number * 1000 * US
         times.stop_limit_ns = table[idns.STOP_TIME_LIMIT].number * 1000 * US
         option = table[idns.COAST_OPTION].number
         times.enable_coast, times.error_coast, times.brake_coast = bool(option & 1), bool(option & 2), bool(option & 4)

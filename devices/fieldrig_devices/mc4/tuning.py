@@ -10,6 +10,7 @@ from typing import Final
 from fieldrig_devices.drives.motor import MotorData
 from fieldrig_devices.mc4.folded import Elastic, Gains, Limits, Plant
 from fieldrig_devices.mc4.settings import LoadSettings, Mc4Settings
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 
 PEAK: Final = 2.5
@@ -48,23 +49,23 @@ def tune(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> None:
     given = settings.parameters.idns
     if "S-0-0100" not in given:
         kp = all_inertia(settings.load, motor) * bandwidth(settings.load)
-        table[100].set(max(1, round(kp / motor.torque_constant_nm_per_a * 1e3)))
+        table[std.VELOCITY_LOOP_GAIN].set(max(1, round(kp / motor.torque_constant_nm_per_a * 1e3)))
     if "S-0-0091" not in given:
-        table[91].set(round(motor.max_speed_rpm * 1e4))
+        table[std.VELOCITY_LIMIT].set(round(motor.max_speed_rpm * 1e4))
 
 
 def gains_of(table: IdnTable, settings: Mc4Settings, motor: MotorData, *, is_lagless: bool) -> Gains:
-    kp = table[100].number / 1e3 * motor.torque_constant_nm_per_a
+    kp = table[std.VELOCITY_LOOP_GAIN].number / 1e3 * motor.torque_constant_nm_per_a
     kp = kp or all_inertia(settings.load, motor) * bandwidth(settings.load)
-    seconds = table[101].number / 1e4
-    ff = table[296].number / 1000 if is_lagless else 0.0
-    return Gains(table[104].number / 100 * KV_UNIT, kp, kp / seconds if seconds else 0.0, ff)
+    seconds = table[std.VELOCITY_LOOP_ACTION_TIME].number / 1e4
+    ff = table[std.VELOCITY_FEED_FORWARD].number / 1000 if is_lagless else 0.0
+    return Gains(table[std.KV_FACTOR].number / 100 * KV_UNIT, kp, kp / seconds if seconds else 0.0, ff)
 
 
 def limits_of(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> Limits:
     amplifier_nm = settings.amplifier.continuous_current_a * PEAK * motor.torque_constant_nm_per_a
-    told_nm = table[92].number / 1000 * motor.standstill_torque_nm
-    told_rpm = table[91].number / 1e4 or motor.max_speed_rpm
+    told_nm = table[std.TORQUE_LIMIT].number / 1000 * motor.standstill_torque_nm
+    told_rpm = table[std.VELOCITY_LIMIT].number / 1e4 or motor.max_speed_rpm
     most = min(motor.peak_torque_nm, amplifier_nm, told_nm)
     fastest = min(motor.max_speed_rpm, told_rpm) / RPM
     return Limits(max(most, 1e-6), max(fastest, 1e-6))
@@ -72,4 +73,4 @@ def limits_of(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> Limit
 
 def lead_inertia(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> float:
     """What the current feed-forward reckons with."""
-    return all_inertia(settings.load, motor) * table[348].number / 1000
+    return all_inertia(settings.load, motor) * table[std.ACCELERATION_FEED_FORWARD].number / 1000

@@ -5,18 +5,31 @@ moves with every cycle is written as Python text, so that the values of one tele
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from math import tau
 from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.folded import INCREMENTS, Numbers
+from fieldrig_devices.mc4.folded import INCREMENTS, Moving, Numbers, compiled
 from fieldrig_devices.mc4.machine import Machine
+from fieldrig_devices.sercos import standard_idns as std
 
 SPEED_UNIT: Final = tau / 60 * 1e-4
 """rad/s of one 0.0001 1/min."""
 _HALF, _ALL = 0x8000_0000, 0xFFFF_FFFF
 Number = Callable[[], int]
-STANDING: Final = frozenset({11, 129, 182, 390, idns.MC4_STATE, idns.AXIS_STATE, idns.SIGNALS, idns.DIAG_CODE})
+STANDING: Final = frozenset(
+    {
+        std.CLASS_1_DIAGNOSTIC,
+        std.MANUFACTURER_CLASS_1,
+        std.MANUFACTURER_CLASS_3,
+        std.DIAGNOSTIC_NUMBER,
+        idns.MC4_STATE,
+        idns.AXIS_STATE,
+        idns.SIGNALS,
+        idns.DIAG_CODE,
+    }
+)
 """Those that only change when the machine is looked at, not with every cycle."""
 
 
@@ -25,11 +38,11 @@ def _clamped(value: str, half: int) -> str:
 
 
 MOVING: Final = {
-    40: _clamped(f"{{v}} / {SPEED_UNIT!r}", _HALF),
-    51: f"(round({{place}} - {{e}} * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
-    53: f"(round({{place}} - ({{e}} + {{twist}}) * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
-    84: _clamped("{t} * 1000 / {standstill_nm}", 0x8000),
-    189: _clamped(f"{{e}} * {INCREMENTS!r}", _HALF),
+    std.VELOCITY_FEEDBACK: _clamped(f"{{v}} / {SPEED_UNIT!r}", _HALF),
+    std.POSITION_FEEDBACK_1: f"(round({{place}} - {{e}} * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
+    std.POSITION_FEEDBACK_2: f"(round({{place}} - ({{e}} + {{twist}}) * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
+    std.TORQUE_FEEDBACK: _clamped("{t} * 1000 / {standstill_nm}", 0x8000),
+    std.FOLLOWING_DISTANCE: _clamped(f"{{e}} * {INCREMENTS!r}", _HALF),
 }
 """Of the axis, by IDN: expressions in Python, with names for `place` (the set position, in increments) and so on."""
 
@@ -39,16 +52,20 @@ def _tenths(degc: float) -> int:
 
 
 def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tuple[int, ...]]:
-    """All values of these IDNs of `MOVING`."""
+    """Return a function that gives the present values of these IDNs of `MOVING`."""
+    values_of = _values_of(tuple(numbers))
+    return lambda: values_of(machine.axis, machine.true_motor.standstill_torque_nm)
+
+
+@lru_cache(maxsize=256)
+def _values_of(numbers: tuple[int, ...]) -> Callable[[Moving, float], tuple[int, ...]]:
     names = {
         "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
-        "standstill_nm": "machine.true_motor.standstill_torque_nm",
+        "standstill_nm": "standstill_nm",
     }  # fmt: skip
     values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
-    text = f"def numbers():\n    axis = machine.axis\n    return ({values})\n"
-    space: dict[str, object] = {"machine": machine, "round": round, "max": max, "min": min, "__builtins__": {}}
-    exec(text, space)
-    return cast(Callable[[], tuple[int, ...]], space["numbers"])
+    text = f"def numbers(axis, standstill_nm):\n    return ({values})\n"
+    return cast(Callable[[Moving, float], tuple[int, ...]], compiled(text, "numbers"))
 
 
 def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> Numbers:
@@ -81,15 +98,15 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
         return machine.is_ready | lifted | machine.hardware_enable << 2 | chain.has_torque << 3
 
     return {idn: moving(idn) for idn in MOVING} | {
-        11: lambda: machine.diagnosis.class_1,
-        129: lambda: machine.diagnosis.manufacturer_class_1,
-        182: lambda: machine.chain.axis_state << 8 | machine.chain.mc4_state,
-        380: lambda: min(round(machine.present_dc.volt), 32_767),
-        383: lambda: _tenths(machine.present_thermal.motor_c),
-        384: lambda: _tenths(machine.present_thermal.amplifier_c),
-        390: lambda: int(machine.diagnosis.code),
-        110: lambda: round(settings.amplifier.continuous_current_a * 2500),
-        112: lambda: round(settings.amplifier.continuous_current_a * 1000),
+        std.CLASS_1_DIAGNOSTIC: lambda: machine.diagnosis.class_1,
+        std.MANUFACTURER_CLASS_1: lambda: machine.diagnosis.manufacturer_class_1,
+        std.MANUFACTURER_CLASS_3: lambda: machine.chain.axis_state << 8 | machine.chain.mc4_state,
+        std.DC_BUS_VOLTAGE: lambda: min(round(machine.present_dc.volt), 32_767),
+        std.MOTOR_TEMPERATURE: lambda: _tenths(machine.present_thermal.motor_c),
+        std.AMPLIFIER_TEMPERATURE: lambda: _tenths(machine.present_thermal.amplifier_c),
+        std.DIAGNOSTIC_NUMBER: lambda: int(machine.diagnosis.code),
+        std.AMPLIFIER_PEAK_CURRENT: lambda: round(settings.amplifier.continuous_current_a * 2500),
+        std.AMPLIFIER_RATED_CURRENT: lambda: round(settings.amplifier.continuous_current_a * 1000),
         idns.MC4_STATE: lambda: machine.chain.mc4_state,
         idns.AXIS_STATE: lambda: machine.chain.axis_state,
         idns.MOTOR_OVERLOAD: lambda: min(round(machine.present_thermal.motor_load * 1000), 65_535),

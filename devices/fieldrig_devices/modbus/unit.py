@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Point
 from fieldrig.errors import RigError
+from fieldrig.point_values import whole_in
 from fieldrig.store import StoreError
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
@@ -31,10 +32,8 @@ class FifoQueue:
         self._heard: int | None = None
 
     def put(self, value: Value) -> None:
-        """ValueError for what is no register."""
-        if isinstance(value, str | bool) or value != int(value) or not 0 <= value <= 0xFFFF:
-            raise ValueError(f"{self.entry.name} takes whole numbers from 0 to 65535, not {value!r}")
-        self.values.append(int(value))
+        """Append a value to the queue.  ValueError for one that is not a register."""
+        self.values.append(whole_in(value, 0, 0xFFFF))
 
     def hear(self, signal: Signal) -> None:
         value = min(max(round(signal.value), 0), 0xFFFF)

@@ -41,7 +41,7 @@ class Phase(NamedTuple):
 class Profile:
     """Phases in a row; after the last one the end speed is kept for ever."""
 
-    __slots__ = ("_phases", "duration_s")
+    __slots__ = ("_phases", "distance", "duration_s", "end_speed")
 
     def __init__(self, speed: float, steps: Iterable[tuple[float, float]], end_speed: float) -> None:
         """`steps` are seconds and an acceleration."""
@@ -53,31 +53,25 @@ class Profile:
                 position += (speed + acceleration / 2 * seconds) * seconds
                 speed += acceleration * seconds
                 begin_s += seconds
-        self.duration_s = begin_s
+        self.duration_s, self.end_speed = begin_s, end_speed
+        self.distance = position
+        """To where the end speed begins."""
         self._phases.append(Phase(begin_s, math.inf, position, end_speed, 0.0))
 
     def at(self, seconds: float) -> State:
         return State(*self.course(seconds))
 
     def course(self, seconds: float) -> tuple[float, float, float]:
-        """As `at`, without names, for who asks in every cycle."""
-        phase = self._phases[-1]
-        if seconds < phase[0]:
-            for phase in self._phases:
-                if seconds < phase[1]:
-                    break
+        """As `at`, without names, for callers that ask in every cycle; at its end speed it costs a multiplication."""
+        passed = seconds - self.duration_s
+        if passed >= 0:
+            return self.distance + self.end_speed * passed, self.end_speed, 0.0
+        for phase in self._phases:
+            if seconds < phase[1]:
+                break
         begin_s, _, position, speed, acceleration = phase
         passed = seconds - begin_s
         return position + (speed + acceleration / 2 * passed) * passed, speed + acceleration * passed, acceleration
-
-    @property
-    def distance(self) -> float:
-        """To where the end speed begins."""
-        return self._phases[-1].position
-
-    @property
-    def end_speed(self) -> float:
-        return self._phases[-1].speed
 
 
 def keep(speed: float) -> Profile:

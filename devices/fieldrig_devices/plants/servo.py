@@ -15,6 +15,7 @@ from math import ceil, floor, inf, isfinite, tau
 from fieldrig.clock import Clock, S, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
+from fieldrig.point_values import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.axis_model import Course, State, after
 from fieldrig_devices.plants.servo_settings import ServoSettings
@@ -108,14 +109,10 @@ class Servo(Device):
         self._go_on()
 
     def _write_load_torque(self, value: Value) -> None:
-        if isinstance(value, str | bool) or not isfinite(value):
-            raise ValueError("a torque in N m")
-        self._on_load_torque(value)
+        self._on_load_torque(number_in(value, unit="N m"))
 
     def _write_blocked(self, value: Value) -> None:
-        if not isinstance(value, bool):
-            raise ValueError("true or false")
-        self._on_blocked(value)
+        self._on_blocked(truth_in(value))
 
     def _is_at_stop(self) -> bool:
         return self._now().position in (self._free.low, self._free.high)

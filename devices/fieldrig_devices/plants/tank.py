@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
+from fieldrig.point_values import number_in
 from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.plants.torricelli import moved, root_coefficient
@@ -154,10 +155,9 @@ class Tank(Device):
 
     def _set_level(self, value: float | str) -> None:
         height_m = self._settings.height_m
-        if isinstance(value, str | bool) or not 0 <= value <= height_m:
-            raise ValueError(f"a level from 0 to {height_m} m")
+        level_m = float(number_in(value, 0, height_m, "m"))
         self._look()
-        self._water = self._water._replace(level_m=float(value))
+        self._water = self._water._replace(level_m=level_m)
         self._tell_all()
         self._keep_ticking()
 

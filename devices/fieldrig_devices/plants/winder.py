@@ -14,6 +14,7 @@ from math import ceil, floor, isfinite
 from fieldrig.clock import US, Clock, S, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
+from fieldrig.point_values import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.line_feed import LineFeed
 from fieldrig_devices.plants.winder_model import WinderModel
@@ -23,6 +24,8 @@ FULL_SCALE_V = 10.0
 STILL_M_PER_S = 1e-6
 STILL_M_PER_S2 = 1e-4
 MOST_STEPS = 100  # after a longer pause the rest of it is lost
+
+LARGEST_FORCE_N = 1e6
 
 
 class Winder(Device):
@@ -102,13 +105,12 @@ class Winder(Device):
         self._go_on()
 
     def _write_break(self, value: Value) -> None:
-        if not isinstance(value, bool):
-            raise ValueError("true or false")
+        is_broken = truth_in(value)
         settings, model = self._settings, self._model
-        if not value and settings.role == "unwinder" and model.radius_m <= settings.core_radius_m:
-            raise ValueError("the roll is empty: set radius first")
+        if not is_broken and settings.role == "unwinder" and model.radius_m <= settings.core_radius_m:
+            raise ValueError("the roll is empty; set radius first")
         self._look()
-        if value:
+        if is_broken:
             model.break_web()
         elif model.is_broken:
             model.thread_web()
@@ -116,17 +118,15 @@ class Winder(Device):
 
     def _write_radius(self, value: Value) -> None:
         core_m = self._settings.core_radius_m
-        if isinstance(value, str | bool) or not core_m <= value <= 100 * core_m:
-            raise ValueError(f"a radius from {core_m} to {100 * core_m} m")
+        radius_m = float(number_in(value, core_m, 100 * core_m, "m"))
         self._look()
-        self._model.mount(float(value))
+        self._model.mount(radius_m)
         self._go_on()
 
     def _write_force(self, value: Value) -> None:
-        if isinstance(value, str | bool) or not isfinite(value) or not 0 <= value <= 1e6:
-            raise ValueError("a force from 0 to 1000000 N")
+        force_n = float(number_in(value, 0, LARGEST_FORCE_N, "N"))
         self._look()
-        self._model.dancer_force_n = float(value)
+        self._model.dancer_force_n = force_n
         self._go_on()
 
     def _drive(self) -> tuple[float, float]:

@@ -16,12 +16,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, StringConstraints, ValidationError, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
-from fieldrig.errors import ConfigError, Mistake
-from fieldrig.settings import Settings
-from fieldrig.wording import explain
-from fieldrig.yaml_source import key_text, read
+from fieldrig.settings import Settings, WrongKey
+from fieldrig.settings_file import load_settings
+from fieldrig.yaml_source import key_text
 
 Value = bool | int | float | str
 Number = int | float
@@ -154,30 +153,8 @@ def words_of(entry: Bit | Register) -> int:
 
 
 def load_table(path: Path) -> Table:
-    """ConfigError with every mistake in the file."""
-    file = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError([Mistake(file, None, "", f"it can't be read: {cause}", "name a register table")]) from cause
-    source = read(text, file)
-    mistakes = list(source.mistakes)
-    table = None
-    if not mistakes:
-        try:
-            table = Table.model_validate(source.data or {})
-        except ValidationError as error:
-            for finding in explain(error, source.data, Table):
-                mark = source.marks.get(finding.path) or source.marks.get(finding.path[:-1])
-                line = mark.line if mark else None
-                mistakes.append(Mistake(file, line, key_text(finding.path), finding.what, finding.remedy))
-    if table is not None:
-        for path_in_file, what, remedy in _conflicts(table):
-            mark = source.marks.get(path_in_file)
-            mistakes.append(Mistake(file, mark.line if mark else None, key_text(path_in_file), what, remedy))
-    if mistakes or table is None:
-        raise ConfigError(mistakes)
-    return table
+    """Return the table that a file holds.  ConfigError with every mistake in the file."""
+    return load_settings(path, Table, _conflicts)
 
 
 def _check_common(entry: Bit | Register) -> None:
@@ -208,11 +185,8 @@ def _check_initial(register: Register, initial: Value) -> None:
             raise ValueError(f"initial {initial} is not between min and max")
 
 
-Conflict = tuple[tuple[Any, ...], str, str]
-
-
-def _conflicts(table: Table) -> Iterator[Conflict]:
-    """What is right by itself and wrong together: addresses, names and wires that stand twice; directions."""
+def _conflicts(table: Table) -> Iterator[WrongKey]:
+    """Yield what is wrong in entries that are right one by one: names or addresses used twice, directions."""
     names: dict[str, str] = {}
     drivers: dict[str, str] = {}
     for space in SPACES:
@@ -222,10 +196,11 @@ def _conflicts(table: Table) -> Iterator[Conflict]:
             here = (space, index)
             yield from _twice(names, entry.name, here, "name")
             if space not in WRITABLE_SPACES and (entry.access or "ro") != "ro":
-                yield (*here, "access"), f"a client can't write {space.replace('_', ' ')}", "right would be ro"
+                yield WrongKey((*here, "access"), f"a client can't write {space.replace('_', ' ')}", "expected ro")
             elif entry.wire is not None and direction_of(space, entry) == "to_wire":
                 if access_of(space, entry) == "ro":
-                    yield (*here, "direction"), "nobody writes it, so it can't drive a wire", "right would be from_wire"
+                    what = "no client can write it, so it can't drive a wire"
+                    yield WrongKey((*here, "direction"), what, "expected from_wire")
                 yield from _twice(drivers, entry.wire, here, "wire")
     fifos: dict[int, str] = {}
     for index, fifo in enumerate(table.fifos):
@@ -233,18 +208,19 @@ def _conflicts(table: Table) -> Iterator[Conflict]:
         yield from _twice(fifos, fifo.address, ("fifos", index), "address")
 
 
-def _overlaps(space: str, entries: list[Bit | Register]) -> Iterator[Conflict]:
+def _overlaps(space: str, entries: list[Bit | Register]) -> Iterator[WrongKey]:
     last_end, last = 0, ""
     for address, index in sorted((entry.address, index) for index, entry in enumerate(entries)):
         entry = entries[index]
         if address < last_end:
-            yield (space, index, "address"), f"address {address} is in use by {last}", f"from {last_end} on it is free"
+            what = f"address {address} is in use by {last}"
+            yield WrongKey((space, index, "address"), what, f"addresses from {last_end} on are free")
         end = address + entry.count * words_of(entry)
         if end > last_end:
             last_end, last = end, entry.name
 
 
-def _twice(known: dict[Any, str], what: Any, here: tuple[Any, ...], key: str) -> Iterator[Conflict]:
+def _twice(known: dict[Any, str], what: Any, here: tuple[Any, ...], key: str) -> Iterator[WrongKey]:
     if what in known:
-        yield (*here, key), f"{what} stands at {known[what]} already", f"give each {key} once"
+        yield WrongKey((*here, key), f"{what} is already used at {known[what]}", f"use each {key} once")
     known.setdefault(what, key_text(here))

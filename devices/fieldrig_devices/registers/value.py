@@ -5,6 +5,7 @@ import struct
 from collections.abc import Callable
 from typing import Literal
 
+from fieldrig.point_values import number_in, text_in, truth_in
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.registers.image import BitImage, RegisterImage
@@ -25,14 +26,14 @@ class BitValue:
         return self._image.get(self._address)
 
     def put(self, value: Value) -> None:
-        """ValueError for what is no bit."""
-        if not isinstance(value, bool):
-            raise ValueError(f"{self.name} is true or false, not {value!r}")
-        self._image.put(self._address, value)
+        """Set the bit.  ValueError for a value that is not true or false."""
+        self._image.put(self._address, truth_in(value, self.name))
 
     def hear(self, signal: Signal) -> None:
-        """ValueError if the wire carries something else."""
-        self.put(signal.value)
+        """Take the level of a digital wire.  ValueError if the wire carries something else."""
+        if not isinstance(signal.value, bool):
+            raise ValueError(f"{self.name} is a bit: expected a digital wire, got {signal.value!r} on {signal.name}")
+        self._image.put(self._address, signal.value)
 
     def raw(self) -> bytes:
         return bytes((self._image.get(self._address),))
@@ -80,10 +81,9 @@ class RegisterValue:
         return self._decode(self._image.get(self._address, self._words))
 
     def put(self, value: Value) -> None:
-        """ValueError for what doesn't fit."""
-        low, high = self.entry.min, self.entry.max
-        if not isinstance(value, str) and ((low is not None and value < low) or (high is not None and value > high)):
-            raise ValueError(f"{self.name} takes {self._limits()}, not {value}")
+        """Set the value.  ValueError for one that is beyond the limits, or that the registers can't hold."""
+        if self._format is not None and (self.has_limits or isinstance(value, bool | str)):
+            number_in(value, self.entry.min, self.entry.max, self.unit, self.name)
         self._image.put(self._address, self._encode(value))
 
     def hear(self, signal: Signal) -> None:
@@ -155,21 +155,21 @@ class RegisterValue:
         return float(f"{value * self.entry.scale + self.entry.offset:.12g}")
 
     def _encode(self, value: Value) -> bytes:
-        """ValueError for what doesn't fit."""
+        """Return the bytes of the registers.  ValueError for a value that they can't hold."""
         kind = self.entry.type
         if self._format is None:
-            if kind == "bool" and isinstance(value, bool):
-                return b"\x00\x01" if value else b"\x00\x00"
-            if kind != "bool" and isinstance(value, str) and value.isascii() and len(value) <= 2 * self._words:
-                return value.encode().ljust(2 * self._words, b"\x00")
-            raise ValueError(f"{self.name} is a {kind}, not {value!r}")
-        if isinstance(value, str | bool):
-            raise ValueError(f"{self.name} is a number, not {value!r}")
+            if kind == "bool":
+                return b"\x00\x01" if truth_in(value, self.name) else b"\x00\x00"
+            text = text_in(value, 2 * self._words, self.name)
+            if not text.isascii():
+                raise ValueError(f"{self.name}: expected a text in ASCII, got {text!r}")
+            return text.encode().ljust(2 * self._words, b"\x00")
+        assert not isinstance(value, str | bool), "`put` has refused it"
         raw = (value - self.entry.offset) / self.entry.scale if self._is_scaled else value
         try:
             data = self._format.pack(raw if kind in FLOATS else round(raw))
         except (struct.error, OverflowError, ValueError) as cause:
-            raise ValueError(f"{self.name} is {kind} with scale {self.entry.scale}: {value} doesn't fit") from cause
+            raise ValueError(f"{self.name}: {value} doesn't fit into {kind} with scale {self.entry.scale}") from cause
         return _swapped(data) if self._is_swapped else data
 
     def _saturated(self, value: int | float) -> bytes:

@@ -12,8 +12,9 @@ from functools import partial
 from typing import Final
 
 from fieldrig.clock import MS, US, Clock, Timer
-from fieldrig.link import Link
-from fieldrig_bus.ring.message import BROADCAST, Answers, Mdt, Mst, RingMessage
+from fieldrig.link import Link, patience_of
+from fieldrig_bus.ring.sercos.message import BROADCAST, Answers, Mdt, Mst, RingMessage
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.idn import Element, ServiceError
 from fieldrig_devices.sercos.plan import RingPlan
@@ -55,7 +56,7 @@ class SercosMaster:
         self.plan = RingPlan(drives, cycle_ns, mbaud, settling_ns)
         self.drives = {drive.address: drive for drive in drives}
         self._order = tuple(drives)
-        patience_cycles = getattr(link, "patience_ns", 0) // early_cycle_ns
+        patience_cycles = patience_of(link) // early_cycle_ns
         self._most_calls = CALLS + patience_cycles
         for drive in drives:
             drive.client.more_patience = patience_cycles
@@ -376,13 +377,13 @@ class SercosMaster:
         """S-0-0128 in every drive; the last one lets the ring into CP4."""
         self._waiting_for = len(self._order)
         for drive in self._order:
-            self.command(drive.address, 128, partial(self._on_checked, drive))
+            self.command(drive.address, std.CP4_TRANSITION_CHECK, partial(self._on_checked, drive))
 
     def _on_checked(self, drive: Drive, is_good: bool) -> None:
         if self.phase != 3:
             return
         if not is_good:
-            self._tell(Event.REFUSED, drive.address, 128)
+            self._tell(Event.REFUSED, drive.address, std.CP4_TRANSITION_CHECK)
             self._go_down()
             self._target = 0
             return

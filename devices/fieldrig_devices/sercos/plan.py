@@ -7,8 +7,9 @@ import struct
 from collections.abc import Sequence
 
 from fieldrig.clock import US
-from fieldrig_bus.ring.message import BROADCAST
-from fieldrig_bus.ring.timing import GAP_NS, MST_BYTES, telegram_ns
+from fieldrig_bus.ring.sercos.message import BROADCAST
+from fieldrig_bus.ring.sercos.timing import GAP_NS, MST_BYTES, telegram_ns
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.ring_drive import Drive
 from fieldrig_devices.sercos.telegram import HEAD_BYTES, size
 
@@ -35,14 +36,14 @@ class RingPlan:
                 position = 1 + length
             length += HEAD_BYTES + size(other.mdt_codes)
         return {
-            1: cycle_us,
-            2: cycle_us,
-            6: max(at_ns // US, own[3]),
-            89: (mdt_ns - mst_ns) // US,
-            8: (end_ns - mst_ns + self._settling_ns) // US,
-            7: max(cycle_us - own[5] - 1, 1),
-            9: position,
-            10: length,
+            std.NC_CYCLE_TIME: cycle_us,
+            std.SERCOS_CYCLE_TIME: cycle_us,
+            std.AT_START: max(at_ns // US, own[std.SHORTEST_AT_START]),
+            std.MDT_START: (mdt_ns - mst_ns) // US,
+            std.COMMAND_VALID_TIME: (end_ns - mst_ns + self._settling_ns) // US,
+            std.FEEDBACK_TIME: max(cycle_us - own[std.SHORTEST_FEEDBACK_TIME] - 1, 1),
+            std.RECORD_POSITION: position,
+            std.MDT_LENGTH: length,
         }
 
     def needed_ns(self) -> int:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Final
 
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.idn import Element
 from fieldrig_devices.sercos.ring_drive import Drive
@@ -27,14 +28,21 @@ Script = Generator[Ask, bytes, None]
 def preparation(drive: Drive, timing: Callable[[dict[int, int]], dict[int, int]]) -> Script:
     """Its own times are read, then all times, its telegrams and S-0-0127; `timing` is `RingPlan.timing` for it."""
     own: dict[int, int] = {}
-    for idn in (3, 4, 5, 87, 88, 90):
+    for idn in (
+        std.SHORTEST_AT_START,
+        std.TRANSMIT_RECEIVE_TIME,
+        std.SHORTEST_FEEDBACK_TIME,
+        std.TRANSMIT_TRANSMIT_TIME,
+        std.RECEIVE_RECEIVE_TIME,
+        std.COMMAND_TRANSMIT_TIME,
+    ):
         own[idn] = int.from_bytes((yield Ask(idn)), "little")
     for idn, value in timing(own).items():
         yield Ask(idn, data=value.to_bytes(2, "little"))
-    yield Ask(15, data=CONFIGURED.to_bytes(2, "little"))
-    for idn, idns in ((24, drive.mdt), (16, drive.at)):
+    yield Ask(std.TELEGRAM_TYPE, data=CONFIGURED.to_bytes(2, "little"))
+    for idn, idns in ((std.MDT_CONFIGURATION, drive.mdt), (std.AT_CONFIGURATION, drive.at)):
         yield Ask(idn, data=b"".join(one.to_bytes(2, "little") for one in idns))
-    yield from transition(127)
+    yield from transition(std.CP3_TRANSITION_CHECK)
 
 
 def transition(idn: int) -> Script:

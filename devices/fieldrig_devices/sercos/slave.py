@@ -13,8 +13,8 @@ from functools import partial
 from typing import Final, Protocol
 
 from fieldrig.clock import NEVER_NS, US, Clock
-from fieldrig.link import Link
-from fieldrig_bus.ring.message import BROADCAST, Cycle, RingMessage
+from fieldrig.link import Link, patience_of
+from fieldrig_bus.ring.sercos.message import BROADCAST, Cycle, RingMessage
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.communication import Communication
@@ -112,8 +112,8 @@ class SercosSlave:
         self.watchdog = clock.watch(self._on_silence)
         """Due when two MSTs are missing; every MST that comes puts it off by `window_ns`."""
         self.window_ns = NEVER_NS
-        self._patience_ns: int = getattr(link, "patience_ns", 0)
-        """That a ring in real time has with a computer that is busy."""
+        self._patience_ns = patience_of(link)
+        """Grace time for a busy host."""
         link.on_receive(self._on_message, [["drive", address]])
 
     @property

@@ -9,6 +9,7 @@ import struct
 from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.idn import Format
 
@@ -26,23 +27,47 @@ class Telegrams(NamedTuple):
 
 STANDARD: Final[Mapping[int, Telegrams]] = {
     0: Telegrams((), ()),
-    1: Telegrams((80,), ()),
-    2: Telegrams((36,), (40,)),
-    3: Telegrams((36,), (51,)),
-    4: Telegrams((47,), (51,)),
-    5: Telegrams((47, 36), (51, 40)),
-    6: Telegrams((36,), ()),
+    1: Telegrams((std.TORQUE_COMMAND,), ()),
+    2: Telegrams((std.VELOCITY_COMMAND,), (std.VELOCITY_FEEDBACK,)),
+    3: Telegrams((std.VELOCITY_COMMAND,), (std.POSITION_FEEDBACK_1,)),
+    4: Telegrams((std.POSITION_COMMAND,), (std.POSITION_FEEDBACK_1,)),
+    5: Telegrams((std.POSITION_COMMAND, std.VELOCITY_COMMAND), (std.POSITION_FEEDBACK_1, std.VELOCITY_FEEDBACK)),
+    6: Telegrams((std.VELOCITY_COMMAND,), ()),
 }
 """By the number in S-0-0015."""
 
 CODES: Final[Mapping[int, str]] = {
-    36: "i", 37: "i", 40: "i", 47: "i", 48: "i", 51: "i", 53: "i", 80: "h", 81: "h", 84: "h",
-    130: "i", 131: "i", 132: "i", 133: "i", 134: "H", 135: "H", 179: "H", 182: "H", 189: "i", 347: "i",
-    11: "H", 12: "H", 13: "H", 380: "h", 383: "h", 384: "h", 390: "I",
-}  # fmt: skip
+    std.VELOCITY_COMMAND: "i",
+    std.ADDITIVE_VELOCITY_COMMAND: "i",
+    std.VELOCITY_FEEDBACK: "i",
+    std.POSITION_COMMAND: "i",
+    std.ADDITIVE_POSITION_COMMAND: "i",
+    std.POSITION_FEEDBACK_1: "i",
+    std.POSITION_FEEDBACK_2: "i",
+    std.TORQUE_COMMAND: "h",
+    std.ADDITIVE_TORQUE_COMMAND: "h",
+    std.TORQUE_FEEDBACK: "h",
+    std.PROBE_1_POSITIVE: "i",
+    std.PROBE_1_NEGATIVE: "i",
+    std.PROBE_2_POSITIVE: "i",
+    std.PROBE_2_NEGATIVE: "i",
+    std.MASTER_CONTROL: "H",
+    std.DRIVE_STATUS: "H",
+    std.MEASURED_STATUS: "H",
+    std.MANUFACTURER_CLASS_3: "H",
+    std.FOLLOWING_DISTANCE: "i",
+    std.VELOCITY_DEVIATION: "i",
+    std.CLASS_1_DIAGNOSTIC: "H",
+    std.CLASS_2_DIAGNOSTIC: "H",
+    std.CLASS_3_DIAGNOSTIC: "H",
+    std.DC_BUS_VOLTAGE: "h",
+    std.MOTOR_TEMPERATURE: "h",
+    std.AMPLIFIER_TEMPERATURE: "h",
+    std.DIAGNOSTIC_NUMBER: "I",
+}
 """How a master that knows the standard reads cyclic data, by IDN."""
 
-_BY_BYTES: Final = {2: "h", 4: "i", 8: "q"}
+_BY_BYTES: Final = {std.SERCOS_CYCLE_TIME: "h", std.TRANSMIT_RECEIVE_TIME: "i", std.COMMAND_VALID_TIME: "q"}
 
 
 def code_of(table: IdnTable, idn: int) -> str:

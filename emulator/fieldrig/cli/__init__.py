@@ -4,7 +4,7 @@ import sys
 from typing import NoReturn
 
 from fieldrig.cli.app import app
-from fieldrig.errors import ConfigError, ControlError, RigError, UsageError
+from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
 from fieldrig.exits import Exit
 
 
@@ -26,6 +26,8 @@ def main() -> NoReturn:
 def _code(cause: RigError) -> Exit:
     if isinstance(cause, UsageError):
         return Exit.WRONG
+    if isinstance(cause, RefusedError):
+        return Exit.REFUSED
     if not isinstance(cause, ControlError):
         return Exit.CANNOT_START
     # Only what talks to Zenoh can raise it, so this import costs nothing more.

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli import fault, points, rigfile, status, timing, trace, up, watch
+from fieldrig.cli.common import CONTEXT
 from fieldrig.cli.installed import Commands
 from fieldrig.exits import ABOUT, Exit
 
@@ -46,7 +47,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    context_settings=dict(CONTEXT),
 )
 
 

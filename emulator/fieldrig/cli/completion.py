@@ -116,7 +116,8 @@ def _offer(
 
     `ask` is called with the rig, the word, and the words of the same parameter before it.
     """
-    from fieldrig.endpoint import DEFAULT_ENDPOINT, is_answered
+    from fieldrig.endpoint import is_answered
+    from fieldrig.net import DEFAULT_ENDPOINT
 
     *before, word = _joined([*(ctx.params.get(parameter) or ()), incomplete])
     endpoint = ctx.params.get("endpoint") or DEFAULT_ENDPOINT

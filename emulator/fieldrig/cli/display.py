@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
 from fieldrig.config import DeviceEntry, RigConfig
-from fieldrig.config_keys import RigKeys
 from fieldrig.control import Control
 from fieldrig.device import RUN, Tool
+from fieldrig.net import DEFAULT_ENDPOINT
 from fieldrig.roster import Event
 
 REFRESH_S = 1.0
@@ -174,11 +174,7 @@ def _as_typed(line: str, control: str) -> str:
     In a shell where the environment is not active another program answers to `python` or `fieldrig`, or none.
     """
     program, _, rest = line.partition(" ")
-    if (
-        program == "fieldrig"
-        and rest.partition(" ")[0] in TALKING
-        and control != RigKeys.model_fields["control"].default
-    ):
+    if program == "fieldrig" and rest.partition(" ")[0] in TALKING and control != DEFAULT_ENDPOINT:
         rest = f"{rest} --control {control}"
     ours = {"python": Path(sys.executable), "fieldrig": Path(sys.executable).with_name("fieldrig")}.get(program)
     found = shutil.which(program)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
 
 TIMES: Final = ("start_ms", "duration_ms")
 STANDING: Final = ("what", "state", "applied")

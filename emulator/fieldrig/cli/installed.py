@@ -9,6 +9,7 @@ from typing import Any, Final
 import typer
 from typer.core import TyperGroup
 
+from fieldrig.cli.common import command_group
 from fieldrig.kinds import installed
 
 COMMANDS: Final = "fieldrig.commands"
@@ -33,11 +34,7 @@ def _loaded(name: str) -> Any:
     command = installed(COMMANDS)[name].load()
     if not isinstance(command, typer.Typer):
         function = command
-        command = typer.Typer(
-            rich_markup_mode=None,
-            add_completion=False,
-            context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-        )
+        command = command_group()
         command.command(name)(function)
     made: Any = typer.main.get_command(command)
     made.name = name

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, assignment, echo_json
 
 
 def get(
@@ -71,10 +71,10 @@ def set_(
 
     wanted: dict[str, dict[str, Any]] = {}
     for setting in settings:
-        name, equals, text = setting.partition("=")
+        name, text = assignment(setting, "tank/level=1.25")
         device, slash, key = name.partition("/")
-        if not equals or not slash or not key:
-            raise typer.BadParameter(f"{setting!r} can't be set: write it like tank/level=1.25")
+        if not slash or not key:
+            raise typer.BadParameter(f"{name!r} is not a point; expected DEVICE/KEY, such as tank/level")
         wanted.setdefault(device, {})[key] = parse_value(text)
     values: dict[str, Any] = {}
     with Client(endpoint) as client:

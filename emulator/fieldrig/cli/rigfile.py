@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import AsJson, Overrides, RigFile, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Overrides, RigFile, echo_json, echo_table
 
 
 def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -> None:

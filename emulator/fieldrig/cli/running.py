@@ -9,7 +9,7 @@ from typing import Protocol
 
 from fieldrig import endpoint
 from fieldrig.attended import AttendedRig
-from fieldrig.brood import Brood
+from fieldrig.children import Children
 from fieldrig.cli.display import Display
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
@@ -34,7 +34,7 @@ class Service(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class UpOptions:
     """What the command line asks for."""
 
     overrides: Sequence[str] = ()
@@ -44,19 +44,19 @@ class Wish:
     is_quiet: bool = False
 
 
-def run_rig(config: RigConfig, wish: Wish) -> Exit:
+def run_rig(config: RigConfig, options: UpOptions) -> Exit:
     """RigError if the rig can't start."""
     token()  # one that is wrong is found before anything starts
-    display = Display(config, time.monotonic() - age_s(), wish.is_quiet)
-    if wish.is_attended:
+    display = Display(config, time.monotonic() - age_s(), options.is_quiet)
+    if options.is_attended:
         plans = placement(config)
-        return _in_loop(config, wish, display, lambda control: AttendedRig(config, plans, control, display.report))
+        return _in_loop(config, options, display, lambda control: AttendedRig(config, plans, control, display.report))
     if config.time == "virtual":
-        return _in_loop(config, wish, display, lambda control: VirtualService(config, control, display.report))
-    return _run_processes(config, wish, display)
+        return _in_loop(config, options, display, lambda control: VirtualService(config, control, display.report))
+    return _run_processes(config, options, display)
 
 
-def _run_processes(config: RigConfig, wish: Wish, display: Display) -> Exit:
+def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> Exit:
     """Everything that may refuse is asked before the first process starts."""
     interrupt_on_signals(ENDING)
     plans = placement(config)
@@ -65,29 +65,29 @@ def _run_processes(config: RigConfig, wish: Wish, display: Display) -> Exit:
     folder.claim([socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)])
     try:
         folder.wait_for_the_last()
-        brood = Brood(config, plans, folder, overrides=wish.overrides, is_realtime=wish.is_realtime)
+        children = Children(config, plans, folder, overrides=options.overrides, is_realtime=options.is_realtime)
         try:
-            brood.fork()
+            children.fork()
             return _in_loop(
-                config, wish, display, lambda control: Supervisor(config, plans, control, brood, display.report)
+                config, options, display, lambda control: Supervisor(config, plans, control, children, display.report)
             )
         finally:
-            brood.close()
+            children.close()
     finally:
         folder.release()
 
 
-def _in_loop(config: RigConfig, wish: Wish, display: Display, make: Callable[[Control], Service]) -> Exit:
+def _in_loop(config: RigConfig, options: UpOptions, display: Display, make: Callable[[Control], Service]) -> Exit:
     with asyncio.Runner(loop_factory=loop_factory()) as runner:
-        return runner.run(_run(config, wish, display, make))
+        return runner.run(_run(config, options, display, make))
 
 
-async def _run(config: RigConfig, wish: Wish, display: Display, make: Callable[[Control], Service]) -> Exit:
+async def _run(config: RigConfig, options: UpOptions, display: Display, make: Callable[[Control], Service]) -> Exit:
     control = Control(endpoint.listen(config.control), config.name)
     try:
         service = make(control)
         _end_on_signals(service, display)
-        recorder = Recorder(wish.trace) if wish.trace is not None else None
+        recorder = Recorder(options.trace) if options.trace is not None else None
         if recorder is not None:
             control.listen_to("trace/*", recorder.take)
         watching = asyncio.get_running_loop().create_task(display.watch_load(control))

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
 from fieldrig.exits import Exit
 
 HUNG_S = 1.0

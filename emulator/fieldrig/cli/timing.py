@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, duration_ns, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, duration_ns, echo_json
 
 PATIENCE_S = 3600.0
 """Virtual hours may take their time."""

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, For, duration_ns, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, command_group, duration_ns, echo_json
+from fieldrig.clock import S
 
 if TYPE_CHECKING:
     from fieldrig.trace import TraceEntry
 
-NANO = 1_000_000_000
-DAY_NS = 24 * 3600 * NANO
+DAY_NS = 24 * 3600 * S
 
-app = typer.Typer(
-    no_args_is_help=True,
-)
+app = command_group()
 
 
 @app.callback()
@@ -51,9 +49,7 @@ Buses = Annotated[
 def record(
     file: TraceFile,
     buses: Buses = None,
-    count: Annotated[
-        int | None, typer.Option("--count", "-n", min=1, help="Stop after so many messages.", show_default=False)
-    ] = None,
+    count: Count = None,
     duration: For = None,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
@@ -70,7 +66,7 @@ def record(
     patterns = buses or ["*"]
     with Client(endpoint) as client:
         client.ask("rig/status")
-        give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / NANO
+        give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
         recorder = Recorder(file, count)
         try:
             for told in client.inbox(["trace/*"]):
@@ -183,7 +179,7 @@ def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterato
 
 def _instant(time_ns: int) -> str:
     """Time of day; for virtual time, which starts at 0, seconds."""
-    seconds, fraction_ns = divmod(time_ns, NANO)
+    seconds, fraction_ns = divmod(time_ns, S)
     if time_ns < 365 * DAY_NS:
         return f"{seconds:8}.{fraction_ns // 1000:06}"
     return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{fraction_ns // 1000:06}"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.options import ENDPOINT_VARIABLE, Overrides, RigFile
+from fieldrig.cli.common import ENDPOINT_VARIABLE, Overrides, RigFile
 from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
@@ -78,10 +78,10 @@ def up(
         raise typer.Exit(_run_only(config, only, realtime))
     if trace is not None:
         format_of(trace)
-    from fieldrig.cli.running import Wish, run_rig
+    from fieldrig.cli.running import UpOptions, run_rig
 
-    wish = Wish(values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet)
-    raise typer.Exit(run_rig(config, wish))
+    options = UpOptions(values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet)
+    raise typer.Exit(run_rig(config, options))
 
 
 def _values(overrides: Sequence[str], control: str | None, is_from_environment: bool) -> list[str]:

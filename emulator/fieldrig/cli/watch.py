@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.options import DEFAULT_ENDPOINT, AsJson, Endpoint, For, duration_ns
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, duration_ns
 from fieldrig.cli.points import show_value
+from fieldrig.clock import S
 
 if TYPE_CHECKING:
     from fieldrig.control import Client
 
 POLL_S = 0.1
-NANO = 1_000_000_000
 
 
 def watch(
@@ -29,9 +29,7 @@ def watch(
             autocompletion=completion.watched,
         ),
     ] = None,
-    count: Annotated[
-        int | None, typer.Option("--count", "-n", min=1, help="Stop after so many lines.", show_default=False)
-    ] = None,
+    count: Count = None,
     duration: For = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
@@ -52,7 +50,7 @@ def watch(
     points = [pattern for pattern in patterns if "/" in pattern]
     if points and len(points) < len(patterns):
         raise typer.BadParameter("watch either buses or points (with a /), not both at once")
-    give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / NANO
+    give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
     with Client(endpoint) as client:
         lines = _points(client, points) if points else _messages(client, patterns)
         _print(lines, count, give_up_s, as_json)
@@ -101,7 +99,7 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
             words = " ".join(filter(None, (event["process"], event["what"])))
             text = event["text"].partition("\n")[0]
             yield (
-                f"{_time_of_day(round(event['time_s'] * NANO))}  -- {words}{': ' if text else ''}{text}",
+                f"{_time_of_day(round(event['time_s'] * S))}  -- {words}{': ' if text else ''}{text}",
                 {"event": event},
             )
         elif any(fnmatchcase(told[0], pattern) for pattern in patterns) and is_batch(told[1]):
@@ -118,7 +116,7 @@ def _of_batch(
         yield f"-- {lost} messages on {bus} lost: this terminal is too slow", {"lost": lost, "bus": bus}
     for time_ns, sender, text in batch["entries"]:
         instant_ns = time_ns + batch["epoch_ns"]
-        shown = _time_of_day(instant_ns) if is_real else f"{instant_ns / NANO:14.6f}"
+        shown = _time_of_day(instant_ns) if is_real else f"{instant_ns / S:14.6f}"
         data = {"time_ns": instant_ns, "bus": bus, "sender": sender, "message": text}
         yield f"{shown}  {bus:{width}}  {sender:12}  {text}", data
 
@@ -163,5 +161,5 @@ _missing = object()
 
 
 def _time_of_day(unix_ns: int) -> str:
-    seconds, fraction_ns = divmod(unix_ns, NANO)
+    seconds, fraction_ns = divmod(unix_ns, S)
     return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{fraction_ns // 1000:06}"

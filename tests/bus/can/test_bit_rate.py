@@ -18,8 +18,9 @@ from fieldrig_bus.can.faulty_link import FaultyLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.notices import BitRate, CanControl, CanError, CanState, use_bit_rate
-from fieldrig_bus.can.virtual import CanSettings, CanVirtual
+from fieldrig_bus.can.virtual import CanVirtual
 
 FRAME = CanFrame(0x123, b"\x55")
 WRONG = BitRate(250_000)

@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
+from fieldrig_bus.can.error_counters import state_of
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.model import CanBusModel, CanMessage
-from fieldrig_bus.can.notices import CanState, FaultNote, state_of
+from fieldrig_bus.can.notices import CanState, FaultNote
 
 MEMBERS = ["a", "b", "c"]
 LATER = 20 * S

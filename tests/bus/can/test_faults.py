@@ -12,8 +12,9 @@ from fieldrig.clock import MS, US, S
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.given_fault import MODELS
 from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.notices import BusState, CanError, CanState, FaultNote
-from fieldrig_bus.can.virtual import CanSettings, CanVirtual
+from fieldrig_bus.can.virtual import CanVirtual
 
 SHORT = CanFrame(0)
 LATER = 10 * S

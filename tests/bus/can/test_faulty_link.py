@@ -96,22 +96,22 @@ def test_a_fault_of_bits_is_refused_where_bits_are_out_of_reach() -> None:
 
 def test_a_link_takes_faults_while_it_runs_under_numbers_that_are_given() -> None:
     bench = Bench({"what": "drop", "identifier": 2})
-    bench.link.add_fault({"what": "replace", "data": "77", "identifier": "0x1"}, 5)
-    assert bench.link.given == 5
+    bench.link.injected.add_fault({"what": "replace", "data": "77", "identifier": "0x1"}, 5)
+    assert bench.link.injected.given == 5
     bench.link.send(ONE)
     assert bench.medium.sent == [CanFrame(1, b"\x77")]
-    assert bench.link.faults()[5] == {
+    assert bench.link.injected.faults()[5] == {
         "what": "replace",
         "data": "77",
         "identifier": 1,
         "state": "on",
         "applied": 1,
     }
-    bench.link.clear_fault(5)
+    bench.link.injected.clear_fault(5)
     bench.link.send(ONE)
     assert bench.medium.sent[1:] == [ONE]
-    assert list(bench.link.faults()) == [1]
+    assert list(bench.link.injected.faults()) == [1]
     with pytest.raises(ValueError, match="there is no fault 'corrupt'\nthere are: drop, delay, duplicate, replace"):
-        bench.link.add_fault({"what": "corrupt"}, 6)
+        bench.link.injected.add_fault({"what": "corrupt"}, 6)
     with pytest.raises(ValueError, match="there is no fault 5"):
-        bench.link.clear_fault(5)
+        bench.link.injected.clear_fault(5)

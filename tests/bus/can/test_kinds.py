@@ -11,8 +11,9 @@ from fieldrig.clock import S
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.lawicel import LawicelPort
+from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.socketcand import SocketcandPort
-from fieldrig_bus.can.virtual import CanSettings, CanVirtual
+from fieldrig_bus.can.virtual import CanVirtual
 
 RUN = Path("/run/rig 1")
 

@@ -17,9 +17,10 @@ from fieldrig.link import Link
 from fieldrig.testing import free_port
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
+from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.can.udp import CanUdp, CanUdpSettings
-from fieldrig_bus.can.virtual import CanSettings, CanVirtual
+from fieldrig_bus.can.virtual import CanVirtual
 
 
 class VirtualLink:

@@ -7,8 +7,9 @@ import pytest
 from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
 from fieldrig_bus.can.acceptance import EXTENDED
+from fieldrig_bus.can.arbitration import priority
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel, CanMessage, priority
+from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel, CanMessage
 
 SHORT = CanFrame(0)  # 53 bits with its 3 of intermission
 SHORT_NS = 53 * US

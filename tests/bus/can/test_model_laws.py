@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
+from fieldrig_bus.can.arbitration import priority
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.length import classical_bits
-from fieldrig_bus.can.model import CanBusModel, CanMessage, priority
+from fieldrig_bus.can.model import CanBusModel, CanMessage
 
 MEMBERS = ["a", "b", "c", "d"]
 BITRATE = 500_000

@@ -6,7 +6,7 @@ import pytest
 from ring_kinds import ADDRESSES, KINDS, MDT, MST, STARS, Master, Ring, StarRing, hearing, virtual
 
 from fieldrig.errors import BusError
-from fieldrig_bus.ring.message import Answers, Cycle, encode
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, encode
 
 pytestmark = pytest.mark.system
 

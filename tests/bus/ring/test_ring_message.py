@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst, RingMessage, decode, encode, show
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage, decode, encode, show
 
 ADDRESSED = st.binary(min_size=1, max_size=40)
 MESSAGES = (

@@ -8,7 +8,7 @@ import pytest
 
 from fieldrig.config import from_dict
 from fieldrig.errors import ConfigError
-from fieldrig_bus.ring import shm
+from fieldrig_bus.ring.transport import shm
 
 KINDS = {"ring.virtual": "virtual", "ring.zenoh": "real", **({"ring.shm": "real"} if shm.is_available() else {})}
 DRIVES = ("belt", "lift", "knife")

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, shm
 
 from fieldrig.errors import BusError
-from fieldrig_bus.ring.shm import RingShm, is_available
-from fieldrig_bus.ring.shm_image import SLOTS, Image
-from fieldrig_bus.ring.star_bus import RingStarSettings
+from fieldrig_bus.ring.sercos.shm import RingShm
+from fieldrig_bus.ring.sercos.star_bus import RingStarSettings
+from fieldrig_bus.ring.transport.image import SLOTS, Image
+from fieldrig_bus.ring.transport.shm import is_available
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(not is_available(), reason="needs memfd and eventfd")]
 
@@ -141,7 +142,7 @@ def test_a_cycle_too_long_for_the_image_is_not_sent(ring: StarRing) -> None:
 def test_a_folder_with_too_long_a_path_is_an_error_with_a_remedy(ring: StarRing, tmp_path: Path) -> None:
     at = StarAt("max4", ring.clock, "max4", tmp_path / ("x" * 120))
     with pytest.raises(BusError, match="can't be had") as refused:
-        ring.buses["max4"].hold(at, ring.star)
+        ring.buses["max4"].carrier.hold(at, ring.star)
     assert "run" in refused.value.remedy
 
 

@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.bus import Attachment
-from fieldrig_bus.ring.message import Answers, Cycle, encode
-from fieldrig_bus.ring.star_rack import Rack
-from fieldrig_bus.ring.star_wire import HEAD, decode_back, decode_spread, encode_spread
+from fieldrig_bus.ring.sercos.cycle_wire import CYCLE_HEAD, decode_spread, encode_spread
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, encode
+from fieldrig_bus.ring.sercos.rack import DriveRack
+from fieldrig_bus.ring.transport.wire import HEAD, decode_back
 
 MST, MDT = b"\xff\x04", b"\xff\x0b\xc0"
 ANSWERS = encode(Answers(7, (b"\x03\x08\xc0",), True))
@@ -30,7 +31,7 @@ class _Process:
     """A belt and a lift, which leave an AT in every cycle, and somebody who observes."""
 
     def __init__(self, drives: int = 2) -> None:
-        self.rack = Rack("ring0", cast(Any, None))
+        self.rack = DriveRack("ring0", cast(Any, None))
         self.backs: list[bytes] = []
         self.at = {name: _At(name) for name in ("belt", "lift", "scope")}
         for address, name in enumerate(("belt", "lift")[:drives], 1):
@@ -74,7 +75,7 @@ def test_each_hears_what_the_wire_says(cycles: list[tuple[bytes, bytes]], answer
 @given(st.integers(0, 60), st.integers(0, 2), st.binary(max_size=40))
 def test_of_a_cycle_with_any_head_each_hears_what_the_wire_says(mst_end: int, is_more: int, rest: bytes) -> None:
     process = _Process()
-    message = HEAD.pack(1, 2, 5, mst_end, is_more) + rest
+    message = HEAD.pack(1, 2) + CYCLE_HEAD.pack(5, mst_end, is_more) + rest
     process.rack.on_spread(message)
     assert process.heard() == as_the_wire_says(message)
 

@@ -14,9 +14,10 @@ from fieldrig import endpoint
 from fieldrig.errors import BusError
 from fieldrig.shared_token import TOKEN_VARIABLE
 from fieldrig.testing import free_port
-from fieldrig_bus.ring.message import Cycle
-from fieldrig_bus.ring.star_wire import encode_spread
-from fieldrig_bus.ring.zenoh_star import RingZenoh, RingZenohSettings, _stations_of, _token_of
+from fieldrig_bus.ring.sercos.cycle_wire import encode_spread
+from fieldrig_bus.ring.sercos.message import Cycle
+from fieldrig_bus.ring.sercos.zenoh import RingZenoh, RingZenohSettings
+from fieldrig_bus.ring.transport.zenoh import _stations_of, _token_of
 
 pytestmark = pytest.mark.system
 
@@ -93,13 +94,13 @@ def test_an_address_that_others_can_reach_asks_for_a_token(ring: StarRing, monke
     monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
     open_to_all = RingZenoh("ring1", RingZenohSettings(endpoint=f"tcp/0.0.0.0:{free_port()}"))
     with pytest.raises(BusError, match="other machines"):
-        open_to_all.hold(ring.at["max4"], ring.star)
+        open_to_all.carrier.hold(ring.at["max4"], ring.star)
 
 
 def test_a_folder_with_too_long_a_path_is_an_error_with_a_remedy(ring: StarRing, tmp_path: Path) -> None:
     at = StarAt("max4", ring.clock, "max4", tmp_path / ("x" * 120))
     with pytest.raises(BusError, match="too long") as refused:
-        ring.buses["max4"].hold(at, ring.star)
+        ring.buses["max4"].carrier.hold(at, ring.star)
     assert "endpoint" in refused.value.remedy
 
 

@@ -126,7 +126,7 @@ def test_values_stand_in_registers_as_their_type_says(
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("u16", 65536), ("u16", -1), ("s16", 40000), ("u16", "x"), ("u16", True), ("flag", 1), ("text", "too long"),
+    [("u16", 65536), ("u16", -1), ("s16", 40000), ("u16", "x"), ("u16", True), ("flag", 2), ("text", "too long"),
      ("text", "ü"), ("f32", 1e39), ("u16", float("nan"))],
 )  # fmt: skip
 def test_a_point_refuses_what_does_not_fit(tmp_path: Path, name: str, value: Any) -> None:

@@ -6,7 +6,7 @@ from ring_bench import RingBench
 
 from fieldrig.clock import MS, Timer, Watchdog
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.ring.message import Mst, RingMessage
+from fieldrig_bus.ring.sercos.message import Mst, RingMessage
 from fieldrig_devices.sercos.master import MOST_SETTLING, SercosMaster
 from fieldrig_devices.sercos.ring_drive import Drive, Event
 

@@ -8,7 +8,7 @@ import pytest
 from ring_bench import RingBench
 
 from fieldrig.clock import MS
-from fieldrig_bus.ring.message import Answers, Cycle, Mdt, Mst
+from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Element, ServiceError
 from fieldrig_devices.sercos.ring_drive import Event

@@ -6,7 +6,7 @@ import pytest
 
 from fieldrig.clock import VirtualClock
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.ring.message import Cycle, RingMessage
+from fieldrig_bus.ring.sercos.message import Cycle, RingMessage
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
 from fieldrig_devices.sercos.datum import Datum, IdnTable

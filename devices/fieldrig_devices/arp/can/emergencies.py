@@ -7,7 +7,7 @@ Source: digest chapter 20, CiA 301 table 26.  Warnings are not sent.  The manufa
 import struct
 from typing import Final, NamedTuple
 
-from fieldrig_devices.arp import faults
+from fieldrig_devices.arp import card_errors
 from fieldrig_devices.arp.outside import Outside
 from fieldrig_devices.canopen.emcy import COMMUNICATION
 from fieldrig_devices.canopen.node import CanopenNode
@@ -23,13 +23,13 @@ class Meaning(NamedTuple):
 
 
 MEANINGS: Final = {
-    faults.EEPROM: Meaning(0x5530),  # hardware: EEPROM
-    faults.RESET: Meaning(0x9000),  # external: Enable is low
-    faults.CAN: Meaning(0x8130, COMMUNICATION),  # a node that the card watches is lost; or see OFF
-    faults.STOPPED_PROGRAM: Meaning(0x6200, MANUFACTURER),  # user software
-    faults.STACK: Meaning(0x6100, MANUFACTURER),  # internal software
-    faults.PARAMETERS: Meaning(0x6320, MANUFACTURER),  # parameter error
-    faults.CONTROL_LOSS: Meaning(0x8611, MANUFACTURER),  # following error
+    card_errors.EEPROM: Meaning(0x5530),  # hardware: EEPROM
+    card_errors.RESET: Meaning(0x9000),  # external: Enable is low
+    card_errors.CAN: Meaning(0x8130, COMMUNICATION),  # a node that the card watches is lost; or see OFF
+    card_errors.STOPPED_PROGRAM: Meaning(0x6200, MANUFACTURER),  # user software
+    card_errors.STACK: Meaning(0x6100, MANUFACTURER),  # internal software
+    card_errors.PARAMETERS: Meaning(0x6320, MANUFACTURER),  # parameter error
+    card_errors.CONTROL_LOSS: Meaning(0x8611, MANUFACTURER),  # following error
 }
 
 
@@ -47,12 +47,12 @@ class Emergencies:
         self._times_off = 0
 
     def refresh(self) -> None:
-        error, times_off = self._card.faults.error, self._node.bus_errors.times_off
+        error, times_off = self._card.errors.error, self._node.bus_errors.times_off
         if error == 0:
             self._clear()
         elif error in MEANINGS and error not in self._present:
-            was_off = error == faults.CAN and times_off > self._times_off
-            info = INFO.pack(error, self._card.faults.error_axis, self._card.state)
+            was_off = error == card_errors.CAN and times_off > self._times_off
+            info = INFO.pack(error, self._card.errors.error_axis, self._card.state)
             self._present[error] = OFF if was_off else MEANINGS[error], info
         self._times_off = times_off
         for meaning, info in self._present.values():

@@ -66,9 +66,9 @@ def cells(card: Outside) -> Iterator[Cell]:
     yield from _signals(card)
     yield from _parameters(card)
     yield Cell(STATE, 0, lambda: _unsigned(card.state, 1))
-    yield Cell(ERROR, 0, lambda: _unsigned(card.faults.error, 2))
-    yield Cell(WARNING, 0, lambda: _unsigned(card.faults.warning, 2))
-    yield Cell(ERROR_AXIS, 0, lambda: _unsigned(card.faults.error_axis, 1))
+    yield Cell(ERROR, 0, lambda: _unsigned(card.errors.error, 2))
+    yield Cell(WARNING, 0, lambda: _unsigned(card.errors.warning, 2))
+    yield Cell(ERROR_AXIS, 0, lambda: _unsigned(card.errors.error_axis, 1))
     yield Cell(PROGRAM_NAME, 0, lambda: card.program_name.encode("latin-1", "replace"))
     yield Cell(CARD_NUMBER, 0, lambda: _unsigned(card.number, 1))
 

@@ -15,8 +15,8 @@ from fieldrig_bus.can.acceptance import STATE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import BusState, CanState
 from fieldrig_bus.can.shared import SharedLink
-from fieldrig_devices.arp import faults as codes
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp import card_errors as codes
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.canopen.abort import Abort
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
@@ -40,7 +40,7 @@ class RemoteIo:
         node_ids: Sequence[int | None],
         inputs: list[int],
         outputs: list[int],
-        faults: Faults,
+        errors: CardErrors,
         heartbeat_ms: int = HEARTBEAT_MS,
         *,
         readings: Readings | None = None,
@@ -50,7 +50,7 @@ class RemoteIo:
 
         `configuration` is written to each module before it is started.
         """
-        self._faults = faults
+        self._errors = errors
         shared = SharedLink(can)
         is_zeroed = (readings or Readings()).lost_io == "zero"
         self._modules = [
@@ -103,7 +103,7 @@ class RemoteIo:
 
     def fail(self) -> None:
         if not self._is_frozen:
-            self._faults.fail(codes.CAN)
+            self._errors.fail(codes.CAN)
 
     def _on_bus_state(self, notice: Any) -> None:
         was_off = self._is_off

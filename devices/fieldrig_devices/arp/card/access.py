@@ -21,7 +21,7 @@ class Access:
         self._parts, self._operation = parts, operation
         self.number = parts.number
         self.V, self.F, self.I, self.O = parts.V, parts.F, parts.I, parts.O
-        self.parameters, self.faults = parts.parameters, parts.faults
+        self.parameters, self.errors = parts.parameters, parts.errors
         self.position, self.speed = parts.axes.position, parts.axes.speed
         self.tracking_error = parts.axes.tracking_error
         self.analog_input = parts.analog_inputs.read

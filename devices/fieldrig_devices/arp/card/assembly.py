@@ -11,7 +11,7 @@ from fieldrig_devices.arp.card.memory import Memory
 from fieldrig_devices.arp.card.parts import Parts
 from fieldrig_devices.arp.card.permanent import Permanent
 from fieldrig_devices.arp.card.settings import ArpSettings
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.motion.axes import Axes
 from fieldrig_devices.arp.parameters import Parameters
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
@@ -29,15 +29,15 @@ def assemble(
     wires: Link[Signal] | None,
     io_can: Link[CanFrame] | None,
     terminal_can: Link[CanFrame] | None,
-    faults: Faults,
+    errors: CardErrors,
 ) -> Parts:
     """`io_can` and `terminal_can` are ends of the card's CAN link for the masters of these."""
     permanent, parameters = Permanent(store), Parameters()
     flags, inputs, outputs = [0] * 321, [0] * 333, [0] * 333
     variables, readings = permanent.V, settings.readings
-    axes = Axes(parameters, flags, variables, faults, readings)
+    axes = Axes(parameters, flags, variables, errors, readings)
     analog_inputs = AnalogInputs(parameters)
-    analog_outputs = AnalogOutputs(parameters, faults, axes)
+    analog_outputs = AnalogOutputs(parameters, errors, axes)
     latches = int(settings.latch1[1:]), int(settings.latch2[1:])
     names = wire_names(name, settings.ties)
     io = LocalIo(clock, wires, names, (inputs, outputs), (analog_inputs, analog_outputs), latches)
@@ -55,17 +55,17 @@ def assemble(
         I=inputs,
         O=outputs,
         parameters=parameters,
-        faults=faults,
+        errors=errors,
         memory=Memory(store),
         permanent=permanent,
         axes=axes,
         analog_inputs=analog_inputs,
         analog_outputs=analog_outputs,
         cams=Cams(axes, flags, outputs, parameters, readings),
-        regulators=Regulators(parameters, variables, flags, faults, analog_inputs, analog_outputs, axes, readings),
+        regulators=Regulators(parameters, variables, flags, errors, analog_inputs, analog_outputs, axes, readings),
         io=io,
-        terminal=TerminalLink(clock, terminal_can, variables, flags, faults, set_variable, readings),
+        terminal=TerminalLink(clock, terminal_can, variables, flags, errors, set_variable, readings),
         remote_io=None
         if io_can is None
-        else RemoteIo(clock, io_can, settings.io_nodes, inputs, outputs, faults, readings=readings),
+        else RemoteIo(clock, io_can, settings.io_nodes, inputs, outputs, errors, readings=readings),
     )

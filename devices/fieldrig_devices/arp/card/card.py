@@ -28,7 +28,7 @@ from fieldrig_devices.arp.card.assembly import assemble
 from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.points import points
 from fieldrig_devices.arp.card.settings import ArpSettings
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.language.program_file import read_program
 from fieldrig_devices.arp.outside import CardState
@@ -66,7 +66,7 @@ class ArpCard(Device):
             wires,
             shared.share() if shared is not None and has_io else None,
             shared.share() if shared is not None and settings.terminal else None,
-            Faults(self._on_blocking),
+            CardErrors(self._on_blocking),
         )
         self.operation = Operation(self.parts, settings.parameters, program)
         self.outside = Access(self.parts, self.operation)

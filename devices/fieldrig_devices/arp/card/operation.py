@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from typing import Final
 
 from fieldrig.store import StoreError
-from fieldrig_devices.arp import faults as codes
+from fieldrig_devices.arp import card_errors as codes
 from fieldrig_devices.arp.card.memory import MemoryFaultError
 from fieldrig_devices.arp.card.parts import Parts
 from fieldrig_devices.arp.card.permanent import Ram
@@ -66,23 +66,23 @@ class Operation:
             log.warning("variables last only until power-off: %s", cause.strerror)
             found = Ram.DAMAGED
         if found is Ram.DAMAGED:
-            self._parts.faults.fail(codes.EEPROM)
+            self._parts.errors.fail(codes.EEPROM)
         elif found is Ram.BLANK:
-            self._parts.faults.warn(MEMORY_BLANK)
+            self._parts.errors.warn(MEMORY_BLANK)
 
     def _load_flash(self) -> None:
         """What was stored, and what the rig file puts into it.  A damaged memory is left as it is."""
-        memory, faults = self._parts.memory, self._parts.faults
+        memory, errors = self._parts.memory, self._parts.errors
         try:
             is_new = not memory.read()
             if is_new:
-                faults.warn(MEMORY_BLANK)
+                errors.warn(MEMORY_BLANK)
             if self._put_first_content() or is_new:
                 memory.write()
         except MemoryFaultError as cause:
             log.warning("E03: %s", cause)
             self._put_first_content()
-            faults.fail(codes.EEPROM)
+            errors.fail(codes.EEPROM)
         self._parts.parameters.flash = memory.content.parameters
 
     def _put_first_content(self) -> bool:
@@ -158,16 +158,16 @@ class Operation:
             self.program.reset()
         parts.terminal.release()
         if after is CardState.RESET_ENABLE:
-            parts.faults.fail(codes.RESET)
+            parts.errors.fail(codes.RESET)
         else:
-            parts.faults.clear()
+            parts.errors.clear()
 
     def _run(self, before: CardState) -> None:
         parts = self._parts
         if before in HELD and not self._begin_anew(is_power_on=before is CardState.INIT):
             return
         if self.program is None:
-            parts.faults.fail(codes.STOPPED_PROGRAM)
+            parts.errors.fail(codes.STOPPED_PROGRAM)
             return
         if before in HELD:
             parts.axes.engage()
@@ -179,10 +179,10 @@ class Operation:
         """The initial state of the system (manual 3.3).  False if the memory fails."""
         parts = self._parts
         if not is_power_on:
-            parts.faults.clear()
+            parts.errors.clear()
             parts.permanent.find_ram()
             if not self._reload_parameters():
-                parts.faults.fail(codes.EEPROM)
+                parts.errors.fail(codes.EEPROM)
                 return False
             keys = parts.F[KEYS]
             parts.F[:] = [0] * len(parts.F)
@@ -269,7 +269,7 @@ class Operation:
         self._take(loaded)
 
     def on_memory_fault(self) -> None:
-        self._parts.faults.fail(codes.EEPROM)
+        self._parts.errors.fail(codes.EEPROM)
 
     def _write(self) -> bool:
         try:

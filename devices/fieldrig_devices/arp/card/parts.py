@@ -7,7 +7,7 @@ from fieldrig_devices.arp.can.remote_io import RemoteIo
 from fieldrig_devices.arp.card.local_io import LocalIo
 from fieldrig_devices.arp.card.memory import Memory
 from fieldrig_devices.arp.card.permanent import Permanent
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.motion.axes import Axes
 from fieldrig_devices.arp.parameters import Parameters
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
@@ -25,7 +25,7 @@ class Parts:
     I: list[int]  # noqa: E741  the manual's letter
     O: list[int]  # noqa: E741
     parameters: Parameters
-    faults: Faults
+    errors: CardErrors
     memory: Memory
     permanent: Permanent
     axes: Axes

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from math import isfinite
 from typing import Final
 
 from fieldrig.device import Point, Value
+from fieldrig.point_values import choice_in, number_in, truth_in
 from fieldrig_devices.arp.card.local_io import ANALOG_OUTPUTS, DIGITAL_INPUTS, INPUTS, UNITS, LocalIo
 from fieldrig_devices.arp.card.permanent import COUNT
 from fieldrig_devices.arp.card.settings import raw_value
@@ -31,31 +31,18 @@ def points(card: Outside, io: LocalIo) -> dict[str, Point]:
     }
 
 
-def number_in(value: Value) -> float:
-    if isinstance(value, bool | str) or not isfinite(value):
-        raise ValueError("a number would be right")
-    return value
-
-
-def bit_in(value: Value) -> int:
-    if isinstance(value, str) or value not in (0, 1):
-        raise ValueError("true or false would be right")
-    return int(value)
-
-
 def _states(card: Outside) -> Iterator[tuple[str, Point]]:
     def command(word: Value) -> None:
-        if word not in COMMANDS:
-            raise ValueError(f"{', '.join(COMMANDS)} would be right")
+        choice_in(word, COMMANDS)
         if word == "reset":
             card.reset()
         elif not (card.run_program() if word == "run" else card.stop_program()):
             raise ValueError(f"that has no meaning in state {_state(card)}")
 
     yield "state", Point(partial(_state, card), command, "", "of the card; write run, stop or reset")
-    yield "error", Point(lambda: card.faults.error, about="code of the last error, 103 to 116")
-    yield "error_axis", Point(lambda: card.faults.error_axis, about="which axis the error is about")
-    yield "warning", Point(lambda: card.faults.warning, about="code of the last warning, 201 to 204")
+    yield "error", Point(lambda: card.errors.error, about="code of the last error, 103 to 116")
+    yield "error_axis", Point(lambda: card.errors.error_axis, about="which axis the error is about")
+    yield "warning", Point(lambda: card.errors.warning, about="code of the last warning, 201 to 204")
     yield "program", Point(lambda: card.program_name, about="its name")
     yield "program.state", Point(partial(_program_state, card))
     yield "program.line", Point(partial(_program_line, card), about="of the instruction that comes next")
@@ -99,7 +86,7 @@ def _terminals(card: Outside, io: LocalIo) -> Iterator[tuple[str, Point]]:
 
 
 def _put(io: LocalIo, terminal: str, value: Value) -> None:
-    io.put(terminal, bool(bit_in(value)) if terminal in DIGITAL_INPUTS else number_in(value))
+    io.put(terminal, truth_in(value) if terminal in DIGITAL_INPUTS else number_in(value))
 
 
 def _scaled(read: Callable[[int], int], number: int) -> float:
@@ -112,14 +99,14 @@ def _bit(table: list[int], number: int) -> bool:
 
 def _flag(card: Outside, number: int) -> Point:
     def write(value: Value) -> None:
-        card.set_flag(number, bit_in(value))
+        card.set_flag(number, int(truth_in(value)))
 
     return Point(partial(_bit, card.F, number), write if number in WRITABLE else None)
 
 
 def _output(card: Outside, number: int) -> Point:
     def write(value: Value) -> None:
-        if not card.set_output(number, bit_in(value)):
+        if not card.set_output(number, int(truth_in(value))):
             raise ValueError(f"outputs are held at 0 in state {_state(card)}")
 
     return Point(partial(_bit, card.O, number), write)

@@ -12,7 +12,7 @@ class ProgramSide:
         self._parts = parts
         self.V, self.F, self.I, self.O = parts.V, parts.F, parts.I, parts.O
         self.now_ns = parts.clock.now_ns
-        self.warn = parts.faults.warn
+        self.warn = parts.errors.warn
         axes = parts.axes
         self.position, self.preset_position, self.speed = axes.position, axes.preset_position, axes.speed
         self.latched_rising, self.latched_falling = axes.latched_rising, axes.latched_falling
@@ -29,13 +29,13 @@ class ProgramSide:
         self.print_text = parts.terminal.print_text
 
     def fail(self, code: int) -> None:
-        self._parts.faults.fail(code)
+        self._parts.errors.fail(code)
 
     def last_error(self) -> int:
-        return self._parts.faults.error
+        return self._parts.errors.error
 
     def last_warning(self) -> int:
-        return self._parts.faults.warning
+        return self._parts.errors.warning
 
     def general_parameter(self, number: int) -> int:
         return self._parts.parameters.ram[GENERAL][number]
@@ -45,4 +45,4 @@ class ProgramSide:
 
     def set_axis_parameter(self, axis: int, number: int, raw: int) -> None:
         if not self._parts.parameters.set_ram(axis, number, raw):
-            self._parts.faults.warn(WRONG_PARAMETER)
+            self._parts.errors.warn(WRONG_PARAMETER)

@@ -1,18 +1,12 @@
 """`fieldrig arp`: commands for programs of the ARP card, and for cards by their USER port."""
 
-import typer
-
+from fieldrig.cli.common import command_group
 from fieldrig_devices.arp.commands import parameters, values
 from fieldrig_devices.arp.commands.compiling import compile_
 from fieldrig_devices.arp.commands.debugging import debug
 from fieldrig_devices.arp.commands.program import download, reset, run, state, stop, upload
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-)
+app = command_group()
 
 
 @app.callback()

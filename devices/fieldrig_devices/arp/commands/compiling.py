@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from fieldrig.cli.common import reading, writing
 from fieldrig.exits import Exit
 
 
@@ -36,11 +37,8 @@ def compile_(
         raise typer.BadParameter(f"which card? name the file {file.stem}.I01, or say --system 0 to {HIGHEST_SYSTEM}")
     if named is not None and named != address:
         raise typer.BadParameter(f"{file.name} is for system {named:02}, not {address:02}")
-    try:
+    with reading(file):
         text = file.read_bytes().decode("utf-8", errors="replace")
-    except OSError as cause:
-        typer.echo(f"{file}: can't be read: {cause.strerror}", err=True)
-        raise typer.Exit(Exit.WRONG) from cause
     folder = out or file.parent
     try:
         compiled = compile_text(text)
@@ -63,11 +61,9 @@ def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> 
     """Write these files, and remove what an earlier compilation left."""
     from fieldrig.store import replace_file
 
-    try:
+    with writing(folder):
         for letter in "DEMOS":
             if letter not in contents:
                 (folder / f"{name}.{letter}{system:02}").unlink(missing_ok=True)
         for letter, content in contents.items():
             replace_file(folder / f"{name}.{letter}{system:02}", content)
-    except OSError as cause:
-        raise typer.BadParameter(f"{folder} can't be written: {cause.strerror}") from cause

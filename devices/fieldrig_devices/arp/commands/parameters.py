@@ -4,17 +4,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.options import AsJson, echo_json, echo_table
-from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened, usage
+from fieldrig.cli.common import AsJson, command_group, echo_json, echo_table, wrong_usage
+from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened
 
 if TYPE_CHECKING:
     from fieldrig_devices.arp.user_port.client import ArpPort
 
-app = typer.Typer(
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-)
+app = command_group()
 
 
 @app.callback()
@@ -90,7 +86,7 @@ def write(
     from fieldrig_devices.arp.user_port import quantities
     from fieldrig_devices.arp.user_port.memory import FLASH, RAM
 
-    with usage():
+    with wrong_usage():
         pairs = [quantities.assigned(text) for text in values]
         for quantity, _ in pairs:
             if quantity.kind not in quantities.GROUPS:

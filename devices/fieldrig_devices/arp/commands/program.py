@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.options import AsJson, echo_json
+from fieldrig.cli.common import AsJson, echo_json, writing
 from fieldrig_devices.arp.commands.card import PROGRESS_FROM, Baud, Card, Port, Rig, opened
 
 if TYPE_CHECKING:
@@ -79,10 +79,8 @@ def upload(
     if file is None:
         typer.echo(data.decode(), nl=False)
         return
-    try:
+    with writing(file):
         replace_file(file, data)
-    except OSError as cause:
-        raise typer.BadParameter(f"{file} can't be written: {cause.strerror}") from cause
     typer.echo(f"{file}: {len(data)} bytes")
 
 

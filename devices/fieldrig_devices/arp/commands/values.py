@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from fieldrig.cli.options import AsJson, For, duration_ns, echo_json
-from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened, usage
+from fieldrig.cli.common import AsJson, Count, For, duration_ns, echo_json, wrong_usage
+from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened
 
 if TYPE_CHECKING:
     from fieldrig_devices.arp.user_port.client import ArpPort
@@ -59,7 +59,7 @@ def set_(
     """
     from fieldrig_devices.arp.user_port import quantities
 
-    with usage():
+    with wrong_usage():
         pairs = [quantities.assigned(text) for text in values]
     with opened(port, rig, card, baud) as found:
         for quantity, raw in pairs:
@@ -93,9 +93,7 @@ def watch(
             min=1, max=65535, metavar="N", help="Trace instead: a sample in every Nth control loop.", show_default=False
         ),
     ] = None,
-    count: Annotated[
-        int | None, typer.Option("--count", "-n", min=1, help="Stop after so many.", show_default=False)
-    ] = None,
+    count: Count = None,
     duration: For = None,
     as_csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: AsJson = False,
@@ -121,7 +119,7 @@ def watch(
 def _wanted(names: list[str]) -> "list[Quantity]":
     from fieldrig_devices.arp.user_port import quantities
 
-    with usage():
+    with wrong_usage():
         return [quantities.named(name) for name in names]
 
 

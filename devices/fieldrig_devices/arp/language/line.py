@@ -1,4 +1,4 @@
-"""One line of an ARP program, a method a rule of the grammar (digest chapter 3)."""
+"""Parses one line of an ARP program, with one method for each rule of the grammar (digest chapter 3)."""
 
 import re
 from collections.abc import Collection

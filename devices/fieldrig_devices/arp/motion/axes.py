@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fieldrig.clock import MS, S
-from fieldrig_devices.arp.faults import PARAMETERS, Faults
+from fieldrig_devices.arp.card_errors import PARAMETERS, CardErrors
 from fieldrig_devices.arp.fixed import LIMIT, SCALE
 from fieldrig_devices.arp.motion.axis import Axis
 from fieldrig_devices.arp.motion.cam import Cam
@@ -30,12 +30,12 @@ MASTER: Final = 2
 
 class Axes:
     def __init__(
-        self, parameters: Parameters, flags: list[int], variables: list[int], faults: Faults, readings: Readings
+        self, parameters: Parameters, flags: list[int], variables: list[int], errors: CardErrors, readings: Readings
     ) -> None:
-        self._parameters, self._variables, self._faults, self._readings = parameters, variables, faults, readings
+        self._parameters, self._variables, self._errors, self._readings = parameters, variables, errors, readings
         self._tables = {axis: list(parameters.ram[axis]) for axis in (SLAVE, MASTER)}
         self._version = parameters.version
-        self._axes = {axis: Axis(axis, Setup.of(table), flags, faults) for axis, table in self._tables.items()}
+        self._axes = {axis: Axis(axis, Setup.of(table), flags, errors) for axis, table in self._tables.items()}
         self._slave, self._master = self._axes[SLAVE], self._axes[MASTER]
         self._now_ns: int | None = None
 
@@ -208,7 +208,7 @@ class Axes:
 
     def _refuse(self, why: str) -> None:
         log.debug("PST: %s", why)
-        self._faults.fail(PARAMETERS, SLAVE)
+        self._errors.fail(PARAMETERS, SLAVE)
 
 
 def _raw(value: float) -> int:

@@ -8,7 +8,7 @@ Without effect in firmware 3.00, and here: HOME.
 
 from typing import Protocol
 
-from fieldrig_devices.arp.faults import CONTROL_LOSS, Faults
+from fieldrig_devices.arp.card_errors import CONTROL_LOSS, CardErrors
 from fieldrig_devices.arp.motion.arrival import Arrival
 from fieldrig_devices.arp.motion.counter import Counter
 from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
@@ -30,8 +30,8 @@ class Guide(Protocol):
 
 
 class Axis:
-    def __init__(self, number: int, setup: Setup, flags: list[int], faults: Faults) -> None:
-        self.number, self.setup, self._faults = number, setup, faults
+    def __init__(self, number: int, setup: Setup, flags: list[int], errors: CardErrors) -> None:
+        self.number, self.setup, self._errors = number, setup, errors
         self.shares = Shares()
         self.flags = AxisFlags(number, flags)
         self.latch = Latch(self.flags)
@@ -102,7 +102,7 @@ class Axis:
         self._is_lost = True
         self._leave()
         self.is_controlled = False
-        self._faults.fail(CONTROL_LOSS, self.number)
+        self._errors.fail(CONTROL_LOSS, self.number)
 
     # ---- what guides do with the axis
 

@@ -9,7 +9,7 @@ has lost its owner is at 0 V until the next one.  The slope time is that of a ch
 from typing import Final, NamedTuple
 
 from fieldrig.clock import MS
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import SCALE, WRONG_PARAMETER
 from fieldrig_devices.arp.parameters import GENERAL, Par, Parameters
 from fieldrig_devices.arp.signals.axis_values import AxisValues
@@ -54,8 +54,8 @@ class _Free:
 
 
 class AnalogOutputs:
-    def __init__(self, parameters: Parameters, faults: Faults, axes: AxisValues) -> None:
-        self._parameters, self._faults, self._axes = parameters, faults, axes
+    def __init__(self, parameters: Parameters, errors: CardErrors, axes: AxisValues) -> None:
+        self._parameters, self._errors, self._axes = parameters, errors, axes
         self._version = -1
         self._diagnostics: list[_Diagnostic | None] = [None, None, None]
         self._regulated: list[float | None] = [None, None, None]
@@ -66,7 +66,7 @@ class AnalogOutputs:
     def write(self, channel: int, volt: int, slope_ms: int) -> None:
         """The DAC instruction, raw.  Without a slope the output follows at once, else from the last `control` on."""
         if self._driven(channel) is not None:
-            self._faults.warn(WRONG_PARAMETER)
+            self._errors.warn(WRONG_PARAMETER)
             return
         self._free[channel].aim(self._now_ns, volt / SCALE, slope_ms)
         self._volts[channel] = self._free[channel].volts

@@ -9,7 +9,7 @@ Where the reference begins its ramp is the reading `pid_ramp_start`.
 from typing import Final, NamedTuple
 
 from fieldrig.clock import S
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import LIMIT, OUT_OF_RANGE, SCALE, WRONG_PARAMETER
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
@@ -67,11 +67,11 @@ class Regulator:
         variables: list[int],
         inputs: AnalogInputs,
         axes: AxisValues,
-        faults: Faults,
+        errors: CardErrors,
         readings: Readings,
     ) -> None:
         self.cell, self.first = cell, first
-        self._variables, self._inputs, self._axes, self._faults = variables, inputs, axes, faults
+        self._variables, self._inputs, self._axes, self._errors = variables, inputs, axes, errors
         self._starts_at_sgloff = readings.pid_ramp_start == "sgloff"
         self.gains = Gains(0.0, 0.0, 0.0)
         self.is_reset = True
@@ -116,7 +116,7 @@ class Regulator:
         self._speed_source = int(self._table.swcvel)
         if self._table.swcvel not in _SPEED_SOURCES:
             self._speed_source = 0
-            self._faults.warn(WRONG_PARAMETER)
+            self._errors.warn(WRONG_PARAMETER)
 
     def _advance(self, period_ns: int, is_started: bool) -> None:
         """On and off, and the ramp of the reference."""
@@ -148,6 +148,6 @@ class Regulator:
         raw = [round(value * SCALE) for value in values]
         if max(raw) > LIMIT or min(raw) < -LIMIT:
             raw = [max(-LIMIT, min(LIMIT, value)) for value in raw]
-            self._faults.warn(OUT_OF_RANGE)
+            self._errors.warn(OUT_OF_RANGE)
         first = self.first + _GIVEN
         self._variables[first : first + len(raw)] = raw

@@ -7,7 +7,7 @@ with the same numbers it changes nothing, else the new one takes the place of th
 
 from typing import Final, NamedTuple
 
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.parameters import Kind, Parameters, ParX
 from fieldrig_devices.arp.readings import Readings
@@ -33,13 +33,13 @@ class Regulators:
         parameters: Parameters,
         variables: list[int],
         flags: list[int],
-        faults: Faults,
+        errors: CardErrors,
         inputs: AnalogInputs,
         outputs: AnalogOutputs,
         axes: AxisValues,
         readings: Readings,
     ) -> None:
-        self._parameters, self._variables, self._flags, self._faults = parameters, variables, flags, faults
+        self._parameters, self._variables, self._flags, self._errors = parameters, variables, flags, errors
         self._inputs, self._outputs, self._axes, self._readings = inputs, outputs, axes, readings
         self._present: dict[int, Regulator] = {}
         self._version = -1
@@ -52,7 +52,7 @@ class Regulators:
         present = self._present.get(output)
         if present is not None and (present.cell, present.first) == (cell, first):
             return
-        regulator = Regulator(cell, first, self._variables, self._inputs, self._axes, self._faults, self._readings)
+        regulator = Regulator(cell, first, self._variables, self._inputs, self._axes, self._errors, self._readings)
         regulator.gains = self._gains(output)
         self._present[output] = regulator
         flags = _FLAGS[output]

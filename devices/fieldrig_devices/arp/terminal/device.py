@@ -13,6 +13,7 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
+from fieldrig.point_values import truth_in
 from fieldrig.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import panel
@@ -107,9 +108,7 @@ class Terminal(Device):
         self._presses.press(str(value))
 
     def _set_key(self, name: str, value: Value) -> None:
-        if isinstance(value, str) or value not in (0, 1):
-            raise ValueError(f"{value!r}: true or false would be right")
-        self._presses.set(name, bool(value))
+        self._presses.set(name, truth_in(value))
 
     def _on_key(self, name: str, is_down: bool) -> None:
         self._application.set_key(self._keys[name], is_down)

@@ -13,7 +13,7 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.can.shared import SharedLink
-from fieldrig_devices.arp.faults import CAN, Faults
+from fieldrig_devices.arp.card_errors import CAN, CardErrors
 from fieldrig_devices.arp.fixed import LIMIT
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.card import Shown
@@ -45,7 +45,7 @@ class TerminalLink:
         can: Link[CanFrame] | None,
         variables: list[int],
         flags: list[int],
-        faults: Faults,
+        errors: CardErrors,
         set_variable: Callable[[int, int], None],
         readings: Readings | None = None,
     ) -> None:
@@ -53,7 +53,7 @@ class TerminalLink:
 
         Without `can` no terminal is configured.
         """
-        self._clock, self._faults, self._set_variable = clock, faults, set_variable
+        self._clock, self._errors, self._set_variable = clock, errors, set_variable
         self._variables, self._flags = variables, flags
         self._shared = None if can is None else SharedLink(can)
         self._can: Link[CanFrame] | None = None
@@ -121,7 +121,7 @@ class TerminalLink:
     def _ask(self, job: Job) -> None:
         is_kept = self._node is not None and not (self._is_lost and isinstance(job, Store | Line))
         if not is_kept or not self._jobs.put(job) or self._is_lost:
-            self._faults.fail(CAN)
+            self._errors.fail(CAN)
 
     def _keep(self, is_kept: Callable[[Job], bool]) -> None:
         for job in filter(is_kept, self._jobs.take_all()):
@@ -133,7 +133,7 @@ class TerminalLink:
         self._is_lost, self._is_storing = True, False
         self._keys.let_go()
         self._keep(lambda job: not isinstance(job, Store | Line))
-        self._faults.fail(CAN)
+        self._errors.fail(CAN)
 
     def _on_back(self) -> None:
         """Whatever it shows now, it gets the program's screen, and then what the program has asked for since."""
@@ -191,7 +191,7 @@ class TerminalLink:
         if abort is None:
             self._stored[job.number] = job.text
         else:
-            self._faults.fail(CAN)
+            self._errors.fail(CAN)
         self._go_on()
 
     def _tell(self, job: Job) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from fieldrig.errors import RigError
+from fieldrig.errors import RefusedError
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.user_port import messages
 from fieldrig_devices.arp.user_port.line import CardLine, open_line
@@ -51,7 +51,7 @@ OnProgress = Callable[[int, int], None]
 """Bytes done, and all of them."""
 
 
-class RefusedByCardError(RigError):
+class RefusedByCardError(RefusedError):
     """The card answers that it doesn't do this."""
 
     def __init__(self, status: Status, what: str, remedy: str = "") -> None:

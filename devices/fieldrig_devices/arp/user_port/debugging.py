@@ -39,18 +39,18 @@ def line_of(program: ArpProgram) -> int:
 
 
 def condition(card: Outside) -> Condition:
-    program, faults = card.program, card.faults
+    program, errors = card.program, card.errors
     code = ProgramCode.NONE if program is None else CODES[program.state]
     line = 0 if program is None else line_of(program)
     count = 0 if program is None else min(len(program.breakpoints), 255)
-    return Condition(card.state, code, faults.error, faults.error_axis, faults.warning, line, count)
+    return Condition(card.state, code, errors.error, errors.error_axis, errors.warning, line, count)
 
 
 def news(card: Outside) -> object:
     """What makes an event when it is another one.  The line is no part of it: only RUN and STEP lead to another."""
-    program, faults = card.program, card.faults
+    program, errors = card.program, card.errors
     state = None if program is None else program.state
-    return card.state, program, state, faults.error, faults.error_axis, faults.warning
+    return card.state, program, state, errors.error, errors.error_axis, errors.warning
 
 
 class DebugRequests:

@@ -1,4 +1,4 @@
-"""The PC's end of the line to a card's USER port: gets requests answered, and keeps what the card tells unasked.
+"""The PC's end of the line to an ARP card's USER port: it sends requests and keeps unsolicited messages.
 
 A request without an answer in time is sent again, which is harmless: the card carries it out once (see `server`).
 """

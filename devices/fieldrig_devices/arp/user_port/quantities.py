@@ -69,9 +69,9 @@ WORDS: Final = frozenset({Kind.FLAG_WORD, Kind.INPUT_WORD, Kind.OUTPUT_WORD})
 
 _CONDITION: Final[dict[int, Callable[[Outside], int]]] = {
     STATE: lambda card: card.state,
-    ERROR: lambda card: card.faults.error,
-    ERROR_AXIS: lambda card: card.faults.error_axis,
-    WARNING: lambda card: card.faults.warning,
+    ERROR: lambda card: card.errors.error,
+    ERROR_AXIS: lambda card: card.errors.error_axis,
+    WARNING: lambda card: card.errors.warning,
 }
 
 

@@ -1,4 +1,4 @@
-"""What modes share whose set positions come one by one: a straight line from one to the next, after the time of 60C2h.
+"""The straight line between set positions in the cyclic CiA 402 modes, which lasts as long as 60C2h says.
 
 Until the first one comes the axis is brought to rest.
 """

@@ -9,6 +9,7 @@ from typing import ClassVar, Final
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.options import Ramp
+from fieldrig_devices.cia402.pace import NO_BAND
 from fieldrig_devices.motion.profile import brake
 
 HALT: Final = 0x0100
@@ -65,6 +66,12 @@ class Mode:
 
     def step(self) -> None:
         self.context.motion.step(self.context.cycle_s)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Actual velocities, without both ends, with which `step` does no more than `Mode.step`, and goes on doing so
+        until something is written or an input is on."""
+        return NO_BAND
 
     @property
     def value(self) -> float:

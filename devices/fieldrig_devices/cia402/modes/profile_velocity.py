@@ -11,6 +11,7 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.options import Ramp
+from fieldrig_devices.cia402.pace import NO_BAND
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import change_speed
 
@@ -48,6 +49,7 @@ class ProfileVelocity(Mode):
         return {(objects.TARGET_VELOCITY, 0): self._on_target}
 
     def _on_target(self, velocity: int) -> None:
+        self.context.pace.leave_band()
         self._asked = self.context.units.speed(velocity)
         if self._is_active and not self.is_halted:
             self._run()
@@ -76,6 +78,19 @@ class ProfileVelocity(Mode):
         is_fast = abs(velocity) > context.threshold
         if not (is_near and is_fast and self._reached.is_held and self._faster.is_held):
             self._compare(is_near=is_near, is_fast=is_fast)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Where the speed is reached and above the threshold: both have held long enough, and nothing limits the way.
+
+        It is the inner half of the velocity window, so that no rounding at its ends decides.
+        """
+        context, travel = self.context, self.context.travel
+        is_settled = self._reached.is_held and self._faster.is_held and not self.is_halted
+        if not is_settled or self._is_stopped or travel.held or travel.range is not None:
+            return NO_BAND
+        low, high = self._asked - context.velocity_window / 2, self._asked + context.velocity_window / 2
+        return (max(low, context.threshold), high) if self._asked > 0 else (low, min(high, -context.threshold))
 
     def _watch_switches(self) -> None:
         context = self.context

@@ -35,15 +35,12 @@ class Positioner:
         """The speed that is to be kept, or 0."""
         self._is_ending = False
         """At a software limit."""
+        self.is_moving = False
+        """The set position changes, or the set value is a torque."""
         self._limits = Limits(1.0, 1.0, 1.0)
         """Of the last order."""
         self.has_arrived = False
         """At the place, or the speed, that was asked for last."""
-
-    @property
-    def is_moving(self) -> bool:
-        """A set position that changes, or a torque."""
-        return self._profile is not None or self.mode is Mode.TORQUE
 
     # ---- what a client wants; only while the axis is under control
 
@@ -70,15 +67,15 @@ class Positioner:
         """0.1 % of the motor's rated torque; `limits` are for the stop at a switch."""
         self._take_over(limits)
         self._profile, self._torque = None, torque
-        self.mode, self.has_arrived = Mode.TORQUE, True
+        self.mode, self.has_arrived, self.is_moving = Mode.TORQUE, True, True
 
     # ---- once a cycle, before the axis asks
 
     def watch(self) -> None:
-        """What limits leave of the order."""
+        """What limits leave of the order; only while it moves and there are any."""
         if self.mode is Mode.TORQUE:
             self._watch_torque()
-        elif self._profile is not None and self.travel.is_there:
+        else:
             self._watch_profile()
 
     def _watch_torque(self) -> None:
@@ -129,7 +126,7 @@ class Positioner:
         if self._speed:
             self.has_arrived = True
             return
-        self._profile = None
+        self._profile, self.is_moving = None, False
         if self._target is not None:
             self._place, self.has_arrived = self._target, True
 
@@ -140,10 +137,10 @@ class Positioner:
     def _begin(self, profile: Profile, target: float | None = None) -> None:
         self._profile, self._target = profile, target
         self._origin, self._cycles = self._place, 0
-        self.has_arrived = False
+        self.has_arrived, self.is_moving = False, True
 
     def _rest_at(self, place: float) -> None:
-        self.mode, self._profile = Mode.POSITION, None
+        self.mode, self._profile, self.is_moving = Mode.POSITION, None, False
         self._place, self._speed, self.has_arrived = place, 0.0, False
 
     def _take_over(self, limits: Limits) -> None:

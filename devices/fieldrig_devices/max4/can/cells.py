@@ -47,9 +47,6 @@ def connect_axis(dictionary: Dictionary, number: int, motor: AxisMotor) -> None:
     def at(subindex: int) -> Variable:
         return dictionary.find(AXIS + number, subindex)
 
-    def of_axis(read: Callable[[], int]) -> Callable[[], int]:
-        return lambda: read() if motor.axis is not None else 0
-
     _reads(at(1), lambda: motor.axis.diag_code if motor.axis is not None else 0)
     _reads_text(at(2), lambda: motor.axis.diag_msg if motor.axis is not None else "")
     _orders(at(3), lambda: motor.axis.quit_errors() if motor.axis is not None else None)

@@ -17,6 +17,7 @@ from fieldrig_bus.can.shared import SharedLink
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.axis_drive import AxisDrive
+from fieldrig_devices.cia402.pace import Pace
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.axis_inputs import check_terminals, terminals_in
 from fieldrig_devices.max4.can import cells as can_face_cells
@@ -120,7 +121,7 @@ class FaceNode:
         can_face_cells.connect(self.node.dictionary, controller)
         for number in range(settings.axes_per_node):
             self._add(number)
-        self._stepped: list[tuple[AxisMotor, Cia402Axis, AxisDrive]] = []
+        self._stepped: list[tuple[AxisMotor, Cia402Axis, AxisDrive, Pace]] = []
         self._told: set[int] = set()
         """Error codes of the controller."""
         self._told_of_axes: dict[int, int] = {}
@@ -148,8 +149,8 @@ class FaceNode:
             terminals = self._settings.terminals.get(name, AxisTerminals())
             motor.bind(axis, terminals_in(tree, terminals.all_inputs), terminals_in(tree, terminals.all_outputs))
             self.axes[place].use(self._controller.cycle_ns, self._origins.of(name))
-        drives = [axis.drive for axis in self.axes]
-        self._stepped = list(zip(self.motors, self.axes, drives, strict=True))[: len(axes)]
+        pairs = zip(self.motors, self.axes, strict=True)
+        self._stepped = [(motor, axis, axis.drive, axis.pace) for motor, axis in pairs][: len(axes)]
         self._told.clear()
         self._told_of_axes.clear()
         self._places = tuple(f"{axis.ring_address}." for axis in self._controller.axes.values())
@@ -161,13 +162,13 @@ class FaceNode:
             motor.bind(None, {}, {})
 
     def step(self) -> None:
-        for motor, axis, drive in self._stepped:
-            if motor.is_changed or axis.is_awake:
+        for motor, axis, drive, pace in self._stepped:
+            if motor.is_changed or pace.is_awake:
                 motor.refresh()
                 axis.step()
                 motor.show_mode()
             elif drive.is_moving:
-                drive.step()
+                drive.advance()
                 if drive.kind is not motor.kind:
                     motor.show_mode()
         for variable, read in self.node.watched:

@@ -9,10 +9,10 @@ the parameter in its object.
 
 from collections.abc import Callable, Iterator
 from enum import Enum
-from math import isfinite
 from typing import Final
 
 from fieldrig.device import Value
+from fieldrig.point_values import choice_in, number_in, text_in, truth_in, whole_in
 
 OBJECT_STEP: Final = 0x1_0000
 
@@ -119,27 +119,16 @@ class Parameter:
         self._value = value
 
     def checked(self, value: Value) -> Value:
-        """The value in the parameter's type.  ValueError, with what would be right."""
+        """Return the value in the parameter's type.  ValueError, with what was expected, for one it can't have."""
         match self.type:
             case Type.STRING:
-                if not isinstance(value, str) or len(value) > self.high:
-                    raise ValueError(f"{self.name}: a text of up to {self.high} characters would be right")
-                return value
+                return text_in(value, self.high, self.name)
             case Type.BOOL:
-                if isinstance(value, str) or value not in (0, 1):
-                    raise ValueError(f"{self.name}: true or false would be right")
-                return bool(value)
+                return truth_in(value, self.name)
             case Type.LREAL:
-                if isinstance(value, bool | str) or not isfinite(value):
-                    raise ValueError(f"{self.name}: a number would be right")
-                return float(value)
-        if isinstance(value, bool | str) or not isfinite(value) or value != int(value):
-            raise ValueError(f"{self.name}: a whole number would be right")
-        if not self.low <= value <= self.high:
-            raise ValueError(f"{self.name}: {self.low} to {self.high} would be right")
-        if self.only and value not in self.only:
-            raise ValueError(f"{self.name}: {', '.join(map(str, self.only))} would be right")
-        return int(value)
+                return float(number_in(value, name=self.name))
+        number = whole_in(value, self.low, self.high, name=self.name)
+        return choice_in(number, self.only, self.name) if self.only else number
 
 
 class Group:

@@ -35,7 +35,6 @@ def goes_with(upper: Version, lower: Version) -> bool:
     return upper.incompatible == lower.incompatible and upper.upward >= lower.upward
 
 
-IEC_STEPS: Final = Version(0, 6)
 TIME_STAMPS: Final = Version(0, 7)
 """From here on stamps are `DDD HH:MM:SS.sss`, and IEC data have 2 MByte."""
 LARGE_VARIABLES: Final = Version(0, 12)

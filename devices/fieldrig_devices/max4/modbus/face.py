@@ -13,6 +13,7 @@ from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ILLEGAL_DATA_VALUE,
 from fieldrig_bus.modbus.message import CONNECTIONS, ModbusEvent, ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.axes.positioning import Positioner
 from fieldrig_devices.max4.axis_inputs import AxisInputs, check_terminals, terminals_in
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus.axis import AxisRegisters
@@ -65,6 +66,7 @@ class ModbusFace:
         self._switches = switches
         self._clock, self._controller, self._settings = clock, controller, settings
         self._axes: list[AxisRegisters] = []
+        self._positioners: list[Positioner] = []
         self._asked_ns = clock.now_ns()
         turnaround_ns = round(settings.turnaround_ms * MS)
         self._ports = [ModbusPort(clock, link, {}, turnaround_ns, self._on_asked) for link in links]
@@ -90,6 +92,7 @@ class ModbusFace:
         """Axes and tree are others now."""
         controller, settings = self._controller, self._settings
         self._axes = [self._registers(number, axis) for number, axis in enumerate(controller.axes.values())]
+        self._positioners = [axis.positioner for axis in self._axes]
         for port in self._ports:
             unit = _Unit(controller, self._axes, settings)
             port.servers = {settings.unit_id: ModbusServer(unit, settings.identification)}
@@ -111,8 +114,9 @@ class ModbusFace:
         self._asked_ns = self._clock.now_ns()
 
     def _on_cycle(self) -> None:
-        for axis in self._axes:
-            axis.positioner.watch()
+        for positioner in self._positioners:
+            if positioner.is_moving and positioner.travel.is_there:
+                positioner.watch()
         watchdog_ns = self._settings.watchdog_ms * MS
         if watchdog_ns and self._clock.now_ns() - self._asked_ns > watchdog_ns:
             self._on_asked()

@@ -11,21 +11,28 @@ from typing import Final
 
 from fieldrig.clock import S
 from fieldrig_devices.max4.axes.axis import INCREMENTS, Axis, AxisState, Mode
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.idn import Element
 from fieldrig_devices.sercos.master import SercosMaster
 from fieldrig_devices.sercos.ring_drive import Drive
 from fieldrig_devices.sercos.service import STATUS_MASK, Done
 
-AT: Final = (51, 40, 84, 182, 390)
-SHORT_AT: Final = (51, 84, 182, 390)
+AT: Final = (
+    std.POSITION_FEEDBACK_1,
+    std.VELOCITY_FEEDBACK,
+    std.TORQUE_FEEDBACK,
+    std.MANUFACTURER_CLASS_3,
+    std.DIAGNOSTIC_NUMBER,
+)
+SHORT_AT: Final = (std.POSITION_FEEDBACK_1, std.TORQUE_FEEDBACK, std.MANUFACTURER_CLASS_3, std.DIAGNOSTIC_NUMBER)
 """Where there are too many drives for a cycle: the velocity is that of the positions."""
-MDT: Final = {"position": 47, "velocity": 36, "torque": 80}
+MDT: Final = {"position": std.POSITION_COMMAND, "velocity": std.VELOCITY_COMMAND, "torque": std.TORQUE_COMMAND}
 ALL: Final = ("position", "velocity", "torque")
 MODES: Final = {"position": Mode.POSITION, "velocity": Mode.VELOCITY, "torque": Mode.TORQUE}
 PER_VELOCITY: Final = INCREMENTS / 60 / 10_000
 """Increments per second for 0.0001 1/min."""
-RESET_CLASS_1: Final = 99
+RESET_CLASS_1: Final = std.RESET_CLASS_1
 READY: Final = words.ENABLE | words.RUN
 FOLLOWING: Final = READY | words.DRIVE_ON | Mode.POSITION.value
 _HALF, _MASK = 1 << 31, 0xFFFF_FFFF

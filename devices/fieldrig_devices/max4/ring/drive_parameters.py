@@ -12,9 +12,10 @@ from fieldrig.device import Value
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Type
 from fieldrig_devices.mc4 import idns
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.idn import ServiceError
 
-VERSION_IDN: Final = 30
+VERSION_IDN: Final = std.MANUFACTURER_VERSION
 MOTOR: Final = "Motor"
 PATIENCE_NS: Final = 30 * S
 AGAIN_NS: Final = 250 * MS
@@ -33,22 +34,22 @@ class Row(NamedTuple):
 
 ROWS: Final = (
     Row("Versions", "FirmwareVersion", VERSION_IDN, Type.STRING),
-    Row("Versions", "ControllerType", 140, Type.STRING),
-    Row(MOTOR, "MotorType", 141, Type.STRING),
+    Row("Versions", "ControllerType", std.CONTROLLER_TYPE, Type.STRING),
+    Row(MOTOR, "MotorType", std.MOTOR_TYPE, Type.STRING),
     Row(MOTOR, "MotorSerialNumber", idns.SERIAL_NUMBER, Type.STRING),
     Row(MOTOR, "RatedTorque", idns.RATED_TORQUE, Type.LREAL, 3, "Nm"),
     Row(MOTOR, "RatedSpeed", idns.RATED_SPEED, Type.LREAL, 4, "1/min"),
-    Row(MOTOR, "MaxSpeed", 113, Type.LREAL, 4, "1/min"),
-    Row(MOTOR, "StandstillCurrent", 111, Type.LREAL, 3, "A"),
-    Row(MOTOR, "PeakCurrent", 109, Type.LREAL, 3, "A"),
+    Row(MOTOR, "MaxSpeed", std.MAXIMUM_MOTOR_SPEED, Type.LREAL, 4, "1/min"),
+    Row(MOTOR, "StandstillCurrent", std.MOTOR_STALL_CURRENT, Type.LREAL, 3, "A"),
+    Row(MOTOR, "PeakCurrent", std.MOTOR_PEAK_CURRENT, Type.LREAL, 3, "A"),
     Row(MOTOR, "Inertia", idns.INERTIA, Type.LREAL, 3, "kgcm2"),
-    Row("Stop", "BrakeDisconnectionTime", 206, Type.UINT, 0, "ms", is_writable=True),
-    Row("Stop", "BrakeCouplingTime", 207, Type.UINT, 0, "ms", is_writable=True),
+    Row("Stop", "BrakeDisconnectionTime", std.DRIVE_ON_DELAY, Type.UINT, 0, "ms", is_writable=True),
+    Row("Stop", "BrakeCouplingTime", std.DRIVE_OFF_DELAY, Type.UINT, 0, "ms", is_writable=True),
     Row("Stop", "StopTimeLim", idns.STOP_TIME_LIMIT, Type.UINT, 0, "ms", is_writable=True),
     Row("Stop", "CoastOption", idns.COAST_OPTION, Type.UINT, is_writable=True),
-    Row("Loops", "MaxFollowingError", 159, Type.UDINT, 0, "incr", is_writable=True),
-    Row("Loops", "TorqueLimit", 92, Type.UINT, 0, "0.1%", is_writable=True),
-    Row("Loops", "PositionGain", 104, Type.UINT, is_writable=True),
+    Row("Loops", "MaxFollowingError", std.MONITORING_WINDOW, Type.UDINT, 0, "incr", is_writable=True),
+    Row("Loops", "TorqueLimit", std.TORQUE_LIMIT, Type.UINT, 0, "0.1%", is_writable=True),
+    Row("Loops", "PositionGain", std.KV_FACTOR, Type.UINT, is_writable=True),
     Row("Versions", "HardwareVersion", idns.HARDWARE, Type.STRING),
     Row("Versions", "ArticleNumber", idns.ARTICLE, Type.STRING),
     Row("Versions", "SerialNumber", idns.OWN_SERIAL_NUMBER, Type.STRING),

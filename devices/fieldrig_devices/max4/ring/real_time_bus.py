@@ -12,12 +12,13 @@ from typing import Final, Protocol
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.link import Link
-from fieldrig_bus.ring.message import RingMessage
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.configuration.version import Version, goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.ring.drive_end import ALL, RingDrive
 from fieldrig_devices.max4.ring.drive_parameters import DriveParameters
+from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.idn import idn_text
 from fieldrig_devices.sercos.master import SercosMaster
 from fieldrig_devices.sercos.preparation import NO_IDN
@@ -25,7 +26,7 @@ from fieldrig_devices.sercos.ring_drive import Event, RingEvent
 
 AGAIN_NS: Final = 3 * MS
 """Between two attempts: the last cycle of the one is over."""
-TRANSITION: Final = 127
+TRANSITION: Final = std.CP3_TRANSITION_CHECK
 
 
 class State(Enum):

@@ -105,7 +105,7 @@ def test_inputs_are_read_only(bench: FaceBench) -> None:
 )
 def test_axes_and_analog_signals(bench: FaceBench, request_: str, answer: str) -> None:
     card = bench.card
-    card.positions[1], card.speeds[2], card.errors[1], card.F[292] = 1500, -1500, 7, 1
+    card.positions[1], card.speeds[2], card.tracking_errors[1], card.F[292] = 1500, -1500, 7, 1
     card.adc[6], card.dac[2] = 10_000, -10_000
     assert bench.sdo(f"{request_} 00 00 00 00") == answer
 
@@ -118,8 +118,8 @@ def test_a_speed_beyond_32_bits_reads_as_the_limit(bench: FaceBench) -> None:
 def test_state_error_warning_program(bench: FaceBench) -> None:
     card = bench.card
     card.state = CardState.BLOCKED
-    card.faults.fail(116, 2)
-    card.faults.warn(203)
+    card.errors.fail(116, 2)
+    card.errors.warn(203)
     assert bench.sdo("40 02 21 00 00 00 00 00") == "4f 02 21 00 05 00 00 00"
     assert bench.sdo("40 03 21 00 00 00 00 00") == "4b 03 21 00 74 00 00 00"
     assert bench.sdo("40 04 21 00 00 00 00 00") == "4b 04 21 00 cb 00 00 00"

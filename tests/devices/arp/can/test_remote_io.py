@@ -14,7 +14,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanState
 from fieldrig_devices.arp.can.bit_rate import take_bit_rate
 from fieldrig_devices.arp.can.remote_io import RemoteIo
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.parameters import Par, Parameters
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.canopen.remote_node import watch_over
@@ -28,8 +28,8 @@ class CardPart:
 
     def __init__(self, clock: Any, can: Any, node_ids: tuple[int | None, ...] = (1, 2), **options: Any) -> None:
         self.I, self.O = [0] * 333, [0] * 333  # the manual's letters
-        self.faults = Faults(lambda code: None)
-        self.io = RemoteIo(clock, can, node_ids, self.I, self.O, self.faults, 100, **options)
+        self.errors = CardErrors(lambda code: None)
+        self.io = RemoteIo(clock, can, node_ids, self.I, self.O, self.errors, 100, **options)
         self._clock = clock
         self.io.start()
         self._pass()
@@ -100,7 +100,7 @@ def cell(make: Make) -> Cell:
 @pytest.mark.manual("ARP-040", "ARP-003")
 def test_card_starts_its_modules_and_has_no_error(cell: Cell) -> None:
     assert [cell.rig.get(module, "nmt.state") for module in ("io1", "io2")] == ["operational"] * 2
-    assert cell.card.faults.error == 0
+    assert cell.card.errors.error == 0
     assert not cell.card.io.is_lost
 
 
@@ -167,9 +167,9 @@ def test_lost_module_is_error_106_and_its_inputs_are_0(cell: Cell) -> None:
     cell.run(50)
     cell.pull_plug("io1", 5000)
     cell.run(90)
-    assert (cell.card.faults.error, len(cell.card.inputs(201))) == (0, 8)
+    assert (cell.card.errors.error, len(cell.card.inputs(201))) == (0, 8)
     cell.run(150)  # twice the heartbeat time after the last heartbeat, and a pass of the scheduler
-    assert (cell.card.faults.error, cell.card.inputs(201), cell.card.inputs(301)) == (CAN_ERROR, [], [301])
+    assert (cell.card.errors.error, cell.card.inputs(201), cell.card.inputs(301)) == (CAN_ERROR, [], [301])
 
 
 def test_inputs_of_a_lost_module_may_be_held(make: Make) -> None:
@@ -178,7 +178,7 @@ def test_inputs_of_a_lost_module_may_be_held(make: Make) -> None:
     cell.run(50)
     cell.pull_plug("io1", 5000)
     cell.run(1000)
-    assert (cell.card.faults.error, cell.card.inputs(201)) == (CAN_ERROR, [201])
+    assert (cell.card.errors.error, cell.card.inputs(201)) == (CAN_ERROR, [201])
 
 
 @pytest.mark.manual("ARP-050", "ARP-049")
@@ -191,11 +191,11 @@ def test_module_that_is_back_works_again_and_the_error_waits_for_enable(cell: Ce
     cell.run(3000)
     assert cell.outputs("io1") == [3, 0, 0, 0]
     assert cell.card.inputs(201) == [203]
-    assert cell.card.faults.error == CAN_ERROR
-    cell.card.faults.clear()
+    assert cell.card.errors.error == CAN_ERROR
+    cell.card.errors.clear()
     cell.card.io.release()
     cell.run(500)
-    assert cell.card.faults.error == 0
+    assert cell.card.errors.error == 0
 
 
 @pytest.mark.manual("ARP-050")
@@ -203,11 +203,11 @@ def test_what_is_missing_when_the_card_is_enabled_is_an_error_again(cell: Cell) 
     cell.pull_plug("io1", 100_000)
     cell.run(500)
     cell.card.io.freeze()
-    cell.card.faults.clear()
+    cell.card.errors.clear()
     cell.run(5000)
-    assert cell.card.faults.error == 0  # the card's own state is what ERROR tells now
+    assert cell.card.errors.error == 0  # the card's own state is what ERROR tells now
     cell.card.io.release()
-    assert cell.card.faults.error == CAN_ERROR
+    assert cell.card.errors.error == CAN_ERROR
 
 
 @pytest.mark.manual("ARP-050")
@@ -215,7 +215,7 @@ def test_module_that_never_comes_is_an_error(make: Make) -> None:
     cell = make(node_ids=(1, 3))
     cell.card.io.release()
     cell.run(1000)
-    assert cell.card.faults.error == CAN_ERROR
+    assert cell.card.errors.error == CAN_ERROR
     cell.set_inputs("io1", 1, 1)
     cell.run(50)
     assert cell.card.inputs(201) == [201]
@@ -227,7 +227,7 @@ def test_module_that_reboots_is_an_error_and_is_started_again(cell: Cell) -> Non
     cell.run(100)
     other.send(CanFrame(0, b"\x81\x01"))
     cell.run(500)
-    assert cell.card.faults.error == CAN_ERROR
+    assert cell.card.errors.error == CAN_ERROR
     assert (cell.rig.get("io1", "nmt.state"), cell.outputs("io1")) == ("operational", [1, 0, 0, 0])
 
 
@@ -239,7 +239,7 @@ def test_bus_off_is_error_106(cell: Cell) -> None:
     number = cell.rig.add_fault("can0", {"what": "short", "level": "recessive"})
     cell.card.O[202] = 1
     cell.run(60)
-    assert (cell.card.faults.error, cell.card.inputs(201)) == (CAN_ERROR, [])
+    assert (cell.card.errors.error, cell.card.inputs(201)) == (CAN_ERROR, [])
     cell.rig.clear_fault("can0", number)
     cell.run(5000)
     assert (cell.outputs("io1"), cell.card.inputs(201)) == ([3, 0, 0, 0], [201])
@@ -315,7 +315,7 @@ def test_module_with_fewer_inputs_refuses_the_rest() -> None:
     bench.hear("581#4f 00 60 01 81 00 00 00")
     assert bench.hear("581#80 00 60 02 11 00 09 06") == ["601#40 00 60 03 00 00 00 00"]
     assert bench.card.inputs(201) == [201, 208]
-    assert bench.card.faults.error == 0
+    assert bench.card.errors.error == 0
 
 
 def test_only_the_second_node_may_be_fitted() -> None:
@@ -335,7 +335,7 @@ def test_bus_off_without_a_loss_sends_outputs_anew() -> None:
     active: Any = BusState(CanState.ACTIVE, 0, 0)
     bench.hear("181#01")
     assert bench.hear(off) == []
-    assert (bench.card.faults.error, bench.card.inputs(201)) == (CAN_ERROR, [])
+    assert (bench.card.errors.error, bench.card.inputs(201)) == (CAN_ERROR, [])
     assert bench.hear(active) == ["601#40 00 60 01 00 00 00 00", "201#00 00 00 00"]
     assert bench.hear(active) == []
 
@@ -361,5 +361,5 @@ def test_card_with_another_bit_rate_than_its_bus_has_no_remote_io(make: Make) ->
     parameters.load()
     take_bit_rate(cell.link, parameters)
     cell.enabled()
-    assert cell.card.faults.error == CAN_ERROR
+    assert cell.card.errors.error == CAN_ERROR
     assert cell.rig.get("io1", "nmt.state") == "pre_operational"

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from arp_bench import CardBench
 
-from fieldrig_devices.arp import faults as codes
+from fieldrig_devices.arp import card_errors as codes
 from fieldrig_devices.arp.card.states import NEXT_STATE, Event, States
 from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.runtime.program import ProgramState
@@ -99,7 +99,7 @@ def test_a_card_that_is_held_has_its_outputs_at_0(state: CardState) -> None:
     for number in (102, 132, 201, 232, 301, 332):
         assert bench.outside.set_output(number, 1)
     if state is BLOCKED:
-        bench.outside.faults.fail(codes.STACK)
+        bench.outside.errors.fail(codes.STACK)
     elif state is RESET_ENABLE:
         bench.drive("I108", False)
     else:

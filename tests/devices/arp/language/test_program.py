@@ -50,7 +50,7 @@ def test_ten_levels_of_calls_return_one_by_one() -> None:
     bench.card.V[1] = 10_000
     bench.run(10)
     assert (bench.card.V[2], bench.card.V[3], bench.card.O[101]) == (10_000, 10_000, 1)
-    assert bench.card.errors == []
+    assert bench.card.error_codes == []
 
 
 @pytest.mark.manual("ARP-084")
@@ -60,7 +60,7 @@ def test_the_eleventh_level_stops_the_program_with_e12(budget: int) -> None:
     bench.card.V[1] = 11_000
     bench.run(100, budget)
     assert bench.program.state is ProgramState.FAILED
-    assert bench.card.errors == [112]
+    assert bench.card.error_codes == [112]
     assert (bench.card.V[2], bench.card.V[3]) == (10_000, 0)
     assert len(bench.program.calls) == 10
 

@@ -6,6 +6,7 @@ from arp_card import RecordedCard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig import sandbox
 from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.instructions import KEYWORDS, SIGNATURES, Value
 from fieldrig_devices.arp.language.lower import NAMES
@@ -43,7 +44,6 @@ from fieldrig_devices.arp.language.tree import (
     Unary,
 )
 from fieldrig_devices.arp.runtime.program import ArpProgram
-from fieldrig_devices.languages import sandbox
 from fieldrig_devices.languages.resumable import Build
 
 WORDS = [

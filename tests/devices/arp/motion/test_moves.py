@@ -35,7 +35,7 @@ def test_axis_that_is_only_read_or_regulated_does_not_move(kind: int) -> None:
     bench.loop(100)
     assert [*bench.F] == before
     assert bench.axes.position(1) == 70_000  # the reference follows the reading
-    assert bench.faults.error == bench.faults.warning == 0
+    assert bench.errors.error == bench.errors.warning == 0
     assert bench.axes.volts(1) is None
 
 

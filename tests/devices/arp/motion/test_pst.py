@@ -65,7 +65,7 @@ def test_example_of_the_manual_runs_for_many_cycles() -> None:
         assert highest == pytest.approx(4750.0, abs=0.5)
         assert bench.axes.position(2) in (0, 10_000_000)
         assert bench.F[261] == 1
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
 
 
 @pytest.mark.manual("ARP-101")
@@ -90,7 +90,7 @@ def test_example_of_the_manual_with_a_motor_on_the_slave() -> None:
         while bench.loop().F[295]:
             assert bench.reading(1) == pytest.approx(curve_a(bench.position(2)), abs=60.0)
     assert bench.F[261] == 1
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
     bench.loop(500)
     assert bench.reading(1) == pytest.approx(0.0, abs=2.0)
 
@@ -163,7 +163,7 @@ def test_master_outside_the_table_aborts_without_motion_or_error() -> None:
     bench.loop(100)
     assert bench.F[257:289] == before[257:289]
     assert bench.axes.position(1) == 0
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
 
 
 @pytest.mark.manual("ARP-068", "ARP-106", "ARP-071", "ARP-104")
@@ -267,7 +267,7 @@ def test_repetitive_cyclic_cam_takes_the_slave_round_too(direction: int) -> None
         travel += bench.speed(1) / 1000
         bench.counts[1] = round(travel)
         assert 0 <= bench.position(1) <= 4000
-    assert bench.faults.error == 0
+    assert bench.errors.error == 0
     assert bench.F[261] == 1
     assert travel * direction > 4 * 4000
     assert bench.F[267 if direction > 0 else 268] == 1
@@ -524,7 +524,7 @@ def test_wrong_pst_is_error_113_and_moves_nothing(program: str) -> None:
     bench.load(f"BEG MAIN\n{program}\nV1 == ERROR\nEND")
     bench.loop(50)
     assert bench.V[1] == 113_000
-    assert bench.faults.error_axis == 1
+    assert bench.errors.error_axis == 1
     assert [*bench.F] == before
     assert bench.axes.position(1) == 0
 
@@ -537,7 +537,7 @@ def test_a_table_has_to_end_at_v1000(first: int, error: int) -> None:
     table = [2_000, 0, 0, 10_000_000, 0]
     bench.V[first:1001] = table[: 1001 - first]
     bench.axes.follow_table(2, 1, first)
-    assert bench.faults.error == error
+    assert bench.errors.error == error
     assert bench.F[261] == (error == 0)
 
 
@@ -548,7 +548,7 @@ def test_master_speed_of_0_is_error_113() -> None:
     bench.parameters.ram[1][24] = 0
     bench.parameters.version += 1
     bench.axes.follow_table(2, 1, 10)
-    assert bench.faults.error == 113
+    assert bench.errors.error == 113
 
 
 @pytest.mark.manual("ARP-103", "ARP-034")
@@ -557,7 +557,7 @@ def test_the_slave_s_parameter_24_says_how_fast_the_master_may_be(master_speed: 
     """Digest 13.6; neither the master's own [24] nor its maximum speed, which are far beyond here."""
     bench = bench_of_a((1, 7, 99_999.0), (1, 24, master_speed), (2, 7, 99_999.0), (2, 24, 99_999.0))
     bench.axes.follow_table(2, 1, 10)
-    assert (bench.faults.error, bench.F[261]) == (error, int(not error))
+    assert (bench.errors.error, bench.F[261]) == (error, int(not error))
 
 
 @pytest.mark.manual("ARP-099")
@@ -566,7 +566,7 @@ def test_pst_needs_a_slave_that_may_move() -> None:
     bench.write_table(10, *A)
     bench.axes.follow_table(2, 1, 10)
     bench.loop(10)
-    assert (bench.F[261], bench.F[263], bench.faults.error) == (0, 0, 0)
+    assert (bench.F[261], bench.F[263], bench.errors.error) == (0, 0, 0)
 
 
 def test_slave_positions_outside_its_counter_end_at_final_speed() -> None:
@@ -587,7 +587,7 @@ def test_slave_that_loses_control_ends_the_cam() -> None:
     bench.axes.follow_table(2, 1, 10)
     bench.axes.move_to(2, 1_000_000)
     bench.until_flag(1, SYNC, 0)
-    assert bench.faults.error == 116
+    assert bench.errors.error == 116
     assert bench.F[263] == 0
     assert bench.F[295] == 1
     assert bench.axes.volts(1) == 0.0

@@ -95,7 +95,7 @@ def test_a_text_off_the_screen_is_w03_and_shown_as_far_as_it_fits() -> None:
 @pytest.mark.manual("ARP-048")
 def test_error_and_warning_are_read_as_numbers() -> None:
     bench = ArpBench("V1 == ERROR\nV2 == WARNING\nV3 == 1 / 0\nV4 == WARNING")
-    bench.card.errors.append(113)
+    bench.card.error_codes.append(113)
     bench.run()
     assert bench.card.V[1:5] == [113_000, 0, 0, 201_000]
 

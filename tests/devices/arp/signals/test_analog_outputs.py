@@ -35,9 +35,9 @@ def test_dac_without_a_slope_is_there_at_once(channel: int) -> None:
 def test_the_range_of_both_outputs_is_10_volts(channel: int, sign: int) -> None:
     program = f"DAC {channel}, {sign * 10}\nWAIT 0.005\nV1 == {sign * 10.001}\nDAC {channel}, V1"
     bench = SignalsBench(program).run(1)
-    assert (bench.card.outputs.volts(channel), bench.card.faults.warning) == (sign * 10.0, 0)
+    assert (bench.card.outputs.volts(channel), bench.card.errors.warning) == (sign * 10.0, 0)
     assert bench.run(6).card.outputs.volts(channel) == sign * 10.0
-    assert bench.card.faults.warning == 203
+    assert bench.card.errors.warning == 203
 
 
 @pytest.mark.manual("ARP-092")
@@ -56,7 +56,7 @@ def test_the_range_of_both_outputs_is_10_volts(channel: int, sign: int) -> None:
 def test_a10_the_slope_is_the_time_of_10_volts(begin: str, end: str, slope: str, ms: int) -> None:
     bench = SignalsBench(f"DAC 1, {begin}\nDAC 1, {end}, {slope}").run()
     assert ms_until(bench.card, 1, float(end)) == ms
-    assert bench.card.faults.warning == 0
+    assert bench.card.errors.warning == 0
 
 
 @pytest.mark.manual("ARP-092")
@@ -120,7 +120,7 @@ def test_dac_on_an_owned_output_is_ignored_with_w03(channel: int, owner: str) ->
         case "pid":
             card.outputs.regulate(channel, 1.5)
     bench.run(10)
-    assert (card.outputs.volts(channel), card.faults.warning) == (1.5, 203)
+    assert (card.outputs.volts(channel), card.errors.warning) == (1.5, 203)
     assert card.outputs.volts(3 - channel) == 2.0
 
 
@@ -140,7 +140,7 @@ def test_owners_come_in_their_order_and_the_last_leaves_0_volts() -> None:
     card.loop()
     assert [*seen, card.outputs.volts(1)] == [4.0, 3.0, 2.0, 0.0]
     card.outputs.write(1, 1_000, 0)
-    assert (card.outputs.volts(1), card.faults.warning) == (1.0, 0)
+    assert (card.outputs.volts(1), card.errors.warning) == (1.0, 0)
 
 
 def test_an_owner_makes_an_earlier_dac_forgotten() -> None:

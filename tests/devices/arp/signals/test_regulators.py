@@ -101,7 +101,7 @@ def test_the_table_has_25_variables() -> None:
 @pytest.mark.parametrize(("first", "warning"), [(976, 0), (977, 203)])
 def test_the_table_ends_with_v1000(first: int, warning: int) -> None:
     bench = SignalsBench(f"@PAR1[4] == 3\nPID 2, 1, V{first}").run(3)
-    assert (bench.card.F[274], bench.card.faults.warning) == (1 - bool(warning), warning)
+    assert (bench.card.F[274], bench.card.errors.warning) == (1 - bool(warning), warning)
 
 
 @pytest.mark.manual("ARP-113")
@@ -118,7 +118,7 @@ def test_the_axis_of_the_output_must_be_of_kind_3(kind: Kind) -> None:
     assert card.F[303:307] == [0, 0, int(is_executed), int(is_executed)]
     assert card.F[271:275] == [0, 0, 0, 0]
     assert card.outputs.volts(2) == (2.5 if is_executed else 0.0)
-    assert card.faults.error == card.faults.warning == 0
+    assert card.errors.error == card.errors.warning == 0
 
 
 @pytest.mark.manual("ARP-113")
@@ -163,7 +163,7 @@ def test_start_stop_reset_and_exec(output: int, start: int) -> None:
     card.loop(1)
     assert (card.F[stop], card.F[reset], card.F[present], card.outputs.volts(output)) == (0, 0, 0, 0.0)
     card.write_analog(output, 3_000, 0)  # the output is free
-    assert (card.outputs.volts(output), card.faults.warning) == (3.0, 0)
+    assert (card.outputs.volts(output), card.errors.warning) == (3.0, 0)
     assert not any(card.F)
 
 
@@ -235,7 +235,7 @@ def test_reset_ends_every_regulator() -> None:
 def test_dac_does_not_reach_the_output_of_a_regulator() -> None:
     bench = Bench(OFFDAC=4)
     bench.card.write_analog(2, 1_000, 0)
-    assert (bench.run().volts, bench.card.faults.warning) == (4, 203)
+    assert (bench.run().volts, bench.card.errors.warning) == (4, 203)
 
 
 # ---- what it computes
@@ -319,10 +319,10 @@ def test_the_source_of_the_speed() -> None:
         bench["SWCVEL"] = source
         bench.run()
         assert (bench["DG_VEL"], bench["DG_OUT"], bench.volts) == (speed, speed, speed)
-        assert bench.card.faults.warning == 0
+        assert bench.card.errors.warning == 0
     for wrong in (3.0, -1.0, 0.5):
         bench["SWCVEL"] = wrong
-        assert (bench.run()["DG_VEL"], bench.card.faults.warning) == (0, 203)
+        assert (bench.run()["DG_VEL"], bench.card.errors.warning) == (0, 203)
 
 
 @pytest.mark.manual("ARP-121")
@@ -337,7 +337,7 @@ def test_in_reset_measure_and_speed_are_still_told() -> None:
 
 def test_a_diagnostic_variable_out_of_range_is_its_limit_with_w02() -> None:
     bench = Bench(kp=1, REFPID=900_000, DELTAR=999_999, MAXERR=999_999, MAXPID=999_999, KREG=-2).start().run(1_000)
-    assert (bench["DG_OUT"], bench.volts, bench.card.faults.warning) == (-999_999.999, -10, 202)
+    assert (bench["DG_OUT"], bench.volts, bench.card.errors.warning) == (-999_999.999, -10, 202)
 
 
 @pytest.mark.manual("ARP-113")
@@ -536,4 +536,4 @@ def test_a16_test_pid_shows_the_tension_on_the_other_output() -> None:
     assert card.outputs.volts(2) == 10.0  # KP is 1 by itself: 300 - 250, and MAXDAC
     card.inputs.take(1, -0.003)
     assert bench.run(100).card.outputs.volts(1) == -3.0
-    assert card.faults.warning == 0
+    assert card.errors.warning == 0

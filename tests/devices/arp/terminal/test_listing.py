@@ -51,7 +51,7 @@ def test_series_of_term_and_msg_makes_this_screen(cell: CellBench) -> None:
     assert cell.rig.get("tr", "texts") == "\n".join(
         ["4 1 1 AUTOMATIC CYCLE", "2 22 3 LENGTH: =  9999.", "5 2 2 LENGTH: =  9999.", "6 4 2 AUTOMATIC CYCLE"]
     )
-    assert cell.faults.error == 0
+    assert cell.errors.error == 0
 
 
 @pytest.mark.manual("ARP-115")

@@ -8,7 +8,7 @@ from arp_terminal import NODE_ID, CardAtTerminal, CellBench
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.arp.faults import Faults
+from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.card import Shown
 from fieldrig_devices.arp.terminal.jobs import MOST
@@ -62,7 +62,7 @@ def started() -> "CellBench":
 @pytest.mark.manual("ARP-119", "ARP-013")
 def test_card_takes_the_terminal_up(started: CellBench) -> None:
     assert started.rig.get("tr", "nmt.state") == "operational"
-    assert started.faults.error == 0
+    assert started.errors.error == 0
 
 
 @pytest.mark.manual("ARP-119", "ARP-115", "ARP-114", "ARP-116")
@@ -70,7 +70,7 @@ def test_card_takes_the_terminal_up(started: CellBench) -> None:
 def test_every_instruction_by_its_bytes(started: CellBench, program: str, frames: list[str]) -> None:
     started.program(program, ms=100)
     assert [frame for frame in started.take() if not frame.startswith("594#")] == frames
-    assert started.faults.error == 0
+    assert started.errors.error == 0
 
 
 @pytest.mark.manual("ARP-013")
@@ -92,7 +92,7 @@ def test_instructions_before_the_terminal_answers_are_carried_out_when_it_does()
     with CellBench() as cell:
         cell.program('MSG 1, "HELLO"\nTERM 1, 1, 1, 1', ms=100)
         assert cell.screen[0] == "HELLO"
-        assert cell.faults.error == 0
+        assert cell.errors.error == 0
 
 
 @pytest.mark.manual("ARP-115")
@@ -140,7 +140,7 @@ def test_fast_changes_are_told_at_the_pace_of_the_bus_and_the_last_one_stays(sta
     started.after(60)
     assert len(started.take()) <= 6 * 3  # passes, and in each a TERM that clears, and one that shows
     assert started.screen[0] == "B"
-    assert started.faults.error == 0
+    assert started.errors.error == 0
 
 
 def test_many_values_share_the_passes(started: CellBench) -> None:
@@ -186,15 +186,15 @@ def test_loader_of_all_500_messages_loses_none(started: CellBench) -> None:
         "MESSAGE 00000251",
         "MESSAGE 00000500",
     ]
-    assert started.faults.error == 0
+    assert started.errors.error == 0
 
 
 def test_more_than_the_card_can_remember_is_error_6(started: CellBench) -> None:
     for _ in range(MOST):
         started.link.print_text(1, None)
-    assert started.faults.error == 0
+    assert started.errors.error == 0
     started.link.print_text(1, None)
-    assert started.faults.error == CAN_ERROR
+    assert started.errors.error == CAN_ERROR
 
 
 # ---- the terminal is missing, gone, and back
@@ -204,17 +204,17 @@ def test_more_than_the_card_can_remember_is_error_6(started: CellBench) -> None:
 def test_configured_terminal_that_does_not_answer_is_error_6() -> None:
     with CellBench(card_node_id=99) as cell:
         cell.after(400)
-        assert cell.faults.error == 0
+        assert cell.errors.error == 0
         cell.after(200)
-        assert cell.faults.error == CAN_ERROR
+        assert cell.errors.error == CAN_ERROR
 
 
 @pytest.mark.parametrize("instruction", ['MSG 1, "A"', "TERM", "TERM 1, 1", "TERM 1, 1, 1, 1", "PRINT 0"])
 def test_every_instruction_for_a_missing_terminal_is_error_6(instruction: str) -> None:
     with CellBench(card_node_id=99).after(600) as cell:
-        cell.faults.clear()
+        cell.errors.clear()
         cell.program(instruction, ms=1)
-        assert cell.faults.error == CAN_ERROR
+        assert cell.errors.error == CAN_ERROR
 
 
 class Alone:
@@ -222,9 +222,9 @@ class Alone:
 
     def __init__(self, node_id: int | None = NODE_ID, *, has_can: bool = True) -> None:
         self.clock, self.can = VirtualClock(), RecordedLink[CanFrame]()
-        self.card, self.faults = CardAtTerminal(), Faults(lambda code: None)
+        self.card, self.errors = CardAtTerminal(), CardErrors(lambda code: None)
         self.link = TerminalLink(
-            self.clock, self.can if has_can else None, self.card.V, self.card.F, self.faults, self.card.V.__setitem__
+            self.clock, self.can if has_can else None, self.card.V, self.card.F, self.errors, self.card.V.__setitem__
         )
         self.link.start(node_id)
 
@@ -258,9 +258,9 @@ def alone() -> Alone:
 def test_terminal_without_heartbeat_for_a_second_is_error_6(alone: Alone) -> None:
     alone.answer(HEARTBEAT)
     alone.silence(960)
-    assert alone.faults.error == 0
+    assert alone.errors.error == 0
     alone.silence(60)
-    assert alone.faults.error == CAN_ERROR
+    assert alone.errors.error == CAN_ERROR
 
 
 @pytest.mark.manual("ARP-064")
@@ -309,7 +309,7 @@ def test_message_under_way_when_the_terminal_restarts_does_not_hold_up_the_rest(
     alone.link.store_message(1, "AB")
     assert alone.answer() == ["614#2b 00 21 01 41 42 00 00"]
     alone.answer("714#00")
-    assert alone.faults.error == CAN_ERROR
+    assert alone.errors.error == CAN_ERROR
     alone.answer(HEARTBEAT_WRITTEN)
     alone.link.store_message(1, "CD")
     assert alone.answer() == ["614#2b 00 21 01 43 44 00 00"]
@@ -323,7 +323,7 @@ def test_message_that_the_terminal_refuses_is_error_6_and_the_next_goes_on(alone
     alone.link.print_text(1, None)
     alone.answer()
     assert alone.answer(answer) == ["514#00 00 00 00 01 00 01"]
-    assert alone.faults.error == CAN_ERROR
+    assert alone.errors.error == CAN_ERROR
 
 
 def test_reset_of_the_program_forgets_what_waits_but_for_messages(alone: Alone) -> None:
@@ -383,7 +383,7 @@ def test_without_a_terminal_its_flags_are_the_users_and_instructions_error_6(alo
     alone.card.F[218:257] = [1] * 39
     assert alone.answer() == []
     assert alone.card.F[218:257] == [1] * 39
-    assert alone.faults.error == 0
+    assert alone.errors.error == 0
     asks: list[Callable[[], None]] = [
         lambda: alone.link.store_message(1, "A"),
         alone.link.clear_screen,
@@ -392,8 +392,8 @@ def test_without_a_terminal_its_flags_are_the_users_and_instructions_error_6(alo
         lambda: alone.link.print_text(0, None),
     ]
     for ask in asks:
-        alone.faults.clear()
+        alone.errors.clear()
         ask()
-        assert alone.faults.error == CAN_ERROR
+        assert alone.errors.error == CAN_ERROR
     alone.link.release()
     assert alone.answer() == []

@@ -24,7 +24,7 @@ def marked(**settings: Any) -> tuple[Bench, int]:
     bench = Bench(**settings).run(100)
     size = len(bench.max4.ram.nvram)
     bench.set("nvram", "0:a1").set("nvram", f"{size - 1}:b9")
-    with pytest.raises(ControlError, match=f"{size} bytes are there"):
+    with pytest.raises(ControlError, match=f"expected an offset and data within {size} bytes"):
         bench.set("nvram", f"{size}:00")
     return bench, size
 

@@ -1,0 +1,1 @@
+"""The SERCOS ring (IEC 61491)."""

@@ -1,0 +1,14 @@
+"""`ring.shm`: the SERCOS ring in real time over shared memory, for short cycles with a process per drive (Linux)."""
+
+from typing import ClassVar
+
+from fieldrig_bus.ring.sercos.star_bus import RingStar, RingStarSettings
+from fieldrig_bus.ring.transport.shm import ShmCarrier
+
+
+class RingShm(RingStar):
+    about: ClassVar[str] = "SERCOS fibre ring, in real time over shared memory (Linux)"
+
+    def __init__(self, name: str, settings: RingStarSettings) -> None:
+        super().__init__(name, settings)
+        self.carrier = ShmCarrier(name)

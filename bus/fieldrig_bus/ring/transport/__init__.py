@@ -1,0 +1,1 @@
+"""What the rings in real time have in common: how cycles and answers get from process to process."""

@@ -1,0 +1,125 @@
+"""The stations of one process, as the centre of a ring sees them: they share an end of the ring.
+
+A cycle comes as one message; each station reacts, in the order in which they began to listen; then their telegrams go
+back in one message.  What a station leaves at other times follows in the next iteration of the event loop.
+"""
+
+import asyncio
+import logging
+import struct
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, Generic, TypeVar
+
+from fieldrig.bus import Attachment
+from fieldrig_bus.ring.transport.centre import MOST_BEHIND
+from fieldrig_bus.ring.transport.wire import HEAD, Stations, encode_back
+
+log = logging.getLogger(__name__)
+
+C = TypeVar("C")
+
+
+class RackStation:
+    """One station of the process."""
+
+    def __init__(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
+        self.at, self.handler = at, handler
+        self.addresses = None if interest is None else [int(word[1]) for word in interest]
+        """Its addresses; None if it only observes."""
+        self.place = 0
+
+
+class Rack(ABC, Generic[C]):
+    """All methods are called in the event loop's thread, or in a thread that has taken its turn (`ThreadedLoop`)."""
+
+    def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
+        self.loop = loop
+        self._bus = bus
+        self.stations: dict[str, RackStation] = {}
+        self.answering: tuple[RackStation, ...] = ()
+        """The stations that do not only observe."""
+        self._announce: Callable[[Stations], None] | None = None
+        self._reply: Callable[[bytes], None] | None = None
+        self._sequence = 0
+        self._left: list[tuple[int, bytes]] = []
+        self._is_coming_back = False
+
+    @abstractmethod
+    def read(self, data: bytes) -> C:
+        """The cycle in a message of the centre.  ValueError for bytes that are none."""
+
+    @abstractmethod
+    def deliver(self, cycle: C, instant_ns: int) -> None:
+        """Deliver a cycle to the stations."""
+
+    def __len__(self) -> int:
+        return len(self.stations)
+
+    def connect(self, announce: Callable[[Stations], None], reply: Callable[[bytes], None]) -> None:
+        """There is a centre: announce the stations to it, now and whenever they change."""
+        self._announce, self._reply = announce, reply
+        self._sequence = 0
+        self._left.clear()
+        self._announce_stations()
+
+    def disconnect(self) -> None:
+        """The centre is gone."""
+        self._announce = self._reply = None
+
+    def listen(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
+        """A station listens; without interest it observes everything."""
+        self.stations[at.member] = RackStation(at, handler, interest)
+        self._announce_stations()
+
+    def forget(self, member: str) -> None:
+        """A station is closed."""
+        if self.stations.pop(member, None) is not None:
+            self._announce_stations()
+
+    def leave(self, member: str, telegram: bytes) -> None:
+        """A station leaves a telegram for the next cycle."""
+        station = self.stations.get(member)
+        if station is None:
+            log.debug("%s is not listening to %s", member, self._bus)
+            return
+        self._left.append((station.place, telegram))
+        if not self._is_coming_back:
+            self._is_coming_back = True
+            self.loop.call_soon(self._come_back)
+
+    def on_spread(self, data: bytes) -> None:
+        """Handle a cycle from the centre."""
+        try:
+            sequence, instant_ns = HEAD.unpack_from(data)
+        except struct.error:
+            log.debug("%s: too short for the head of a cycle: %s", self._bus, data.hex())
+            return
+        if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master began anew
+            log.debug("%s: cycle %d was overtaken on the way", self._bus, sequence)
+            return
+        try:
+            cycle = self.read(data)
+        except ValueError as fault:
+            log.debug("%s: %s", self._bus, fault)
+            return
+        self._sequence = sequence
+        self._is_coming_back = True  # when all stations have reacted, not after each of them
+        try:
+            self.deliver(cycle, instant_ns)
+        finally:
+            self._come_back()
+
+    def _come_back(self) -> None:
+        self._is_coming_back = False
+        left, self._left = self._left, []
+        if self._reply is not None:
+            self._reply(encode_back(self._sequence, time.monotonic_ns(), left))
+
+    def _announce_stations(self) -> None:
+        self.answering = tuple(station for station in self.stations.values() if station.addresses is not None)
+        for place, station in enumerate(self.stations.values()):
+            station.place = place
+        if self._announce is not None:
+            self._announce([(name, station.addresses) for name, station in self.stations.items()])

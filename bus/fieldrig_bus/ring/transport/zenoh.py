@@ -1,0 +1,243 @@
+"""`ring.zenoh`: the fibre ring in real time over Zenoh, also between machines.
+
+Sessions of its own, in a star on the master's: no scouting, no gossip, no time stamps, no shared memory, one priority,
+low latency.  One put a cycle reaches all processes, on a key that all know: for one with a star in it Zenoh would look
+every time who is meant.  Only while a process stands still each of the others is sent its own.  One comes back from
+each.  A liveliness token tells who is there and which stations it has; it is gone the instant the process is.  At the
+centre what comes back waits in Zenoh for the next MST.  In a drive's process threads of the loop wait for cycles and
+handle them: a sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when a callback
+sends something.
+"""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
+from typing import Any, Final
+
+import zenoh
+from pydantic import Field
+
+from fieldrig import endpoint
+from fieldrig.bus import Attachment
+from fieldrig.errors import BusError
+from fieldrig.settings import Settings
+from fieldrig.shared_token import TOKEN_VARIABLE
+from fieldrig.threaded_loop import ThreadedLoop
+from fieldrig_bus.ring.transport.centre import Centre
+from fieldrig_bus.ring.transport.rack import Rack
+from fieldrig_bus.ring.transport.wire import Stations
+
+log = logging.getLogger(__name__)
+
+ALL, OUT, BACK, HERE = "all", "out", "back", "here"
+OBSERVER: Final = "observer"
+LONGEST_PATH: Final = 100
+"""Of a Unix socket; the system's limit is 108, and Zenoh adds to it for its lock."""
+MOST_OUT: Final = 64
+MOST_BACK: Final = 8_192
+"""Messages that may wait: more than are under way to and from processes that stand still."""
+TUNED: Final[dict[str, Any]] = {
+    "transport/unicast/qos/enabled": False,
+    "transport/unicast/lowlatency": True,
+    "transport/link/rx/buffer_size": 2 * 65_535,  # the one that we read, and the next; Zenoh clears what it hasn't
+    "transport/link/tx/lease": 1_000,  # ms: one that stands still must not fill the centre's socket
+}
+ENVIRONMENT: Final[Mapping[str, str]] = {
+    "ZENOH_RUNTIME": "(acc: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
+}
+"""Environment of a process with an end of the ring.  The thread that reads a message also handles it, which halves the
+wake-ups.  With `app` or `tx` in it too, messages are lost in bursts."""
+PATIENT: Final[dict[str, Any]] = {
+    "connect/timeout_ms": -1,
+    "connect/exit_on_failure": False,
+    "connect/retry": {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 1.5},
+}
+
+
+class ZenohSpokes:
+    """The centre's end."""
+
+    def __init__(self, session: zenoh.Session, centre: Centre) -> None:
+        self._session, self._centre, self._loop = session, centre, centre.loop
+        self._here: dict[str, dict[tuple[int, int], Stations]] = {}
+        """Of each process, its tokens by age: the newest holds."""
+        self._all = self._publisher(ALL)
+        self._each: dict[str, zenoh.Publisher] = {}
+        self._back = session.declare_subscriber(f"{BACK}/*", zenoh.handlers.FifoChannel(MOST_BACK))
+        self._life = session.liveliness().declare_subscriber(f"{HERE}/**", _directly(self._on_life), history=True)
+
+    def spread(self, message: bytes, hung: Collection[str]) -> None:
+        if not hung:
+            self._all.put(message)
+            return
+        for who in self._here.keys() - hung:
+            if who not in self._each:
+                self._each[who] = self._publisher(f"{OUT}/{who}")
+            self._each[who].put(message)
+
+    def gather(self) -> Iterator[tuple[str, bytes]]:
+        while (sample := self._back.try_recv()) is not None:
+            yield str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes()
+
+    def close(self) -> None:
+        endpoint.close(self._session)
+
+    def _publisher(self, key: str) -> zenoh.Publisher:
+        return self._session.declare_publisher(key, express=True, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def _on_here(self, key: str, is_alive: bool) -> None:
+        """Tokens that were there before may be told of after newer ones."""
+        try:
+            _, who, born, turn, stations = key.split("/")
+            age = int(born), int(turn)
+        except ValueError:
+            log.debug("no token of a ring: %s", key)
+            return
+        tokens = self._here.setdefault(who, {})
+        if is_alive:
+            tokens[age] = _stations_of(stations)
+        else:
+            tokens.pop(age, None)
+        if tokens:
+            self._centre.announce(who, tokens[max(tokens)])
+        else:
+            del self._here[who]
+            self._centre.lose(who)
+
+    def _on_life(self, sample: zenoh.Sample) -> None:
+        """On a thread of Zenoh's."""
+        _hand_over(self._loop, self._on_here, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+
+class ZenohLine:
+    """A process's way to the centre.  Zenoh connects, and connects again."""
+
+    def __init__(self, session: zenoh.Session, process: str, rack: Rack[Any]) -> None:
+        self._session, self._process = session, process
+        self._born, self._tokens = time.time_ns(), 0
+        self._token: Any = None
+        self._rack = rack
+        self._is_open = True
+        self._back = session.declare_publisher(
+            f"{BACK}/{process}", express=True, congestion_control=zenoh.CongestionControl.BLOCK
+        )
+        rack.connect(self._announce, self._back.put)
+        assert isinstance(rack.loop, ThreadedLoop)
+        self._lock = rack.loop.lock
+        for key in (ALL, f"{OUT}/{process}"):
+            out = session.declare_subscriber(key, zenoh.handlers.FifoChannel(MOST_OUT))
+            rack.loop.start_thread(f"ring:{key}", partial(self._receive, out.recv))
+
+    def close(self) -> None:
+        self._is_open = False
+        self._rack.disconnect()
+        endpoint.close(self._session)
+
+    def _announce(self, stations: Stations) -> None:
+        """The new token is there before the old one goes."""
+        former, self._token = self._token, None
+        self._tokens += 1
+        if stations:
+            key = f"{HERE}/{self._process}/{self._born}/{self._tokens}/{_token_of(stations)}"
+            self._token = self._session.liveliness().declare_token(key)
+        if former is not None:
+            former.undeclare()
+
+    def _receive(self, receive: Callable[[], zenoh.Sample]) -> None:
+        """Run one thread of the loop: hand every message to the rack while the lock is held."""
+        lock, on_spread = self._lock, self._rack.on_spread
+        while True:
+            try:
+                message = receive().payload.to_bytes()
+            except zenoh.ZError:  # the session was closed
+                return
+            with lock:
+                if not self._is_open:
+                    return
+                on_spread(message)
+
+
+class ZenohSettings(Settings):
+    """Settings of a ring over Zenoh."""
+
+    endpoint: str | None = Field(
+        default=None,
+        pattern=r"^tcp/[^/\s]+:[0-9]{1,5}$",
+        examples=["tcp/127.0.0.1:7450"],
+        description="where the master's process listens; left out: a Unix socket in the run folder",
+    )
+
+
+class ZenohCarrier:
+    """Connects the processes of one ring over Zenoh."""
+
+    def __init__(self, name: str, endpoint: str | None) -> None:
+        """`name` is that of the bus; `endpoint` is where the master's process listens."""
+        self.name, self._endpoint = name, endpoint
+
+    def reach(self, at: Attachment, rack: Rack[Any]) -> ZenohLine:
+        # Its own endpoint would be one that others can find.
+        places = {"listen/endpoints": [], "connect/endpoints": [self._place(at)]}
+        return ZenohLine(endpoint.open_session({"mode": "peer", **places, **PATIENT, **TUNED}), at.process, rack)
+
+    def hold(self, at: Attachment, centre: Centre) -> ZenohSpokes:
+        place = self._place(at)
+        if not endpoint.is_guarded(place):
+            remedy = f"set a token in the environment variable {TOKEN_VARIABLE}, or listen on 127.0.0.1"
+            raise BusError(f"{self.name}: {place} can be reached from other machines", remedy)
+        if endpoint.is_answered(place):
+            raise BusError(f"{self.name}: another program listens on {place}", "a ring has one master")
+        if self._endpoint is None:  # the rig's lock says that no living rig owns the folder
+            at.path(f"{self.name}.zenoh").unlink(missing_ok=True)
+        try:
+            session = endpoint.open_session({"mode": "peer", "listen/endpoints": [place], **TUNED})
+        except zenoh.ZError as cause:
+            reason = str(cause).partition(" at /")[0]
+            raise BusError(f"{self.name}: can't listen on {place}: {reason}", "choose another `endpoint`") from cause
+        return ZenohSpokes(session, centre)
+
+    def _place(self, at: Attachment) -> str:
+        if self._endpoint is not None:
+            return self._endpoint
+        path = str(at.path(f"{self.name}.zenoh"))
+        if len(path) > LONGEST_PATH:
+            raise BusError(
+                f"{self.name}: the path of its socket is too long: {path}", "set `endpoint` or the rig's `run`"
+            )
+        return f"unixsock-stream/{path}"
+
+
+def _token_of(stations: Stations) -> str:
+    """Names are of small letters, digits, _ and -; so nothing here is special to Zenoh."""
+    return ";".join(
+        f"{name}={OBSERVER if addresses is None else ','.join(map(str, addresses))}" for name, addresses in stations
+    )
+
+
+def _stations_of(token: str) -> Stations:
+    """The inverse; what is not understood is left out."""
+    stations: list[tuple[str, list[int] | None]] = []
+    for station in token.split(";"):
+        name, _, addresses = station.partition("=")
+        if addresses == OBSERVER:
+            stations.append((name, None))
+        elif all(address.isdecimal() for address in addresses.split(",") if address):
+            stations.append((name, [int(address) for address in addresses.split(",") if address]))
+        else:
+            log.debug("not a station of a ring: %s", station)
+    return stations
+
+
+def _hand_over(loop: asyncio.AbstractEventLoop, action: Callable[..., None], *arguments: Any) -> None:
+    """At the end of the process the loop may be gone already."""
+    try:
+        loop.call_soon_threadsafe(action, *arguments)
+    except RuntimeError as fault:
+        log.debug("%s", fault)
+
+
+def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
+    """Without a Python thread of its own for every declaration."""
+    return zenoh.handlers.Callback(callback, indirect=False)

@@ -1,0 +1,162 @@
+"""What all commands share, those of installed packages too: groups, options, files, output and wrong usage.
+
+A command raises RigError for whatever its user can fix, and `fieldrig.cli.main` prints it and chooses the exit code:
+UsageError for a file or a request that is wrong, RefusedError for a device that refuses.  Wrong options and arguments
+are `typer.BadParameter`, so that the command's usage is shown with the message.
+"""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from fieldrig.cli import completion
+from fieldrig.clock import MS, US, S
+from fieldrig.errors import UsageError
+from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE
+
+CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+
+RigFile = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="The rig file.", show_default=False, autocompletion=completion.rig_file),
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Override a value of the rig file, such as buses.can0.bitrate=250000. May be given several times.",
+        show_default=False,
+    ),
+]
+Endpoint = Annotated[
+    str,
+    typer.Option(
+        "--control", metavar="ENDPOINT", envvar=ENDPOINT_VARIABLE, help="Connect to the rig's control service here."
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")]
+For = Annotated[
+    str | None,
+    typer.Option("--for", metavar="DURATION", help="Stop after this time, such as 10s.", show_default=False),
+]
+Count = Annotated[
+    int | None,
+    typer.Option("--count", "-n", metavar="N", min=1, help="Stop after N lines or messages.", show_default=False),
+]
+
+UNITS_NS: Final = {"ns": 1, "us": US, "ms": MS, "s": S, "min": 60 * S}
+
+
+def command_group() -> typer.Typer:
+    """Return an empty group of commands that looks like all others."""
+    return typer.Typer(
+        no_args_is_help=True, add_completion=False, rich_markup_mode=None, context_settings=dict(CONTEXT)
+    )
+
+
+def port_option(what: str, variable: str) -> Any:
+    """Return the option `--port` of a command that talks to a device over a serial line.
+
+    `what` is the port's description, `variable` the environment variable that replaces the option.
+    """
+    return typer.Option(
+        "--port",
+        metavar="PORT",
+        envvar=variable,
+        help=f"{what}: a serial device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT.",
+        show_default=False,
+    )
+
+
+def duration_ns(text: str) -> int:
+    """Return a duration such as `10ms`, `1.5s` or `2min` in nanoseconds.  typer.BadParameter for anything else."""
+    digits = text.rstrip("abcdefghijklmnopqrstuvwxyz")
+    try:
+        ns = round(float(digits) * UNITS_NS[text[len(digits) :]])
+    except (KeyError, ValueError, OverflowError):
+        ns = -1
+    if ns < 0:
+        raise typer.BadParameter(f"{text!r} is not a duration; expected a number with a unit, such as 10ms or 1.5s")
+    return ns
+
+
+def assignment(word: str, example: str) -> tuple[str, str]:
+    """Return the two sides of KEY=VALUE.  typer.BadParameter, with the example, for anything else."""
+    key, equals, value = word.partition("=")
+    if not equals or not key:
+        raise typer.BadParameter(f"{word!r} is not an assignment; expected KEY=VALUE, such as {example}")
+    return key, value
+
+
+@contextmanager
+def wrong_usage() -> Iterator[None]:
+    """Turn a ValueError into typer.BadParameter.  The first line of its text is the problem, the rest is the remedy."""
+    try:
+        yield
+    except ValueError as cause:
+        what, _, remedy = str(cause).partition("\n")
+        raise typer.BadParameter(f"{what}; {remedy}" if remedy else what) from cause
+
+
+@contextmanager
+def reading(path: Path, remedy: str = "") -> Iterator[None]:
+    """Turn an OSError into a UsageError: the file can't be read."""
+    try:
+        yield
+    except OSError as cause:
+        raise UsageError(f"{path} can't be read: {cause.strerror or cause}", remedy) from cause
+
+
+@contextmanager
+def writing(path: Path, remedy: str = "") -> Iterator[None]:
+    """Turn an OSError into a UsageError: the file, or one in the folder, can't be written."""
+    try:
+        yield
+    except OSError as cause:
+        raise UsageError(f"{path} can't be written: {cause.strerror or cause}", remedy) from cause
+
+
+def echo_json(value: Any) -> None:
+    """Print a value as one line of JSON."""
+    typer.echo(json.dumps(value, ensure_ascii=False))
+
+
+def echo_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Print columns: fitted to the width of a terminal, and in full length everywhere else."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*headings, box=None, pad_edge=False, header_style="bold")
+    for row in rows:
+        table.add_row(*("" if cell is None else str(cell) for cell in row))
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console.width = 10_000
+    console.print(table)
+
+
+__all__ = [
+    "CONTEXT",
+    "DEFAULT_ENDPOINT",
+    "ENDPOINT_VARIABLE",
+    "AsJson",
+    "Count",
+    "Endpoint",
+    "For",
+    "Overrides",
+    "RigFile",
+    "assignment",
+    "command_group",
+    "duration_ns",
+    "echo_json",
+    "echo_table",
+    "port_option",
+    "reading",
+    "writing",
+    "wrong_usage",
+]  # fmt: skip

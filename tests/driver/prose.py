@@ -1,0 +1,176 @@
+"""The prose linter: `python -m tests.driver.prose [FILE...]`, and `make check` for the files that pyproject.toml names.
+
+It reads Markdown without code, comments in YAML, and comments, docstrings and messages in Python.  proselint knows the
+common mistakes of English; `words.toml` lists the words that this project replaces.  Everything else in the
+file is blanked out first, character by character, so that every finding has its line.
+"""
+
+import io
+import re
+import sys
+import token
+import tokenize
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from proselint.checks import __register__ as proselint_checks
+from proselint.config import Config
+from proselint.registry import CheckRegistry
+from proselint.tools import LintFile
+
+ROOT = Path(__file__).parents[2]
+WORDS = Path(__file__).parent / "words.toml"
+
+CheckRegistry().register_many(proselint_checks)
+
+# proselint takes the first name that matches, so deeper names come first.
+PROSELINT: Config = {
+    "max_errors": 1000,
+    "checks": {
+        "misc.phrasal_adjectives": False,
+        "misc.scare_quotes": False,
+        "misc.capitalization": False,
+        "industrial_language.jargon": False,
+        "spelling.consistency": False,
+        "cliches": False,
+        "terms": False,
+        "social_awareness": False,
+        "annotations": True,
+        "archaism": True,
+        "hedging": True,
+        "malapropisms": True,
+        "misc": True,
+        "mixed_metaphors": True,
+        "mondegreens": True,
+        "needless_variants": True,
+        "nonwords": True,
+        "oxymorons": True,
+        "psychology": True,
+        "redundancy": True,
+        "spelling": True,
+        "uncomparables": True,
+    },
+}
+
+FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+CODE_IN_MARKDOWN = re.compile(r"`[^`\n]+`|\]\([^)\s]+\)|https?://\S+|<!--.*?-->", re.DOTALL)
+COMMENT_IN_YAML = re.compile(r"(?:^|\s)#(.*)$", re.MULTILINE)
+CODE_IN_TEXT = re.compile(r"`[^`]+`|\{[^{}]*\}|\\.|^[rbfuRBFU]+(?=[\"'])", re.DOTALL)
+QUOTES = re.compile(r"\"\"\"|'''|[\"']")
+NUMBER = re.compile(r"\b[0-9A-F]*\d[0-9A-Fa-f]*\b")
+STRINGS = {token.STRING, getattr(token, "FSTRING_MIDDLE", token.STRING)}
+
+
+class Finding(NamedTuple):
+    line: int
+    text: str
+    instead: str
+
+
+class Rule(NamedTuple):
+    pattern: re.Pattern[str]
+    instead: str
+
+
+def main(arguments: Sequence[str]) -> int:
+    rules = rules_of(tomllib.loads(WORDS.read_text(encoding="utf-8")))
+    wrong = 0
+    for path in [Path(argument) for argument in arguments] or list(checked()):
+        for finding in findings(path.suffix, path.read_text(encoding="utf-8"), rules):
+            wrong += 1
+            name = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
+            sys.stdout.write(f'{name}:{finding.line}: "{finding.text}": {finding.instead}\n')
+    return 1 if wrong else 0
+
+
+def checked() -> Iterator[Path]:
+    """The files that `[tool.fieldrig.prose]` of pyproject.toml names."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    patterns: list[str] = project["tool"]["fieldrig"]["prose"]["files"]
+    for pattern in patterns:
+        found = sorted(path for path in ROOT.glob(pattern) if path.is_file())
+        if not found:
+            raise SystemExit(f"pyproject.toml: tool.fieldrig.prose.files: no file matches {pattern!r}")
+        yield from found
+
+
+def rules_of(tables: Mapping[str, Mapping[str, str]]) -> list[Rule]:
+    def compiled(pattern: str, flags: int, instead: str) -> Rule:
+        across_lines = pattern.replace(" ", r"[\s#]+")
+        return Rule(re.compile(across_lines, flags), f"write: {instead}")
+
+    return [
+        *(compiled(rf"\b(?:{key})(?!\w)", re.IGNORECASE, text) for key, text in tables["words"].items()),
+        *(compiled(rf"(?:(?<=[.;]\s)|(?<=\n\n))(?:{key})", 0, text) for key, text in tables["sentences"].items()),
+        *(compiled(rf"\"\"\"(?:{key})", 0, text) for key, text in tables["openings"].items()),
+    ]
+
+
+def findings(suffix: str, source: str, rules: Sequence[Rule]) -> list[Finding]:
+    """The findings in the prose of a file, sorted by line."""
+    text = PROSE_OF[suffix](source)
+    found = [
+        Finding(line_of(text, match.start()), " ".join(match[0].strip('"').split()), rule.instead)
+        for rule in rules
+        for match in rule.pattern.finditer(text)
+    ]
+    linted = LintFile("text", NUMBER.sub(blank, QUOTES.sub(blank, text)) or "\n")
+    for result in linted.lint(PROSELINT):
+        start, end = result.check_result.span
+        place = linted.content[start:end]
+        start += len(place) - len(place.lstrip())
+        # proselint puts a line break before the text.
+        found.append(
+            Finding(linted.content.count("\n", 0, start), " ".join(place.split()), result.check_result.message)
+        )
+    return sorted(set(found))
+
+
+def line_of(text: str, position: int) -> int:
+    return text.count("\n", 0, position) + 1
+
+
+def blank(match: re.Match[str]) -> str:
+    """Filler with the length and the line breaks of the match, so that positions stay the same."""
+    return re.sub(r"[^\n]", "~", match[0])
+
+
+def prose_of_markdown(source: str) -> str:
+    return CODE_IN_MARKDOWN.sub(blank, FENCED.sub(blank, source))
+
+
+def prose_of_yaml(source: str) -> str:
+    return only(source, [match.span(1) for match in COMMENT_IN_YAML.finditer(source)])
+
+
+def prose_of_python(source: str) -> str:
+    """Comments, and the strings that are text, which are those with a blank inside."""
+    starts = [0]
+    for line in source.splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    spans = []
+    for part in tokenize.generate_tokens(io.StringIO(source).readline):
+        is_text = part.type in STRINGS and re.search(r"\S +\S", part.string) is not None
+        if part.type == token.COMMENT or is_text:
+            (first, left), (last, right) = part.start, part.end
+            spans.append((starts[first - 1] + left, starts[last - 1] + right))
+    text = only(source, spans)
+    return CODE_IN_TEXT.sub(blank, text)
+
+
+def only(source: str, spans: Sequence[tuple[int, int]]) -> str:
+    """The source with filler instead of everything outside the spans."""
+    parts, position = [], 0
+    for start, end in spans:
+        parts += [re.sub(r"\S", "~", source[position:start]), source[start:end]]
+        position = end
+    return "".join(parts) + re.sub(r"\S", "~", source[position:])
+
+
+PROSE_OF: Mapping[str, Any] = {".md": prose_of_markdown, ".yaml": prose_of_yaml, ".py": prose_of_python}
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,100 @@
+from types import SimpleNamespace
+
+import pytest
+
+from fieldrig import sandbox
+from fieldrig.sandbox import Arithmetic, ForbiddenPythonError
+
+ESCAPES = [
+    "import os",
+    "x = 1",
+    "def f(pc): import os",
+    "def f(pc): return pc.__class__",
+    "def f(pc): return ().__class__.__bases__[0].__subclasses__()",
+    "def f(pc): return open",
+    "def f(pc): return open(1)",
+    "def f(pc): return __builtins__",
+    "def f(pc): return eval('1')",
+    "def f(pc): return 'text'",
+    "def f(pc): return f'{pc}'",
+    "def f(pc): return b'bytes'",
+    "def f(pc): return 1.5",
+    "def f(pc): return None",
+    "def f(pc): return [pc for pc in V]",
+    "def f(pc): return lambda: 1",
+    "def f(pc): return (yield)",
+    "def f(pc): global V",
+    "def f(pc): V = 1",
+    "def f(pc): known = 1",
+    "def f(pc): pc()",
+    "def f(pc): V[0]()",
+    "def f(pc): known(x=1)",
+    "def f(pc): known(*V)",
+    "def f(pc): return V[0][0]",
+    "def f(pc): return V[0:1]",
+    "def f(pc): return 2 ** pc",
+    "def f(pc): return 1 << pc",
+    "def f(pc): return (x := 1)",
+    "def f(pc): return unknown",
+    "def f(pc):\n    def g(): return 1\n    return g()",
+    "def f(pc):\n    try: return 1\n    except: return 2",
+    "def f(pc):\n    with known: return 1",
+    "def f(pc):\n    del V[0]",
+    "def f(pc):\n    raise known",
+    "def f(pc=known(1)): return pc",
+    "@known\ndef f(pc): return pc",
+    "def f(pc) -> known(1): return pc",
+    "def f(pc: known(1)): return pc",
+    "class f: pass",
+    "async def f(pc): return 1",
+]
+
+
+@pytest.mark.parametrize("source", ESCAPES)
+def test_what_could_get_out_is_refused(source: str) -> None:
+    with pytest.raises(ForbiddenPythonError):
+        sandbox.load(source, {"V": [0], "known": int})
+
+
+def test_plain_arithmetic_on_given_tables_runs() -> None:
+    table = [1, 2]
+    source = "def f(pc, n):\n    while n > 0:\n        V[0] = V[1] + g(pc)\n        n -= 1\n    return pc, n\n"
+    functions = sandbox.load(source + "def g(pc):\n    return known(pc)\n", {"V": table, "known": abs})
+    assert functions["f"](-5, 1) == (-5, 0)
+    assert table == [7, 2]
+
+
+def test_there_are_no_builtins() -> None:
+    functions = sandbox.load("def f(pc):\n    return pc\n", {})
+    assert functions["f"].__globals__["__builtins__"] == {}
+
+
+FORMULA = Arithmetic({"axis": {"e", "v"}})
+FORMULA_ESCAPES = [
+    "def f(axis): return axis.__class__",
+    "def f(axis): return axis.e.real",
+    "def f(axis): return axis.twist",
+    "def f(axis):\n    axis.twist = 1.0",
+    "def f(axis): return axis.e()",
+    "def f(other): return other.e",
+    "def f(axis): return 'text'",
+    "def f(axis): return 2.0 ** axis.e",
+    "def f(axis): return (given := 1)",
+    "def f(axis): return [e for e in axis]",
+]
+
+
+@pytest.mark.parametrize("source", FORMULA_ESCAPES)
+def test_a_formula_reaches_only_the_attributes_that_are_named(source: str) -> None:
+    with pytest.raises(ForbiddenPythonError):
+        sandbox.load(source, {"given": abs}, FORMULA)
+
+
+def test_a_formula_reads_and_sets_named_attributes() -> None:
+    axis = SimpleNamespace(e=1.5, v=-2.0)
+    source = (
+        "def f(axis):\n    if not axis.e > 0.0:\n        return None\n"
+        "    axis.v = e = (x := axis.e / 2.0) + x\n    return e\n"
+    )
+    assert sandbox.load(source, {}, FORMULA)["f"](axis) == 1.5
+    assert axis == SimpleNamespace(e=1.5, v=1.5)

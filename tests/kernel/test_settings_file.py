@@ -1,0 +1,90 @@
+"""A device's own file: every mistake in it comes with file, line, key, and what was expected."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+import pytest
+from pydantic import Field
+
+from fieldrig.errors import ConfigError, Mistake
+from fieldrig.settings import ConfigFile, Settings, WrongKey
+from fieldrig.settings_file import load_settings, settings_of
+from fieldrig.yaml_source import Source
+
+
+class Channel(Settings):
+    name: str
+    gain: float = Field(default=1, gt=0)
+
+
+class Card(Settings):
+    mode: Literal["fast", "slow"] = "slow"
+    channels: tuple[Channel, ...] = ()
+    table: ConfigFile | None = None
+
+
+def twice(card: Card) -> Iterator[WrongKey]:
+    names = [channel.name for channel in card.channels]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield WrongKey(("channels", index, "name"), f"{name} is used twice", "expected a name of its own")
+
+
+def mistakes(path: Path) -> list[Mistake]:
+    with pytest.raises(ConfigError) as refused:
+        load_settings(path, Card, twice)
+    return refused.value.mistakes
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "card.yaml"
+
+
+def test_a_file_becomes_settings_and_its_paths_are_relative_to_it(file: Path) -> None:
+    file.with_name("t.yaml").write_text("")
+    file.write_text("mode: fast\ntable: t.yaml\nchannels:\n  - {name: a, gain: 2}\n")
+    card = load_settings(file, Card, twice)
+    assert card == Card(mode="fast", channels=(Channel(name="a", gain=2.0),), table=file.with_name("t.yaml").resolve())
+
+
+def test_an_empty_file_has_no_keys(file: Path) -> None:
+    file.write_text("# nothing yet\n")
+    assert load_settings(file, Card) == Card()
+
+
+def test_every_mistake_is_told_with_its_line(file: Path) -> None:
+    file.write_text("mode: quick\nchannels:\n  - name: a\n    gain: 0\n  - gain: 1\ncolour: red\n")
+    found = mistakes(file)
+    assert [(one.file, one.line, one.key) for one in found] == [
+        (str(file), 1, "mode"),
+        (str(file), 4, "channels[0].gain"),
+        (str(file), 5, "channels[1].name"),
+        (str(file), 6, "colour"),
+    ]
+    assert "fast or slow" in found[0].remedy
+
+
+def test_what_excludes_each_other_is_told_once_the_entries_are_right(file: Path) -> None:
+    file.write_text("channels:\n  - {name: a}\n  - name: a\n")
+    assert mistakes(file) == [
+        Mistake(str(file), 3, "channels[1].name", "a is used twice", "expected a name of its own")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [(b"mode: [", "not YAML"), (b"\xff", "it is not UTF-8 text"), (b"- mode", "doesn't fit"), (None, "can't be read")],
+)
+def test_a_file_that_is_none_is_one_mistake(file: Path, content: bytes | None, what: str) -> None:
+    if content is not None:
+        file.write_bytes(content)
+    (mistake,) = mistakes(file)
+    assert mistake.file == str(file)
+    assert what in mistake.what
+
+
+def test_data_from_elsewhere_is_checked_the_same_way() -> None:
+    with pytest.raises(ConfigError, match="mode"):
+        settings_of(Source({"mode": 1}), Card)
