@@ -49,7 +49,7 @@ def test_an_instruction_asks_the_card(line: str, asked: tuple[object, ...]) -> N
     "line",
     [
         "VEL 1, 100.001", "ACC 1, -0.001", "DEC 2, 101", "PVC 1, -1", "PAC 1, 1000.001", "PAC 1, -0.001",
-        "DAC 1, 10.001", "DAC 1, -11", "DAC 1, 0, 0.009", "DAC 1, 0, 10.001", "PID 1, 1, V977", "PID 1, 1, V[V3]",
+        "DAC 1, 10.001", "DAC 1, -10.001", "DAC 1, 0, 0.009", "DAC 1, 0, 10.001", "PID 1, 1, V977", "PID 1, 1, V[V3]",
         "STIM 1, 0.009, F1", "STIM 1, 100.001, F1", "STIM 1, 1, F[V3]", "STIM 1, 1, F[V4]", "CAM1 1, 0, 1, O[V3]",
         "CAM1 1, 0, 1, F[V4]", "TERM 0, 1", "TERM 1, 1, 1, V3", "TERM 1, 1, 1, 1, V[V3]", "PRINT 1, V[V3]",
         "WAIT 0", "WAIT 100.001",
