@@ -146,6 +146,7 @@ def test_ring_broken_and_healed_while_axes_move() -> None:
     assert (bench.get("DiagCode"), bench.get("DiagMsg")) == (2560, "MAX4.MAX4 SERCOS-Ring offen")
     assert [bench.get(f"{name}.DiagCode") for name in ("belt", "knife")] == [2560, 2560]
     assert not any(axis.is_operating or axis.is_enabled for axis in axes)
+    assert [(axis.velocity, axis.torque) for axis in axes] == [(0.0, 0)] * 2, "no drive tells them"
     bench.do("quit").run(500)
     assert bench.get("DiagCode") == 2560, "it is still open"
     bench.heal("ring0", cut).run(2_000)
