@@ -1,7 +1,7 @@
-"""A CAN frame or notice as bytes, for other processes and traces, and as a line for a person.
+"""A CAN frame or notice as bytes, for other processes and traces, and as a line of text.
 
 Bytes, little endian: the identifier with its flags (4), the length (1), the data.  The length is that of the data, or
-of what a remote frame asks for; its top bit says that an FD frame switches its bit rate.
+the number of bytes that a remote frame requests; its top bit says that an FD frame switches its bit rate.
 A notice begins with flags that no frame has (see `notices`).
 """
 
@@ -39,13 +39,13 @@ def encode(message: CanFrame | Notice) -> bytes:
 
 
 def decode(data: bytes) -> CanFrame | Notice:
-    """ValueError for anything that `encode` doesn't write."""
+    """The inverse of `encode`.  ValueError for anything else."""
     try:
         word, length = _unpack(data)
     except struct.error as cause:
         raise ValueError(f"not a CAN frame: {data.hex(' ')}") from cause
     payload = data[_HEAD_SIZE:]
-    if length == len(payload) <= 8:  # most frames are plain ones
+    if length == len(payload) <= 8:  # most frames are classical data frames
         if word <= STANDARD_MASK:
             return CanFrame(word, payload)
         if word >> 29 == _PLAIN_EXTENDED:
@@ -63,12 +63,12 @@ def decode(data: bytes) -> CanFrame | Notice:
         is_bit_rate_switched=length >= _SWITCHED,
     )
     if not is_remote and length & ~_SWITCHED != len(payload):
-        raise ValueError(f"not a CAN frame, its length is wrong: {data.hex(' ')}")
+        raise ValueError(f"not a CAN frame, because its length is wrong: {data.hex(' ')}")
     return check(frame)
 
 
 def check_sent(message: Any) -> None:
-    """TypeError or ValueError for what a member can't send, such as a notice that is its controller's to say."""
+    """Raise TypeError or ValueError for what a member can't send, such as a notice that only its controller sends."""
     if type(message) is CanFrame:
         check_frame(message)
     else:
@@ -76,7 +76,7 @@ def check_sent(message: Any) -> None:
 
 
 def show(message: CanFrame | Notice) -> str:
-    """As candump shows it: `123 [3] 01 02 03`; with three digits 11 bits, with eight 29."""
+    """A message as candump shows it, `123 [3] 01 02 03`: an identifier of 3 digits has 11 bits, of 8 digits 29."""
     if not isinstance(message, CanFrame):
         return notices.show(message)
     identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"

@@ -1,8 +1,8 @@
-"""Faults on a CAN bus whose medium is not ours: at a device's own end, as far as that reaches.
+"""Fault injection on a CAN bus whose medium exists outside the rig: at the end of each device.
 
-`drop`, `delay`, `duplicate` and `replace` strike what the device sends, if their `node` is this device or left out.
-A `drop` that names this device among its `receivers` strikes what it hears, whoever sent it.  Bits, error frames and
-other controllers are out of reach: kinds with a model have these faults.
+`drop`, `delay`, `duplicate` and `replace` apply to frames that the device sends, if their `node` is this device or left
+out.  A `drop` that names this device among its `receivers` applies to frames that it receives, regardless of the
+sender.  Bits, error frames and other controllers are out of reach here; kinds with a model have these faults.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,12 +24,12 @@ MODELS: Final = models_of(LinkFault)
 
 
 class FaultyLink:
-    """A link that loses, delays, doubles and changes frames on their way to the link it wraps."""
+    """A link that drops, delays, doubles and changes frames on their way to the link that it wraps."""
 
     def __init__(self, at: Attachment, link: Link[Any], faults: Sequence[LinkFault], random: Random) -> None:
         self._at = at
         self.inner = link
-        """What it wraps."""
+        """The link that it wraps."""
         self._faults = Faults(random)
         for fault in faults:
             self._faults.add(at.clock.now_ns(), fault)
@@ -41,7 +41,7 @@ class FaultyLink:
         return self._faults.given
 
     def add_fault(self, fault: Mapping[str, Any], number: int) -> None:
-        """As `fieldrig fault` gives it; ValueError for what an end can't do."""
+        """Inject a fault; its number.  ValueError for a fault that an end can't apply."""
         self._faults.add(self._at.clock.now_ns(), fault_of(fault, MODELS, TEXTS), number)
 
     def clear_fault(self, number: int) -> None:
@@ -59,7 +59,7 @@ class FaultyLink:
         key, frames = self._count << 1, [message]
         for fault in self._faults.of(Drop, Delay, Duplicate, Replace):
             settings = fault.settings
-            if (isinstance(settings, Drop) and settings.receivers is not None) or not fault.strikes(
+            if (isinstance(settings, Drop) and settings.receivers is not None) or not fault.applies(
                 now_ns, member, message, key
             ):
                 continue
@@ -90,7 +90,7 @@ class FaultyLink:
     def _send(self, now_ns: int, frame: CanFrame) -> None:
         if now_ns >= self._held_until_ns:
             self.inner.send(frame)
-        else:  # in order: the clock keeps that of asking
+        else:  # in order: the clock calls actions of the same instant in the order of asking
             self._at.clock.call_at(self._held_until_ns, lambda: self.inner.send(frame))
 
     def _is_lost(self, frame: CanFrame) -> bool:
@@ -99,8 +99,8 @@ class FaultyLink:
         for fault in self._faults.of(Drop):
             settings = fault.settings
             if not isinstance(settings, Drop) or settings.receivers is None or settings.node is not None:
-                continue  # who sent a frame is not to be told here
-            if member in settings.receivers and fault.strikes(now_ns, "", frame, self._count << 1 | 1):
+                continue  # the sender of a frame is not known here
+            if member in settings.receivers and fault.applies(now_ns, "", frame, self._count << 1 | 1):
                 fault.applied += 1
                 self._note(fault, f"dropped for {member}")
                 return True

@@ -1,4 +1,4 @@
-"""A fault as it is given to a running bus: by a test as plain values, by `fieldrig fault` as texts."""
+"""Reads a fault that is added to a running bus: plain values from a test, or text from `fieldrig fault`."""
 
 from collections.abc import Mapping
 from typing import Any, Final, cast
@@ -8,9 +8,9 @@ from fieldrig_bus.can.faults import CanFault
 
 MODELS: Final = faults.models_of(CanFault)
 TEXTS: Final = frozenset({"what", "node", "data", "xor", "level"})
-"""Keys whose values are texts, even where YAML would see a number: data 0102, or a node named 5."""
+"""Keys whose values are text even where YAML would read a number: data 0102, or a node named 5."""
 
 
 def fault_of(given: Mapping[str, Any]) -> CanFault:
-    """ValueError if that is no fault: what is wrong, and on further lines what would be right."""
+    """The settings of a fault.  ValueError if it is none, with what was expected on further lines."""
     return cast(CanFault, faults.fault_of(given, MODELS, TEXTS))

@@ -95,7 +95,7 @@ class Injector:
             if isinstance(fault.settings, Short | WrongBitRate):
                 if fault.start_ns <= end_ns and not fault.is_over(now_ns):
                     return True
-            elif fault.is_framed and fault.strikes(now_ns, member.name, request.frame, key):
+            elif fault.is_framed and fault.applies(now_ns, member.name, request.frame, key):
                 return True
         return False
 
@@ -107,7 +107,7 @@ class Injector:
         if not member.copy:
             kinds = (Drop, Replace, Corrupt, ErrorFrame, *((Duplicate,) if member.is_first(request) else ()))
             for fault in medium.faults.of(*kinds):
-                if fault.strikes(start // medium.per_ns, member.name, request.frame, key):
+                if fault.applies(start // medium.per_ns, member.name, request.frame, key):
                     injection.add(fault, request.frame, wire, key)
         for fault in medium.faults.of(Short):
             self._add_short(injection, start, fault, wire)

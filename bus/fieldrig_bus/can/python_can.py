@@ -1,7 +1,8 @@
 """Any interface of python-can as a direct bus: adapters that have a driver there and no kernel network device.
 
-Source: python-can 4.6, `can.Bus`.  Without a thread: where the interface has a file descriptor the loop watches it,
-elsewhere it is asked every millisecond.  Left out: error frames, filters in the adapter.
+Source: python-can 4.6, `can.Bus`.  There is no thread: where the interface has a file descriptor the event loop watches
+it, elsewhere the interface is polled every millisecond.
+Left out: error frames, filters in the adapter.
 """
 
 import asyncio
@@ -29,12 +30,12 @@ BURST: Final = 64
 
 
 class PythonCanSettings(Settings):
-    """All other keys go to `can.Bus` as they are."""
+    """Settings of the interface.  All other keys are passed to `can.Bus` unchanged."""
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True)
 
     interface: str = Field(description="name of an interface of python-can, such as pcan or slcan")
-    channel: str | int = Field(description="as this interface names its channels")
+    channel: str | int = Field(description="name or number of the channel, as this interface expects it")
 
 
 class PythonCanEnd:
@@ -125,7 +126,7 @@ class PythonCan(DirectBus[Any]):
         except (can.CanError, OSError, ValueError, TypeError, ImportError) as cause:
             what = f"python-can can't open {arguments}: {cause}"
             raise BusError(
-                what, "`python -m can.viewer -i INTERFACE -c CHANNEL` shows whether it can be had"
+                what, "`python -m can.viewer -i INTERFACE -c CHANNEL` shows whether it is available"
             ) from cause
         end = self._ends[at.member] = PythonCanEnd(at, bus)
         return end

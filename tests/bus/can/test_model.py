@@ -227,7 +227,7 @@ def test_own_frames_confirm_that_they_were_sent() -> None:
 
 def test_a_wrong_interest_is_refused_and_changes_nothing() -> None:
     model = bus("a", "b")
-    with pytest.raises(ValueError, match="no acceptance filter"):
+    with pytest.raises(ValueError, match="not an acceptance filter"):
         model.listen(0, "b", [[1]])
     assert receivers(model, "a", SHORT) == ("b",)
 

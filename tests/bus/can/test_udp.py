@@ -96,10 +96,10 @@ def test_spoilt_messages_are_a_value_error_or_a_frame(which: str, where: int, wh
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ({"group": "10.0.0.1"}, "write one such as 239.74.163.2"),
-        ({"group": "ff15::1"}, "no IPv4 multicast address"),
-        ({"interface": "eth0"}, "write one such as 127.0.0.1"),
-        ({"interface": "0.0.0.0"}, "names no interface"),
+        ({"group": "10.0.0.1"}, "expected one such as 239.74.163.2"),
+        ({"group": "ff15::1"}, "not an IPv4 multicast address"),
+        ({"interface": "eth0"}, "expected one such as 127.0.0.1"),
+        ({"interface": "0.0.0.0"}, "is not the address of an interface"),
         ({"port": 0}, "greater than or equal to 1"),
         ({"hop_limit": 256}, "less than or equal to 255"),
     ],

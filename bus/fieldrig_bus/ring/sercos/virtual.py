@@ -1,4 +1,4 @@
-"""`ring.virtual`: the fibre ring in virtual time.  What the medium does is in `model`."""
+"""`ring.virtual`: the SERCOS ring in virtual time.  `model` is the medium."""
 
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Literal
@@ -16,17 +16,19 @@ from fieldrig_bus.ring.sercos.model import RingModel
 
 
 class RingSettings(Settings):
-    mbaud: Literal[2, 4, 8, 16] = Field(default=4, description="MBaud on the fibre")
+    """Settings that every SERCOS ring has."""
+
+    mbaud: Literal[2, 4, 8, 16] = Field(default=4, description="bit rate on the fibre, in Mbit/s")
     order: list[str] = Field(
-        default=[], description="drives as the fibre passes them; those left out follow in the order of the file"
+        default=[], description="drives in the order of the fibre; drives left out follow in the order of the file"
     )
     bypassed: list[str] = Field(
         default=[], description="stations with an optical bypass: without power they don't open the ring"
     )
-    faults: list[RingFault] = Field(default=[], description="that the ring has from the start")
+    faults: list[RingFault] = Field(default=[], description="faults that the ring has from the start")
 
     def leads_to(self, what: str, value: Hashable) -> bool:
-        """A fibre has no end outside the rig."""
+        """Return False: a fibre has no end outside the rig."""
         return False
 
     def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:

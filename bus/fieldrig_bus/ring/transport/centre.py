@@ -11,7 +11,7 @@ import logging
 import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
 from fieldrig.bus import Attachment
@@ -50,8 +50,8 @@ class Ring(Protocol):
     def leave(self, name: str) -> None:
         """A member leaves."""
 
-    def listen(self, name: str, interest: list[Any] | None) -> None:
-        """What the member hears from now on, in the words of the bus."""
+    def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
+        """The member is a station with these addresses from now on; None: it observes."""
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Counters by name with unit."""
@@ -155,7 +155,7 @@ class Centre(ABC):
         process.names = [name for name, _ in stations]
         for name, addresses in stations:
             if name == self._at.member:
-                log.warning("%s: %s is the master of the ring, and no drive of %s", self._bus, name, who)
+                log.warning("%s: %s is the master of the ring, and no station of %s", self._bus, name, who)
                 continue
             former = self._owners.get(name)
             if former is None:
@@ -163,7 +163,7 @@ class Centre(ABC):
             elif former is not process:
                 former.telegrams.pop(self._ring.stations[name], None)
             self._owners[name] = process
-            self._ring.listen(name, None if addresses is None else [["drive", address] for address in addresses])
+            self._ring.answer_at(name, addresses)
         for other in self._processes.values():
             other.stations = [
                 self._ring.stations[name] if self._owners.get(name) is other else None for name in other.names
