@@ -1,6 +1,7 @@
 """TCP servers for outside clients: addresses in settings, a listener with its connections, a member for each client."""
 
 import asyncio
+import contextlib
 from collections.abc import Callable
 from typing import Annotated, Any, cast
 
@@ -141,7 +142,14 @@ class TcpServer:
         self._server = None
 
 
-def join_as_outsider(hub: Hub, prefix: str) -> tuple[str, Link[Any]]:
+async def cancel(task: asyncio.Task[None]) -> None:
+    """Cancel a task, and wait until it has ended."""
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+
+
+def join_as_client(hub: Hub, prefix: str) -> tuple[str, Link[Any]]:
     """Join under the lowest free number: `socketcand:1`, `socketcand:2`."""
     number = 1
     while True:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar, Final
 
-from fieldrig.bus import BusModel, Delivery, ModelBus, Time, words_of
+from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.clock import S
 from fieldrig.settings import Settings
 from fieldrig.untrusted import WIDEST, read_json
@@ -79,10 +79,11 @@ class Motion(Signal):
         return self.speed + self.acceleration * (now_ns - self.time_ns) / S
 
 
-def encode(signal: Signal) -> bytes:
-    fields = [signal.name, signal.value, signal.unit]
-    if isinstance(signal, Motion):
-        fields += [signal.time_ns, signal.speed, signal.acceleration]
+def encode(message: Signal) -> bytes:
+    """A signal as JSON."""
+    fields = [message.name, message.value, message.unit]
+    if isinstance(message, Motion):
+        fields += [message.time_ns, message.speed, message.acceleration]
     return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()
 
 
@@ -147,17 +148,17 @@ def _read(fields: Any) -> Signal | None:
     match fields:
         case [str(name), bool() | int() | float() as value, str(unit)]:
             return Signal(name, value, unit)
-        case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, course] if (
-            isinstance(course, int | float)
+        case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, acceleration] if (
+            isinstance(acceleration, int | float)
         ):
-            return Motion(name, value, unit, time_ns, speed, course)
+            return Motion(name, value, unit, time_ns, speed, acceleration)
     return None
 
 
-def show(signal: Signal) -> str:
+def show(message: Signal) -> str:
     """A signal as one line, with all digits of its value."""
-    course = f", {show_number(signal.speed)} {signal.unit}/s" if isinstance(signal, Motion) else ""
-    return f"{signal.name} = {show_number(signal.value)} {signal.unit}".rstrip() + course
+    speed = f", {show_number(message.speed)} {message.unit}/s" if isinstance(message, Motion) else ""
+    return f"{message.name} = {show_number(message.value)} {message.unit}".rstrip() + speed
 
 
 class WiresModel(BusModel[Signal]):
@@ -241,22 +242,20 @@ class WiresHubSettings(HubSettings):
     pass
 
 
-class _Wires(ModelBus[Signal]):
+class WiresFamily(Bus[Signal]):
+    """Wires of any kind."""
+
     family: ClassVar[str] = "wires"
     messages: ClassVar[tuple[type, ...]] = (Signal,)
 
-    def encode(self, message: Signal) -> bytes:
-        return encode(message)
-
-    def decode(self, data: bytes) -> Signal:
-        return decode(data)
-
-    def show(self, message: Signal) -> str:
-        return show(message)
-
+    encode = staticmethod(encode)
+    decode = staticmethod(decode)
+    show = staticmethod(show)
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
 
+
+class _Wires(WiresFamily, ModelBus[Signal]):
     def model(self) -> WiresModel:
         return WiresModel()
 

@@ -16,7 +16,7 @@ import zenoh
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.wires import MOST_WIRES, Signal, check_interest, check_sent, decode, encode, show
+from fieldrig_bus.wires import MOST_WIRES, Signal, WiresFamily, decode, encode
 
 log = logging.getLogger(__name__)
 
@@ -117,27 +117,13 @@ class WiresZenohSettings(Settings):
     pass
 
 
-class WiresZenoh(DirectBus[Signal]):
+class WiresZenoh(WiresFamily, DirectBus[Signal]):
     about: ClassVar[str] = "signals between devices and plants, in real time over Zenoh, without a hub"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
-    family: ClassVar[str] = "wires"
-    messages: ClassVar[tuple[type, ...]] = (Signal,)
 
     def __init__(self, name: str, settings: WiresZenohSettings) -> None:
         super().__init__(name, settings)
         self._ends: dict[str, WiresEnd] = {}
-
-    def encode(self, message: Signal) -> bytes:
-        return encode(message)
-
-    def decode(self, data: bytes) -> Signal:
-        return decode(data)
-
-    def show(self, message: Signal) -> str:
-        return show(message)
-
-    check = staticmethod(check_sent)
-    check_interest = staticmethod(check_interest)
 
     async def open(self, at: Attachment) -> WiresEnd:
         end = self._ends[at.member] = WiresEnd(at, self.name)

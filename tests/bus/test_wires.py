@@ -131,7 +131,7 @@ def test_a_member_drives_a_bounded_number_of_wires_and_the_others_go_on() -> Non
     flood(model, "flood", 2 * MOST_OF_A_MEMBER)
     assert kept(model) == MOST_OF_A_MEMBER
     model.submit(1, "tank", Signal("tank.level", 1.0))
-    model.submit(1, "flood", Signal("flood.0", 7))  # what it drives already
+    model.submit(1, "flood", Signal("flood.0", 7))  # a wire that it drives already
     assert [delivery.message.value for delivery in model.collect(1)] == [1.0, 7]
 
 

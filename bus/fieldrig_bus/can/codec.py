@@ -13,6 +13,9 @@ from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, check, check_frame
 from fieldrig_bus.can.notices import NOTICE, Notice
 
+CanMessage = CanFrame | Notice
+"""Every message that a CAN bus carries."""
+
 _HEAD: Final = struct.Struct("<IB")
 _FD: Final = 0x2000_0000
 _SWITCHED: Final = 0x80
@@ -21,7 +24,7 @@ _PLAIN_EXTENDED: Final = EXTENDED >> 29
 _pack, _unpack, _HEAD_SIZE = _HEAD.pack, _HEAD.unpack_from, _HEAD.size
 
 
-def encode(message: CanFrame | Notice) -> bytes:
+def encode(message: CanMessage) -> bytes:
     if not isinstance(message, CanFrame):
         return notices.encode(message)
     word, data = message.identifier, message.data
@@ -38,7 +41,7 @@ def encode(message: CanFrame | Notice) -> bytes:
     return _pack(word, length) + data
 
 
-def decode(data: bytes) -> CanFrame | Notice:
+def decode(data: bytes) -> CanMessage:
     """The inverse of `encode`.  ValueError for anything else."""
     try:
         word, length = _unpack(data)
@@ -75,7 +78,7 @@ def check_sent(message: Any) -> None:
         notices.check_sent(message)
 
 
-def show(message: CanFrame | Notice) -> str:
+def show(message: CanMessage) -> str:
     """A message as candump shows it, `123 [3] 01 02 03`: an identifier of 3 digits has 11 bits, of 8 digits 29."""
     if not isinstance(message, CanFrame):
         return notices.show(message)

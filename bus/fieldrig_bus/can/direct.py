@@ -19,11 +19,11 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import ERRORS, STATE, Filters, filters_of, wants, wants_own
+from fieldrig_bus.can.codec import CanMessage
+from fieldrig_bus.can.family import CanFamily
 from fieldrig_bus.can.faulty_link import MODELS, FaultyLink, LinkFault
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import CanMessage
 from fieldrig_bus.can.notices import BusState, CanError, FaultNote
 
 log = logging.getLogger(__name__)
@@ -111,21 +111,18 @@ class DirectEnd(ABC):
 
 
 class CanDirectSettings(Settings):
+    """Settings that all of these buses have."""
+
     faults: list[LinkFault] = Field(default=[], description="faults at each device's own end, from the start")
 
 
-class CanDirectBus(DirectBus[CanMessage]):
+class CanDirectBus(CanFamily, DirectBus[CanMessage]):
+    """A CAN bus whose medium exists outside the rig."""
+
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
-    family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: CanDirectSettings
-
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
-    check = staticmethod(codec.check_sent)
-    check_interest = staticmethod(acceptance.check_interest)
 
     def __init__(self, name: str, settings: Any) -> None:
         super().__init__(name, settings)

@@ -26,7 +26,7 @@ from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, STATE
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
-from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import Connection, TcpServer, join_as_client
 from fieldrig_bus.pty import Pty
 
 log = logging.getLogger(__name__)
@@ -296,7 +296,7 @@ class _Client(Connection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._member, link = join_as_outsider(self._hub, "lawicel")
+        self._member, link = join_as_client(self._hub, "lawicel")
         self._adapter = Adapter(self._hub.clock, link, self.write, self._bus_name)
 
     def data_received(self, data: bytes) -> None:
@@ -330,7 +330,7 @@ class LawicelPort(Port):
             await self._server.open()
 
     def _open_pty(self, hub: Hub, pty: Pty) -> None:
-        member, link = join_as_outsider(hub, "lawicel")
+        member, link = join_as_client(hub, "lawicel")
         self._pty, self._leave = pty, lambda: hub.leave(member)
         pty.open(Adapter(hub.clock, link, pty.write, self._bus_name).receive)
 

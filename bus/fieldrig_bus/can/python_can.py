@@ -15,9 +15,11 @@ from pydantic import ConfigDict, Field
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.errors import BusError
+from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import Filters, filters_of, passes, received
+from fieldrig_bus.can.codec import CanMessage
+from fieldrig_bus.can.family import CanFamily
 from fieldrig_bus.can.frame import CanFrame
 
 if TYPE_CHECKING:
@@ -97,18 +99,11 @@ class PythonCanEnd:
             self._at.deliver(self._handler, frame)
 
 
-class PythonCan(DirectBus[Any]):
+class PythonCan(CanFamily, DirectBus[CanMessage]):
     about: ClassVar[str] = "any interface of python-can"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
-    family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame,)
     settings: PythonCanSettings
-
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
-    check = staticmethod(codec.check_sent)
-    check_interest = staticmethod(acceptance.check_interest)
 
     def __init__(self, name: str, settings: PythonCanSettings) -> None:
         super().__init__(name, settings)
@@ -117,7 +112,7 @@ class PythonCan(DirectBus[Any]):
     def python_can(self) -> dict[str, object]:
         return self.settings.model_dump()
 
-    async def open(self, at: Attachment) -> PythonCanEnd:
+    async def open(self, at: Attachment) -> Link[Any]:
         import can
 
         arguments: dict[str, Any] = self.python_can()

@@ -71,7 +71,7 @@ def from_wire(data: bytes) -> CanFrame | None:
     is_extended = bool(word & EXTENDED)
     identifier = word & (EXTENDED_MASK if is_extended else STANDARD_MASK)
     if is_fd:
-        full = next(one for one in FD_LENGTHS if one >= len(payload))
+        full = next(length for length in FD_LENGTHS if length >= len(payload))
         is_switched = bool(flags & BIT_RATE_SWITCH)
         return CanFrame(identifier, payload.ljust(full, b"\0"), is_extended, False, 0, True, is_switched)
     if word & REMOTE:

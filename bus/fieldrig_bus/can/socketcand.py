@@ -27,7 +27,7 @@ from fieldrig_bus.can.broadcast_manager import CyclicJob, Subscription
 from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.can.notices import BusState, CanError, Notice
 from fieldrig_bus.can.socketcan_errors import error_frame
-from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import Connection, TcpServer, join_as_client
 
 log = logging.getLogger(__name__)
 
@@ -246,22 +246,22 @@ class Session:
             subscription.hear(frame)
 
     def _tell_subscribed(self, frame: CanFrame) -> None:
-        self._write(text.told(frame, self._time_ns(), " "))
+        self._write(text.frame_text(frame, self._time_ns(), " "))
 
     # raw mode
 
     def _on_message(self, message: CanFrame | Notice) -> None:
         if isinstance(message, CanFrame):
             self._count(message)
-            self._tell(text.told(message, self._time_ns()))
+            self._write_or_hold(text.frame_text(message, self._time_ns()))
         elif isinstance(message, CanError | BusState):
-            self._tell(text.told_error(error_frame(message)[0], self._time_ns()))
+            self._write_or_hold(text.error_text(error_frame(message)[0], self._time_ns()))
 
-    def _tell(self, told: bytes) -> None:
+    def _write_or_hold(self, line: bytes) -> None:
         if self._held is None:
-            self._write(told)
+            self._write(line)
         else:
-            self._held.append(told)
+            self._held.append(line)
 
     def _time_ns(self) -> int:
         return self._epoch_ns + self._clock.now_ns()
@@ -330,7 +330,7 @@ class _Client(Connection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         clock = self._hub.clock
-        self._member, link = join_as_outsider(self._hub, "socketcand")
+        self._member, link = join_as_client(self._hub, "socketcand")
         epoch_ns = time.time_ns() - clock.now_ns()
         self._session = Session(clock, link, self._channel, self.write, self.transport.close, epoch_ns)
 

@@ -76,21 +76,21 @@ def masks(words: Sequence[bytes]) -> list[bytes]:
     return [bytes_of(data[start : start + 8]) for start in range(0, len(data), 8)]
 
 
-def told(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
+def frame_text(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
     """A received frame, with `between` between its data bytes: nothing in raw mode, a space in BCM mode."""
     seconds, microseconds = divmod(time_ns // US, 1_000_000)
-    who = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
+    identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
     when = f"{seconds}.{microseconds:06}"
     if frame.is_remote:
-        return f"< rtr {who} {when} {frame.remote_length} >".encode()
+        return f"< rtr {identifier} {when} {frame.remote_length} >".encode()
     data = (frame.data.hex(between) if between else frame.data.hex()).upper()
     if frame.is_fd:
         flags = BIT_RATE_SWITCH if frame.is_bit_rate_switched else 0
-        return f"< fdframe {who} {flags:02X} {when} {data} >".encode()
-    return f"< frame {who} {when} {data} >".encode()
+        return f"< fdframe {identifier} {flags:02X} {when} {data} >".encode()
+    return f"< frame {identifier} {when} {data} >".encode()
 
 
-def told_error(kind: int, time_ns: int) -> bytes:
+def error_text(kind: int, time_ns: int) -> bytes:
     """An error frame with its class; the daemon does not send its data."""
     seconds, microseconds = divmod(time_ns // US, 1_000_000)
     return f"< error {kind:03X} {seconds}.{microseconds:06} >".encode()

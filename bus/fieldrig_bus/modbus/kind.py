@@ -28,7 +28,7 @@ class ModbusBus(ModelBus[ModbusEvent]):
 
 
 class CharacterSettings(Settings):
-    """How long a character is."""
+    """The format of a character, and so its duration."""
 
     parity: Literal["N", "E", "O"] = "E"
     stop_bits: Literal[1, 2] = 1

@@ -21,7 +21,7 @@ REMOTE_FRAME = CanFrame(0x181, is_remote=True)
         ([[0x181, 0x7FF | EXTENDED | REMOTE]], [STANDARD]),
         ([[0x181 | EXTENDED, 0x1FFF_FFFF | EXTENDED]], [EXTENDED_FRAME]),
         ([[0x180, 0x780]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),
-        ([[0x1FF, 0x780]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),  # bits outside of the mask don't count
+        ([[0x1FF, 0x780]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),  # bits outside the mask are ignored
         ([[0x182, 0x7FF]], []),
         ([[0x182, 0x7FF], [0x181, 0x7FF]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),
         (["own"], []),

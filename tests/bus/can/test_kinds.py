@@ -1,4 +1,4 @@
-"""The kinds `can.virtual` and `can.hub`: their settings, and what they tell of themselves."""
+"""The kinds `can.virtual` and `can.hub`: their settings, tools and ports."""
 
 from pathlib import Path
 from typing import Any
@@ -97,7 +97,7 @@ def test_the_lines_for_socketcand_say_to_python_can_what_can_bus_takes() -> None
     log = next(line for line in lines(bus) if line.startswith("python -m can.logger "))
     parsed, more = _parse_logger_args(log.split()[3:])
     assert {"interface": parsed.interface, "channel": parsed.channel, **parsed.bus_kwargs} == bus.python_can()
-    assert more == {}  # python-can 4.6.1 reads --host=... but hands it to nobody
+    assert more == {}  # python-can 4.6.1 reads --host=... but does not use it
 
 
 def test_slcand_gets_the_pty_and_the_speed() -> None:

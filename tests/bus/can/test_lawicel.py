@@ -1,4 +1,4 @@
-"""Commands and answers of the Lawicel CAN232 manual 3.0, and python-can's client."""
+"""Commands and answers of the Lawicel CAN232 manual 3.0, and the client of python-can."""
 
 import asyncio
 import functools
@@ -344,7 +344,7 @@ async def test_python_can_joins_sends_and_hears(way: str, tmp_path: Path) -> Non
         patience = threading.Timer(10, is_over.set)
         patience.start()
         while len(messages) < 2 and not is_over.is_set():
-            message = bus.recv(0.1)  # None also for each confirmation
+            message = bus.recv(0.1)  # recv returns None for each confirmation too
             messages += [message] if message else []
         patience.cancel()
         bus.shutdown()

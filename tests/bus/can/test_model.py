@@ -8,8 +8,9 @@ from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.arbitration import priority
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel, CanMessage
+from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel
 
 SHORT = CanFrame(0)  # 53 bits with its 3 of intermission
 SHORT_NS = 53 * US
@@ -59,7 +60,7 @@ def test_nothing_arrives_before_its_instant() -> None:
     assert len(model.collect(end_ns)) == 1
 
 
-# As on the wire, from the one that wins over all others.
+# In the order of arbitration, from the frame that wins over all others.
 ORDER_OF_ARBITRATION = [
     CanFrame(0x000),
     CanFrame(0x0FF, is_remote=True),
@@ -248,7 +249,7 @@ def test_who_leaves_while_another_is_on_the_wire_sends_nothing_more(asked_ns: in
     model.submit(asked_ns, "b", CanFrame(0x200))
     model.leave("b")
     assert identifiers(model) == [0]
-    model.submit(0, "b", SHORT)  # its last words came too late
+    model.submit(0, "b", SHORT)  # its last message came too late
     assert model.next_ns() is None
 
 

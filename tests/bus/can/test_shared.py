@@ -1,4 +1,4 @@
-"""One link for several ends.  That each of them is a link like any other is shown in test_link_conformance."""
+"""One link for several ends.  test_link_conformance shows that each of them is a link like any other."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ ERROR: Any = CanError(ErrorKind.ACK, Place.ACK, 41, 1, True, False, 8, 0)
 
 
 class Bench:
-    """A shared link on one that keeps what was sent; ends are called by letters."""
+    """A shared link on a link that records what is sent; ends are named by letters."""
 
     def __init__(self) -> None:
         self.can = RecordedLink[CanFrame]()
@@ -122,7 +122,7 @@ def test_everything_sent_reaches_the_bus(bench: Bench) -> None:
     assert bench.heard == []
 
 
-# What others of the same device send
+# Frames of other ends of the same device
 
 
 @pytest.fixture
@@ -144,7 +144,7 @@ def test_master_reaches_slaves_of_its_own_device(device: Bench) -> None:
 def test_who_sends_does_not_hear_itself(device: Bench) -> None:
     device.ends["slave"].send(NMT)
     assert device.deliver(NMT) == [("other slave", NMT)]
-    assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]  # this one is another device's
+    assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]  # this frame is another device's
 
 
 def test_what_was_lost_on_the_way_is_not_waited_for(device: Bench) -> None:
@@ -153,7 +153,7 @@ def test_what_was_lost_on_the_way_is_not_waited_for(device: Bench) -> None:
     assert device.deliver(NMT) == [("other slave", NMT)]
     assert device.deliver(SDO) == []
     device.ends["slave"].send(NMT)
-    device.deliver(OFF)  # the controller gives up what waits
+    device.deliver(OFF)  # the controller gives up waiting frames
     assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]
 
 

@@ -1,4 +1,4 @@
-"""can.udp and python-can's udp_multicast."""
+"""The bus can.udp, and udp_multicast of python-can."""
 
 import contextlib
 import inspect

@@ -1,4 +1,4 @@
-"""The master's end of a serial line, on a clock that the test moves."""
+"""The master's end of a serial line, with a clock that the test moves."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Who hears what on a Modbus bus, and when."""
+"""The messages that members of a Modbus bus receive, and their instants."""
 
 from typing import Any
 
@@ -40,12 +40,12 @@ def all_of(model: BusModel[Any], now_ns: int = 10**15) -> list[Delivery[ModbusMe
 
 
 def test_a_request_goes_to_the_servers_of_its_unit_and_the_response_to_who_asked() -> None:
-    model = joined(ModbusModel(), one=[1], two=[2, 3], all=None, master=[], other=[])
+    model = joined(ModbusModel(), first=[1], second=[2, 3], all=None, master=[], other=[])
     model.submit(5, "master", ModbusRequest(3, READ, 77))
     (asked,) = all_of(model)
-    assert (asked.time_ns, asked.sender, asked.receivers) == (5, "master", ("two", "all"))
-    model.submit(9, "two", ModbusResponse(3, VALUE, asked.message.exchange))
-    assert all_of(model) == [Delivery(9, "two", ModbusResponse(3, VALUE, 77), ("master",))]
+    assert (asked.time_ns, asked.sender, asked.receivers) == (5, "master", ("second", "all"))
+    model.submit(9, "second", ModbusResponse(3, VALUE, asked.message.exchange))
+    assert all_of(model) == [Delivery(9, "second", ModbusResponse(3, VALUE, 77), ("master",))]
 
 
 def test_exchange_numbers_of_two_masters_do_not_mix() -> None:
@@ -131,9 +131,9 @@ def test_what_was_asked_for_earlier_arrives_earlier_unless_it_is_too_late() -> N
 
 
 def test_a_broadcast_on_a_line_goes_to_every_server() -> None:
-    model = joined(ModbusModel(is_line=True), one=[1], two=[2], master=[])
+    model = joined(ModbusModel(is_line=True), first=[1], second=[2], master=[])
     model.submit(0, "master", ModbusRequest(0, READ, 0, LineState(1)))
-    assert all_of(model)[0].receivers == ("one", "two")
+    assert all_of(model)[0].receivers == ("first", "second")
 
 
 def test_a_frame_on_a_line_takes_the_time_of_its_characters() -> None:
@@ -225,9 +225,9 @@ def with_server(model: BusModel[Any], units: list[int], **interests: list[Any] |
     ("unit", "client", "servers"),
     [
         (7, "plc", (SERVER,)),
-        (7, "tcp:1", ()),  # the bus is no way from one outsider to another
+        (7, "tcp:1", ()),  # the bus does not connect outside programs with each other
         (1, "tcp:1", ("drive", "plc")),
-        (1, "drive", ("plc",)),  # units of the rig go before those outside
+        (1, "drive", ("plc",)),  # units of the rig take precedence over those outside
         (1, "plc", ("drive",)),
         (2, "plc", (SERVER,)),
         (2, "tcp:1", ("plc",)),
@@ -281,8 +281,8 @@ def test_a_port_that_keeps_the_time_itself_gets_a_request_when_it_begins() -> No
 def test_only_who_asks_for_connections_hears_of_them(is_line: bool) -> None:
     model = joined(ModbusModel(is_line=is_line), plc=[1, CONNECTIONS], all=None, drive=[1], master=[])
     model.submit(5, "tcp:1", ClientConnected("10.0.0.9"))
-    told: list[Delivery[Any]] = [*all_of(model)]
-    assert told == [Delivery(5, "tcp:1", ClientConnected("10.0.0.9"), ("plc",))]
+    deliveries: list[Delivery[Any]] = [*all_of(model)]
+    assert deliveries == [Delivery(5, "tcp:1", ClientConnected("10.0.0.9"), ("plc",))]
     model.leave("plc")
     model.submit(6, "tcp:2", ClientConnected("10.0.0.9"))
     model.submit(7, "master", ModbusRequest(1, READ))

@@ -16,7 +16,7 @@ ANSWER = "03 06 022B 0000 0064"
 
 
 def asked(unit: int = 7) -> Transactions:
-    """Transaction 1 is open."""
+    """A client whose transaction 1 is open."""
     transactions = Transactions(TIMEOUT_NS)
     assert transactions.ask(0, READ, unit) == bytes.fromhex("0001 0000 0006") + bytes((unit,)) + READ.pdu
     return transactions
@@ -30,7 +30,7 @@ def asked(unit: int = 7) -> Transactions:
         (7, f"0001 0000 0009 00 {ANSWER}"),
         (255, f"0001 0000 0009 FF {ANSWER}"),
         (1, f"0001 0000 0009 01 {ANSWER}"),  # it is 7 for the rig, 1 for its server
-        (7, f"0009 0000 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # a foreign one before it
+        (7, f"0009 0000 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # another transaction before it
         (7, f"0001 0001 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # another protocol before it
     ],
 )
@@ -48,7 +48,7 @@ def test_a_response_goes_to_who_asked(unit: int, frame: str) -> None:
         f"0001 0000 0009 08 {ANSWER}",  # another unit behind a gateway
         f"0001 0001 0009 07 {ANSWER}",  # another protocol
         "0001 0000 0001 07",  # no PDU
-        f"0001 0000 0009 07 {ANSWER}"[:-2],  # not whole
+        f"0001 0000 0009 07 {ANSWER}"[:-2],  # incomplete
     ],
 )
 def test_other_responses_are_discarded_and_the_right_one_is_still_waited_for(frame: str) -> None:

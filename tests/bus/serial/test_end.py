@@ -1,4 +1,4 @@
-"""An outsider's bytes are fed to the line as it takes them."""
+"""The bytes of an outside client are passed to the line as it transmits them."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""A serial line takes the time that its format says."""
+"""Characters on a serial line take the time of their format."""
 
 import itertools
 from typing import Any
@@ -111,7 +111,7 @@ def test_who_does_not_listen_hears_nothing() -> None:
 
 
 def test_interest_in_something_else_is_refused() -> None:
-    with pytest.raises(ValueError, match="no such interest on a serial line"):
+    with pytest.raises(ValueError, match="on a serial line: expected one of"):
         line("a").listen(0, "a", ["modem"])
 
 

@@ -46,7 +46,7 @@ class _Peer:
         self, sock: socket.socket, on_word: Callable[["_Peer", Any], None], loop: asyncio.AbstractEventLoop
     ) -> None:
         self.socket = sock
-        self.who: str | None = None
+        self.process: str | None = None
         self.back = Image.make("fieldrig-back", LONGEST_BACK)
         self.wakeup = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._on_word, self._loop = on_word, loop
@@ -60,7 +60,7 @@ class _Peer:
         except BlockingIOError:
             return
         except (OSError, ValueError) as fault:
-            log.debug("%s: %s", self.who, fault)
+            log.debug("%s: %s", self.process, fault)
             self._on_word(self, None)
 
     def close(self) -> None:
@@ -97,14 +97,14 @@ class ShmSpokes:
         except ValueError as fault:
             log.warning("%s: %s", self._path.name, fault)
             return
-        for who, peer in self._peers.items():
-            if who not in hung:
+        for process, peer in self._peers.items():
+            if process not in hung:
                 os.write(peer.wakeup, _WAKE)
 
     def gather(self) -> Iterator[tuple[str, bytes]]:
-        for who, peer in self._peers.items():
+        for process, peer in self._peers.items():
             for message in peer.back.read():
-                yield who, message
+                yield process, message
 
     def close(self) -> None:
         self._loop.remove_reader(self._listener)
@@ -126,29 +126,31 @@ class ShmSpokes:
 
     def _on_word(self, peer: _Peer, word: Any) -> None:
         match word:
-            case {"process": str(who), "stations": list(stations)} if peer.who in (None, who) and _are(stations):
-                if peer.who is None:
-                    self._admit(peer, who)
-                self._centre.announce(who, [(name, addresses) for name, addresses in stations])
+            case {"process": str(process), "stations": list(stations)} if peer.process in (None, process) and _are(
+                stations
+            ):
+                if peer.process is None:
+                    self._admit(peer, process)
+                self._centre.announce(process, [(name, addresses) for name, addresses in stations])
             case _:
                 self._lose(peer)
 
-    def _admit(self, peer: _Peer, who: str) -> None:
-        former = self._peers.pop(who, None)
+    def _admit(self, peer: _Peer, process: str) -> None:
+        former = self._peers.pop(process, None)
         if former is not None:  # its disconnection has not been noticed yet
-            self._centre.lose(who)
+            self._centre.lose(process)
             former.close()
-        peer.who = who
+        peer.process = process
         self._unnamed.discard(peer)
-        self._peers[who] = peer
+        self._peers[process] = peer
         number = self._image.number.to_bytes(4, "little")
         socket.send_fds(peer.socket, [number], [self._image.fd, peer.back.fd, peer.wakeup])
 
     def _lose(self, peer: _Peer) -> None:
         self._unnamed.discard(peer)
-        if peer.who is not None and self._peers.get(peer.who) is peer:
-            del self._peers[peer.who]
-            self._centre.lose(peer.who)
+        if peer.process is not None and self._peers.get(peer.process) is peer:
+            del self._peers[peer.process]
+            self._centre.lose(peer.process)
         peer.close()
 
 

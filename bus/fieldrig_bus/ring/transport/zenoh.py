@@ -73,10 +73,10 @@ class ZenohSpokes:
         if not hung:
             self._all.put(message)
             return
-        for who in self._here.keys() - hung:
-            if who not in self._each:
-                self._each[who] = self._publisher(f"{OUT}/{who}")
-            self._each[who].put(message)
+        for process in self._here.keys() - hung:
+            if process not in self._each:
+                self._each[process] = self._publisher(f"{OUT}/{process}")
+            self._each[process].put(message)
 
     def gather(self) -> Iterator[tuple[str, bytes]]:
         while (sample := self._back.try_recv()) is not None:
@@ -91,21 +91,21 @@ class ZenohSpokes:
     def _on_here(self, key: str, is_alive: bool) -> None:
         """A token has appeared or is gone.  Older tokens may be reported after newer ones."""
         try:
-            _, who, born, turn, stations = key.split("/")
+            _, process, born, turn, stations = key.split("/")
             age = int(born), int(turn)
         except ValueError:
             log.debug("not a token of a ring: %s", key)
             return
-        tokens = self._here.setdefault(who, {})
+        tokens = self._here.setdefault(process, {})
         if is_alive:
             tokens[age] = _stations_of(stations)
         else:
             tokens.pop(age, None)
         if tokens:
-            self._centre.announce(who, tokens[max(tokens)])
+            self._centre.announce(process, tokens[max(tokens)])
         else:
-            del self._here[who]
-            self._centre.lose(who)
+            del self._here[process]
+            self._centre.lose(process)
 
     def _on_life(self, sample: zenoh.Sample) -> None:
         """Called on a thread of Zenoh."""

@@ -1,4 +1,4 @@
-"""What is Zenoh's own about a ring over Zenoh."""
+"""The specific behaviour of a ring over Zenoh."""
 
 from collections.abc import Iterator
 from pathlib import Path

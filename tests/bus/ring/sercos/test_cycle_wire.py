@@ -1,4 +1,4 @@
-"""What goes between the centre and the processes of its drives."""
+"""The messages between the centre and the processes of its drives."""
 
 import pytest
 from hypothesis import given, settings
