@@ -24,20 +24,20 @@ SUSPEND_BITS: Final = 8
 
 
 class Role(IntEnum):
-    """What a node is doing at present."""
+    """The present activity of a node."""
 
     SENDING = auto()
     RECEIVING = auto()
     ACTIVE_FLAG = auto()
     PASSIVE_FLAG = auto()
     WAITING = auto()
-    """Its own error flag is sent; other nodes may still be sending theirs."""
+    """The node has sent its own error flag; other nodes may still be sending theirs."""
     DELIMITING = auto()
     DONE = auto()
 
 
 class Disturbance:
-    """What disturbs the wire from outside, by number of bit."""
+    """A disturbance of the wire from outside, by number of bit."""
 
     __slots__ = ("dominant", "flipped", "recessive")
 
@@ -84,7 +84,7 @@ class Node:
 
     @property
     def setup(self) -> "Setup":
-        """Its state before the frame."""
+        """The state of the node before the frame."""
         return self.tec, self.rec, self.stream, self.fails
 
     @property

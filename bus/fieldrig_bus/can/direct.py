@@ -1,4 +1,4 @@
-"""What the CAN buses whose medium exists outside the rig have in common: each member has an end of its own.
+"""Base of the CAN buses whose medium exists outside the rig: each member has an end of its own.
 
 An end sends `BURST` frames in one iteration of the event loop and the rest in the next ones, so that a burst does not
 overrun the receive buffers of the others: neither vcan nor UDP makes a sender wait.

@@ -1,4 +1,4 @@
-"""What every CAN bus has in common: its messages as bytes and text, and what its members may send and ask for."""
+"""Base of all CAN buses: their messages as bytes and text, and the checks of what members send and ask for."""
 
 from typing import ClassVar
 

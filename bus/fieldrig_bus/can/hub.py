@@ -73,7 +73,7 @@ class CanHub(CanModelBus):
 
     @property
     def awake_ns(self) -> int:
-        """Without frame times to hide it, waking up a core takes most of a round trip."""
+        """The hub stays awake on an unpaced bus, where waking up a core would take most of a round trip."""
         return AWAKE_NS if self.settings.bitrate is None else 0
 
     def ports(self) -> Sequence[Port]:

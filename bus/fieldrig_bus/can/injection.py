@@ -23,7 +23,7 @@ ENDLESS: Final = 1 << 40  # bits
 
 @dataclass(slots=True)
 class Injection:
-    """What the injected faults do to one frame on the wire, or to the idle bus."""
+    """The effect of the injected faults on one frame on the wire, or on the idle bus."""
 
     faults: list[tuple[Fault, str]] = field(default_factory=list)
     """The faults that apply, and what each one does."""
@@ -100,7 +100,7 @@ class Injector:
         return False
 
     def of_frame(self, start: int, request: Request, wire: Stream) -> Injection:
-        """What the faults do to this frame, which starts at tick `start` and is `wire` as it should be."""
+        """The effect of the faults on this frame, which starts at tick `start`; `wire` is the undisturbed frame."""
         medium, member = self._medium, request.member
         injection = Injection()
         key = _key_of(member)

@@ -1,4 +1,4 @@
-"""How nodes see each other's bits when one of them has a wrong bit rate.
+"""The bits of a node as other nodes see them when one of them has a wrong bit rate.
 
 A node samples each of its own bits at three quarters.  Resynchronisation is left out: it compensates deviations of
 about one per cent, and a wrong bit rate deviates more.

@@ -28,7 +28,7 @@ def ascii_frame(unit: int, pdu: bytes, delimiter: int = LF) -> bytes:
 
 
 class AsciiFramer:
-    """With `is_burst`, bytes are read ahead of the line's time (pty, TCP) and timed as if they came at its pace."""
+    """If `is_burst`, bytes are read ahead of the line's time (pty, TCP) and timed as if they came at its pace."""
 
     def __init__(self, timing: LineTiming, is_burst: bool = True) -> None:
         self._timing, self._is_burst = timing, is_burst

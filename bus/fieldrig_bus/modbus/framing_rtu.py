@@ -79,7 +79,7 @@ Size = Callable[[bytes], int | None]
 
 
 class RtuFramer:
-    """With `is_burst`, bytes are read ahead of the line's time (pty, TCP) and timed as if they came at its pace.
+    """If `is_burst`, bytes are read ahead of the line's time (pty, TCP) and timed as if they came at its pace.
 
     A tolerant framer separates frames that were read together by `size_of` (of requests, or of responses), and drops a
     frame that is incomplete `frame_timeout_ns` after its last byte.

@@ -77,7 +77,7 @@ def _level(objects: dict[int, bytes]) -> int:
 
 
 def _response(code: int, level: int, objects: dict[int, bytes], numbers: list[int]) -> bytes:
-    """As many complete objects as fit; `more follows` says with which object to go on."""
+    """The complete objects that fit into one response; `more follows` says with which object to go on."""
     body, count, more, following = b"", 0, 0, 0
     for number in numbers:
         entry = bytes((number, len(objects[number]))) + objects[number]

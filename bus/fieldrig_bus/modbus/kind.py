@@ -1,4 +1,4 @@
-"""What all kinds of Modbus buses have in common, and the settings of a serial line."""
+"""Base of all kinds of Modbus buses, and the settings of a serial line."""
 
 from typing import Any, ClassVar, Literal
 

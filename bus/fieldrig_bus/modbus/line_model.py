@@ -87,7 +87,7 @@ class LineModel(BusModel[ModbusEvent]):
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {
             "messages": float(self._messages),
-            "its answer is too late": float(self._lost),
+            "answers too late": float(self._lost),
             "busy s": self._busy_ns / 1e9,
         }
 

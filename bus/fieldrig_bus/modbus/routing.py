@@ -24,7 +24,7 @@ MOST_OPEN = 4096
 
 
 class Routing:
-    """With `is_line` unit 0 is a broadcast.  Otherwise 0 and 255 mean `direct_unit`, or without it the only unit."""
+    """Unit 0 is a broadcast if `is_line`.  Otherwise 0 and 255 mean `direct_unit`, or without it the only unit."""
 
     def __init__(self, is_line: bool, direct_unit: int | None = None) -> None:
         self._is_line, self._direct_unit = is_line, direct_unit

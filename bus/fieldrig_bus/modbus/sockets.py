@@ -26,7 +26,7 @@ class Master(Connection):
         self.hub = hub
         self.member = ""
         self.used = 0
-        """When it last sent a request, counted in requests of all masters."""
+        """The number of its last request, counted over all masters."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)

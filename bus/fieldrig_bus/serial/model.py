@@ -39,7 +39,7 @@ class _End:
 
 
 class SerialModel(BusModel[SerialMessage]):
-    """Without `is_paced` everything arrives at once.  With `is_garbling` an end in another format receives garbage."""
+    """Bytes arrive at once unless `is_paced`.  If `is_garbling`, an end in another format receives garbage."""
 
     def __init__(self, form: Format, chunk_ns: int = 2 * MS, is_paced: bool = True, is_garbling: bool = False) -> None:
         self._form, self._chunk_ns, self._is_paced, self._is_garbling = form, chunk_ns, is_paced, is_garbling

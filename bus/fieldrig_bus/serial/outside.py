@@ -1,4 +1,4 @@
-"""What the TCP ports of serial buses have in common: one outside client on the line at a time.
+"""Base of the TCP ports of serial buses: one outside client is on the line at a time.
 
 A second client waits for `GRACE_S`, so that a client that closes and reopens its connection gets the line regardless of
 which event is seen first; after that its connection is closed.  TCP keepalive detects a client whose machine is gone.
@@ -25,7 +25,7 @@ KEEPALIVE = {
 
 
 class Client(Protocol):
-    """What a port creates for one connection."""
+    """The object that a port creates for one connection."""
 
     def started(self) -> None: ...
     def received(self, data: bytes) -> None: ...

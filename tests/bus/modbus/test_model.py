@@ -68,7 +68,7 @@ def test_an_answer_that_nobody_waits_for_is_dropped() -> None:
     model.submit(1, "drive", answer)
     model.submit(1, "drive", ModbusResponse(1, VALUE, 999))
     assert all_of(model) == []
-    assert model.statistics(0)["responses nobody waited for"] == 2
+    assert model.statistics(0)["responses without a request"] == 2
 
 
 def test_a_server_that_is_silent_fills_no_memory() -> None:

@@ -276,9 +276,9 @@ def test_a_master_behind_a_serial_server_is_answered() -> None:
 @pytest.mark.parametrize(
     ("settings", "right"),
     [
-        ({"listen": "127.0.0.1:5021"}, "dial, port or pty would be right beside servers"),
+        ({"listen": "127.0.0.1:5021"}, "expected dial, port or pty beside servers"),
         ({"pty": "a", "dial": "10.0.0.9:4001"}, "exactly one of pty, port, listen and dial"),
-        ({"dial": "10.0.0.9:0"}, "right would be HOST:PORT"),
+        ({"dial": "10.0.0.9:0"}, "expected HOST:PORT"),
         ({"pty": "a", "servers": [7, 8, 7]}, "each unit once"),
         ({"pty": "a", "servers": [0]}, "greater than or equal to 1"),
         ({"pty": "a", "servers": [248]}, "less than or equal to 247"),

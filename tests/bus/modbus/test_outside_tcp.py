@@ -263,5 +263,5 @@ def test_another_port_or_host_is_another_server() -> None:
 
 @pytest.mark.parametrize("unit", [0, 248, -1])
 def test_unit_ids_of_servers_are_1_to_247(unit: int) -> None:
-    with pytest.raises(ValidationError, match=f"{unit}: unit ids from 1 to 247 would be right"):
+    with pytest.raises(ValidationError, match=f"{unit}: expected unit ids from 1 to 247"):
         ModbusTcpSettings.model_validate({"servers": {unit: "plc:502"}})

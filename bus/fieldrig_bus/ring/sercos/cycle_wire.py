@@ -26,7 +26,7 @@ class Spread(NamedTuple):
     instant_ns: int
     """The instant by the clock of the master's machine."""
     heard: Sequence[Heard]
-    """What stations hear; without names, all stations hear it."""
+    """Cycles with the stations that hear them; without names, all stations hear the cycle."""
     answers: bytes
     """The `Answers` of the cycle, encoded, if any member observes."""
 

@@ -1,4 +1,4 @@
-"""What every SERCOS ring has in common: its messages as bytes and text, and the faults that it takes."""
+"""Base of all SERCOS rings: their messages as bytes and text, and the faults that they take."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar

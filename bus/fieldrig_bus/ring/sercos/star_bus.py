@@ -1,4 +1,4 @@
-"""What the SERCOS rings in real time have in common."""
+"""Base of the SERCOS rings in real time."""
 
 import asyncio
 from collections.abc import Callable

@@ -67,13 +67,13 @@ class Ring(Protocol):
 
 
 class Spokes(Protocol):
-    """What carries the messages between the centre and other processes."""
+    """The centre's side of the transport to other processes."""
 
     def spread(self, message: bytes, hung: Collection[str]) -> None:
         """Send to all processes but those that stand still.  It never blocks."""
 
     def gather(self) -> Iterable[tuple[str, bytes]]:
-        """What has come back since the last call: the process, and its message."""
+        """Take the messages that have come back since the last call, each with its process."""
 
     def close(self) -> None:
         """Disconnect from all processes."""
