@@ -169,7 +169,7 @@ class Members:
         raise NotImplementedError
 
 
-def test_outsiders_get_the_lowest_free_number() -> None:
+def test_outside_clients_get_the_lowest_free_number() -> None:
     hub = Members()
     assert [join_as_client(hub, "socketcand")[0] for _ in range(2)] == ["socketcand:1", "socketcand:2"]
     hub.leave("socketcand:1")

@@ -113,7 +113,7 @@ def test_at_a_direct_bus(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", kind_names())
-def test_whatever_may_be_sent_crosses_to_another_process_as_it_is(kind: str) -> None:
+def test_any_sendable_message_crosses_to_another_process_unchanged(kind: str) -> None:
     bus = bus_of(kind)
     for message in rows(GOOD, bus):
         assert bus.decode(bus.encode(message)) == message

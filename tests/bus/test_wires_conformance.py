@@ -126,7 +126,7 @@ def meet(bench: Bench, driver: Link[Signal], listeners: list[list[Signal]]) -> N
     bench.pump(lambda: all(Signal("mark", True) in heard for heard in listeners))
 
 
-def test_a_signal_reaches_those_who_listen_to_its_name_in_order(bench: Bench) -> None:
+def test_a_signal_reaches_the_listeners_of_its_name_in_order(bench: Bench) -> None:
     pump, tank, panel = (bench.join(name) for name in ("pump", "tank", "panel"))
     at_tank, at_panel = listen(tank, ["mark", "run"]), listen(panel)
     meet(bench, pump, [at_tank, at_panel])
@@ -145,7 +145,7 @@ def test_a_signal_reaches_those_who_listen_to_its_name_in_order(bench: Bench) ->
     ]
 
 
-def test_who_listens_later_hears_the_present_value_once(bench: Bench) -> None:
+def test_a_late_listener_gets_the_present_value_once(bench: Bench) -> None:
     tank, witness, panel = (bench.join(name) for name in ("tank", "witness", "panel"))
     at_witness = listen(witness)
     meet(bench, tank, [at_witness])

@@ -112,7 +112,7 @@ def test_a_lone_node_becomes_error_passive_and_stays_there() -> None:
     assert model.statistics(LATER)["load_percent"] == pytest.approx(100, abs=0.1)
 
 
-def test_a_lone_node_is_heard_by_who_joins_as_soon_as_its_next_attempt_begins() -> None:
+def test_a_member_that_joins_hears_the_next_attempt_of_a_lone_node() -> None:
     model = bus("a")
     model.submit(0, "a", SHORT)
     model.collect(5 * S)
@@ -254,7 +254,7 @@ def receivers_of(deliveries: Sequence[Delivery[CanMessage]], kind: type) -> list
     return [each.receivers for each in deliveries if isinstance(each.message, kind)]
 
 
-def test_who_asks_hears_of_errors_and_states() -> None:
+def test_errors_and_states_are_delivered_on_request() -> None:
     model = bus("a", "b", "c")
     model.listen(0, "a", ["errors", "state"])
     model.listen(0, "b", ["errors"])
@@ -265,7 +265,7 @@ def test_who_asks_hears_of_errors_and_states() -> None:
     assert receivers_of(deliveries, BusState) == [("a",), ("a",)]  # warning at 96, and active again
 
 
-def test_an_error_flag_that_nobody_needs_any_more_holds_nothing_up() -> None:
+def test_an_error_flag_after_the_error_frame_delays_nothing() -> None:
     """A classical and an FD frame diverge early; their error frame ends before bit 33, where a flag begins."""
     model = bus("a", "b", "c")
     model.add_fault(0, {"what": "error_frame", "bit": 33, "count": 1})

@@ -47,7 +47,7 @@ def notes(deliveries: list[Delivery[CanMessage]]) -> list[tuple[int, str, str]]:
     ]
 
 
-def test_a_dropped_frame_is_on_the_wire_but_nobody_gets_it() -> None:
+def test_a_dropped_frame_is_on_the_wire_but_no_member_gets_it() -> None:
     model = bus({"what": "drop", "identifier": 0, "count": 1})
     model.submit(0, "a", SHORT)
     model.submit(0, "a", SHORT)
@@ -234,7 +234,7 @@ def given_to(what: str) -> st.SearchStrategy[dict[str, Any]]:
 
 @settings(deadline=None, max_examples=300)
 @given(st.sampled_from(sorted(MODELS)).flatmap(given_to))
-def test_whatever_is_given_is_taken_or_refused(fault: dict[str, Any]) -> None:
+def test_any_fault_is_accepted_or_refused(fault: dict[str, Any]) -> None:
     model = bus()
     try:
         model.add_fault(0, fault)
@@ -245,7 +245,7 @@ def test_whatever_is_given_is_taken_or_refused(fault: dict[str, Any]) -> None:
         model.collect(MS)
 
 
-def test_a_short_that_is_over_when_it_begins_holds_nobody_up() -> None:
+def test_a_short_that_is_over_when_it_begins_delays_nothing() -> None:
     model = bus()
     model.add_fault(0, {"what": "short", "start_ms": 0.1, "duration_ms": 1e-9})
     model.submit(0, "a", SHORT)

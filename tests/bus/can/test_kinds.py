@@ -26,7 +26,7 @@ def lines(bus: CanHub) -> list[str]:
     return [tool.line for tool in bus.tools(RUN)]
 
 
-def test_a_bus_has_500_kbit_s_unless_told_otherwise() -> None:
+def test_a_bus_has_500_kbit_s_by_default() -> None:
     model = CanVirtual("can0", CanSettings()).model()
     model.join("a")
     model.join("b")
@@ -74,12 +74,12 @@ def test_settings_that_make_none_are_refused(settings: dict[str, Any], complaint
         hub(**settings)
 
 
-def test_python_can_is_told_how_to_join_by_socketcand() -> None:
+def test_python_can_joins_by_socketcand() -> None:
     arguments = hub(socketcand="0.0.0.0:29536", slcan={"listen": "127.0.0.1:3333"}).python_can()
     assert arguments == {"interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": 29536}
 
 
-def test_python_can_is_told_how_to_join_by_slcan() -> None:
+def test_python_can_joins_by_slcan() -> None:
     assert hub(slcan={"listen": "127.0.0.1:3333"}).python_can() == {
         "interface": "slcan",
         "channel": "socket://127.0.0.1:3333",
@@ -87,7 +87,7 @@ def test_python_can_is_told_how_to_join_by_slcan() -> None:
 
 
 @pytest.mark.parametrize("bus", [hub(), hub(slcan={"path": "can0"}), CanVirtual("can0", CanSettings())])
-def test_python_can_is_told_when_it_cannot_join(bus: CanHub | CanVirtual) -> None:
+def test_python_can_has_no_arguments_when_it_cannot_join(bus: CanHub | CanVirtual) -> None:
     assert bus.python_can() is None
 
 

@@ -276,7 +276,7 @@ lines = st.one_of(
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(lines | st.text(max_size=20), max_size=20))
-def test_whatever_comes_never_raises_and_every_command_is_answered(texts: list[str]) -> None:
+def test_no_input_raises_and_every_command_is_answered(texts: list[str]) -> None:
     bench = Bench("S6\rO\r")
     for text in texts:
         bench.adapter.receive(text.encode() + b"\r")

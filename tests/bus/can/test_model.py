@@ -81,7 +81,7 @@ def test_arbitration_compares_as_on_the_wire() -> None:
     assert keys == sorted(set(keys))
 
 
-def test_the_lowest_identifier_goes_first_whoever_asked_first() -> None:
+def test_the_lowest_identifier_wins_regardless_of_the_order_of_asking() -> None:
     members = [f"m{number}" for number in range(len(ORDER_OF_ARBITRATION))]
     model = bus(*members)
     for member, frame in zip(members, reversed(ORDER_OF_ARBITRATION), strict=True):
@@ -97,7 +97,7 @@ def test_a_frame_on_the_wire_is_not_interrupted() -> None:
     assert identifiers(model) == [0x700, 0x100, 0x600]
 
 
-def test_who_asks_during_intermission_takes_part_in_arbitration() -> None:
+def test_a_frame_asked_for_during_intermission_takes_part_in_arbitration() -> None:
     model = bus("a", "b", "c")
     model.submit(0, "a", SHORT)
     model.submit(1, "b", CanFrame(0x200))
@@ -130,7 +130,7 @@ def test_without_bit_times_the_same_identifier_goes_in_order_of_joining() -> Non
     assert [sender for _, sender, _ in heard(model)] == ["first", "second"]
 
 
-def test_late_word_of_an_earlier_wish_still_wins_if_nothing_was_collected() -> None:
+def test_a_late_submission_with_an_earlier_instant_wins_if_nothing_was_collected() -> None:
     model = bus("a", "b")
     model.submit(100, "a", CanFrame(0x100))
     model.submit(40, "b", SHORT)
@@ -184,7 +184,7 @@ def receivers(model: CanBusModel, sender: str, frame: CanFrame) -> Sequence[str]
     return delivery.receivers
 
 
-def test_all_who_listen_hear_but_the_sender_in_order_of_joining() -> None:
+def test_all_listeners_but_the_sender_hear_in_order_of_joining() -> None:
     model = bus("c", "a", "b")
     assert receivers(model, "a", SHORT) == ("c", "b")
 
@@ -208,7 +208,7 @@ def test_a_changed_interest_counts_at_once() -> None:
     assert receivers(model, "a", CanFrame(0x201)) == ()
 
 
-def test_who_joins_later_hears_the_next_frame() -> None:
+def test_a_member_that_joins_later_hears_the_next_frame() -> None:
     model = bus("a")
     assert receivers(model, "a", SHORT) == ()
     model.join("b")
@@ -233,7 +233,7 @@ def test_a_wrong_interest_is_refused_and_changes_nothing() -> None:
     assert receivers(model, "a", SHORT) == ("b",)
 
 
-def test_who_leaves_takes_along_what_waits_but_not_what_is_on_the_wire() -> None:
+def test_a_leaving_member_drops_its_queue_but_not_the_frame_on_the_wire() -> None:
     model = bus("a", "b", "c")
     for identifier in (0x100, 0x101, 0x102):
         model.submit(0, "a", CanFrame(identifier))
@@ -243,7 +243,7 @@ def test_who_leaves_takes_along_what_waits_but_not_what_is_on_the_wire() -> None
 
 
 @pytest.mark.parametrize("asked_ns", [0, 1])
-def test_who_leaves_while_another_is_on_the_wire_sends_nothing_more(asked_ns: int) -> None:
+def test_a_member_that_leaves_while_another_sends_sends_nothing_more(asked_ns: int) -> None:
     model = bus("a", "b")
     model.submit(0, "a", SHORT)
     model.submit(asked_ns, "b", CanFrame(0x200))
@@ -253,7 +253,7 @@ def test_who_leaves_while_another_is_on_the_wire_sends_nothing_more(asked_ns: in
     assert model.next_ns() is None
 
 
-def test_who_left_may_join_again() -> None:
+def test_a_member_that_left_may_join_again() -> None:
     model = bus("a", "b")
     model.leave("b")
     assert receivers(model, "a", SHORT) == ()

@@ -121,7 +121,7 @@ def test_the_order_in_which_members_tell_does_not_matter(asked_frames: list[Aske
 
 @settings(max_examples=200, deadline=None)
 @given(asked_frames)
-def test_told_late_or_not_time_never_runs_back(asked_frames: list[Asked]) -> None:
+def test_time_never_runs_back_even_with_late_submissions(asked_frames: list[Asked]) -> None:
     model = model_with([])
     ends = [0]
     for asked in asked_frames:  # in any order of time, with collecting in between

@@ -50,7 +50,7 @@ def test_error_frames_are_none() -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(st.binary(min_size=16, max_size=16) | st.binary(min_size=72, max_size=72))
-def test_whatever_the_kernel_says_is_a_frame_that_a_bus_can_carry(data: bytes) -> None:
+def test_any_bytes_of_the_kernel_are_a_frame_that_a_bus_can_carry(data: bytes) -> None:
     frame = from_wire(data)
     if frame is not None:
         check_frame(frame)
@@ -103,7 +103,7 @@ def test_what_is_not_there_is_named_with_its_remedy() -> None:
     assert "sudo ip link set nowhere0 up" in caught.value.remedy or "modprobe can-raw" in caught.value.remedy
 
 
-def test_system_without_socketcan_is_told_of_can_hub(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_without_socketcan_names_can_hub(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_CAN", raising=False)
     with pytest.raises(BusError, match="no SocketCAN") as caught:
         opened("vcan0")

@@ -149,7 +149,7 @@ def test_each_frame_is_traced_once_by_its_sender() -> None:
 
 
 @pytest.mark.system
-def test_own_frames_come_back_to_who_asks_for_them() -> None:
+def test_own_frames_come_back_on_request() -> None:
     with direct_bench(CanUdp("can0", CanUdpSettings(port=free_port()))) as bench:
         a, b = bench.join("a"), bench.join("b")
         heard: list[CanFrame] = []

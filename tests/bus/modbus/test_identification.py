@@ -43,7 +43,7 @@ texts = st.text("abc ", max_size=LONGEST_OBJECT)
 
 @settings(max_examples=50, deadline=None)
 @given(st.dictionaries(st.integers(0x80, 0xFF), texts, max_size=12), texts)
-def test_more_follows_until_everything_was_told(extended: dict[int, str], name: str) -> None:
+def test_more_follows_until_everything_was_sent(extended: dict[int, str], name: str) -> None:
     identification = Identification(vendor_name=name, product_code="P", revision="R", extended=extended)
     found: dict[int, bytes] = {}
     first = 0

@@ -39,7 +39,7 @@ def all_of(model: BusModel[Any], now_ns: int = 10**15) -> list[Delivery[ModbusMe
     return model.collect(now_ns)
 
 
-def test_a_request_goes_to_the_servers_of_its_unit_and_the_response_to_who_asked() -> None:
+def test_a_request_goes_to_the_servers_of_its_unit_and_the_response_to_its_client() -> None:
     model = joined(ModbusModel(), first=[1], second=[2, 3], all=None, master=[], other=[])
     model.submit(5, "master", ModbusRequest(3, READ, 77))
     (asked,) = all_of(model)
@@ -59,7 +59,7 @@ def test_exchange_numbers_of_two_masters_do_not_mix() -> None:
     assert [delivery.receivers for delivery in all_of(model)] == [("b",), ("a",)]
 
 
-def test_an_answer_that_nobody_waits_for_is_dropped() -> None:
+def test_an_answer_without_a_request_is_dropped() -> None:
     model = joined(ModbusModel(), drive=[1], master=[])
     model.submit(0, "master", ModbusRequest(1, READ))
     (asked,) = all_of(model)
@@ -179,14 +179,14 @@ def test_an_answer_after_the_next_request_is_lost() -> None:
     assert model.statistics(0)["answers too late"] == 1
 
 
-def test_nobody_answers_a_broadcast_so_nobody_waits() -> None:
+def test_a_broadcast_is_not_answered_so_no_client_waits() -> None:
     model = joined(LineModel(TIMING, 100 * MS), drive=[1], a=[])
     model.submit(0, "a", ModbusRequest(0, READ))
     model.submit(0, "a", ModbusRequest(1, READ))
     assert [delivery.time_ns for delivery in all_of(model)] == [REQUEST_NS, 2 * REQUEST_NS]
 
 
-def test_who_leaves_takes_its_exchange_along() -> None:
+def test_a_client_that_leaves_takes_its_exchange_along() -> None:
     model = joined(LineModel(TIMING, 1 * S), drive=[1], a=[], b=[])
     model.submit(0, "a", ModbusRequest(1, READ))
     model.submit(0, "a", ModbusRequest(1, READ))
@@ -278,7 +278,7 @@ def test_a_port_that_keeps_the_time_itself_gets_a_request_when_it_begins() -> No
 
 
 @pytest.mark.parametrize("is_line", [False, True])
-def test_only_who_asks_for_connections_hears_of_them(is_line: bool) -> None:
+def test_connections_are_delivered_only_on_request(is_line: bool) -> None:
     model = joined(ModbusModel(is_line=is_line), plc=[1, CONNECTIONS], all=None, drive=[1], master=[])
     model.submit(5, "tcp:1", ClientConnected("10.0.0.9"))
     deliveries: list[Delivery[Any]] = [*all_of(model)]

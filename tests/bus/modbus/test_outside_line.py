@@ -143,7 +143,7 @@ def test_a_silent_server_holds_the_others_up_until_the_response_timeout() -> Non
         assert bench.answers() == []
 
 
-def test_who_asks_again_does_not_wait_for_what_it_gave_up(line: tuple[OutsideBench, End, Frame]) -> None:
+def test_a_client_that_asks_again_does_not_wait_for_its_previous_request(line: tuple[OutsideBench, End, Frame]) -> None:
     bench, end, frame = line
     bench.ask(7, READ)
     hear(end, frame)

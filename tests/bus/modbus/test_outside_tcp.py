@@ -43,7 +43,7 @@ def test_a_device_asks_a_server_outside() -> None:
         assert bench.expect() == [(7, exchange, ANSWER)]
 
 
-def test_nothing_goes_out_before_somebody_asks() -> None:
+def test_nothing_is_sent_before_the_first_request() -> None:
     with listener() as at, outside_bench(bus({7: at.address})) as bench:
         bench.ask(8, READ)
         assert bench.expect() == [(8, 1, "83 0b")]  # a unit that no server has
@@ -125,7 +125,7 @@ def test_what_waits_for_a_connection_is_given_up_after_the_response_timeout() ->
         assert not at.is_asked()
 
 
-def test_a_server_that_is_not_there_is_told_once_and_asked_in_growing_pauses(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_absent_server_is_reported_once_and_tried_with_growing_pauses(caplog: pytest.LogCaptureFixture) -> None:
     with listener() as at, outside_bench(bus({7: at.address}, response_timeout_ms=10_000)) as bench:
         at.shut()
         with caplog.at_level(logging.DEBUG, dialler.__name__):
@@ -204,7 +204,7 @@ def test_masters_at_the_bus_do_not_get_outside() -> None:
 
 
 @pytest.mark.manual("PD-283")
-def test_a_device_is_told_who_connects() -> None:
+def test_a_device_is_notified_of_connections() -> None:
     with outside_bench(bus({})) as bench:
         notified: list[Any] = []
         bench.hub.join("device").on_receive(notified.append, [1, "connections"])

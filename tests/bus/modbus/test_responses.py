@@ -60,6 +60,6 @@ pdus = st.binary(min_size=1, max_size=253)
 
 
 @given(pdus, pdus)
-def test_whatever_comes_is_judged(request: bytes, response: bytes) -> None:
+def test_any_pair_is_judged(request: bytes, response: bytes) -> None:
     if fits(request, response):
         assert response[0] & 0x7F == request[0] & 0x7F

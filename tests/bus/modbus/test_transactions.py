@@ -34,7 +34,7 @@ def asked(unit: int = 7) -> Transactions:
         (7, f"0001 0001 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # another protocol before it
     ],
 )
-def test_a_response_goes_to_who_asked(unit: int, frame: str) -> None:
+def test_a_response_goes_to_its_client(unit: int, frame: str) -> None:
     responses = asked(unit).feed(bytes.fromhex(frame))
     assert responses == [ModbusResponse(7, bytes.fromhex(ANSWER), 0xABCD)]
 
@@ -117,7 +117,7 @@ frames = st.builds(head, st.integers(0, 4), st.integers(0, 1), st.integers(6, 8)
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(frames | st.binary(max_size=30), max_size=12).map(b"".join), st.lists(st.integers(0, 400), max_size=6))
-def test_whatever_comes_is_answered_once_at_most(stream: bytes, cuts: list[int]) -> None:
+def test_any_stream_gives_at_most_one_answer_per_request(stream: bytes, cuts: list[int]) -> None:
     transactions = Transactions(TIMEOUT_NS)
     for number in (1, 2, 3):
         transactions.ask(0, ModbusRequest(7, READ.pdu, number), 7)

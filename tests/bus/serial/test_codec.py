@@ -40,7 +40,7 @@ def test_every_message_comes_back(message: SerialMessage) -> None:
 
 
 @given(st.binary(max_size=12))
-def test_whatever_decodes_is_written_the_same(data: bytes) -> None:
+def test_any_decoded_message_encodes_to_the_same_bytes(data: bytes) -> None:
     try:
         message = decode(data)
     except ValueError:

@@ -54,7 +54,7 @@ def bench() -> Bench:
     return Bench().start()
 
 
-def test_client_is_invited_and_told_the_modem_state_when_it_agrees() -> None:
+def test_client_is_invited_and_gets_the_modem_state_when_it_agrees() -> None:
     bench = Bench()
     bench.port.start(ControlLines(rts=False))
     assert bench.written() == INVITATION
@@ -300,7 +300,7 @@ def test_nothing_but_the_two_characters_is_lost_under_xon_xoff(device: list[byte
     assert b"".join(piece for piece in bench.line.take() if isinstance(piece, bytes)) == b"".join(client)
 
 
-def test_signature_is_told_when_asked(bench: Bench) -> None:
+def test_signature_is_sent_on_request(bench: Bench) -> None:
     assert bytes.fromhex(bench.com_port("00")) == b"\x64fieldrig"
     assert bench.client("ff fa 2c 00 70 79 ff f0") == ""
 

@@ -204,7 +204,7 @@ async def test_flood_into_a_pty_is_held_up_and_not_lost(bench: Bench, free_port:
 
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")  # in pyserial
 @on_both_loops
-async def test_pyserial_sets_the_format_and_is_told_of_the_modem_lines(bench: Bench, free_port: int) -> None:
+async def test_pyserial_sets_the_format_and_gets_the_modem_lines(bench: Bench, free_port: int) -> None:
     await bench.open(SerialRfc2217("com1", SerialRfc2217Settings(listen=f"127.0.0.1:{free_port}")))
     bench.send(ControlLines(dtr=True, rts=False))
     url = f"rfc2217://127.0.0.1:{free_port}"
@@ -227,7 +227,7 @@ async def test_pyserial_sets_the_format_and_is_told_of_the_modem_lines(bench: Be
 
 
 @on_both_loops
-async def test_rfc2217_port_takes_whatever_bytes_come(bench: Bench, free_port: int) -> None:
+async def test_rfc2217_port_accepts_any_bytes(bench: Bench, free_port: int) -> None:
     await bench.open(SerialRfc2217("com1", SerialRfc2217Settings(listen=f"127.0.0.1:{free_port}", paced=False)))
     with connect(free_port) as client:
         client.sendall(b"\xff\xf0\xff\xfa\xff\xf0\xff\xfa\x2c\x01\xff\xf0\xff\xfa\x2c\x05\x05\xff\xf0\xff\xfc\xf1")

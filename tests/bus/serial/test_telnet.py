@@ -52,7 +52,7 @@ STREAMS: list[tuple[str, list[Event]]] = [
 
 
 @pytest.mark.parametrize(("stream", "events"), STREAMS)
-def test_stream_is_told_apart(stream: str, events: list[Event]) -> None:
+def test_stream_is_separated(stream: str, events: list[Event]) -> None:
     data = bytes.fromhex(stream)
     assert read(data) == events
     assert read(*(data[at : at + 1] for at in range(len(data)))) == events

@@ -230,7 +230,7 @@ def test_every_modbus_message_comes_back(sent: list[tuple[ModbusMessage, str]]) 
     assert read(written(*entries)) == entries
 
 
-def test_an_address_option_that_is_too_short_is_told() -> None:
+def test_an_address_option_that_is_too_short_is_reported() -> None:
     """pcapng, 4.2: the option if_IPv4addr (4) has 8 octets, here 4."""
     section = "0a0d0d0a 1c000000 4d3c2b1a 01000000 ffffffffffffffff 1c000000"
     interface = "01000000 20000000 e3000000 00000000 0400 0400 7f000001 00000000 20000000"

@@ -189,7 +189,7 @@ def test_an_at_that_came_late_is_sent_in_the_next_cycle(star: StarRing) -> None:
 
 
 @pytest.mark.parametrize("kind", STARS)
-def test_a_patient_ring_takes_the_last_at_of_who_is_late_and_counts_it(kind: str) -> None:
+def test_a_patient_ring_repeats_the_last_at_of_a_late_station_and_counts_it(kind: str) -> None:
     with STARS[kind](patience_ms=10_000) as star:
         for name, address in ADDRESSES.items():
             star.join(name, address)
@@ -218,7 +218,7 @@ def test_a_process_that_dies_opens_the_ring_and_closes_it_when_it_comes_back(sta
     assert star.cycle() == Answers(5, (b"\x03\x05", b"\x01\x01", b"\x02\x02", b"\x04\x05"), True)
 
 
-def test_who_stands_still_is_left_alone_until_it_has_done_what_it_was_sent(star: StarRing) -> None:
+def test_a_process_that_stands_still_is_sent_nothing_until_it_has_caught_up(star: StarRing) -> None:
     """The whole bench has one event loop: while it is not pumped, all processes stand still."""
     for _ in range(40):
         star.clock.handle(star.master.begin)
@@ -249,7 +249,7 @@ def test_a_second_master_is_refused(star: StarRing) -> None:
     assert addresses(star.cycle()) == [3, 1, 2, 4]
 
 
-def test_garbage_from_outside_disturbs_nobody(star: StarRing) -> None:
+def test_garbage_from_outside_has_no_effect(star: StarRing) -> None:
     for garbage in (b"", b"\0", b"\xff" * 40):
         star.star.take("rack", garbage)
         star.buses["rack"].rack(star.at["knife"]).on_spread(garbage)

@@ -100,7 +100,7 @@ def test_an_at_is_sent_once() -> None:
     ("after", "hearing"),
     [("master", []), ("belt", ["belt"]), ("lift", ["belt", "lift"]), ("knife", ["belt", "lift", "knife"])],
 )
-def test_behind_a_break_nothing_is_heard_and_nobody_is_heard_by_the_master(after: str, hearing: list[str]) -> None:
+def test_behind_a_break_nothing_is_heard_and_the_master_hears_nothing(after: str, hearing: list[str]) -> None:
     bench = Bench()
     number = bench.fault(what="break", after=after)
     assert bench.hearing() == {name: (name in hearing, name in hearing) for name in STATIONS}

@@ -99,7 +99,7 @@ def test_what_the_only_drive_has_left_before_goes_first() -> None:
     assert len(process.backs) == 2, "it was overtaken"
 
 
-def test_nobody_is_told_while_there_is_no_centre() -> None:
+def test_no_telegram_is_sent_while_there_is_no_centre() -> None:
     process = _Process(1)
     process.rack.disconnect()
     process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))
