@@ -13,7 +13,7 @@ from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.allowed import ALLOWED
 from fieldrig_devices.conformance.description import Description, Entry
-from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wish
+from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wait
 from fieldrig_devices.conformance.sdo import MARGIN, Patience, Sdo
 from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable, SdoFault
 
@@ -118,20 +118,20 @@ class Bench:
     def expect(self, wanted: int | Matcher, within_ms: float | None = None) -> Steps[CanFrame | None]:
         """The next data frame with this identifier, or that matches; None if it doesn't come in time."""
         until_ns = self._in(self.patience_ms if within_ms is None else within_ms)
-        return (yield Wish(_with_identifier(wanted) if isinstance(wanted, int) else wanted, until_ns))
+        return (yield Wait(_with_identifier(wanted) if isinstance(wanted, int) else wanted, until_ns))
 
     def wait(self, ms: float) -> Steps[list[Seen]]:
         """What the others sent meanwhile."""
         first = len(self.line.seen)
-        yield Wish(None, self._in(ms))
+        yield Wait(None, self._in(ms))
         return [seen for seen in self.line.seen[first:] if not seen.is_ours]
 
     def came(self, identifier: int, first: int) -> list[Seen]:
         """The data frames with this identifier that others sent since `seen` had a length of `first`."""
         return [
-            one
-            for one in self.line.seen[first:]
-            if not one.is_ours and one.frame.identifier == identifier and not one.frame.is_remote
+            seen
+            for seen in self.line.seen[first:]
+            if not seen.is_ours and seen.frame.identifier == identifier and not seen.frame.is_remote
         ]
 
     def gather(self, identifier: int, first: int, count: int, gap_ms: float = 0) -> Steps[list[Seen]]:

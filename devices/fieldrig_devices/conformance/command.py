@@ -98,7 +98,7 @@ def conform(
         raise typer.BadParameter("say which node: --bus and --node, and --eds or --rig")
     out = console()
     options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
-    report = _report(bus, node_id, eds, rig, cases, options, None if as_json else lambda one: show_result(out, one))
+    report = _report(bus, node_id, eds, rig, cases, options, None if as_json else lambda result: show_result(out, result))
     _write(report, junit, html, markdown)
     if as_json:
         echo_json(as_data(report))
@@ -147,7 +147,7 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
     """The node's EDS; the rig file's own power-on values (`objects`) go before it, as those of a DCF do."""
     from fieldrig_devices.conformance.description import Description
 
-    found: Any = next((one for one in config.devices.values() if _is_node(one, bus, node_id)), None)
+    found: Any = next((entry for entry in config.devices.values() if _is_node(entry, bus, node_id)), None)
     path = eds or getattr(getattr(found, "settings", None), "eds", None)
     if path is None:
         raise UsageError(
@@ -180,10 +180,10 @@ def _list(cases: "list[Case]", as_json: bool) -> None:
     if as_json:
         echo_json(
             [
-                {"number": one.number, "name": one.name, "requirement": one.requirement, "clause": one.clause}
-                for one in cases
+                {"number": case.number, "name": case.name, "requirement": case.requirement, "clause": case.clause}
+                for case in cases
             ]
         )
         return
-    for one in cases:
-        typer.echo(f"{one.number:>6} {one.name:30} {one.requirement} ({one.clause})")
+    for case in cases:
+        typer.echo(f"{case.number:>6} {case.name:30} {case.requirement} ({case.clause})")

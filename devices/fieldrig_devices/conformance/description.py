@@ -88,7 +88,7 @@ class Description:
             described = describe(path, node_id)
         except (OSError, EdsError) as cause:
             raise UsageError(f"{path} is no EDS that can be read: {cause}", "`fieldrig eds check` says more") from cause
-        self.entries = {(one.index, one.subindex): _entry(described, one) for one in described.variables}
+        self.entries = {(variable.index, variable.subindex): _entry(described, variable) for variable in described.variables}
         for key, cob_id in FIRST_SERVER.items():
             self.set_default(key, cob_id + node_id)
         self.dummies = described.dummies

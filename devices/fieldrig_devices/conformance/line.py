@@ -17,14 +17,14 @@ Matcher = Callable[[CanFrame], bool]
 
 
 @dataclass(slots=True)
-class Wish:
+class Wait:
     """Wait for a frame that is wanted (None: for none), or until an instant."""
 
     wanted: Matcher | None
     until_ns: int
 
 
-Steps = Generator[Wish, CanFrame | None, T]
+Steps = Generator[Wait, CanFrame | None, T]
 
 
 class Seen(NamedTuple):
@@ -40,7 +40,7 @@ class Line:
         self.clock, self._link = clock, link
         self.seen: list[Seen] = []
         self._steps: Steps[None] | None = None
-        self._wish: Wish | None = None
+        self._wait: Wait | None = None
         self._timer: Timer | None = None
         self._on_end: Callable[[Exception | None], None] = _forget
         link.on_receive(self._on_frame)
@@ -56,8 +56,8 @@ class Line:
 
     def _on_frame(self, frame: CanFrame) -> None:
         self.seen.append(Seen(self.clock.now_ns(), False, frame))
-        wish = self._wish
-        if wish is not None and wish.wanted is not None and wish.wanted(frame):
+        wait = self._wait
+        if wait is not None and wait.wanted is not None and wait.wanted(frame):
             self._resume(frame)
 
     def _on_time(self) -> None:
@@ -66,18 +66,18 @@ class Line:
     def _resume(self, frame: CanFrame | None) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        steps, self._wish, self._timer = self._steps, None, None
+        steps, self._wait, self._timer = self._steps, None, None
         if steps is None:
             return
         try:
-            wish = steps.send(frame)
+            wait = steps.send(frame)
         except StopIteration:
             self._end(None)
         except Exception as fault:  # noqa: BLE001  whoever plays the steps raises it where it can be seen
             self._end(fault)
         else:
-            self._wish = wish
-            self._timer = self.clock.call_at(wish.until_ns, self._on_time)
+            self._wait = wait
+            self._timer = self.clock.call_at(wait.until_ns, self._on_time)
 
     def _end(self, fault: Exception | None) -> None:
         self._steps = None

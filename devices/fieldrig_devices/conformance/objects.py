@@ -23,7 +23,7 @@ INHIBIT_TIME, SYNC_START = 3, 6
 
 
 def is_command(entry: Entry) -> bool:
-    return any(entry.index in one for one in COMMANDS) or entry.type == DOMAIN
+    return any(entry.index in indices for indices in COMMANDS) or entry.type == DOMAIN
 
 
 def is_guarded(entry: Entry) -> bool:

@@ -67,7 +67,7 @@ def read_mapping(bench: Bench, pdo: Pdo) -> Steps[list[Mapped]]:
 
 def size(mapped: list[Mapped]) -> int:
     """In bytes."""
-    return (sum(one.bits for one in mapped) + 7) // 8
+    return (sum(variable.bits for variable in mapped) + 7) // 8
 
 
 def identifier(cob_id: int) -> int:
@@ -146,7 +146,7 @@ def changeable(bench: Bench, is_transmit: bool) -> Pdo:
     """A PDO whose mapping the EDS lets us change.  Not applicable without."""
     for pdo in pdos(bench, is_transmit):
         parameters = (bench.eds.get(pdo.mapping, 0), bench.eds.get(pdo.mapping, 1), bench.eds.get(pdo.communication, 1))
-        if all(one is not None and one.is_writable for one in parameters):
+        if all(parameter is not None and parameter.is_writable for parameter in parameters):
             return pdo
     sort = "TPDO" if is_transmit else "RPDO"
     raise NotApplicable(f"the EDS has no {sort} whose mapping can be changed")

@@ -42,7 +42,7 @@ class Snapshot:
         faults: list[str] = []
         if any(index in LATE or index == 0x1019 for index, _ in others):
             faults += yield from _write(bench, 0x1006, 0, bytes(4))
-        for key in sorted(others, key=lambda one: (one[0] in LATE, one)):
+        for key in sorted(others, key=lambda place: (place[0] in LATE, place)):
             faults += yield from _write(bench, *key, self._values[key])
         for index in pdos:
             faults += yield from self._put_back_pdo(bench, index)
@@ -92,7 +92,7 @@ def _write(bench: Bench, index: int, sub: int, value: bytes) -> Steps[list[str]]
 
 
 def _is_pdo(index: int) -> bool:
-    return any(index in one for one in (RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING))
+    return any(index in indices for indices in (RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING))
 
 
 def _communication(index: int) -> int:

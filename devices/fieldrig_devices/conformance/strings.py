@@ -23,4 +23,4 @@ def long_object(bench: Bench) -> Steps[Entry]:
                 found.append((size if size <= 1024 else 0, entry))
     if not found:
         bench.skip("no object of the EDS has more than four bytes")
-    return max(found, key=lambda one: one[0])[1]
+    return max(found, key=lambda pair: pair[0])[1]

@@ -82,7 +82,7 @@ def test_nodes_in_processes_of_their_own_send_the_same(fieldrig_rig: RigMaker) -
 def test_mistake_in_a_rig_file_is_named_with_its_key() -> None:
     wrong = plant()
     wrong["devices"]["io"]["signals"] = {"6200:09": "lamp"}
-    with pytest.raises(RigError, match=r"(?s)io.*there is no 6200:09 in the EDS; object 6200h has"):
+    with pytest.raises(RigError, match=r"(?s)io.*the EDS has no 6200:09; object 6200h has"):
         from_dict(wrong)
 
 

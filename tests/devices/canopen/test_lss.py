@@ -199,7 +199,7 @@ def test_configured_slave_takes_no_part_in_fastscan(bench: CanopenBench) -> None
 
 
 def test_null_needs_an_eds_with_lss() -> None:
-    with pytest.raises(ValidationError, match="needs LSS, and the EDS says LSS_Supported=0; a number would be right"):
+    with pytest.raises(ValidationError, match="needs LSS, but the EDS has LSS_Supported=0; expected a number"):
         CanopenSettings.model_validate({"node_id": None, "eds": str(LEVEL_SENSOR)})
     CanopenSettings.model_validate({"node_id": None, "eds": str(IO32)})
 

@@ -114,7 +114,7 @@ class BusyAndTooFast(Busy):
 
 
 def verdicts(report: Report) -> dict[str, tuple[str, str]]:
-    return {one.case.number: (one.verdict.value, one.reason) for one in report.results}
+    return {result.case.number: (result.verdict.value, result.reason) for result in report.results}
 
 
 def busy(monkeypatch: pytest.MonkeyPatch, cls: type[Busy], seed: int) -> str:
@@ -128,7 +128,7 @@ def busy(monkeypatch: pytest.MonkeyPatch, cls: type[Busy], seed: int) -> str:
 def test_no_verdict_depends_on_how_late_the_node_is(monkeypatch: pytest.MonkeyPatch, eds: Path, seed: int) -> None:
     late = conformed(eds=eds, fault=busy(monkeypatch, Busy, seed))
     assert verdicts(late) == verdicts(conformed(eds=eds))
-    assert [note for one in late.results for note in one.notes] == []
+    assert [note for result in late.results for note in result.notes] == []
 
 
 @pytest.mark.parametrize(

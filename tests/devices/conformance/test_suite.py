@@ -80,20 +80,20 @@ def test_io_node_passes_at_least_115_cases_and_fails_none() -> None:
     report = conformed()
     assert failures(report) == {}
     assert report.executed >= 115
-    assert all(one.reason for one in report.of(Verdict.NOT_APPLICABLE))
-    assert all(not one.notes for one in report.results)
+    assert all(result.reason for result in report.of(Verdict.NOT_APPLICABLE))
+    assert all(not result.notes for result in report.results)
 
 
 def test_sensor_node_fails_none() -> None:
     report = conformed(eds=LEVEL_SENSOR)
     assert failures(report) == {}
     assert report.executed >= 80
-    assert all(one.reason for one in report.of(Verdict.NOT_APPLICABLE))
+    assert all(result.reason for result in report.of(Verdict.NOT_APPLICABLE))
 
 
 def test_same_run_gives_the_same_frames() -> None:
     first, second = conformed("SDO", "State"), conformed("SDO", "State")
-    assert [one.frames for one in first.results] == [one.frames for one in second.results]
+    assert [result.frames for result in first.results] == [result.frames for result in second.results]
 
 
 def with_sdo_client(folder: Path) -> Path:

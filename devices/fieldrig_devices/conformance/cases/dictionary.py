@@ -43,7 +43,7 @@ def defaults(bench: Bench) -> Steps[None]:
 
 @case("4.3", "OD 03", "What the EDS says is read-only can't be written.", f"{ACCESS}; CiA 301 table 22")
 def read_only(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.access in ("ro", "const") and one.size in (1, 2, 4)]
+    entries = [entry for entry in bench.eds if entry.access in ("ro", "const") and entry.size in (1, 2, 4)]
     if not entries:
         bench.skip("the EDS has no read-only object")
     faults = _Faults(bench, "abort 0601 0002h for writing what is read-only")
@@ -60,7 +60,7 @@ def read_only(bench: Bench) -> Steps[None]:
 
 @case("4.4", "OD 04", "What the EDS says is write-only can't be read.", f"{ACCESS}; CiA 301 table 22")
 def write_only(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.access == "wo"]
+    entries = [entry for entry in bench.eds if entry.access == "wo"]
     if not entries:
         bench.skip("the EDS has no write-only object")
     for entry in entries:
@@ -94,7 +94,7 @@ def structure(bench: Bench) -> Steps[None]:
 )
 def limits(bench: Bench) -> Steps[None]:
     entries = [
-        one for one in bench.eds if one.access in ("rw", "rwr", "rww") and not is_guarded(one) and any(_beyond(one))
+        entry for entry in bench.eds if entry.access in ("rw", "rwr", "rww") and not is_guarded(entry) and any(_beyond(entry))
     ]
     if not entries:
         bench.skip("the EDS has no limits beyond which the type can hold a value")
@@ -103,7 +103,7 @@ def limits(bench: Bench) -> Steps[None]:
             attempt = bench.attempt(entry.index, entry.sub, entry.encode(value))
             yield from bench.refuses(attempt, TOO_HIGH, TOO_LOW, INVALID_VALUE, what=f"{value} for {entry.key}")
         if is_plain(entry) and not entry.is_mappable:
-            for value in (one for one in (entry.low, entry.high) if one is not None):
+            for value in (limit for limit in (entry.low, entry.high) if limit is not None):
                 yield from bench.change(entry.index, entry.sub, entry.encode(value))
 
 
@@ -125,7 +125,7 @@ def defaults_in_operational(bench: Bench) -> Steps[None]:
 @case("4.9", "OD 09", "In 'operational' what can be read and written takes back the value that was read.", ACCESS)
 def write_back(bench: Bench) -> Steps[None]:
     yield from nmt.enter(bench, State.OPERATIONAL)
-    entries = [one for one in bench.eds if is_plain(one) and one.is_writable]
+    entries = [entry for entry in bench.eds if is_plain(entry) and entry.is_writable]
     if not entries:
         bench.skip("the EDS has nothing that can be read and written at any time")
     faults = _Faults(bench, "values to be taken back as they were read")
@@ -171,7 +171,7 @@ def _read_all(bench: Bench) -> Steps[None]:
 
 
 def _compare_all(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.is_readable and one.default is not None and not is_live(one)]
+    entries = [entry for entry in bench.eds if entry.is_readable and entry.default is not None and not is_live(entry)]
     if not entries:
         bench.skip("the EDS has no defaults")
     faults = _Faults(bench, "the defaults of the EDS (stored parameters are put back by 1011h)")

@@ -19,10 +19,10 @@ SHOWN = 5
 )
 def eds_file(bench: Bench) -> Steps[None]:
     found = check_eds(bench.eds.path)
-    errors = [_text(one) for one in found if one.severity is not Severity.WARNING]
+    errors = [_text(finding) for finding in found if finding.severity is not Severity.WARNING]
     bench.check(not errors, "an EDS without errors", _shown(errors))
     if found:
-        bench.warn(_shown([_text(one) for one in found]))
+        bench.warn(_shown([_text(finding) for finding in found]))
     yield from bench.wait(0)
 
 

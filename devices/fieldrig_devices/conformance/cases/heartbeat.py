@@ -119,4 +119,4 @@ def _errors_while_beating(bench: Bench, producer: int, count: int, gap_ms: float
     yield from errors.beat(bench, producer, count, gap_ms)
     if count == 0:
         yield from bench.wait(gap_ms)
-    return [one.frame for one in bench.line.seen[first:] if not one.is_ours and one.frame.identifier == emcy]
+    return [seen.frame for seen in bench.line.seen[first:] if not seen.is_ours and seen.frame.identifier == emcy]

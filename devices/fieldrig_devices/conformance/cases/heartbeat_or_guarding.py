@@ -89,6 +89,6 @@ def _with_both(bench: Bench, heartbeat: bool, guarding: bool) -> Steps[None]:
 def _check_beats(bench: Bench, with_requests: bool = False) -> Steps[None]:
     """Heartbeats come in their period, without a toggle bit; with requests, nothing else does."""
     frames = yield from check_period(bench, bench.boot_up_id, "a heartbeat, and nothing else,", with_requests)
-    states = {one.frame.data for one in frames}
+    states = {seen.frame.data for seen in frames}
     right = bytes((State.PRE_OPERATIONAL,))
-    bench.check(states == {right}, "7Fh in each, without toggle bit", ", ".join(sorted(one.hex() for one in states)))
+    bench.check(states == {right}, "7Fh in each, without toggle bit", ", ".join(sorted(state.hex() for state in states)))

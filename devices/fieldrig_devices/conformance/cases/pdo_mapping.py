@@ -83,7 +83,7 @@ def too_many(bench: Bench) -> Steps[None]:
 @case("3.26", "PDO 26", "Objects that together are longer than 64 bits are refused.", PROCEDURE)
 def too_long(bench: Bench) -> Steps[None]:
     pdo, _ = _other_mapping(bench)
-    longest = max(_right(bench, pdo), key=lambda one: one.bits)
+    longest = max(_right(bench, pdo), key=lambda mapped: mapped.bits)
     count = MAX_BITS // longest.bits + 1
     if count > len(bench.eds.members(pdo.mapping)):
         bench.skip(f"{pdo.name} has too few entries for more than 64 bits")
@@ -172,11 +172,11 @@ def _right(bench: Bench, pdo: Pdo) -> list[Mapped]:
 
 
 def _others(bench: Bench, pdo: Pdo, present: int) -> list[Mapped]:
-    return [one for one in _right(bench, pdo) if one.number != present]
+    return [mapped for mapped in _right(bench, pdo) if mapped.number != present]
 
 
 def _fitting(mapped: list[Mapped]) -> list[Mapped]:
-    return mapped if sum(one.bits for one in mapped) <= MAX_BITS else mapped[:1]
+    return mapped if sum(variable.bits for variable in mapped) <= MAX_BITS else mapped[:1]
 
 
 def _rewrite(bench: Bench, pdo: Pdo, wanted: list[Mapped]) -> Steps[None]:
@@ -204,4 +204,4 @@ def _check_it_is_used(bench: Bench, pdo: Pdo, cob_id: int, wanted: list[Mapped])
 
 
 def _text(mapped: list[Mapped]) -> str:
-    return ", ".join(f"{one.number:08X}h" for one in mapped) or "nothing"
+    return ", ".join(f"{variable.number:08X}h" for variable in mapped) or "nothing"

@@ -251,5 +251,5 @@ def _check_length(bench: Bench, pdo: Pdo, data: bytes) -> Steps[None]:
 
 
 def _check_length_by_sync(bench: Bench, pdo: Pdo, identifier: int) -> Steps[None]:
-    frames = [one.frame for one in bench.line.seen if not one.is_ours and one.frame.identifier == identifier]
+    frames = [seen.frame for seen in bench.line.seen if not seen.is_ours and seen.frame.identifier == identifier]
     yield from _check_length(bench, pdo, frames[-1].data)

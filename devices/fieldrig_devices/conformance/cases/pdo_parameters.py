@@ -45,10 +45,10 @@ def default_mapping(bench: Bench) -> Steps[None]:
         bench.skip("the EDS has no PDO")
     for pdo in every:
         mapped = yield from pdos.read_mapping(bench, pdo)
-        total = sum(one.bits for one in mapped)
+        total = sum(variable.bits for variable in mapped)
         bench.check(total <= MAX_BITS, f"at most 64 bits in {pdo.name}", str(total))
-        for one in mapped:
-            yield from _check_mapped(bench, pdo, one)
+        for variable in mapped:
+            yield from _check_mapped(bench, pdo, variable)
 
 
 def _scan(bench: Bench, is_transmit: bool) -> Steps[None]:

@@ -34,7 +34,7 @@ def read_expedited(bench: Bench) -> Steps[None]:
 
 @case("2.2", "SDO 02", "What can be read and written keeps the value that is written.", "CiA 301 7.2.4.3.4, 7.4")
 def read_and_write(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if is_plain(one) and one.is_writable and one.index <= LAST_OF_COMMUNICATION]
+    entries = [entry for entry in bench.eds if is_plain(entry) and entry.is_writable and entry.index <= LAST_OF_COMMUNICATION]
     if not entries:
         bench.skip("the EDS has no plain parameter from 1000h to 1FFFh that can be read and written")
     for entry in entries:
@@ -87,7 +87,7 @@ def too_short(bench: Bench) -> Steps[None]:
 
 @case("2.10", "SDO 10", "A value above the HighLimit of the EDS is refused.", f"{ABORTS}; CiA 306-1 4.6.3")
 def too_high(bench: Bench) -> Steps[None]:
-    entries = [one for one in _limited(bench) if one.high is not None and one.high < one.range[1]]
+    entries = [entry for entry in _limited(bench) if entry.high is not None and entry.high < entry.range[1]]
     if not entries:
         bench.skip("the EDS has no HighLimit below what the type can hold")
     for entry in entries:
@@ -98,7 +98,7 @@ def too_high(bench: Bench) -> Steps[None]:
 
 @case("2.11", "SDO 11", "A value below the LowLimit of the EDS is refused.", f"{ABORTS}; CiA 306-1 4.6.3")
 def too_low(bench: Bench) -> Steps[None]:
-    entries = [one for one in _limited(bench) if one.low is not None and one.low > one.range[0]]
+    entries = [entry for entry in _limited(bench) if entry.low is not None and entry.low > entry.range[0]]
     if not entries:
         bench.skip("the EDS has no LowLimit above what the type can hold")
     for entry in entries:
@@ -128,10 +128,10 @@ def _wrong_length(bench: Bench, entries: list[Entry], size: int, code: int) -> S
 
 
 def _unsigned(bench: Bench) -> Iterator[Entry]:
-    return (one for one in bench.eds if is_plain(one) and one.is_writable and one.is_integer)
+    return (entry for entry in bench.eds if is_plain(entry) and entry.is_writable and entry.is_integer)
 
 
 def _limited(bench: Bench) -> list[Entry]:
     """Limits of what only a procedure may write are tried by the cases of that procedure."""
-    entries = (one for one in bench.eds if one.is_writable and not is_guarded(one))
-    return [one for one in entries if one.is_integer and one.size in (1, 2, 4)]
+    entries = (entry for entry in bench.eds if entry.is_writable and not is_guarded(entry))
+    return [entry for entry in entries if entry.is_integer and entry.size in (1, 2, 4)]

@@ -31,7 +31,7 @@ def initialisation(bench: Bench) -> Steps[None]:
     yield from nmt.reset(bench)
     yield from bench.wait(max(bench.period_ms, bench.settle_ms))
     is_boot_up = nmt.is_boot_up(bench)
-    count = sum(1 for one in bench.line.seen[first:] if not one.is_ours and is_boot_up(one.frame))
+    count = sum(1 for seen in bench.line.seen[first:] if not seen.is_ours and is_boot_up(seen.frame))
     bench.check(count == 1, "one boot-up message", str(count))
     if power_on is not None:
         came = yield from bench.read(HEARTBEAT_TIME)

@@ -51,7 +51,7 @@ def count_pdos(bench: Bench) -> Steps[None]:
         yield from sync.give(bench, sync_id, COUNTED, overflow)
         yield from bench.gather(identifier, first, COUNTED)
     yield from bench.barrier()
-    seen = [one.frame.identifier for one in bench.line.seen[first:]]
+    seen = [entry.frame.identifier for entry in bench.line.seen[first:]]
     bench.check(sync_id in seen, "SYNC on the bus", "none")
     seen = seen[seen.index(sync_id) :]
     syncs, pdos = seen.count(sync_id), seen.count(identifier)
@@ -155,7 +155,7 @@ def _produced(bench: Bench, overflow: int) -> Steps[list[CanFrame]]:
     first = len(bench.line.seen)
     sync_id = yield from sync.produce(bench, bench.period_ms)
     yield from check_period(bench, sync_id, "SYNC")
-    return [one.frame for one in bench.came(sync_id, first)]
+    return [seen.frame for seen in bench.came(sync_id, first)]
 
 
 def _stop_producing(bench: Bench) -> Steps[None]:

@@ -63,7 +63,7 @@ def test_our_files_list_exactly_the_objects_they_describe(path: Path) -> None:
     described = [int(name, 16) for name in file.sections() if re.fullmatch("[0-9A-F]{4}", name)]
     assert sorted(listed) == sorted(described)
     for name in described:
-        subs = [one for one in file.sections() if one.startswith(f"{name:04X}sub")]
+        subs = [section for section in file.sections() if section.startswith(f"{name:04X}sub")]
         assert file.getint(f"{name:04X}", "SubNumber", fallback=0) == len(subs)
 
 
@@ -167,7 +167,7 @@ NrOfEntries=1
 def test_compact_sub_objects_are_written_out(tmp_path: Path) -> None:
     dictionary = describe(tmp_path, COMPACT)
     assert dictionary.number(0x2000, 0) == 3
-    found = [(one.name, one.value, one.is_mappable) for one in dictionary.members(0x2000)]
+    found = [(variable.name, variable.value, variable.is_mappable) for variable in dictionary.members(0x2000)]
     assert found == [("Speed 1", 7, True), ("Fast", 7, True), ("Speed 3", 9, True)]
 
 
@@ -179,7 +179,7 @@ def test_limits_in_all_forms(tmp_path: Path) -> None:
         )
     )
     dictionary = describe(tmp_path, text)
-    found = [(one.low, one.high) for one in dictionary if one.index >= 0x2000]
+    found = [(variable.low, variable.high) for variable in dictionary if variable.index >= 0x2000]
     assert found == [(-10, 10), (None, None), (-0.5, 0.5), (-3, 255), (None, None)]
 
 
@@ -261,16 +261,16 @@ VALUES = [
     # numbers
     (0x07, "$NODEID + 0x600", "05 06 00 00", ""),
     (0x07, "0x80000200+$nodeid", "05 02 00 80", ""),
-    (0x06, "80h", "80 00", "0x80: hexadecimal numbers begin with 0x"),
+    (0x06, "80h", "80 00", "0x80: hexadecimal numbers start with 0x"),
     (0x06, "09", "09 00", "9: a leading 0 makes a number octal"),
     (0x06, "10.0", "0a 00", "10, a whole number"),
     (0x05, "TRUE", "01", "1"),
     (0x01, "false", "00", "0"),
-    (0x05, "-1", "ff", "0xFF, the same in 8 bits"),
-    (0x03, "0xFFFF8000", "00 80", "0x8000, the same in 16 bits"),
+    (0x05, "-1", "ff", "0xFF, the same value in 8 bits"),
+    (0x03, "0xFFFF8000", "00 80", "0x8000, the same value in 16 bits"),
     (0x03, "0x8000", "00 80", ""),
-    (0x05, "256", "00", "from 0 to 255, what UNSIGNED8 can hold"),
-    (0x03, "0x12345678", "00 00", "from -32768 to 32767, what INTEGER16 can hold"),
+    (0x05, "256", "00", "0 to 255, the range of UNSIGNED8"),
+    (0x03, "0x12345678", "00 00", "-32768 to 32767, the range of INTEGER16"),
     (0x05, "abc", "00", "a number, such as 10 or 0x0A"),
 ]  # fmt: skip
 
@@ -278,9 +278,11 @@ VALUES = [
 @pytest.mark.parametrize(("data_type", "text", "data", "odd"), VALUES)
 def test_default_values_in_all_ways_of_writing(tmp_path: Path, data_type: int, text: str, data: str, odd: str) -> None:
     assert start(tmp_path, data_type, text) == data
-    found = [one for one in oddities(tmp_path / "device.eds") if one.key == "DefaultValue"]
-    assert [(one.line, one.what, one.is_refused) for one in found] == ([(8, text, False)] if odd else [])
-    assert all(one.remedy.startswith(odd) for one in found)
+    found = [finding for finding in oddities(tmp_path / "device.eds") if finding.key == "DefaultValue"]
+    assert [(finding.line, finding.what, finding.is_refused) for finding in found] == (
+        [(8, text, False)] if odd else []
+    )
+    assert all(finding.remedy.startswith(f"expected {odd}") for finding in found)
 
 
 @pytest.mark.parametrize(
@@ -295,8 +297,8 @@ def test_default_values_in_all_ways_of_writing(tmp_path: Path, data_type: int, t
 def test_access_types_in_all_ways_of_writing(tmp_path: Path, said: str, access: str, is_odd: bool) -> None:
     dictionary = describe(tmp_path, f"[2000]\nDataType=5\nAccessType={said}\n")
     assert dictionary.find(0x2000, 0).access.value == access
-    found = [one for one in oddities(tmp_path / "device.eds") if one.key == "AccessType"]
-    assert [(one.line, f"read as {access}" in one.remedy) for one in found] == (
+    found = [finding for finding in oddities(tmp_path / "device.eds") if finding.key == "AccessType"]
+    assert [(finding.line, f"read as {access}" in finding.remedy) for finding in found] == (
         [(7 if said else 5, True)] if is_odd else []
     )
 
@@ -396,5 +398,5 @@ def test_numbers(text: str, number: int) -> None:
 
 @pytest.mark.parametrize("text", ["", "x", "1.5", "0x", "$NODEID", "08"])
 def test_what_is_no_number(text: str) -> None:
-    with pytest.raises(ValueError, match=r"no number|invalid literal"):
+    with pytest.raises(ValueError, match=r"not a number|invalid literal"):
         parse_number(text)

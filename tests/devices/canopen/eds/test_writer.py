@@ -48,19 +48,28 @@ def test_file_that_is_written_means_the_same(path: Path, tmp_path: Path) -> None
 def described(path: Path) -> list[Any]:
     found = canopen.import_od(str(path), 5)
     return [
-        (one.index, one.subindex, one.name, one.data_type, one.access_type, one.default, one.min, one.max)
+        (
+            variable.index,
+            variable.subindex,
+            variable.name,
+            variable.data_type,
+            variable.access_type,
+            variable.default,
+            variable.min,
+            variable.max,
+        )
         for top in found.values()
-        for one in ([top] if isinstance(top, canopen.objectdictionary.ODVariable) else top.values())
+        for variable in ([top] if isinstance(top, canopen.objectdictionary.ODVariable) else top.values())
     ]
 
 
 def test_comments_order_and_case_carry_no_meaning(tmp_path: Path) -> None:
-    one, other = tmp_path / "one.eds", tmp_path / "other.eds"
-    one.write_text("[1000]\nDataType=7\nAccessType=ro\n[2000]\nDataType=5\n")
+    first, other = tmp_path / "one.eds", tmp_path / "other.eds"
+    first.write_text("[1000]\nDataType=7\nAccessType=ro\n[2000]\nDataType=5\n")
     other.write_text("; made by hand\n[2000]\ndatatype = 5 ; a byte\n\n[1000]\nACCESSTYPE=ro\nDataType=7\n")
-    assert meaning(EdsSource(one)) == meaning(EdsSource(other))
+    assert meaning(EdsSource(first)) == meaning(EdsSource(other))
     other.write_text("[1000]\nDataType=7\nAccessType=ro\n[2000]\nDataType=6\n")
-    assert meaning(EdsSource(one)) != meaning(EdsSource(other))
+    assert meaning(EdsSource(first)) != meaning(EdsSource(other))
 
 
 def test_dcf_has_the_present_values_and_makes_the_same_node(tmp_path: Path, bench: CanopenBench) -> None:
@@ -78,7 +87,7 @@ def test_dcf_has_the_present_values_and_makes_the_same_node(tmp_path: Path, benc
     heartbeat = canopen.import_od(str(path), 5).get_variable(0x1017)
     assert heartbeat is not None
     assert heartbeat.value == 100
-    assert [one for one in check_eds(path) if one.severity is Severity.ERROR] == []
+    assert [finding for finding in check_eds(path) if finding.severity is Severity.ERROR] == []
 
 
 def test_dcf_without_its_values_means_the_eds(tmp_path: Path, bench: CanopenBench) -> None:
@@ -91,7 +100,7 @@ def test_dcf_without_its_values_means_the_eds(tmp_path: Path, bench: CanopenBenc
     assert left == meaning(EdsSource(IO32))
 
 
-TYPES = [number for number, one in DATA_TYPES.items() if one is not DOMAIN]
+TYPES = [number for number, data_type in DATA_TYPES.items() if data_type is not DOMAIN]
 
 
 @settings(max_examples=200, deadline=None)

@@ -156,7 +156,7 @@ def test_servers_abort_is_handed_on(bench: Bench, begin: Callable[[Bench], None]
 def test_abort_code_that_no_standard_has_is_handed_on_too(bench: Bench) -> None:
     bench.upload(0x1009, 0)
     assert bench.play([("40 09 10 00 00 00 00 00", "80 09 10 00 ff ee dd cc")]) == ["ccddeeff"]
-    assert str(Abort(0xCCDDEEFF)) == "CCDDEEFFh a code of its own"
+    assert str(Abort(0xCCDDEEFF)) == "CCDDEEFFh an unknown code"
 
 
 UPLOADING = [("40 08 10 00 00 00 00 00", "41 08 10 00 0a 00 00 00"), ("60" + " 00" * 7, "")]
@@ -279,7 +279,7 @@ def test_whatever_comes_back_there_is_one_result(is_upload: bool, good: int, ans
     else:
         bench.download(0x1008, 0, TEXT)
     sound = ("41 08 10 00 0a", "00" + " 41" * 7) if is_upload else ("60 08 10 00", "20")
-    for answer in (*(bytes.fromhex(one).ljust(8, b"\0") for one in sound[:good]), *answers):
+    for answer in (*(bytes.fromhex(text).ljust(8, b"\0") for text in sound[:good]), *answers):
         bench.can.deliver(CanFrame(0x581, answer))
     bench.after(100)
     assert len(bench.results) == 1

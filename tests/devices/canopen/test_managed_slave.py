@@ -16,7 +16,7 @@ from fieldrig.rig import Rig
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
-from fieldrig_devices.canopen.remote_node import Presence, RemoteNode, Write, watch_over
+from fieldrig_devices.canopen.managed_slave import ManagedSlave, Presence, Write, watch_over
 from fieldrig_devices.canopen.service import State
 
 PRE_OPERATIONAL, START = "000#80 01", "000#01 01"
@@ -30,7 +30,7 @@ class Bench:
     def __init__(self, heartbeat_ms: int = 100, **options: Any) -> None:
         self.clock, self.can = VirtualClock(), RecordedLink[CanFrame]()
         self.said: list[str] = []
-        self.node = RemoteNode(
+        self.node = ManagedSlave(
             self.clock,
             self.can,
             1,
@@ -257,7 +257,7 @@ class Plant:
         self.said: list[tuple[int, str]] = []
         master: EventNode = rig.attach("master")
         self.clock = master.clock
-        self.node = RemoteNode(
+        self.node = ManagedSlave(
             self.clock, master.link("can0"), 1, 100, lambda: self._on("lost"), lambda: self._on("back")
         )
         self.node.start()
