@@ -1,4 +1,4 @@
-"""`fieldrig conform`: tests a CANopen node, and says what it found."""
+"""`fieldrig conform`: tests a CANopen node, and reports the results."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,23 +25,26 @@ BusName = Annotated[
         "--bus",
         metavar="BUS",
         help="can.socketcan:vcan0, can.udp:GROUP:PORT, can.hub:RUNFOLDER/can0, python-can:interface=...,channel=...;"
-        " with --rig the name of one of its buses.",
+        " with --rig, the name of a bus of the rig.",
         show_default=False,
     ),
 ]
 RigFile = Annotated[
-    Path | None, typer.Option("--rig", help="A rig file: of a rig that runs, or with time: virtual.", **_FILE)
+    Path | None, typer.Option("--rig", help="Rig file of a running rig, or one with time: virtual.", **_FILE)
 ]
-NodeId = Annotated[int | None, typer.Option("--node", min=1, max=127, help="Its node-ID.", show_default=False)]
+NodeId = Annotated[int | None, typer.Option("--node", min=1, max=127, help="Node-ID of the node.", show_default=False)]
 Eds = Annotated[
-    Path | None, typer.Option("--eds", help="Its EDS or DCF file; left out: that of the rig file.", **_FILE)
+    Path | None,
+    typer.Option(
+        "--eds", help="EDS or DCF file of the node; with --rig, the default is that of the rig file.", **_FILE
+    ),
 ]
 Only = Annotated[
     list[str] | None,
     typer.Option(
         "--only",
         metavar="PATTERN",
-        help="Cases by number, name or family: 2.7, 'PDO 2*', Guarding. As often as you like.",
+        help="Run only cases with this number, name or family: 2.7, 'PDO 2*', Guarding. May be repeated.",
         show_default=False,
     ),
 ]
@@ -49,13 +52,13 @@ Junit = Annotated[Path | None, typer.Option("--junit", help="Write a JUnit repor
 Html = Annotated[Path | None, typer.Option("--html", help="Write a report to read in a browser.", **_FILE)]
 Markdown = Annotated[Path | None, typer.Option("--markdown", help="Write a report in Markdown.", **_FILE)]
 Timeout = Annotated[
-    int, typer.Option("--timeout-ms", min=1, help="How long an answer may take; other times follow from it.")
+    int, typer.Option("--timeout-ms", min=1, help="Time-out of an answer, from which all other times are derived.")
 ]
-NoStore = Annotated[bool, typer.Option("--no-store", help="Leave the node's non-volatile memory alone.")]
+NoStore = Annotated[bool, typer.Option("--no-store", help="Don't write the node's non-volatile memory.")]
 Alone = Annotated[
-    bool, typer.Option("--alone", help="No other node is on the bus: NMT commands to all nodes are tried too.")
+    bool, typer.Option("--alone", help="No other node is on the bus, so NMT commands to all nodes are tested, too.")
 ]
-ListOnly = Annotated[bool, typer.Option("--list", help="Only list the cases, with what each asks for.")]
+ListOnly = Annotated[bool, typer.Option("--list", help="Only list the cases with their requirements.")]
 
 
 def conform(
@@ -73,16 +76,16 @@ def conform(
     list_only: ListOnly = False,
     as_json: AsJson = False,
 ) -> None:
-    """Test whether a CANopen node, ours or any other, does what CiA 301 asks for.
+    """Test whether a CANopen node, emulated or real, conforms to CiA 301.
 
     \b
-    127 named cases, each with its requirement, the frames seen and a verdict. What is changed in the node is read
-    before and put back after. The node is reset, started and stopped: not for a machine that moves.
+    There are 127 named cases, each with its requirement, its frames and a verdict. All changes to the node are undone
+    afterwards. The node is reset, started and stopped: do not test a machine that can move.
         fieldrig conform --bus can.socketcan:vcan0 --node 5 --eds io32.eds
-        fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a rig that runs
-        fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time, at once
+        fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a running rig
+        fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time
         fieldrig conform --bus can.hub:run/lab/can0 --node 5 --eds io32.eds --only 'SDO*' --html out.html
-    Exit code 0: no case failed; 8: some did.
+    The exit code is 0 if no case failed, and 8 otherwise.
     """
     from fieldrig_devices.conformance.bench import Options
     from fieldrig_devices.conformance.report import as_data
@@ -95,10 +98,12 @@ def conform(
         _list(cases, as_json)
         return
     if bus is None or node_id is None:
-        raise typer.BadParameter("say which node: --bus and --node, and --eds or --rig")
+        raise typer.BadParameter("expected --bus and --node, and --eds or --rig")
     out = console()
     options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
-    report = _report(bus, node_id, eds, rig, cases, options, None if as_json else lambda result: show_result(out, result))
+    report = _report(
+        bus, node_id, eds, rig, cases, options, None if as_json else lambda result: show_result(out, result)
+    )
     _write(report, junit, html, markdown)
     if as_json:
         echo_json(as_data(report))
@@ -128,7 +133,7 @@ def _report(
     if rig is None:
         where = address.parse(bus)
         if eds is None:
-            raise typer.BadParameter("--eds FILE: the node's EDS or DCF file")
+            raise typer.BadParameter("expected --eds FILE, the EDS or DCF file of the node, or --rig FILE")
         description = Description(eds, node_id)
         return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
     config = load(rig)
@@ -144,14 +149,14 @@ def _report(
 
 
 def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) -> "Description":
-    """The node's EDS; the rig file's own power-on values (`objects`) go before it, as those of a DCF do."""
+    """Return the node's EDS; power-on values of the rig file (`objects`) take precedence, as those of a DCF do."""
     from fieldrig_devices.conformance.description import Description
 
     found: Any = next((entry for entry in config.devices.values() if _is_node(entry, bus, node_id)), None)
     path = eds or getattr(getattr(found, "settings", None), "eds", None)
     if path is None:
         raise UsageError(
-            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name it by --eds FILE"
+            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name the file with --eds FILE"
         )
     description = Description(path, node_id)
     if found is not None and eds is None:

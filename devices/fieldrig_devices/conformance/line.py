@@ -1,7 +1,7 @@
-"""The suite's end of the bus: what it sends and sees, with times, and the player of its steps.
+"""The suite's connection to the bus: records all frames with their times, and runs the steps of the cases.
 
-A step is a generator that yields what it waits for, and is resumed with the frame or, when time is up, with None.  It
-knows no loop and no thread, so the same steps run in virtual and in real time.
+Steps are a generator that yields what it waits for, and resumes with the frame, or with None after a time-out.  As it
+depends on no event loop and no thread, the same steps run in virtual and in real time.
 """
 
 from collections.abc import Callable, Generator
@@ -18,7 +18,7 @@ Matcher = Callable[[CanFrame], bool]
 
 @dataclass(slots=True)
 class Wait:
-    """Wait for a frame that is wanted (None: for none), or until an instant."""
+    """Waits for a frame that `wanted` accepts, or until an instant; None waits for no frame."""
 
     wanted: Matcher | None
     until_ns: int
@@ -28,7 +28,7 @@ Steps = Generator[Wait, CanFrame | None, T]
 
 
 class Seen(NamedTuple):
-    """A frame on the bus, as this end saw or sent it."""
+    """A frame that this member has received or sent."""
 
     time_ns: int
     is_ours: bool
@@ -50,7 +50,7 @@ class Line:
         self._link.send(frame)
 
     def play(self, steps: Steps[None], on_end: Callable[[Exception | None], None]) -> None:
-        """Go through the steps; `on_end` is called after the last one, or with what went wrong in them."""
+        """Run the steps; `on_end` is called at their end, with the exception if there was one."""
         self._steps, self._on_end = steps, on_end
         self._resume(None)
 
@@ -73,7 +73,7 @@ class Line:
             wait = steps.send(frame)
         except StopIteration:
             self._end(None)
-        except Exception as fault:  # noqa: BLE001  whoever plays the steps raises it where it can be seen
+        except Exception as fault:  # noqa: BLE001  the caller of `play` raises it in its own context
             self._end(fault)
         else:
             self._wait = wait
@@ -85,4 +85,4 @@ class Line:
 
 
 def _forget(fault: Exception | None) -> None:
-    """Nobody plays."""
+    """Do nothing at the end: the handler before the first `play`."""

@@ -1,4 +1,4 @@
-"""What came of a run: counted, and as plain data for scripts."""
+"""The result of a run: its counts, and plain data for scripts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from fieldrig_devices.conformance.line import Seen
 from fieldrig_devices.conformance.suite import Result, Verdict
 
 MOST_FRAMES = 60
-"""Of one case, that a report shows: the first and the last of them."""
+"""Most frames of a case that a report shows, the first and the last ones."""
 US_PER_S = 1e6
 
 
@@ -50,7 +50,7 @@ def seconds(result: Result) -> float:
 
 
 def shown_frames(result: Result, most: int = MOST_FRAMES) -> list[str]:
-    """One line each, with the time since the case began; where there are many, not those in the middle."""
+    """Return a line for each frame, with the time since the start of the case; too many are cut in the middle."""
     lines = [_line(seen, result.started_ns) for seen in result.frames]
     if len(lines) <= most:
         return lines

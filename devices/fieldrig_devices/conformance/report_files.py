@@ -1,6 +1,7 @@
 """Reports as files: JUnit for build servers, HTML and Markdown for people.
 
-JUnit as Jenkins and GitLab read it: a suite per family, a case with its failure, its reason to be skipped, its frames.
+The JUnit file is for Jenkins and GitLab: a suite per family, with the failure, the reason for skipping, and the frames
+of each case.
 """
 
 from xml.etree import ElementTree as Xml

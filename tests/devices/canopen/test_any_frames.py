@@ -1,4 +1,4 @@
-"""Whatever comes over the bus: no exception, the heartbeat goes on, and the dictionary is what the answers said."""
+"""Arbitrary frames cause no exception, don't stop the heartbeat, and leave the dictionary as the answers say."""
 
 import pytest
 from canopen_bench import IO32, CanopenBench, show
@@ -61,7 +61,7 @@ def test_dictionary_is_what_the_answers_of_the_server_said(requests: list[bytes]
 
 
 BLOCK_GOES_ON = {0xA0, 0xA2, 0xC0, 0xC1}
-"""Answers after which the number of answers depends on what was said before."""
+"""Answers in block transfers, after which the number of further answers depends on the state."""
 
 
 @settings(max_examples=200, deadline=None)

@@ -88,7 +88,7 @@ def test_errors_of_the_device_outlast_a_reset_of_communication(bench: CanopenBen
 
 @pytest.mark.parametrize(("code", "register"), [(0x8611, 1), (0x8130, 0), (0x8210, 0)])
 def test_only_errors_of_communication_end_with_its_reset(bench: CanopenBench, code: int, register: int) -> None:
-    """86xxh is a drive's: positioning."""
+    """86xxh is an error of a drive, positioning, and not of the communication."""
     bench.set("emcy.code", code)
     bench.send("000#82 05")
     assert bench.point("error_register") == register

@@ -18,7 +18,7 @@ VALVE_TO_1500 = CanFrame(0x305, bytes.fromhex("dc 05 00 00 00 00 00 00"))
 
 
 def plant(**changes: Any) -> dict[str, Any]:
-    """The valve of the I/O module (node 5) is the level that the sensor (node 6) measures, in millimetres."""
+    """A rig in which the sensor (node 6) measures the valve output of the I/O module (node 5), in millimetres."""
     links = {"can": "can0", "wires": "wires"}
     level = {"wire": "level", "unit": "m", "scale": 0.001}
     return {

@@ -1,4 +1,4 @@
-"""A master's care for one slave, node 1: what it sends on a bench, and with our own node on a bus."""
+"""A slave that a master manages: node 1 on a bench, frame by frame, and our own node on a bus."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -54,7 +54,7 @@ class Bench:
         return [show(frame) for frame in self.can.take()]
 
     def tell(self) -> list[str]:
-        """What its owner was told since the last time."""
+        """Return the calls of `on_lost` and `on_back` since the last time."""
         said, self.said = self.said, []
         return said
 
@@ -250,7 +250,7 @@ def test_whatever_comes_lost_and_back_take_turns(events: list[tuple[int, bytes] 
 
 
 class Plant:
-    """The I/O module on a bus, and a master beside it."""
+    """The I/O module on a bus, with a master."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig

@@ -1,4 +1,4 @@
-"""The node in a rig: signals on wires, points, tools, and settings that are wrong."""
+"""The node in a rig: signals on wires, points, tools, and wrong settings."""
 
 import json
 import shlex
@@ -137,12 +137,12 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("wrong", "message"), WRONG)
-def test_wrong_settings_are_refused_with_what_would_be_right(wrong: dict[str, Any], message: str) -> None:
+def test_wrong_settings_are_refused_with_what_was_expected(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         CanopenSettings.model_validate({"node_id": 5, "eds": str(IO32)} | wrong, context={"folder": EDS})
 
 
-def test_every_wrong_object_and_signal_is_told_at_its_key() -> None:
+def test_every_wrong_object_and_signal_is_reported_at_its_key() -> None:
     wrong = {
         "node_id": 5,
         "eds": str(IO32),

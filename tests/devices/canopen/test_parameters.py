@@ -1,4 +1,4 @@
-"""Parameters that are stored, restored and verified, CiA 301 7.5.2.10, 7.5.2.11 and 7.5.2.24."""
+"""Storing, restoring and verifying parameters, CiA 301 7.5.2.10, 7.5.2.11 and 7.5.2.24."""
 
 import json
 import logging
@@ -30,7 +30,7 @@ def load(sub: int) -> str:
 
 
 def changed(bench: CanopenBench) -> tuple[bool, bool, bool]:
-    """Whether a parameter of communication, application and manufacturer is another than the factory's."""
+    """True for each parameter of communication, application and manufacturer that differs from its default."""
     return (
         bench.sdo(READ_HEARTBEAT) == "4b 17 10 00 64 00 00 00",
         bench.sdo(READ_DELTA) == "43 26 64 01 07 00 00 00",
@@ -145,7 +145,7 @@ def test_store_that_fails_is_a_hardware_error_and_changes_nothing() -> None:
     assert CanopenBench(store=store).point("1017:00") == 100
 
 
-# What another program, or another EDS, has left in the store.
+# Content of another program, or of another EDS, in the store.
 
 
 def stored(objects: dict[str, str], version: int = 1) -> MemoryStore:

@@ -1,6 +1,6 @@
-"""EDS checker: the file that the node is measured by, as `fieldrig eds check` sees it.
+"""EDS checker: checks the file by which the node is judged, as `fieldrig eds check` does.
 
-Source: CiA 306-1 4.3 to 4.6.  As in the log of CiA's tool, warnings are a verdict of their own.
+Source: CiA 306-1 4.3 to 4.6.  As in the log of CiA's tool, 'warning' is a separate verdict.
 """
 
 from fieldrig_devices.canopen.eds.check import Finding, Severity, check_eds
@@ -14,7 +14,7 @@ SHOWN = 5
 @case(
     "1.0",
     "EDS checker",
-    "The EDS has what CiA 306 asks for: its sections, the mandatory objects, and defaults within limits.",
+    "The EDS complies with CiA 306: it has the sections, the mandatory objects, and defaults within limits.",
     "CiA 306-1 4.3 to 4.6; CiA 301 7.5.2",
 )
 def eds_file(bench: Bench) -> Steps[None]:

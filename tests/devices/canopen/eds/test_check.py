@@ -1,4 +1,4 @@
-"""The linter for EDS files: our files pass, each mistake is found, and said with what would be right."""
+"""The linter for EDS files: our files pass, and each mistake is reported with what was expected."""
 
 import json
 from pathlib import Path
@@ -43,7 +43,7 @@ def test_mapping_longer_than_a_pdo(tmp_path: Path) -> None:
 
 
 def test_a_mapping_has_no_more_entries_than_there_are_sub_indices(tmp_path: Path) -> None:
-    """A check that counts to 4294967295 is never done; the time-out of the tests would end it."""
+    """A check that counted to 4294967295 would run into the time-out of the tests."""
     path = tmp_path / "io32.eds"
     head = "[1600sub0]\nParameterName=Number of mapped objects in PDO\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\n"
     assert f"{head}DefaultValue=4" in TEXT
@@ -60,7 +60,7 @@ def test_a_number_in_a_list_of_objects_that_is_none(tmp_path: Path, key: str) ->
 
 @pytest.mark.parametrize(("sub", "is_described"), [(0, False), (1, True), (4, True), (5, False)])
 def test_members_of_a_compact_array_may_be_mapped(tmp_path: Path, sub: int, is_described: bool) -> None:
-    """CiA 306-1 4.6.3.2: one section tells of all members but sub-index 0."""
+    """One section describes all members except sub-index 0 (CiA 306-1 4.6.3.2)."""
     path = tmp_path / "io32.eds"
     described = "ObjectType=0x8\nCompactSubObj=4\nDataType=0x0003\nAccessType=rww\nPDOMapping=1\n"
     head = "[6411]\nParameterName=Write analogue output 16-bit\n"

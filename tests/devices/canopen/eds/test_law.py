@@ -1,4 +1,4 @@
-"""`fieldrig eds check` and `fieldrig check` name the same things of the same file, for files that tools write oddly."""
+"""`fieldrig eds check` and `fieldrig check` report the same findings for the same file, however odd it is."""
 
 import json
 import re
@@ -18,7 +18,7 @@ TEXT = IO32.read_text()
 REFUSED = re.compile(r"[^\n]*device.eds:(\d+): (error|warning): ([^\n]*)")
 
 Named = set[tuple[int, str]]
-"""Lines, and what is said of them."""
+"""Findings as line and text."""
 
 
 def run(*arguments: object) -> Any:
@@ -39,7 +39,7 @@ def said(finding: dict[str, Any]) -> str:
 
 
 def named_by_check(paths: list[Path]) -> dict[Path, Named]:
-    """With a node for each file, on a bus of its own."""
+    """Return the findings of `fieldrig check` for a rig with a node for each file, each on a bus of its own."""
     rig = paths[0].parents[1] / "rig.yaml"
     buses = "".join(f"  can{number}: {{kind: can.virtual}}\n" for number in range(len(paths)))
     nodes = "".join(

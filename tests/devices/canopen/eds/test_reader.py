@@ -1,4 +1,4 @@
-"""EDS and DCF files, CiA 306-1: what becomes of them, and what is said of those that are wrong."""
+"""EDS and DCF files, CiA 306-1: the dictionaries made from them, and the findings in wrong files."""
 
 import re
 from configparser import RawConfigParser
@@ -78,7 +78,7 @@ def test_our_dictionary_is_what_canopen_reads(path: Path) -> None:
             assert ours.value == their.default
 
 
-# What other makers write.
+# Files of other makers.
 
 
 def test_node_id_expressions(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_parameter_value_of_a_dcf_goes_before_the_default(tmp_path: Path) -> Non
 
 
 def test_the_first_sdo_server_is_where_every_master_looks_for_it(tmp_path: Path) -> None:
-    """CiA 301 7.5.2.33: 600h and 580h plus the node-ID, also if the file was written for another node."""
+    """Its COB-IDs are 600h and 580h plus the node-ID even in a file for another node (CiA 301 7.5.2.33)."""
     text = """
 [1200]
 ObjectType=9
@@ -222,16 +222,16 @@ def test_other_encodings_are_read(tmp_path: Path) -> None:
     assert 0x1000 in load(path, 6)
 
 
-# Files that are odd: they run, and each oddity is named with its line, its key and what was expected.
+# Odd files are accepted, and each oddity is reported with its line, its key and what was expected.
 
 
 def start(folder: Path, data_type: int, value: str) -> str:
-    """What object 2000h holds after power-on, as bytes in hex."""
+    """Return the power-on value of object 2000h, as bytes in hex."""
     text = f"[2000]\nDataType={data_type:#06x}\nAccessType=rw\nDefaultValue={value}\n"
     return describe(folder, text).find(0x2000, 0).start.hex(" ")
 
 
-# As CiA 306-1 has it, or as files of several makers do; what is odd about the second kind.
+# Notations of CiA 306-1, without a finding, and those of various makers, with their finding.
 VALUES = [
     # OCTET_STRING: hex digits, whatever a number of these digits would be
     (0x0A, "0102", "01 02", ""),
@@ -310,12 +310,12 @@ def test_odd_file_becomes_a_node_and_what_is_odd_is_named(tmp_path: Path, text: 
 
 
 def test_stored_eds_of_another_type_is_a_value_of_its_own(tmp_path: Path) -> None:
-    """1021h as UNSIGNED32: the node does as its EDS says, and gives four bytes."""
+    """With 1021h as UNSIGNED32, the node follows its EDS and returns four bytes."""
     bench = CanopenBench(eds(tmp_path, "[1021]\nDataType=7\nAccessType=ro\nDefaultValue=7\n"))
     assert bench.sdo("40 21 10 00 00 00 00 00") == "43 21 10 00 07 00 00 00"
 
 
-# Files that are refused: an object is left without a meaning.
+# Refused files, in which an object has no data type.
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG)
