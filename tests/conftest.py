@@ -26,7 +26,7 @@ def pytest_runtest_teardown() -> Iterator[None]:
     """Fail a test that leaves loggers turned off: the tests after it would find nothing in `caplog`."""
     result = yield
     loggers = logging.Logger.manager.loggerDict.values()
-    off = [one for one in loggers if isinstance(one, logging.Logger) and one.disabled]
+    off = [logger for logger in loggers if isinstance(logger, logging.Logger) and logger.disabled]
     for logger in off:
         logger.disabled = False
     assert not off, f"this test turned off {len(off)} loggers, such as {off[0].name}"

@@ -31,7 +31,7 @@ from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.canopen.node import CanopenSettings
-from fieldrig_devices.canopen.ties import Tie
+from fieldrig_devices.canopen.signals import SignalSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.max4.can.master_settings import CanMasterSettings, CanNodeSettings
@@ -95,7 +95,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "parameters": ParameterSettings,
         "versions": VersionSettings,
     },
-    "Ties": {"tie": Tie},
+    "Signals": {"signal": SignalSettings},
     "Keys of one unit, of its identification, of its server id": {
         "units": UnitSettings,
         "identification": Identification,
@@ -303,13 +303,13 @@ def test_parts_of_the_lab_are_in_its_page_and_picture(lab: RigConfig) -> None:
     assert parts <= picture
 
 
-def test_ties_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
+def test_signals_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
     text = prose(DOCS / "lab.md")
     for device in lab.devices.values():
         if isinstance(device.settings, CanopenSettings):
-            for key, tie in device.settings.ties.items():
+            for key, signal in device.settings.signals.items():
                 assert key.partition(".")[0] in text
-                assert f"`{tie if isinstance(tie, str) else tie.wire}`" in text
+                assert f"`{signal if isinstance(signal, str) else signal.wire}`" in text
 
 
 def test_registers_of_the_lab_are_in_its_page(lab: RigConfig) -> None:

@@ -1,4 +1,4 @@
-"""A question of the control service in the words of a person, for the answer that refuses it."""
+"""Describe a question to the control service in a user's words, for the message that refuses it."""
 
 from typing import Any, Final
 
@@ -8,7 +8,7 @@ LONGEST: Final = 60
 
 
 def asked(verb: str, message: Any) -> str:
-    """`restart io` for what a program writes as the verb `restart` with `{"name": "io"}`."""
+    """Return `restart io` for the verb `restart` with the message `{"name": "io"}`."""
     match message:
         case None:
             return verb
@@ -24,10 +24,10 @@ def _words(value: Any) -> str:
     match value:
         case str():
             text = value
-        case list() if all(isinstance(one, str) for one in value):
+        case list() if all(isinstance(word, str) for word in value):
             text = " ".join(value)
         case dict():
-            text = " ".join(f"{key}={show(one)}" for key, one in value.items())
+            text = " ".join(f"{key}={show(item)}" for key, item in value.items())
         case _:
             text = show(value)
     if not text.isprintable():  # it comes from outside, and goes on one line of a log

@@ -22,13 +22,14 @@ from fieldrig.untrusted import field, read_json, shown
 log = logging.getLogger(__name__)
 
 MOST_STANDING = 4_096
-"""Messages that are kept for a new hub; a hub takes no more of one member."""
+"""Number of standing messages that are kept for a new hub; a hub accepts no more from one member."""
 
 
 class RemoteLink(asyncio.Protocol):
-    """Keeps handler and interest over a lost hub; `connect` again when it is back.
+    """An end of the bus that keeps its handler and interest when its hub is lost.  Call `connect` when the hub is back.
 
-    Between, nothing is carried; where messages hold (see `ModelBus.standing_of`) the last ones are said then.
+    While there is no hub, messages are dropped.  The last standing messages (`ModelBus.standing_of`) are sent to the
+    new hub.
     """
 
     def __init__(
@@ -40,9 +41,9 @@ class RemoteLink(asyncio.Protocol):
         self._handler: Callable[[Any], None] | None = None
         self._interest: Sequence[object] | None = None
         self._transport: asyncio.Transport | None = None
-        """Of a hub that has welcomed us."""
+        """The connection to a hub that has accepted this member."""
         self._line: asyncio.Transport | None = None
-        """Also before it has."""
+        """The connection, even before the hub has accepted this member."""
         self._records = Records()
         self._offset_ns = 0  # our clock less the hub's: 0 on one machine
         self._challenge: asyncio.Future[str] | None = None
@@ -71,7 +72,7 @@ class RemoteLink(asyncio.Protocol):
         self._listen()
 
     async def connect(self) -> None:
-        """Attach to the hub.  BusError if it is not there, or refuses."""
+        """Attach to the hub.  BusError if there is none, or if it refuses."""
         loop = asyncio.get_running_loop()
         self._challenge, self._welcome = loop.create_future(), loop.create_future()
         self._records = Records()
@@ -147,7 +148,7 @@ class RemoteLink(asyncio.Protocol):
         if kind == Kind.REFUSED:
             why = field(answer, "why", str)
             if self._transport is not None:
-                log.error("%s: the hub puts %s off: %s", self._bus.name, self._member, shown(why))
+                log.error("%s: the hub disconnects %s: %s", self._bus.name, self._member, shown(why))
             self._fail(why)
         elif kind == Kind.CHALLENGE and self._challenge is not None and not self._challenge.done():
             self._challenge.set_result(field(answer, "nonce", str))
@@ -158,7 +159,7 @@ class RemoteLink(asyncio.Protocol):
             self._welcome.set_result(None)
 
     def _fail(self, why: str) -> None:
-        """Whoever waits for the hub's word waits no longer."""
+        """End every wait for an answer of the hub."""
         for awaited in (self._challenge, self._welcome):
             if awaited is not None and not awaited.done():
                 awaited.set_exception(BusError(f"{self._bus.name}: {why}"))
@@ -179,7 +180,7 @@ class RemoteLink(asyncio.Protocol):
 async def attach(
     bus: ModelBus[Any], member: str, clock: RealClock, run: Path, on_lost: Callable[[str], None]
 ) -> RemoteLink:
-    """A link to a hub that runs.  BusError, with its remedy, if it doesn't."""
+    """Return a link to a running hub.  BusError, with its remedy, if there is none."""
     link = RemoteLink(bus, member, clock, run, on_lost)
     await link.connect()
     return link

@@ -1,4 +1,4 @@
-"""A rig in real time whose processes somebody else starts, such as containers: order and status only."""
+"""A rig in real time whose processes are started from outside, such as containers: start order and status only."""
 
 import asyncio
 from typing import Any
@@ -23,7 +23,7 @@ class AttendedRig:
         return code
 
     def end(self) -> None:
-        """This service only: the processes are the affair of who started them."""
+        """End this service only; the processes belong to the user who started them."""
         if not self._ended.done():
             self._ended.set_result(Exit.OK)
 

@@ -1,4 +1,4 @@
-"""Where an exception came from, as a note on it: the device, the bus whose message it handled, and the time."""
+"""Notes on exceptions that say where they came from: the device, the bus whose message it handled, and the time."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ NOTE: Final = "in device "
 
 
 def blame(fault: BaseException, device: str, bus: str | None, now_ns: int) -> None:
-    """Note it, unless a note was made closer to the fault.  `bus` is None if no message was being handled."""
+    """Add a note unless one was added closer to the fault.  `bus` is None if no message was being handled."""
     if not any(note.startswith(NOTE) for note in getattr(fault, "__notes__", ())):
         what = f"with a message of bus {bus}" if bus is not None else "in a timer or call of its own"
         fault.add_note(f"{NOTE}{device}, {what}, at {now_ns} ns")
@@ -16,7 +16,10 @@ def blame(fault: BaseException, device: str, bus: str | None, now_ns: int) -> No
 
 @contextmanager
 def blamed(device: str, now_ns: int) -> Iterator[None]:
-    """For calls that are no event of a bus: a device is built, started, read or written."""
+    """Add a note to what the body raises.
+
+    For calls outside a bus event: a device is built, started, read or written.
+    """
     try:
         yield
     except Exception as fault:

@@ -1,4 +1,4 @@
-"""Devices made from their entries in a configuration: each gets what its constructor names, and nothing else."""
+"""Build devices from their entries in a configuration; a device gets what its constructor names, and nothing else."""
 
 from collections.abc import Iterable, Mapping
 from random import Random
@@ -16,7 +16,7 @@ Links = Mapping[str, Link[Any] | list[Link[Any]]]
 
 
 def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store, seed: int) -> Device:
-    """ConfigError, naming the device, if the device finds its settings or the files they name wrong."""
+    """Return the device.  ConfigError, naming it, if it refuses its settings or the files that they name."""
     offered = {
         **{name: None for name, link in link_parameters(entry.cls).items() if not link.required},
         "clock": clock,
@@ -36,7 +36,7 @@ def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store
 
 
 def try_devices(devices: Iterable[DeviceEntry], seed: int = 0) -> list[Mistake]:
-    """What the devices themselves find wrong, each built once on links that lead nowhere."""
+    """Build each device once on unconnected links, and return the mistakes that the devices find in their settings."""
     mistakes: list[Mistake] = []
     for entry in devices:
         links: dict[str, Link[Any] | list[Link[Any]]] = {

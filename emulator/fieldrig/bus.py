@@ -23,7 +23,7 @@ M = TypeVar("M")
 Time = Literal["real", "virtual"]
 
 MOST_WORDS = 16_384
-"""Of one interest."""
+"""Longest interest, in words."""
 
 NO_FAULTS = "this bus takes no faults\nkinds that do have a key `faults`: see `fieldrig devices KIND`"
 
@@ -35,92 +35,96 @@ class Delivery(NamedTuple, Generic[M]):
     sender: str
     message: M
     receivers: Sequence[str]
-    """Members that were interested, in the order of joining; may be empty."""
+    """The members whose interest matched, in the order of joining.  It may be empty."""
 
 
 class BusModel(ABC, Generic[M]):
-    """The medium as a function of time.  Reads no clock; the same calls give the same deliveries.
+    """The medium as a function of time.  It reads no clock, and the same calls give the same deliveries.
 
-    Instants given to `submit` may lie before ones given earlier (a member's process was late to tell), never
-    before a delivery that was already collected; what would be earlier happens as soon as it can.
+    Instants given to `submit` may be earlier than those given before, because a member's process may be late, but never
+    earlier than a delivery that was already collected.  A message that would be due before that is sent as soon as
+    possible.
     """
 
     def begin(self, now_ns: int, random: Random) -> None:
-        """Called once, before anything else, with the instant at which the rig starts and all the chance there is."""
+        """Begin at `now_ns`, before any other call.  `random` is the model's only source of chance."""
 
     @abstractmethod
     def join(self, member: str) -> None:
-        """A new end of the bus.  It hears nothing until it listens."""
+        """Add a member.  It receives nothing until it listens."""
 
     @abstractmethod
     def leave(self, member: str) -> None:
-        """The member is gone, and what it had not yet sent with it."""
+        """Remove a member, with its messages that are not yet sent."""
 
     @abstractmethod
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
-        """From now on deliver what `interest` says (None: all) to the member."""
+        """Deliver the messages that match `interest` to the member from now on; None matches all."""
 
     @abstractmethod
     def submit(self, now_ns: int, member: str, message: M) -> None:
-        """The member asked for `message` to be sent at `now_ns`."""
+        """Queue `message`, which the member asked to send at `now_ns`."""
 
     @abstractmethod
     def next_ns(self) -> int | None:
-        """The earliest instant at which something arrives; None while nothing is under way."""
+        """Return the instant of the next arrival, or None while nothing is being sent."""
 
     @abstractmethod
     def collect(self, now_ns: int) -> list[Delivery[M]]:
-        """Everything that arrives at or before `now_ns` and was not collected yet, in order of time."""
+        """Return every delivery up to and including `now_ns` that was not collected yet, in order of time."""
 
     def statistics(self, now_ns: int) -> dict[str, float]:
-        """Counters for `fieldrig status` as of `now_ns`, by name with unit."""
+        """Return the counters for `fieldrig status` as of `now_ns`, by name with unit."""
         return {}
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
-        """A fault from now on, in the words of the bus; its number.  Values may be texts, as people type them.
+        """Add a fault from now on, and return its number.  Values may be texts, as users type them.
 
-        ValueError: its first line is what is wrong, further ones are what would be right.
+        ValueError: its first line says what is wrong, further lines say what was expected.
         """
         raise ValueError(NO_FAULTS)
 
     def clear_fault(self, now_ns: int, number: int) -> None:
-        """ValueError if there is no such fault."""
+        """Remove a fault.  ValueError if there is none of this number."""
         raise ValueError(NO_FAULTS)
 
     def all_faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
-        """What was added and not cleared, by number."""
+        """Return the faults that were added and not cleared, by number."""
         return {}
 
 
 class Hub(Protocol):
-    """What a port of a model bus sees of the hub that runs it (real time)."""
+    """A hub as the ports of its model bus see it, in real time."""
 
     @property
     def clock(self) -> Clock: ...
 
     def join(self, member: str) -> Link[Any]:
-        """A new member in this process.  ValueError if the name is taken."""
+        """Add a member in this process.  ValueError if the name is taken."""
 
     def leave(self, member: str) -> None: ...
 
     def path(self, name: str) -> Path:
-        """A path in the rig's run folder, which is there."""
+        """Return a path in the rig's run folder, and make its folder."""
 
 
 class Port(ABC):
-    """A way for outsiders into a model bus: a TCP protocol, a pty, a real interface."""
+    """An access for outside clients to a model bus: a TCP protocol, a pty, or a physical interface."""
 
     @abstractmethod
     async def open(self, hub: Hub) -> None:
-        """Be reachable when this returns.  BusError, with its remedy, if the address can't be had."""
+        """Open the port; it is reachable when this returns.
+
+        BusError, with its remedy, if the address is not available.
+        """
 
     @abstractmethod
     async def close(self) -> None:
-        """Leave no socket, pty link or task behind."""
+        """Close the port, and leave no socket, pty link or task behind."""
 
 
 class Attachment(Protocol):
-    """What a direct bus gets to make one device's end of itself (real time)."""
+    """The surroundings of one device's end of a direct bus, in real time."""
 
     @property
     def clock(self) -> Clock: ...
@@ -130,34 +134,34 @@ class Attachment(Protocol):
 
     @property
     def process(self) -> str:
-        """The process that this member lives in, for a bus that speaks once for all members of one."""
+        """The process of this member, for a bus with one connection for all members of a process."""
 
     @property
     def members(self) -> Mapping[str, str]:
-        """Every device that is linked to this bus, in the order of the rig file, and the process it lives in."""
+        """Every device that is linked to this bus, with its process, in the order of the rig file."""
 
     @property
     def rig(self) -> str:
-        """The rig's name, for whatever two rigs could mix up."""
+        """The rig's name, to keep the traffic of two rigs apart."""
 
     @property
     def seed(self) -> int:
-        """The rig's seed, for what goes by chance."""
+        """The rig's seed, for everything that depends on chance."""
 
     def path(self, name: str) -> Path:
-        """A path in the rig's run folder."""
+        """Return a path in the rig's run folder."""
 
     def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
-        """Call `handler(message)` as an event of its own, that happened at `instant_ns`; left out: now."""
+        """Call `handler(message)` as an event of its own that happened at `instant_ns`; None is now."""
 
     def heard(self, sender: str, message: Any) -> None:
-        """Put a message into the trace.  Call it for what this member sends (each message is traced once)."""
+        """Add a message to the trace.  Call it for messages that this member sends, so that each is traced once."""
 
     def session(self) -> Any:
-        """This process's Zenoh session, open."""
+        """Return the open Zenoh session of this process."""
 
     def serve(self, subject: "Subject") -> None:
-        """From now on this process answers for the whole bus: what is asked for its status, and about its faults."""
+        """Answer for the whole bus from now on, when its status or its faults are asked for."""
 
 
 @runtime_checkable
@@ -188,16 +192,16 @@ class Bus(ABC, Generic[M]):
     about: ClassVar[str] = ""
     """One line for `fieldrig devices`."""
     fault_models: ClassVar[Mapping[str, type[Any]]] = {}
-    """Settings models of the faults that it takes while the rig runs, by their `what`."""
+    """The settings models of the faults that can be added while the rig runs, by their `what`."""
     times: ClassVar[frozenset[Time]]
     family: ClassVar[str]
-    """What its messages are, for traces: can, modbus, serial, wires, ring."""
+    """The kind of its messages in traces: can, modbus, serial, wires, ring."""
     environment: ClassVar[Mapping[str, str]] = {}
-    """What a process with an end of it has in its environment, before it does anything else, unless the user set it."""
+    """Environment variables of a process with an end of this bus, set first of all unless the user has set them."""
     has_threads: ClassVar[bool] = False
     """True if its ends start threads of the event loop; a process with such an end runs a `ThreadedLoop`."""
     messages: ClassVar[tuple[type, ...]]
-    """The types its links carry; `fieldrig check` compares them with what a device's parameter asks for."""
+    """The types of message that its links carry; `fieldrig check` compares them with a device's parameters."""
 
     def __init__(self, name: str, settings: Any) -> None:
         self.name = name
@@ -210,29 +214,29 @@ class Bus(ABC, Generic[M]):
 
     @abstractmethod
     def encode(self, message: M) -> bytes:
-        """The message as bytes, for other processes and traces."""
+        """Return the message as bytes, for other processes and traces."""
 
     @abstractmethod
     def decode(self, data: bytes) -> M:
-        """The inverse of `encode`.  ValueError for anything else."""
+        """Return the message of `encode`'s bytes.  ValueError for anything else."""
 
     @abstractmethod
     def show(self, message: M) -> str:
-        """The message as one short line for a person."""
+        """Return the message as one short line for a user."""
 
     def check(self, message: Any) -> None:
-        """Called with everything that a member sends: what can't be on the medium must not get there.
+        """Check a message before a member sends it.
 
-        TypeError for what is no message, or has a field of another type; ValueError for a value that can't be.
+        TypeError for another type, or a field of another type; ValueError for a value that the medium can't carry.
         """
         if not isinstance(message, self.messages):
             names = ", ".join(kind.__name__ for kind in self.messages)
             raise TypeError(f"expected a message of {names}, found {type(message).__name__}")
 
     def check_interest(self, interest: Any) -> None:
-        """Called with every interest, also one that a process elsewhere sent as JSON.
+        """Check an interest, which may come from another process as JSON.
 
-        ValueError, or TypeError, for one that is not in the words of this bus; here: None, or a sequence of texts and
+        ValueError or TypeError for anything but an interest of this bus; by default None, or a sequence of texts and
         integers.
         """
         for word in words_of(interest):
@@ -240,12 +244,15 @@ class Bus(ABC, Generic[M]):
                 raise ValueError(f"expected a text or an integer, found {word!r}")
 
     def tools(self, run: Path) -> "list[Tool]":
-        """Lines to copy that reach this bus with foreign tools; `run` is the rig's run folder."""
+        """Return lines to copy that reach this bus with foreign tools; `run` is the rig's run folder."""
         return []
 
 
 def words_of(interest: Any) -> Sequence[Any]:
-    """The words of an interest; none of None.  TypeError for what is no sequence, ValueError for one without end."""
+    """Return the words of an interest, none for None.
+
+    TypeError for anything but a sequence, ValueError for a very long one.
+    """
     if interest is None:
         return ()
     if not isinstance(interest, Sequence) or isinstance(interest, str | bytes | bytearray):
@@ -256,47 +263,50 @@ def words_of(interest: Any) -> Sequence[Any]:
 
 
 class ModelBus(Bus[M]):
-    """A bus whose medium is our model."""
+    """A bus whose medium is a model."""
 
     @abstractmethod
     def model(self) -> BusModel[M]:
-        """A fresh model, with nothing under way."""
+        """Return a new model without traffic."""
 
     def ports(self) -> Sequence[Port]:
-        """The ways in for outsiders that the settings ask for (real time only)."""
+        """Return the ports for outside clients that the settings ask for.  Real time only."""
         return ()
 
     own_process: ClassVar[bool] = False
     """True if its hub needs a process of its own, even where all of its devices share one."""
 
     standing_of: Callable[[M], Hashable] | None = None
-    """On a bus where messages hold until the next of their sort (all on wires): of what sort one is; None: of none.
+    """Returns the subject of a message whose value stands until the next message on it, as all do on wires; or None.
 
-    A member whose hub was gone says what holds of its messages again, for the new hub knows nothing.
+    When a hub is lost and comes back, a member repeats its standing messages, as the new hub does not know them.
     """
 
     @property
     def awake_ns(self) -> int:
-        """How long the hub looks for the next message before it sleeps.  It costs a core while there is traffic."""
+        """How long the hub polls for the next message before it sleeps, in nanoseconds.
+
+        Polling takes a core under traffic.
+        """
         return 0
 
     @property
     def attach(self) -> str | None:
-        """`tcp://host:port` where the hub also listens for device processes; None: the Unix socket is enough."""
+        """The `tcp://host:port` where the hub also listens for device processes; None if its Unix socket is enough."""
         return self.settings.attach if isinstance(self.settings, Attachable) else None
 
     @property
     def connect(self) -> str | None:
-        """The hub's `tcp://host:port` as device processes see it; None: the Unix socket, or else `attach`."""
+        """The hub's `tcp://host:port` as device processes see it; None for the Unix socket, or else `attach`."""
         return self.settings.connect if isinstance(self.settings, Attachable) else None
 
 
 class DirectBus(Bus[M]):
-    """A bus whose medium is there without us."""
+    """A bus whose medium exists outside the rig."""
 
     @abstractmethod
     async def open(self, at: Attachment) -> Link[M]:
-        """One device's end.  BusError, with its remedy, if the medium can't be had."""
+        """Open one device's end.  BusError, with its remedy, if the medium is not available."""
 
     @abstractmethod
     async def close(self, member: str) -> None: ...

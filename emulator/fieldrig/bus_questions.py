@@ -1,4 +1,4 @@
-"""Questions about a bus that is run by a model, alike in real and virtual time: `status`, and about its faults."""
+"""Answers to questions about a bus with a model, in real and virtual time: `status`, and those about its faults."""
 
 from typing import Any, Protocol
 
@@ -9,7 +9,7 @@ from fieldrig.fault_questions import VERBS, Faulty, answer_of_faults
 
 
 class Subject(Faulty, Protocol):
-    """A bus."""
+    """A bus that can be asked for its statistics and its faults."""
 
     def statistics(self) -> dict[str, float]: ...
 

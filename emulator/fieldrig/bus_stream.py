@@ -1,7 +1,7 @@
-"""The messages of one bus for whoever listens, in batches: as data (`trace/<bus>`) and as text (`watch/<bus>`).
+"""The messages of one bus for its listeners, in batches: as data (`trace/<bus>`) and as text (`watch/<bus>`).
 
-While nobody listens a message costs nothing.  A batch counts from the start of the listening, so that a listener knows
-what it missed: a listener that doesn't keep up loses whole batches and never holds the bus up.
+Without a listener a message costs nothing.  Batches count messages from the start of the listening, so that a listener
+knows what it missed: one that is too slow loses whole batches, and never delays the bus.
 
     {"family": "can", "process": "can0", "first": 120, "epoch_ns": 1795000000000000000,
      "entries": [[time_ns, sender, data], ...]}
@@ -19,7 +19,7 @@ from fieldrig.bus import Bus, Delivery
 from fieldrig.control import Control
 
 FULL = 200
-"""Messages in a batch; encoding them takes well under a millisecond of the bus's process."""
+"""Messages in a batch.  Encoding them takes well under a millisecond of the bus's process."""
 FLUSH_S = 0.02
 
 
@@ -29,7 +29,7 @@ SetListener = Callable[[OnDelivery | None], None]
 
 class BusStream:
     def __init__(self, control: Control, bus: Bus[Any], process: str, set_listener: SetListener) -> None:
-        """`set_listener` is given `add` when that begins to be wanted, and None when it ceases to be."""
+        """`set_listener` is called with `add` when listening starts, and with None when it ends."""
         self._loop = asyncio.get_running_loop()
         self.epoch_ns = 0
         self._bus, self._process, self._set_listener = bus, process, set_listener
@@ -41,7 +41,10 @@ class BusStream:
         self._text = control.stream(f"watch/{bus.name}", self._on_text_wanted)
 
     def begin(self, epoch_ns: int) -> None:
-        """From now on messages may come; whoever has listened since before the answer to our last question gets all."""
+        """Publish messages from now on.
+
+        A listener that was there before our last answer to a question receives all of them.
+        """
         self.epoch_ns = epoch_ns
         self._data.look()
         self._text.look()

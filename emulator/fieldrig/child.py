@@ -1,8 +1,8 @@
-"""One process of a rig, as its supervisor holds it, and its log.
+"""One child process of a rig's supervisor, and its log.
 
-At the start of a rig it is forked where that is safe and can be waited for (Linux): the supervisor has read the rig
-file and imported its kinds, and that is most of what a process does before it can work.  When it is started again it
-is spawned anew, so that it runs the code that is there then.
+At the start of a rig it is forked where the system allows it (Linux), because the supervisor has already read the rig
+file and imported its kinds, which is most of the work of a start.  A restart spawns a new process, which runs the code
+that is installed then.
 """
 
 import asyncio
@@ -24,11 +24,11 @@ from fieldrig.placement import ProcessPlan
 TAIL_LINES = 20
 CAN_FORK = hasattr(os, "pidfd_open")
 HAS_STEPS = os.name == "posix"
-"""Whether a child can be given a pipe to tell its steps; without one, only its messages count as progress."""
+"""True if a child can report the steps of its start through a pipe; otherwise only its messages count as progress."""
 
 
 def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_realtime: bool) -> list[str]:
-    """The arguments of a host."""
+    """Return the arguments of `fieldrig.host` for this process."""
     line = [str(config.path), "--process", plan.name]
     line += ["--buses", ",".join(plan.buses), "--devices", ",".join(plan.devices)]
     for override in overrides:
@@ -37,14 +37,14 @@ def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_r
 
 
 class Child:
-    """Its log begins anew with the rig and goes on when it is spawned again.
+    """A process that can be started several times with one log, which begins with the rig.
 
-    `leash` is the reading end of a pipe that nobody writes to: its end tells the child that its parent is gone.
-    Through another pipe the child tells the steps of its start (`progress`).
+    `lifeline` is the reading end of a pipe without traffic; its end of file tells the child that its parent is gone.
+    Through another pipe the child reports the steps of its start (`progress`).
     """
 
-    def __init__(self, arguments: Sequence[str], log: Path, leash: int) -> None:
-        self._arguments, self._log, self._leash = arguments, log, leash
+    def __init__(self, arguments: Sequence[str], log: Path, lifeline: int) -> None:
+        self._arguments, self._log, self._lifeline = arguments, log, lifeline
         self._log_start = 0
         self._is_fresh = True
         self._process: asyncio.subprocess.Process | None = None
@@ -54,22 +54,22 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """None when it has ended."""
+        """The process id, or None when the process has ended."""
         if self._process is not None:
             return None if self._process.returncode is not None else self._process.pid
         return self._forked_pid
 
     def fork(self, work: Callable[[], int]) -> None:
-        """Run `work` in a process of its own, which ends with its result.  Only while there is but one thread."""
+        """Run `work` in a new process, which exits with its result.  Call it only while there is a single thread."""
         sys.stdout.flush()
         sys.stderr.flush()
         gc.freeze()  # what is there now is never touched again, and so stays shared
         self._begin_log()
-        told = self._new_pipe()
+        pipe = self._new_pipe()
         pid = os.fork()
         if pid == 0:
-            _live(work, self._log, self._leash, told)
-        os.close(told)
+            _run_child(work, self._log, self._lifeline, pipe)
+        os.close(pipe)
         self._forked_pid = pid
 
     async def spawn(self) -> None:
@@ -80,7 +80,7 @@ class Child:
                 self._process = await asyncio.create_subprocess_exec(
                     *(sys.executable, "-u", "-m", "fieldrig.spawned", ",".join(map(str, pipes))),
                     *(*self._arguments, "--log", str(self._log)),
-                    stdin=self._leash,
+                    stdin=self._lifeline,
                     stdout=log,
                     stderr=asyncio.subprocess.STDOUT,
                     pass_fds=pipes,
@@ -91,26 +91,26 @@ class Child:
                 os.close(pipe)
 
     def follow(self, on_step: Callable[[str], None]) -> None:
-        """Call `on_step` with the latest step whenever the child has got further with its start."""
+        """Call `on_step` with the latest step whenever the child reports progress."""
         self._on_step = on_step
         if self._steps is not None:
             asyncio.get_running_loop().add_reader(self._steps, self.look)
 
     def look(self) -> None:
-        """Take notice of what the child has told by now."""
+        """Read what the child has reported so far."""
         if self._steps is None:
             return
         try:
-            told = os.read(self._steps, 1 << 16)
+            report = os.read(self._steps, 1 << 16)
         except BlockingIOError:
             return
-        if told:
-            self._on_step(told.decode(errors="replace").splitlines()[-1])
+        if report:
+            self._on_step(report.decode(errors="replace").splitlines()[-1])
         else:
             self.forget_steps()
 
     def forget_steps(self) -> None:
-        """The child is ready or has ended: it has nothing more to tell."""
+        """Close the pipe of a child that is ready or has ended."""
         if self._steps is not None:
             with suppress(RuntimeError):  # there is no loop any more
                 asyncio.get_running_loop().remove_reader(self._steps)
@@ -118,7 +118,7 @@ class Child:
             self._steps = None
 
     def note(self, text: str) -> None:
-        """Put a line of the supervisor's into the child's log."""
+        """Add a line of the supervisor to the child's log."""
         with suppress(OSError), self._log.open("a") as log:  # a full disk is no reason to end a rig
             log.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} supervisor: {text}\n")
 
@@ -131,14 +131,14 @@ class Child:
         self._log_start = self._log.stat().st_size if self._log.exists() else 0
 
     def _new_pipe(self) -> int:
-        """The writing end of a new pipe for the steps."""
+        """Return the writing end of a new pipe for the steps."""
         self.forget_steps()
-        self._steps, told = os.pipe()
+        self._steps, pipe = os.pipe()
         os.set_blocking(self._steps, False)
-        return told
+        return pipe
 
     async def wait(self) -> int:
-        """Its exit code; less than 0 is a signal."""
+        """Wait for the end, and return the exit code; a negative one is a signal."""
         if self._process is not None:
             return await self._process.wait()
         assert self._forked_pid is not None
@@ -146,7 +146,7 @@ class Child:
         return self.reap()
 
     def reap(self) -> int:
-        """The exit code of a forked process that has ended, or ends at once."""
+        """Return the exit code of a forked process that has ended or is about to end."""
         assert self._forked_pid is not None
         _, status = os.waitpid(self._forked_pid, 0)
         self._forked_pid = None
@@ -158,7 +158,7 @@ class Child:
                 os.kill(self.pid, number)
 
     def tail(self) -> str:
-        """The last lines that it wrote since it was started."""
+        """Return the last lines that the process wrote since it was started."""
         with self._log.open("rb") as log:
             size = log.seek(0, os.SEEK_END)
             start = self._log_start if self._log_start <= size else 0  # it may have begun another file
@@ -174,17 +174,17 @@ def how_it_ended(code: int) -> str:
     return f"exit code {code}" + (f": {ABOUT[Exit(code)].partition(' (')[0]}" if code in known else "")
 
 
-def _live(work: Callable[[], int], log: Path, leash: int, told: int) -> NoReturn:
-    """In the new process: nothing of the parent's but what is imported."""
+def _run_child(work: Callable[[], int], log: Path, lifeline: int, pipe: int) -> NoReturn:
+    """Run `work` in the forked process, with nothing of the parent but its imports."""
     code = int(Exit.CRASHED)
     try:
         os.setsid()
         for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(name, signal.SIG_DFL)
-        os.dup2(leash, 0)
+        os.dup2(lifeline, 0)
         log_files.direct_output(log)
-        if told != 3:
-            os.dup2(told, 3)
+        if pipe != 3:
+            os.dup2(pipe, 3)
         os.closerange(4, os.sysconf("SC_OPEN_MAX"))
         log_files.take_over(log)
         progress.report_to(3)

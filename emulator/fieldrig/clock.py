@@ -1,7 +1,7 @@
 """Time as an interface: what a device may know of it, and a clock that a test or a rig moves by hand.
 
-Time is an integer of nanoseconds.  Two clocks keep this contract: `VirtualClock` here, and
-`fieldrig.real_clock.RealClock`, which follows the computer's.
+Time is an integer of nanoseconds.  Two clocks fulfil this contract: `VirtualClock` here, and
+`fieldrig.real_clock.RealClock`, which follows the system's clock.
 """
 
 import heapq
@@ -13,11 +13,11 @@ US = 1_000  # ns
 MS = 1_000_000  # ns
 S = 1_000_000_000  # ns
 NEVER_NS = 1 << 62
-"""Later than anything that is asked for: the wish of those that have none, where wishes are compared."""
+"""Later than every timer; stands for "never" where instants are compared."""
 
 
 def whole_ns(time_ns: int) -> int:
-    """The same instant as an int.  TypeError for a float: time is counted in whole nanoseconds."""
+    """Return the instant as an int.  TypeError for a float, as time is counted in whole nanoseconds."""
     try:
         return index(time_ns)
     except TypeError:
@@ -27,7 +27,7 @@ def whole_ns(time_ns: int) -> int:
 
 
 class Timer:
-    """One action asked for at one instant; `cancel` it as often as you like."""
+    """One action at one instant.  `cancel` may be called any number of times."""
 
     __slots__ = ("action", "owner", "when_ns")
 
@@ -35,14 +35,14 @@ class Timer:
         self.when_ns = when_ns
         self.action: Callable[[], None] | None = action
         self.owner = ""
-        """The device that asked, where one clock is for several."""
+        """The device that started the timer, on a clock that several devices share."""
 
     def cancel(self) -> None:
         self.action = None
 
 
 class Watchdog:
-    """An action that is due when `due_ns` is no longer put off.  It is much cheaper to move than a timer.
+    """An action that is due when `due_ns` is no longer postponed.  Moving it is much cheaper than a new timer.
 
     Due times of `NEVER_NS` and later are never reached.
     """
@@ -52,35 +52,35 @@ class Watchdog:
     def __init__(self, action: Callable[[], None]) -> None:
         self.action = action
         self.due_ns = NEVER_NS
-        """The instant at which `action` is called; then it is `NEVER_NS` until it is set again."""
+        """The instant at which `action` is called; then it becomes `NEVER_NS` until it is set again."""
 
 
 class Clock(Protocol):
     def now_ns(self) -> int:
-        """The instant of the event that is being handled: the same value all through one reaction.
+        """Return the instant of the event that is being handled: the same value throughout one reaction.
 
-        Under real time it is the instant at which the message arrived or the timer was due, so that a
-        device whose timers ask for `now_ns() + period` does not drift.
+        Under real time it is the instant at which the message arrived or the timer was due, so that a device whose
+        timers are set to `now_ns() + period` does not drift.
         """
 
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
-        """Call `action` once at `when_ns`, or as soon as may be if that is past.
+        """Call `action` once at `when_ns`, or as soon as possible if that is in the past.
 
-        Actions asked for the same instant are called in the order of asking.
+        Actions for the same instant are called in the order of these calls.
         """
 
     def watch(self, action: Callable[[], None]) -> Watchdog:
-        """A watchdog that isn't due yet.  Set its `due_ns` while an event is handled, as often as you like."""
+        """Return a watchdog that is not due yet.  Set its `due_ns` while an event is handled, as often as needed."""
 
     def late_ns(self) -> int:
-        """How long after its instant the present event is being handled: what a cycle time monitor would see.
+        """Return how long after its instant the present event is handled, as a cycle time monitor would measure it.
 
-        Always 0 in virtual time.
+        It is always 0 in virtual time.
         """
 
 
 class TimerQueue:
-    """The wishes of one clock, earliest first; equal times in order of asking."""
+    """The timers of one clock, earliest first; equal times in the order in which they were added."""
 
     __slots__ = ("_asked", "heap")
 
@@ -97,14 +97,14 @@ class TimerQueue:
         return timer
 
     def next_ns(self) -> int | None:
-        """When the earliest timer is due that was not cancelled; None without one."""
+        """Return the instant of the earliest timer that was not cancelled; None without one."""
         heap = self.heap
         while heap and heap[0][2].action is None:
             heapq.heappop(heap)
         return heap[0][0] if heap else None
 
     def pop_due(self, now_ns: int) -> Timer | None:
-        """The earliest timer due at or before `now_ns`, taken out; None without one."""
+        """Remove and return the earliest timer due at or before `now_ns`; None without one."""
         next_ns = self.next_ns()
         if next_ns is None or next_ns > now_ns:
             return None
@@ -112,13 +112,13 @@ class TimerQueue:
 
 
 class VirtualClock:
-    """Stands still until it is moved; then the actions due on the way are called at their instants."""
+    """A clock that stands still until it is moved, and then calls the due actions at their instants."""
 
     __slots__ = ("_timers", "_watchdogs", "instant_ns")
 
     def __init__(self, now_ns: int = 0) -> None:
         self.instant_ns = now_ns
-        """Where the hands stand.  They may be moved to an instant before which nothing is due."""
+        """The present instant.  It may be set to any instant up to that of the next due action."""
         self._timers = TimerQueue()
         self._watchdogs: list[Watchdog] = []
 
@@ -137,15 +137,15 @@ class VirtualClock:
         return 0
 
     def next_ns(self) -> int | None:
-        """The earliest wish of anybody; None if nobody has one."""
+        """Return the instant of the next timer or watchdog; None without one."""
         next_ns = self._timers.next_ns()
         due_ns = min((watchdog.due_ns for watchdog in self._watchdogs), default=NEVER_NS)
         return next_ns if due_ns >= NEVER_NS else due_ns if next_ns is None else min(next_ns, due_ns)
 
     def advance_to(self, until_ns: int) -> int:
-        """Call everything due up to and including `until_ns`, and stand there.  Returns the earliest wish left.
+        """Call everything due up to and including `until_ns`, and stop there.  Return the instant of the next action.
 
-        `NEVER_NS` if none is left.
+        It is `NEVER_NS` if there is none.
         """
         if self._watchdogs:
             return self._advance_watched(until_ns)
@@ -168,7 +168,7 @@ class VirtualClock:
         return when_ns
 
     def _advance_watched(self, until_ns: int) -> int:
-        """The same with watchdogs; at one instant timers go first."""
+        """Do the same with watchdogs; timers of the same instant are called first."""
         heap, watchdogs = self._timers.heap, self._watchdogs
         while True:
             while heap and heap[0][2].action is None:

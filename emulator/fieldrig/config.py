@@ -1,4 +1,4 @@
-"""A rig file, read and checked: every mistake in it is found in one go, with file, line, key and what would be right.
+"""Load a rig file, and find all of its mistakes at once, each with file, line, key, and what was expected.
 
     time: virtual
     buses:
@@ -6,7 +6,7 @@
     devices:
       io: {kind: canopen.node, node_id: 20, eds: eds/io32.eds, links: {can: can0}}
 
-The keys are in `config_keys`, those of a kind in its settings; `config_source` tells of `extends` and overrides.
+The keys are in `config_keys`, those of a kind in its settings; `config_source` handles `extends` and overrides.
 """
 
 import json
@@ -41,7 +41,7 @@ class BusEntry:
     bus: Bus[Any]
     process: str | None
     members: Mapping[str, str] = field(default_factory=dict)
-    """Every device of the file that is linked to it, in the order of the file, and the process it lives in."""
+    """Every device of the file that is linked to the bus, with its process, in the order of the file."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class DeviceEntry:
     cls: type[Device]
     settings: Settings
     links: dict[str, tuple[str, ...]]
-    """Parameter to names of buses."""
+    """The names of the buses by parameter."""
     many: frozenset[str]
-    """The parameters that take a list."""
+    """The parameters that take a list of buses."""
     process: str
     on_exit: OnExit
     after: tuple[str, ...]
@@ -67,7 +67,7 @@ class RigConfig:
     time: Time
     seed: int
     speed: float | None
-    """Virtual seconds per second; None as fast as possible."""
+    """Virtual seconds per second; None is as fast as possible."""
     processes: Literal["one", "each"]
     control: str
     run: Path
@@ -77,10 +77,10 @@ class RigConfig:
 
 
 def load(path: Path, overrides: Sequence[str] = (), only: Collection[str] | None = None) -> RigConfig:
-    """The rig file with `overrides` ("buses.can0.bitrate=250000") over it.  ConfigError with every mistake.
+    """Load a rig file with `overrides` such as "buses.can0.bitrate=250000".  ConfigError with every mistake.
 
-    A process that hosts only some devices and buses names them in `only`: what else is in the file is then neither
-    imported nor checked, except the buses that those devices are linked to.
+    A process that runs only some devices and buses names them in `only`.  The rest of the file is then neither imported
+    nor checked, except the buses that those devices are linked to.
     """
     return _Loader(gather(path, overrides), path, only).rig()
 
@@ -88,7 +88,7 @@ def load(path: Path, overrides: Sequence[str] = (), only: Collection[str] | None
 def look_through(
     path: Path, overrides: Sequence[str] = ()
 ) -> tuple[RigConfig | None, list[DeviceEntry], list[Mistake]]:
-    """The rig file, None if anything is wrong in it; its devices that are right; and its mistakes."""
+    """Return the rig, or None if it has mistakes; its devices without mistakes; and the mistakes."""
     loader = _Loader(gather(path, overrides), path, None)
     try:
         config = loader.rig()
@@ -98,19 +98,19 @@ def look_through(
 
 
 def from_dict(data: Mapping[str, Any], folder: Path | None = None) -> RigConfig:
-    """The same from data in memory; files in it are relative to `folder`, or to the current one."""
+    """Load a rig from data in memory.  Its files are relative to `folder`, or to the current folder."""
     folder = folder if folder is not None else Path.cwd()
     source = Source(json.loads(json.dumps(data, default=str)), folders=[folder.absolute()])
     return _Loader(source, folder / "rig.yaml", None).rig()
 
 
 def start_order(config: RigConfig) -> list[str]:
-    """Names of the devices: each after those it names in `after`, else as in the file."""
+    """Return the names of the devices, each after those in its `after`, otherwise in the order of the file."""
     return _order({name: device.after for name, device in config.devices.items()})[0]
 
 
 def _order(after: Mapping[str, Collection[str]]) -> tuple[list[str], list[str]]:
-    """Names in the order of starting, and those that wait for each other in a circle."""
+    """Return the names in starting order, and those that wait for each other in a circle."""
     ordered: list[str] = []
     waiting = list(after)
     while ready := [name for name in waiting if not set(after[name]) & set(waiting)]:
@@ -120,7 +120,7 @@ def _order(after: Mapping[str, Collection[str]]) -> tuple[list[str], list[str]]:
 
 
 class _Loader:
-    """One walk over one rig file, in which mistakes are collected."""
+    """One pass over one rig file that collects its mistakes."""
 
     def __init__(self, source: Source, path: Path, only: Collection[str] | None) -> None:
         self._source, self._path, self._only = source, path, only
@@ -128,7 +128,7 @@ class _Loader:
         self._time: Time | None = None
         self._buses: dict[str, BusEntry | None] = {}  # None: there, but wrong
         self.right: list[DeviceEntry] = []
-        """Devices in whose entries nothing is wrong."""
+        """The devices whose entries have no mistake."""
 
     def rig(self) -> RigConfig:
         if self._source.data is None and not self._mistakes:
@@ -177,7 +177,7 @@ class _Loader:
         return keys
 
     def _needed(self, devices: dict[Any, Any]) -> set[str] | None:
-        """Names of the buses to make; None for all."""
+        """Return the names of the buses to make; None for all."""
         if self._only is None:
             return None
         return {*self._only, *(bus for name, entry in devices.items() if name in self._only for bus in _linked(entry))}
@@ -225,7 +225,7 @@ class _Loader:
         if entry is None:
             return None
         keys, rest = entry
-        others = [one for one in names if one != name]
+        others = [other_name for other_name in names if other_name != name]
         for other in as_tuple(keys.after):
             if other not in others:
                 self._mistake((*path, "after"), f'there is no other device "{other}"', closest(other, others))
@@ -245,7 +245,7 @@ class _Loader:
             cls=cls,
             settings=settings,
             links={parameter: as_tuple(buses) for parameter, buses in keys.links.items()},
-            many=frozenset(one.name for one in parameters.values() if one.many),
+            many=frozenset(parameter.name for parameter in parameters.values() if parameter.many),
             process=keys.process if keys.process is not None else name,
             on_exit=keys.on_exit,
             after=as_tuple(keys.after),
@@ -255,14 +255,16 @@ class _Loader:
         return device
 
     def _entry(self, path: KeyPath, data: Any, model: type[S]) -> tuple[S, dict[Any, Any]] | None:
-        """The keys that every entry of this sort has, and the rest, which is the affair of its kind."""
+        """Return the keys that all entries of this sort have, and the rest, which belongs to the kind."""
         name = path[-1]
         if not isinstance(name, str) or re.fullmatch(NAME, name) is None:
             self._mistake(
-                path, f"{show(name)} is not a name", "right would be small letters, digits, _ and -, a letter first"
+                path,
+                f"{show(name)} is not a name",
+                "expected lower-case letters, digits, _ and -, starting with a letter",
             )
         if not isinstance(data, dict):
-            self._mistake(path, f"{show(data)} doesn't fit", "right would be a mapping with a `kind`")
+            self._mistake(path, f"{show(data)} doesn't fit", "expected a mapping with a `kind`")
             return None
         own = {key: value for key, value in data.items() if key in model.model_fields}
         rest = {key: value for key, value in data.items() if key not in model.model_fields}
@@ -283,7 +285,7 @@ class _Loader:
         return None
 
     def _validate(self, model: type[S], data: Any, path: KeyPath, other_keys: tuple[str, ...] = ()) -> S | None:
-        """Return the settings, or None after their mistakes were added."""
+        """Return the settings, or None after adding their mistakes."""
         try:
             return validated(model, data, self._source.folders, other_keys)
         except WrongSettingsError as wrong:
@@ -294,7 +296,7 @@ class _Loader:
         if isinstance(data, dict):
             return data
         if data is not None:
-            self._mistake(path, f"{show(data)} doesn't fit", "right would be a mapping of names to values")
+            self._mistake(path, f"{show(data)} doesn't fit", "expected a mapping of names to values")
         return {}
 
     def _mistakes_at(self, path: KeyPath, found: Iterable[WrongKey]) -> None:
@@ -306,18 +308,18 @@ class _Loader:
 
 
 def _linked(device: Any) -> list[str]:
-    """Names of the buses that a device's entry names, as it stands in the file, right or wrong."""
+    """Return the names of the buses in a device's entry as it is written, right or wrong."""
     links = device.get("links") if isinstance(device, dict) else None
     return [bus for names in links.values() for bus in as_tuple(names)] if isinstance(links, dict) else []
 
 
 def _members(bus: Any, devices: Mapping[Any, Any]) -> dict[str, str]:
-    """Also those that this process doesn't host, and so are not checked here."""
+    """Return the linked devices with their processes, including those that this process does not run or check."""
     return {name: entry.get("process") or name for name, entry in devices.items() if bus in _linked(entry)}
 
 
 def described(wrong: Exception) -> tuple[str, str]:
-    """What is wrong, and its remedy if it has one."""
+    """Return the problem, and its remedy if there is one."""
     return (wrong.what, wrong.remedy) if isinstance(wrong, RigError) else (str(wrong), "")
 
 
@@ -327,7 +329,7 @@ def _fitting_kinds(time: Time, family: str) -> str:
 
 
 def _import_from(folder: Path, kind: str) -> None:
-    """Modules beside the rig file can be imported.  RigError if this one would be another of the same name."""
+    """Make modules beside the rig file importable.  RigError if another module of that name is already imported."""
     name = kind.partition(":")[0].partition(".")[0]
     beside = next((file for file in (folder / f"{name}.py", folder / name / "__init__.py") if file.is_file()), None)
     loaded = getattr(sys.modules.get(name), "__file__", None)

@@ -1,4 +1,4 @@
-"""The keys of a rig file that do not belong to a kind, as the models that check them."""
+"""Models of the keys of a rig file that do not belong to a kind."""
 
 import json
 from typing import Annotated, Any, Literal, TypeVar
@@ -22,9 +22,9 @@ Names = str | list[str]
 
 
 class RigKeys(Settings):
-    """Keys of a rig file beside its sections."""
+    """The keys of a rig file beside its sections."""
 
-    time: Time = Field(description="real: the computer's clock; virtual: one that the rig moves")
+    time: Time = Field(description="real: the system's clock; virtual: a clock that the rig moves")
     name: Name | None = Field(None, description="name of the rig; without it the file's")
     seed: int = Field(0, description="all chance in the rig follows from it")
     speed: Annotated[float, Field(gt=0)] | Literal["max"] | None = Field(
@@ -44,14 +44,14 @@ class RigKeys(Settings):
 
 
 class BusKeys(Settings):
-    """Keys that every bus has beside the settings of its kind."""
+    """The keys that every bus has beside the settings of its kind."""
 
     kind: str = Field(description='what it is: a kind that is installed, or "module:Class" of your own')
     process: Name | None = Field(None, description="process that runs its hub; without it one of its own")
 
 
 class DeviceKeys(Settings):
-    """Keys that every device has beside the settings of its kind."""
+    """The keys that every device has beside the settings of its kind."""
 
     kind: str = Field(description='what it is: a kind that is installed, or "module:Class" of your own')
     links: dict[str, Names] = Field(default_factory=dict, description="the bus, or the buses, at each of its links")
@@ -61,14 +61,14 @@ class DeviceKeys(Settings):
 
 
 def right_part(model: type[S], own: dict[Any, Any]) -> S | None:
-    """The keys of an entry without those that are wrong, so that what its kind asks for can be looked at all the same.
+    """Return an entry without its wrong keys, so that the settings of its kind can still be checked.
 
-    None if kind or links are among them.
+    None if its kind or links are wrong.
     """
     try:
         return model.model_validate_json(json.dumps(own))
     except ValidationError as wrong:
-        bad = {one["loc"][0] for one in wrong.errors(include_url=False)}
+        bad = {error["loc"][0] for error in wrong.errors(include_url=False)}
         return None if bad & {"kind", "links"} else right_part(model, {key: own[key] for key in own.keys() - bad})
 
 

@@ -1,4 +1,4 @@
-"""Whether the links of a device go where they can."""
+"""Check that each link of a device goes to a bus that carries its messages."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from fieldrig.config import BusEntry
 
 Buses = Mapping[str, "BusEntry | None"]
-"""None: the bus is there, but wrong in itself, so nothing can be said of its messages."""
+"""The buses by name; None for a bus that is wrong itself, so that its messages are unknown."""
 
 
 def wrong_links(
     given: Mapping[str, Names], parameters: Mapping[str, LinkParameter], buses: Buses
 ) -> Iterator[WrongKey]:
-    """Paths are relative to the device's `links`."""
+    """Yield the mistakes; their paths are relative to the device's `links`."""
     for name, parameter in parameters.items():
         if parameter.required and not given.get(name):
             yield WrongKey((name,), "this link is missing", _fitting(parameter, buses))
@@ -26,7 +26,7 @@ def wrong_links(
         if name not in parameters:
             yield WrongKey((name,), "the device has no such link", closest(name, list(parameters)))
         elif isinstance(linked, list) and not parameters[name].many:
-            yield WrongKey((name,), "this link takes one bus, not a list", f"right would be {name}: BUS")
+            yield WrongKey((name,), "this link takes one bus, not a list", f"expected {name}: BUS")
         else:
             for bus in as_tuple(linked):
                 yield from _wrong_link(parameters[name], bus, buses)

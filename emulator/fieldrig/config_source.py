@@ -1,10 +1,10 @@
-"""Where the data of a rig comes from: its file, the files that this one extends, and overrides from the command line.
+"""The data of a rig: its file, the files that it extends, and overrides from the command line.
 
-`extends: other.yaml` takes the other file first and lays this one over it.  Mappings are merged, everything else is
-replaced; so is a bus or device that names its `kind` anew, and `name: null` takes one away.
+`extends: other.yaml` takes the other file first and lays this one over it.  Mappings are merged, and everything else is
+replaced, as is a bus or device that gives its `kind` again.  `name: null` removes a bus or device.
 
-`extends: [one.yaml, two.yaml]` joins several files side by side: none of them has precedence, so a key to which two of
-them give different values is a mistake unless the file that extends them gives that key a value itself.
+`extends: [one.yaml, two.yaml]` joins several files side by side.  None of them takes precedence, so a key to which two
+of them give different values is a mistake unless the file that extends them gives the key a value itself.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,13 +17,13 @@ from fieldrig.yaml_source import KeyPath, Mark, Source, key_text, read, read_fil
 T = TypeVar("T")
 
 ENTRY_DEPTH: Final = 2
-"""Of a bus or device below the top of the file."""
+"""Depth of a bus or device below the top of the file."""
 _ABSENT: Final = object()
-"""What a file has at a key that it doesn't mention."""
+"""The value of a key that a file does not have."""
 
 
 def gather(path: Path, overrides: Sequence[str]) -> Source:
-    """Everything laid over each other; never raises for what is wrong in it."""
+    """Return everything merged.  It never raises for mistakes in the files."""
     source = _Files().source(path, ())
     for override in overrides:
         _override(source, override)
@@ -31,13 +31,13 @@ def gather(path: Path, overrides: Sequence[str]) -> Source:
 
 
 class _Files:
-    """The files that one rig is made of.  Each is read once, even if several others extend it."""
+    """The files of one rig.  Each is read once, even if several others extend it."""
 
     def __init__(self) -> None:
         self._read: dict[Path, Source] = {}
 
     def source(self, path: Path, extended_by: tuple[Path, ...]) -> Source:
-        """The file laid over those that it extends."""
+        """Return the file laid over those that it extends."""
         resolved = path.resolve()
         if resolved not in self._read:
             self._read[resolved] = self._laid_over(path, (*extended_by, resolved))
@@ -62,7 +62,7 @@ class _Files:
 
 
 def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterator[Path]:
-    """The files that `extends` names; those that can't be extended become mistakes."""
+    """Yield the files in `extends`; those that can't be extended become mistakes."""
     value = source.data["extends"]
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) for name in names):
@@ -85,42 +85,42 @@ def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterato
             yield file
 
 
-def _joined(one: Source, other: Source, over: Source) -> Source:
-    """Two files side by side; where they differ, `over` has to give the key a value."""
+def _joined(first: Source, other: Source, over: Source) -> Source:
+    """Join two files side by side; where they differ, `over` must have the key."""
     mistakes = over.mistakes
-    for path in _differences(one.data, other.data, over.data, ()):
-        first, second = one.mark(path), other.mark(path)
-        what = f"{first.file}:{first.line} has another value, and {over.mark(()).file} extends both files"
+    for path in _differences(first.data, other.data, over.data, ()):
+        mark, other_mark = first.mark(path), other.mark(path)
+        what = f"{mark.file}:{mark.line} has another value, and {over.mark(()).file} extends both files"
         remedy = f"give the key a value in {over.mark(()).file}, or the same value in both"
-        mistakes.append(Mistake(*second, key_text(path), what, remedy))
+        mistakes.append(Mistake(*other_mark, key_text(path), what, remedy))
     return Source(
-        data=_beside(one.data, other.data),
-        marks={**other.marks, **one.marks},
-        mistakes=[*one.mistakes, *other.mistakes],
-        folders=[*one.folders, *other.folders],
+        data=_beside(first.data, other.data),
+        marks={**other.marks, **first.marks},
+        mistakes=[*first.mistakes, *other.mistakes],
+        folders=[*first.folders, *other.folders],
     )
 
 
-def _differences(one: Any, other: Any, over: Any, path: KeyPath) -> Iterator[KeyPath]:
-    """Keys with different values of which nothing is left once `over` is laid over them."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in [key for key in one if key in other]:
+def _differences(first: Any, other: Any, over: Any, path: KeyPath) -> Iterator[KeyPath]:
+    """Yield the keys with different values that remain when `over` is laid over both."""
+    if isinstance(first, dict) and isinstance(other, dict):
+        for key in [key for key in first if key in other]:
             inner = over.get(key, _ABSENT) if isinstance(over, dict) else _ABSENT
             if inner is _ABSENT or (isinstance(inner, dict) and not _starts_anew(inner, len(path) + 1)):
-                yield from _differences(one[key], other[key], inner, (*path, key))
-    elif one != other and over is _ABSENT:
+                yield from _differences(first[key], other[key], inner, (*path, key))
+    elif first != other and over is _ABSENT:
         yield path
 
 
-def _beside(one: Any, other: Any) -> Any:
-    """Both, merged; the first has what differs."""
-    if not isinstance(one, dict) or not isinstance(other, dict):
-        return one
-    return {**one, **{key: _beside(one[key], value) if key in one else value for key, value in other.items()}}
+def _beside(first: Any, other: Any) -> Any:
+    """Return both merged; the first wins where they differ."""
+    if not isinstance(first, dict) or not isinstance(other, dict):
+        return first
+    return {**first, **{key: _beside(first[key], value) if key in first else value for key, value in other.items()}}
 
 
 def _over(base: Any, over: Any, depth: int) -> Any:
-    """`over` laid over `base`."""
+    """Return `over` laid over `base`."""
     if not isinstance(base, dict) or not isinstance(over, dict) or _starts_anew(over, depth):
         return over
     merged = dict(base)
@@ -133,7 +133,7 @@ def _over(base: Any, over: Any, depth: int) -> Any:
 
 
 def _starts_anew(entry: dict[Any, Any], depth: int) -> bool:
-    """Whether this is a bus or device that replaces the one below it as a whole."""
+    """Return whether a bus or device replaces the one below it as a whole."""
     return depth == ENTRY_DEPTH and "kind" in entry
 
 
@@ -142,13 +142,13 @@ def _once(items: Iterable[T]) -> list[T]:
 
 
 def _override(source: Source, override: str) -> None:
-    """`buses.can0.bitrate=250000`: dots between keys, then a YAML value."""
+    """Apply an override such as `buses.can0.bitrate=250000`: dots between keys, then a YAML value."""
     key, equals, text = override.partition("=")
     place = Mark(f"--set {override}", None)
     value = read(text, place.file)
     if not equals or value.mistakes:
-        right = "right would be a key and a value, like buses.can0.bitrate=250000"
-        source.mistakes.append(Mistake(*place, "", "it can't be understood", right))
+        remedy = "expected a key and a value, such as buses.can0.bitrate=250000"
+        source.mistakes.append(Mistake(*place, "", "it can't be read as an override", remedy))
         return
     path = tuple(key.split("."))
     inner = source.data
@@ -162,4 +162,4 @@ def _override(source: Source, override: str) -> None:
         source.marks[path] = place
     else:
         what = f"{'.'.join(path[:-1]) or 'the file'} holds no keys"
-        source.mistakes.append(Mistake(*place, key, what, "right would be a key of the rig file"))
+        source.mistakes.append(Mistake(*place, key, what, "expected a key of the rig file"))

@@ -1,4 +1,4 @@
-"""Entries of a rig file that are right each by itself, but not together."""
+"""Conflicts between entries of a rig file that are correct by themselves."""
 
 import re
 from collections import defaultdict
@@ -16,9 +16,9 @@ ADDRESS = re.compile(r"(?:(?P<scheme>[a-z-]+)(?:://|/))?(?P<host>\[[0-9a-fA-F:.]
 LOOPBACK = {"localhost": "127.0.0.1", "[::1]": "127.0.0.1"}
 ANY_HOST = {"", "*", "0.0.0.0", "[::]"}
 OUTGOING = ("connect", "dial", "remote", "peer", "target")
-"""A key with one of these in its name says where to go, not where to listen."""
+"""A key with one of these words in its name is an address to connect to, not one to listen on."""
 PATHS = {"path", "pty", "port"}
-"""Keys whose text names a pty or a device of the system."""
+"""The keys whose text is the path of a pty or of a serial device."""
 
 Text = tuple[KeyPath, str]
 
@@ -29,7 +29,7 @@ def conflicts(
     control: str | None,
     written: Mapping[Any, Any] = MappingProxyType({}),
 ) -> Iterator[WrongKey]:
-    """`written` has the devices as they stand in the file, also those that are wrong in themselves."""
+    """Yield every conflict.  `written` has the devices as they are in the file, including those with mistakes."""
     texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
     texts = [(("control",), control), *texts] if control is not None else texts
     yield from _ports_of_chance(texts)
@@ -45,11 +45,13 @@ def _ports_of_chance(texts: list[Text]) -> Iterator[WrongKey]:
     for path, text in texts:
         match = ADDRESS.fullmatch(text)
         if match is not None and int(match["port"]) == 0:
-            yield WrongKey(path, "port 0 is a port that nobody outside knows", "expected a port from 1 to 65535")
+            yield WrongKey(
+                path, "port 0 is a random port that no outside client knows", "expected a port from 1 to 65535"
+            )
 
 
 def _same_ports(texts: list[Text]) -> Iterator[WrongKey]:
-    """Two that want to listen on the same port, as far as it can be told from the form of the settings."""
+    """Yield pairs that would listen on the same port, as far as the form of the settings shows it."""
     taken: list[tuple[bool, str, str, KeyPath]] = []
     for path, text in texts:
         match = ADDRESS.fullmatch(text)
@@ -71,7 +73,7 @@ def _same_paths(texts: list[Text]) -> Iterator[WrongKey]:
 
 
 def _texts(value: Any, path: KeyPath) -> list[Text]:
-    """Every text in the settings of a bus that may say where it listens."""
+    """Return every text in the settings of a bus that may be a listening address."""
     if isinstance(value, str):
         return [(path, value)]
     if isinstance(value, Settings):
@@ -117,27 +119,27 @@ def _claims(
 
 
 def says_claims(settings: Settings) -> bool:
-    """True if this kind states what it has on its buses."""
+    """Return whether this kind states its claims."""
     return type(settings).claims is not Settings.claims
 
 
-def _on_buses(name: str, device: "DeviceEntry", told: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
-    for claim in told(name):
+def _on_buses(name: str, device: "DeviceEntry", stated: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
+    for claim in stated(name):
         buses = device.links.get(claim.link, ())
         for bus in buses if claim.place is None else buses[claim.place : claim.place + 1]:
             yield _Claimed(bus, name, claim)
 
 
 def _claimed_twice(claims: list[_Claimed]) -> Iterator[WrongKey]:
-    """Refuse two node-IDs, addresses or drivers of a wire where a bus has room for one."""
+    """Yield node-IDs, addresses and drivers of a wire that are claimed twice."""
     taken: dict[tuple[str, str, Hashable], _Claimed] = {}
-    for one in claims:
-        other = taken.setdefault(one.key, one)
-        if other is not one:
-            what, value = one.claim.what, one.claim.value
+    for claimed in claims:
+        other = taken.setdefault(claimed.key, claimed)
+        if other is not claimed:
+            what, value = claimed.claim.what, claimed.claim.value
             yield WrongKey(
-                one.path,
-                f"{what} {value} on {one.bus} is taken by {key_text(other.path)}",
+                claimed.path,
+                f"{what} {value} on {claimed.bus} is taken by {key_text(other.path)}",
                 f"expected one {what} {value} on a bus",
             )
 
@@ -148,7 +150,7 @@ def _needed_in_vain(
     written: Mapping[Any, Any],
     claims: list[_Claimed],
 ) -> Iterator[WrongKey]:
-    """Refuse what a device needs on a bus where no other device has it and nobody outside the rig can have it.
+    """Yield needs of a device that no other device on the bus and no outside client can meet.
 
     A bus with a device whose claims are not known is left out.
     """
@@ -156,8 +158,8 @@ def _needed_in_vain(
     unsure = {bus for name in silent for bus in _node_of(devices[name])[1]}
     unsure |= {bus for name, entry in written.items() if name not in devices for bus in _written_node_of(entry)[1]}
     there = defaultdict(set)
-    for one in claims:
-        there[one.key].add(one.device)
+    for claimed in claims:
+        there[claimed.key].add(claimed.device)
     for name, device in devices.items():
         for need in _on_buses(name, device, device.settings.needs):
             entry = buses.get(need.bus)
@@ -168,16 +170,16 @@ def _needed_in_vain(
                 known = sorted(str(key[2]) for key, of in there.items() if key[:2] == need.key[:2] and of - {name})
                 yield WrongKey(
                     need.path,
-                    f"nobody on {need.bus} has {what} {value}",
+                    f"nothing on {need.bus} has {what} {value}",
                     (f"there are: {', '.join(known)}; " if known else "")
                     + f"name one that is outside the rig in the settings of {need.bus}",
                 )
 
 
 def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[WrongKey]:
-    """What buses say of devices that are not theirs."""
+    """Yield what the settings of buses say about devices that are not linked to them."""
     for name, entry in buses.items():
-        masters = [one.device for one in claims if one.bus == name and one.claim.what == MASTER]
+        masters = [claimed.device for claimed in claims if claimed.bus == name and claimed.claim.what == MASTER]
         for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members], masters):
             yield WrongKey(("buses", name, *wrong.path), wrong.what, wrong.remedy)
 
@@ -196,10 +198,11 @@ def _node_of(device: "DeviceEntry") -> tuple[Any, set[Any]]:
 
 
 def _written_node_of(entry: Any) -> tuple[Any, set[Any]]:
-    """Return the same for an entry as it is in the file, right or wrong."""
+    """Return the node-ID and the buses of an entry as it is in the file, right or wrong."""
     return (entry.get("node_id"), _names(entry.get("links"))) if isinstance(entry, dict) else (None, set())
 
 
 def _names(links: Any) -> set[Any]:
     values = links.values() if isinstance(links, Mapping) else ()
-    return {bus for one in values for bus in (one if isinstance(one, list | tuple) else [one]) if isinstance(bus, str)}
+    listed = [names if isinstance(names, list | tuple) else [names] for names in values]
+    return {bus for names in listed for bus in names if isinstance(bus, str)}

@@ -8,9 +8,9 @@ Keys, all under `fieldrig/<rig>/`:
     bus/<name>/<verb>         queries to the process that runs the bus: status, faults, add_fault, clear_fault
     end/<bus>/<device>/<verb> queries to the process that hosts the device: about its end of a bus (`ends`)
     alive/<process>           liveliness token: gone the instant the process is
-    ready/<process>           said once by a process whose devices have started
-    event                     what the rig has to tell
-    trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while somebody listens
+    ready/<process>           published once by a process whose devices have started
+    event                     events of the rig
+    trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while there is a listener
 
 Zenoh calls back on threads of its own; everything here is handed to the loop.
 """
@@ -30,33 +30,36 @@ from fieldrig.errors import ControlError
 from fieldrig.untrusted import MalformedError, field, read_json, shown
 
 VERSION: Final = 1
-"""Of the messages; `status` tells it."""
+"""Version of the messages; `status` reports it."""
 
 log = logging.getLogger(__name__)
 
 MOMENT_S: Final = 0.1
-LONGEST_TOLD: Final = 64 << 20
-"""Bytes of an answer, or of what is told, such as a batch of messages; a query has the reader's own limit."""
+LONGEST_MESSAGE: Final = 64 << 20
+"""Longest answer or published message in bytes, such as a batch; queries have the reader's own limit."""
 LONGEST_REFUSAL: Final = 8_000  # characters
-MOST_TOLD: Final = 10_000
-"""Messages that wait for a tool to read them."""
+MOST_WAITING: Final = 10_000
+"""Messages that may wait for a tool to read them."""
 MOST_QUERIES: Final = 1_000
-"""Of one process, that are being answered; further ones are refused."""
+"""Queries that one process answers at a time; further ones are refused."""
 
 Answer = Callable[[str, Any], Awaitable[Any]]
-"""Handles a query: its last key part (the verb) and its payload.  A ControlError is the negative answer."""
+"""Handles a query, given the last part of its key (the verb) and its payload.
+
+A ControlError is the negative answer.
+"""
 
 
 def key(rig: str, *parts: str) -> str:
     return "/".join(("fieldrig", rig, *parts))
 
 
-class NobodyError(ControlError):
-    """Nobody answers to a question, though the rig is there."""
+class NoAnswerError(ControlError):
+    """The rig is there, but nothing answers this question."""
 
 
 class Control:
-    """One session under asyncio.  All methods belong to the loop's thread."""
+    """One session under asyncio.  Call all methods in the loop's thread."""
 
     def __init__(self, session: zenoh.Session, rig: str) -> None:
         self.session, self.rig = session, rig
@@ -66,7 +69,7 @@ class Control:
         self._is_open = True
 
     def serve(self, path: str, answer: Answer) -> None:
-        """Answer the queries to `path`, which ends in a verb, or in `*` for any."""
+        """Answer the queries to `path`, which ends in a verb, or in `*` for any verb."""
         place = key(self.rig, path).rpartition("/")[0]  # the asker's key may have stars in it, an answer's may not
 
         def on_query(query: zenoh.Query) -> None:
@@ -74,16 +77,16 @@ class Control:
 
         self._keep(self.session.declare_queryable(key(self.rig, path), _directly(on_query)))
 
-    def tell(self, path: str, message: Any) -> None:
-        """Say something to whoever listens."""
+    def publish(self, path: str, message: Any) -> None:
+        """Publish a message for all listeners."""
         self.session.put(key(self.rig, path), json.dumps(message))
 
     def listen_to(self, path: str, handler: Callable[[str, Any], None]) -> None:
-        """Call `handler(last key part, message)` with what is told."""
+        """Call `handler(last key part, message)` for every published message."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
-                message = read_json(sample.payload.to_bytes(), LONGEST_TOLD)
+                message = read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
             except MalformedError as fault:
                 log.debug("%s: %s", sample.key_expr, fault)
             else:
@@ -92,11 +95,11 @@ class Control:
         self._keep(self.session.declare_subscriber(key(self.rig, path), _directly(on_sample)))
 
     def show_life(self, path: str) -> None:
-        """Be seen at `path` for as long as this process lives."""
+        """Be present at `path` for as long as this process lives."""
         self._keep(self.session.liveliness().declare_token(key(self.rig, path)))
 
     def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None:
-        """Call `handler(last key part, is alive)` for all who are there, come, and go."""
+        """Call `handler(last key part, is alive)` for everything that is present, appears or disappears."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             is_alive = sample.kind == zenoh.SampleKind.PUT
@@ -106,7 +109,7 @@ class Control:
         self._keep(life.declare_subscriber(key(self.rig, path), _directly(on_sample), history=True))
 
     def stream(self, path: str, on_listeners: Callable[[bool], None]) -> "Stream":
-        """What knows whether anybody listens: `on_listeners` is called now, and whenever that may have changed."""
+        """Return a publisher.  `on_listeners` is called now, and whenever there may be more or fewer listeners."""
         stream = Stream(self.session.declare_publisher(key(self.rig, path)), on_listeners)
         on_matching = _directly(lambda _status: self._hand_over(stream.look))
         self._keep(stream, stream.publisher.declare_matching_listener(on_matching))
@@ -114,13 +117,13 @@ class Control:
         return stream
 
     async def ask(self, path: str, message: Any, timeout_s: float) -> Any:
-        """The answer to one query.  ControlError if it is negative, or nobody answers in time."""
+        """Return the answer to one query.  ControlError if it is negative, or if there is none in time."""
         for reply in await self._replies(path, message, timeout_s):
             return _message_of(reply)
-        raise NobodyError(f"nobody answers to {path}", "the rig may have been stopped")
+        raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
     async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
-        """Every positive answer to a path with a `*` in it, by the key part where the star stands."""
+        """Return every positive answer to a path with a `*`, by the key part in its place."""
         return _by_star(path, await self._replies(path, None, timeout_s))
 
     async def _replies(self, path: str, message: Any, timeout_s: float) -> list[zenoh.Reply]:
@@ -151,7 +154,7 @@ class Control:
         self._kept.extend(declared)
 
     def _hand_over(self, action: Callable[..., object], *arguments: Any) -> None:
-        """From a thread of Zenoh's to the loop; at the end of the process the loop may be gone already."""
+        """Pass a call from a Zenoh thread to the loop, which may be gone at the end of the process."""
         if self._is_open:
             try:
                 self._loop.call_soon_threadsafe(action, *arguments)
@@ -169,7 +172,7 @@ class Control:
 
 
 class Stream:
-    """Says something whenever it has to, and knows whether anybody listens."""
+    """A publisher that knows whether it has listeners."""
 
     def __init__(self, publisher: zenoh.Publisher, on_listeners: Callable[[bool], None]) -> None:
         self.publisher = publisher
@@ -179,10 +182,10 @@ class Stream:
         self.publisher.put(message)
 
     def look(self) -> None:
-        """Whether anybody listens at this moment.
+        """Return whether there is a listener now.
 
-        Zenoh tells of a listener some milliseconds after it knew.  Who was there before an answer was given is known
-        to this session when the answer comes.
+        Zenoh reports a listener some milliseconds late.  A listener that was there before an answer was given is known
+        to this session when the answer arrives.
         """
         # The binding calls it a bool in its stubs; it is a MatchingStatus.
         status: Any = self.publisher.matching_status
@@ -213,7 +216,7 @@ def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:
 
 
 class Client:
-    """A tool's view of the one rig at an endpoint, without a loop of its own."""
+    """A tool's connection to the rig at an endpoint, without an event loop."""
 
     def __init__(self, endpoint: str, patience_s: float = PATIENCE_S) -> None:
         self.session = connect(endpoint, patience_s)
@@ -225,33 +228,33 @@ class Client:
         close(self.session)
 
     def ask(self, path: str, message: Any = None, timeout_s: float = 5.0) -> Any:
-        """ControlError if the answer is negative or there is none."""
+        """Return the answer.  ControlError if it is negative or there is none."""
         for reply in self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s):
             return _message_of(reply)
-        raise NobodyError(f"nobody answers to {path}", "the rig may be stopping, or too busy")
+        raise NoAnswerError(f"there is no answer to {path}", "the rig may be stopping, or too busy")
 
     def ask_all(self, path: str, message: Any = None, timeout_s: float = 5.0) -> dict[str, Any]:
-        """Every positive answer to a path with a `*` in it, by the key part where the star stands."""
+        """Return every positive answer to a path with a `*`, by the key part in its place."""
         replies = self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s)
         return _by_star(path, replies)
 
     def inbox(self, paths: Sequence[str]) -> "Iterator[tuple[str, Any] | None]":
-        """What is told at any of the paths, as last key part and message; None when nothing came for a moment."""
-        told: Queue[tuple[str, bytes]] = Queue(MOST_TOLD)
+        """Yield what is published at the paths, as last key part and message; None when nothing came for a moment."""
+        waiting: Queue[tuple[str, bytes]] = Queue(MOST_WAITING)
 
         def on_sample(sample: zenoh.Sample) -> None:
-            with suppress(Full):  # whoever reads too slowly misses some, and sees how many by the batches' numbers
-                told.put_nowait((_last_part(sample.key_expr), sample.payload.to_bytes()))
+            with suppress(Full):  # a slow reader misses some, and sees how many by the numbers of the batches
+                waiting.put_nowait((_last_part(sample.key_expr), sample.payload.to_bytes()))
 
         subscribers = [self.session.declare_subscriber(key("*", path), _directly(on_sample)) for path in paths]
         while subscribers:
             try:
-                name, message = told.get(timeout=MOMENT_S)
+                name, message = waiting.get(timeout=MOMENT_S)
             except Empty:
                 yield None
             else:
                 try:
-                    yield name, read_json(message, LONGEST_TOLD)
+                    yield name, read_json(message, LONGEST_MESSAGE)
                 except MalformedError as fault:
                     log.debug("%s: %s", name, fault)
 
@@ -263,7 +266,7 @@ def _by_star(path: str, replies: Iterable[zenoh.Reply]) -> dict[str, Any]:
 
 def _answer_of(sample: zenoh.Sample) -> Any:
     try:
-        return read_json(sample.payload.to_bytes(), LONGEST_TOLD)
+        return read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
     except MalformedError as cause:
         raise ControlError(f"{sample.key_expr}: the answer can't be understood: {cause}") from cause
 
@@ -284,7 +287,7 @@ def _message_of(reply: zenoh.Reply) -> Any:
 def _directly(
     callback: Callable[[Any], None], drop: Callable[[], None] | None = None
 ) -> "zenoh.handlers.Callback[Any]":
-    """Called on Zenoh's own thread, instead of one more thread for every declaration."""
+    """Make Zenoh call back on its own thread, instead of on a further thread for every declaration."""
     return zenoh.handlers.Callback(callback, drop, indirect=False)
 
 

@@ -30,10 +30,10 @@ NO_FAULTS = "this device takes no faults\ndocs/devices.md names the kinds that t
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One value of a device that people and programs may read, and write if `write` is there.
+    """A value of a device that users and programs may read, and write if `write` is given.
 
-    `read` gives the value at the clock's present instant, and changes nothing: a rig that is read gives the same trace.
-    `write` raises ValueError, with what would be right, for a value it can't take.
+    `read` returns the value at the clock's present instant and changes nothing, so a rig that is read gives the same
+    trace.  `write` raises ValueError, saying what was expected, for a value that it refuses.
     """
 
     read: Callable[[], Value]
@@ -46,19 +46,19 @@ RUN = "{run}"
 
 
 class Tool(NamedTuple):
-    """A line to copy and paste that reaches a device or a bus with a foreign tool.  `RUN` in it is the run folder."""
+    """A line to copy that reaches a device or a bus with a foreign tool.  `RUN` in it is replaced by the run folder."""
 
     label: str
     line: str
 
 
 def python_line(code: str) -> str:
-    """A shell line that runs `code`; readable where it can be, as texts in code have single quotes."""
+    """Return a shell line that runs `code`, with double quotes where they are enough."""
     return f"python -c {shlex.quote(code)}" if set(code) & set('"$`\\!') else f'python -c "{code}"'
 
 
 class Device:
-    """Base of all devices.  Subclasses connect handlers in `__init__` and act from `start` on."""
+    """Base of all devices.  A subclass connects its handlers in `__init__` and acts from `start` on."""
 
     about: ClassVar[str] = ""
     """One line for `fieldrig devices`."""
@@ -71,10 +71,10 @@ class Device:
         """Power on.  Called once, when every link is up."""
 
     def stop(self) -> None:
-        """Orderly end of the rig; a killed process never gets here, so nothing may depend on it."""
+        """End in order with the rig.  A killed process never gets here, so nothing may depend on it."""
 
     def points(self) -> Mapping[str, Point]:
-        """What `fieldrig get`, `set` and `watch` see, by key."""
+        """Return the points for `fieldrig get`, `set` and `watch`, by key."""
         return {}
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
@@ -99,5 +99,5 @@ class Device:
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        """Lines that reach this device from outside; `links` holds its buses by the names of its parameters."""
+        """Return lines that reach this device from outside; `links` holds its buses by the names of its parameters."""
         return []

@@ -1,7 +1,7 @@
-"""Where a rig's control messages go: opening Zenoh sessions that nobody else can come upon.
+"""Zenoh sessions for a rig's control messages, invisible to everything else on the network.
 
-The rig listens at one endpoint and routes; processes and tools connect to it.  No scouting of any kind.  Away from
-loopback both ends need the same token (`shared_token`).
+The rig listens at one endpoint and routes; processes and tools connect to it.  Scouting is off.  Beyond loopback both
+ends need the same token (`shared_token`).
 """
 
 import asyncio
@@ -23,15 +23,15 @@ OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/1
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.02
 PATIENCE_S: Final = 10.0
-"""Zenoh's own."""
+"""Zenoh's own time limit, in seconds."""
 
 
 class NoRigError(ControlError):
-    """Nobody to talk to at the endpoint."""
+    """Nothing answers at the endpoint."""
 
 
 def is_local(endpoint: str) -> bool:
-    """Whether nobody outside this machine can reach the endpoint."""
+    """Return whether the endpoint can only be reached from this machine."""
     protocol, _, address = endpoint.partition("/")
     if protocol == "unixsock-stream":
         return True
@@ -39,14 +39,14 @@ def is_local(endpoint: str) -> bool:
 
 
 def is_guarded(endpoint: str) -> bool:
-    """Whether nobody outside this machine gets in without a token."""
+    """Return whether the endpoint can only be reached from this machine, or only with a token."""
     return is_local(endpoint) or token() is not None
 
 
 def listen(endpoint: str) -> zenoh.Session:
-    """The rig's own session.  RigError if the endpoint is taken or would be open to anybody.
+    """Open the rig's own session.  RigError if the endpoint is taken, or would be open to everybody.
 
-    If the token is to lie in a file that isn't there yet, it is made.
+    If the token's file does not exist yet, it is made.
     """
     make_token()
     if not is_guarded(endpoint):
@@ -64,9 +64,9 @@ def listen(endpoint: str) -> zenoh.Session:
 
 
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
-    """One with settings of its own, such as a bus has: as silent as ours, and with the token if there is one.
+    """Open a session with settings of its own, such as a bus has: without scouting, and with the token if there is one.
 
-    zenoh.ZError if it can't be had.
+    zenoh.ZError if that fails.
     """
     password = _password()
     if password is None or not settings.get("listen/endpoints"):
@@ -78,7 +78,7 @@ def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
 
 
 def check_free(endpoint: str) -> None:
-    """RigError if another program listens there."""
+    """Check that the endpoint is free.  RigError if another program listens there."""
     if is_answered(endpoint):
         raise RigError(
             f"can't listen on the control endpoint {endpoint}: another program listens there",
@@ -87,7 +87,7 @@ def check_free(endpoint: str) -> None:
 
 
 def connect(endpoint: str, patience_s: float = PATIENCE_S) -> zenoh.Session:
-    """A session of a process or tool.  NoRigError if no rig answers there, in this time if anything listens at all."""
+    """Open the session of a process or tool.  NoRigError if no rig answers there within the given time."""
     settings = {"mode": "client", "connect/endpoints": [endpoint]}
     try:
         return _open({**settings, "transport/unicast/open_timeout": round(patience_s * 1000)})
@@ -104,7 +104,7 @@ def connect(endpoint: str, patience_s: float = PATIENCE_S) -> zenoh.Session:
 
 
 async def connect_patiently(endpoint: str, patience_s: float) -> zenoh.Session:
-    """The same, for a rig that may still be starting."""
+    """Do the same for a rig that may still be starting."""
     loop = asyncio.get_running_loop()
     give_up_s = loop.time() + patience_s
     while True:
@@ -117,7 +117,7 @@ async def connect_patiently(endpoint: str, patience_s: float) -> zenoh.Session:
 
 
 def is_answered(endpoint: str) -> bool:
-    """Whether anything listens there."""
+    """Return whether anything listens at the endpoint."""
     protocol, _, address = endpoint.partition("/")
     try:
         if protocol == "unixsock-stream":
@@ -132,7 +132,7 @@ def is_answered(endpoint: str) -> bool:
 
 
 def _password() -> str | None:
-    """The token in letters that Zenoh's `user:password` lines can hold."""
+    """Return the token in the characters that Zenoh allows in its `user:password` lines."""
     secret = token()
     return None if secret is None else hashlib.sha256(secret.encode()).hexdigest()
 
@@ -155,5 +155,5 @@ def _open(settings: dict[str, Any]) -> zenoh.Session:
 
 
 def close(session: Any) -> None:
-    """The one place that knows that the stubs give `Session.close` no types."""
+    """Close a session.  Zenoh's stubs give `Session.close` no types, which only this function has to know."""
     session.close()

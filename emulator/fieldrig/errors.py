@@ -1,9 +1,9 @@
-"""What can be wrong outside our own code, each with its remedy.
+"""The errors outside our own code, each with its remedy.
 
-RigError              anything a user can mend; printed without a traceback
+RigError              anything that a user can fix; printed without a traceback
 ├── ConfigError       wrong configuration, with every mistake found
-├── UsageError        a command was asked for what can't be, or given a file that isn't what it should be
-├── BusError          a port, a path, a network device that can't be had
+├── UsageError        a command was called with a wrong request, or with a file of the wrong kind
+├── BusError          a port, a path or a network device that is not available
 ├── RefusedError      a device outside, such as an encoder at a serial port, refuses what a command asks for
 └── ControlError      no rig answers, or it refuses
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 
 class RigError(Exception):
-    """Something outside our code is wrong; `remedy` says what to do next."""
+    """Something outside our code is wrong; `remedy` says what to do."""
 
     def __init__(self, what: str, remedy: str = "") -> None:
         super().__init__(f"{what}\n  {remedy}" if remedy else what)
@@ -24,7 +24,7 @@ class RigError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """One thing that is wrong in a configuration, and what would be right."""
+    """One mistake in a configuration: where it is, what is wrong, and what was expected."""
 
     file: str
     line: int | None
@@ -47,7 +47,7 @@ class ConfigError(RigError):
 
 
 class UsageError(RigError):
-    """A command was asked for what can't be, or given a file that isn't what it should be."""
+    """A command was called with a wrong request, or with a file of the wrong kind."""
 
 
 class BusError(RigError):
@@ -59,12 +59,15 @@ class RefusedError(RigError):
 
 
 class ControlError(RigError):
-    """No rig answers at the control endpoint, or it refuses what it was asked."""
+    """No rig answers at the control endpoint, or it refuses the request."""
 
 
 @contextmanager
 def refusals(place: str) -> Iterator[None]:
-    """A ValueError as a ControlError of `place`: its first line is what is wrong, the others are the remedy."""
+    """Turn a ValueError into a ControlError of `place`.
+
+    The first line of its text is the problem, the rest is the remedy.
+    """
     try:
         yield
     except ValueError as cause:

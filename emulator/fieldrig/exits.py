@@ -1,4 +1,4 @@
-"""Exit codes of `fieldrig`, and of the processes of a rig."""
+"""The exit codes of `fieldrig`, and of the processes of a rig."""
 
 from enum import IntEnum
 
@@ -17,14 +17,14 @@ class Exit(IntEnum):
 
 
 ABOUT = {
-    Exit.OK: "done",
-    Exit.BUG: "a fault of fieldrig's own, with its traceback",
-    Exit.WRONG: "wrong usage, or mistakes in the rig file",
-    Exit.CANNOT_START: "can't start: a port, a path or the control endpoint is taken",
+    Exit.OK: "success",
+    Exit.BUG: "internal error of fieldrig, with its traceback",
+    Exit.WRONG: "wrong usage, or mistakes in a file",
+    Exit.CANNOT_START: "can't start: a port, a path or the control endpoint is not available",
     Exit.NO_RIG: "no rig answers at the control endpoint",
-    Exit.DEVICE_FAILED: "a device failed, and the rig file says that the rig stops then",
-    Exit.REFUSED: "the rig refuses: no such device or key, or a value that it can't take",
+    Exit.DEVICE_FAILED: "a device failed, and its `on_exit` in the rig file is `stop`",
+    Exit.REFUSED: "the rig or device refuses: unknown device or key, or a value that is not accepted",
     Exit.NOT_READY: "not ready (only `fieldrig status --ready`)",
-    Exit.NOT_CONFORMING: "a node fails a case of a standard's test (only `fieldrig conform`)",
-    Exit.CRASHED: "a device's own code failed (only of the processes of a rig)",
+    Exit.NOT_CONFORMING: "a node fails a conformance test (only `fieldrig conform`)",
+    Exit.CRASHED: "a device's code failed (only processes of a rig)",
 }

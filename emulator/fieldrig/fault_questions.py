@@ -15,7 +15,7 @@ VERBS: Final = ("faults", "add_fault", "clear_fault")
 
 
 class Faulty(Protocol):
-    """ControlError for a fault that it can't take, or that isn't there."""
+    """Something with faults.  ControlError for a fault that it refuses, or that does not exist."""
 
     def add_fault(self, fault: Mapping[str, Any]) -> int: ...
 
@@ -32,7 +32,7 @@ def answer_of_faults(subject: Faulty, verb: str, message: Any) -> Any:
             return {"number": subject.add_fault(fault)}
         case "clear_fault", {"number": int() | None as number}:
             numbers = list(subject.faults()) if number is None else [number]
-            for one in numbers:
-                subject.clear_fault(one)
+            for number in numbers:
+                subject.clear_fault(number)
             return {"cleared": numbers}
     raise ControlError(f"can't {asked(verb, message)}", "expected a fault to add, or the number of one to clear")

@@ -1,9 +1,9 @@
-"""Faults, in one form everywhere: where, what, when, how long, how often.
+"""Faults of buses and devices in one form: where, what, when, how long, how often.
 
-What there is to break is the affair of the bus or the device: it has a settings model for each fault, with a literal
-`what`, derived from `Timed`.  In a rig file faults stand under `faults:`; a running rig takes the same as plain values
-from a test, or as texts from `fieldrig fault`.  Chance comes from a `random.Random` that is given in and from a key of
-what is struck, so that it does not matter in which order a model looks at its messages.
+A bus or device has a settings model for each of its faults, derived from `Timed` and with a literal `what`.  A rig file
+lists faults under `faults:`; a running rig takes the same as plain values from a test, or as texts from `fieldrig
+fault`.  Chance comes from a given `random.Random` and from a key of the affected message, so it does not depend on the
+order in which a model looks at its messages.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -35,7 +35,7 @@ _64: Final = (1 << 64) - 1
 
 
 class Timed(Settings):
-    """The when and how long of a fault."""
+    """Start and duration of a fault."""
 
     start_ms: float = Field(
         default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
@@ -63,7 +63,7 @@ S = TypeVar("S", bound=Timed, covariant=True)
 
 
 class Fault(Generic[S]):
-    """One fault that was given."""
+    """One fault that was added, with its state."""
 
     __slots__ = ("_count", "_probability", "_salt", "applied", "number", "settings", "start_ns", "until_ns")
 
@@ -84,11 +84,11 @@ class Fault(Generic[S]):
         return now_ns >= self.start_ns and not self.is_over(now_ns)
 
     def happens(self, key: int) -> bool:
-        """Whether chance, if the fault leaves any, strikes what `key` stands for."""
+        """Return whether the fault applies to the message that `key` stands for, given its probability."""
         return self._probability >= 1 or self.chance(key) < self._probability * (1 << 64)
 
     def chance(self, key: int) -> int:
-        """64 bits by chance, always the same for one key (SplitMix64, Steele et al. 2014)."""
+        """Return 64 random bits that are always the same for one key (SplitMix64, Steele et al. 2014)."""
         mixed = self._salt + key * 0x9E37_79B9_7F4A_7C15 & _64
         mixed = (mixed ^ mixed >> 30) * 0xBF58_476D_1CE4_E5B9 & _64
         mixed = (mixed ^ mixed >> 27) * 0x94D0_49BB_1331_11EB & _64
@@ -103,7 +103,7 @@ F = TypeVar("F", bound=Fault[Any])
 
 
 class Faults(Generic[F]):
-    """Those of one bus or device, in the order in which they were given."""
+    """The faults of one bus or device, in the order in which they were added."""
 
     def __init__(self, make: Callable[[int, Any, int, int], F], random: Random | None = None) -> None:
         """`make` is the class of the faults."""
@@ -118,7 +118,7 @@ class Faults(Generic[F]):
         return self._given
 
     def add(self, now_ns: int, settings: Timed, number: int | None = None) -> F:
-        """Under the next number, or one that whoever gives it to several has chosen."""
+        """Add a fault under the next number, or under `number` if the caller adds it in several places."""
         number = self._given + 1 if number is None else number
         self._given = max(self._given, number)
         fault = self._make(number, settings, now_ns, self._random.getrandbits(64))
@@ -167,7 +167,7 @@ def fault_of(given: Mapping[str, Any], models: Mapping[str, type[Timed]]) -> Tim
         return model.model_validate(values)
     except ValidationError as cause:
         found = explain(cause, values, model)
-        lines = [(f"{key_text(one.path)}: {one.what}".removeprefix(": "), one.remedy) for one in found]
+        lines = [(f"{key_text(wrong.path)}: {wrong.what}".removeprefix(": "), wrong.remedy) for wrong in found]
         raise ValueError("\n".join(line for both in lines for line in both if line)) from cause
 
 

@@ -1,9 +1,9 @@
 """One process of a rig in real time: `python -m fieldrig.host FILE --process NAME`.
 
-The rig's supervisor starts it, holds its standard input open, follows its steps and reads its log.  It opens its
-hubs, asks the rig to join, attaches and starts its devices when it may, says that it is ready, answers questions, and
+The rig's supervisor starts it, holds its standard input open, follows its steps and reads its log.  The process opens
+its hubs, asks the rig to join, attaches and starts its devices, reports that it is ready, and answers questions.  It
 ends on SIGTERM, or when its standard input ends because the supervisor is gone.  An exception in a device's code ends
-it too: exit code 70.
+it with exit code 70.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 from fieldrig import endpoint, log_files
 from fieldrig.bus_stream import BusStream
 from fieldrig.config import RigConfig, load
-from fieldrig.control import Control, NobodyError
+from fieldrig.control import Control, NoAnswerError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
 from fieldrig.placement import ProcessPlan, linked_buses
@@ -39,12 +39,12 @@ from fieldrig.untrusted import field
 log = logging.getLogger(__name__)
 
 GRACE_S = 2.0
-"""Between the word to end and the end by force."""
+"""Time between the request to end and the forced end."""
 RETRY_S = 0.02
-LEASH = 0
-"""Standard input: a pipe that the supervisor holds."""
+LIFELINE = 0
+"""File descriptor of the standard input, a pipe that the supervisor holds open."""
 WAITING_S = 3600.0
-"""A supervised process leaves it to its supervisor to lose patience."""
+"""Time limit of a supervised process; in practice its supervisor gives up first."""
 REALTIME_PRIORITY = 10
 
 
@@ -56,7 +56,7 @@ class Host:
         self._state = "starting"
 
     async def run(self) -> Exit:
-        """RigError if it can't start."""
+        """Run the process to its end.  RigError if it can't start."""
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._on_exception)
         clock = RealClock(loop)
@@ -80,7 +80,7 @@ class Host:
             self._ended.set_result(code)
 
     async def _unless_ended(self, work: Coroutine[Any, Any, None]) -> bool:
-        """Whether `work` came to its end before this process was told to end."""
+        """Return whether `work` finished before this process was asked to end."""
         task = asyncio.get_running_loop().create_task(work)
         both: set[asyncio.Future[Any]] = {task, self._ended}
         await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
@@ -113,20 +113,20 @@ class Host:
         self._state = "ready"
         step("ready")
         finish()
-        control.tell(f"ready/{name}", {"pid": os.getpid()})
+        control.publish(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
 
     async def _join(self, control: Control) -> dict[str, Any]:
-        """Ask until somebody answers: the rig's session is there a little earlier than who answers in it."""
+        """Ask until there is an answer, as the rig's session opens slightly before the service that answers in it."""
         loop = asyncio.get_running_loop()
         give_up_s = loop.time() + self._patience_s
         while True:
-            left_s = max(give_up_s - loop.time(), RETRY_S)  # a busy computer may have slept past the end
+            left_s = max(give_up_s - loop.time(), RETRY_S)  # a busy host may have slept past the end
             try:
                 terms: dict[str, Any] = await control.ask(
                     "rig/join", {"process": self._plan.name, "pid": os.getpid()}, left_s
                 )
-            except NobodyError:
+            except NoAnswerError:
                 if loop.time() + RETRY_S > give_up_s:
                     raise
                 await asyncio.sleep(RETRY_S)
@@ -143,7 +143,7 @@ class Host:
         }
 
     def _on_exception(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """An OSError is the network's, or a peer's; anything else is a fault of the code in this process."""
+        """Log an OSError, which the network or a peer has caused; end the process for a fault of the code in it."""
         cause = context.get("exception")
         if cause is None or isinstance(cause, OSError):
             log.warning("%s: %s", context.get("message"), cause)
@@ -153,7 +153,7 @@ class Host:
 
 
 def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is_realtime: bool = False) -> Exit:
-    """Run one process of the rig until it is told to end."""
+    """Run one process of the rig until it is asked to end."""
     step("rig file read")
     hold = join_run(config.run)
     _name_process(plan.name)
@@ -190,10 +190,10 @@ async def _run(config: RigConfig, plan: ProcessPlan, is_supervised: bool) -> Exi
 
 
 def _end_with_parent(end: Callable[[], object]) -> None:
-    """A thread, for it must end a hung loop too."""
+    """End this process when the supervisor is gone.  This is a thread, so that it also ends a hung loop."""
 
     def watch() -> None:
-        while os.read(LEASH, 1024):
+        while os.read(LIFELINE, 1024):
             pass
         with contextlib.suppress(RuntimeError):  # the loop has ended by itself
             end()
@@ -212,7 +212,7 @@ def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
 
 
 def _name_process(name: str) -> None:
-    """What `ps` and `top` show."""
+    """Set the name that `ps` and `top` show."""
     with contextlib.suppress(OSError):  # only Linux has it
         Path("/proc/self/comm").write_text(f"rig:{name}")
 

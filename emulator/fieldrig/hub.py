@@ -1,7 +1,8 @@
-"""Runs one model bus in real time: members of this process, members in other processes, ports for outsiders.
+"""Runs one model bus in real time: members in this process, members in other processes, ports for outside clients.
 
-What a member sends carries the instant at which it was asked for, so the hop to the hub hides behind the time the
-medium takes.  A member may lag by `LAG_LIMIT_NS` at the most; later it counts as asked for now.
+A hub paces the bus: the model's `next_ns` says when a message has passed, and a timer wakes the hub at that instant.
+Each message carries the instant at which its member sent it, so the time to the hub is hidden behind the time on the
+medium.  A member may be late by at most `LAG_LIMIT_NS`; beyond that, its message counts as sent now.
 """
 
 import time
@@ -21,11 +22,14 @@ from fieldrig.sending import uninteresting, unsendable
 
 LAG_LIMIT_NS = 2 * MS
 LONGEST_TURN_NS = 5 * MS
-"""Of a hub that carries: where a medium asks for more work than this computer does in time, others have their turn."""
+"""Longest work without a pause.
+
+A medium with more traffic than the host can carry in time must not block everything else.
+"""
 
 
 class LocalLink:
-    """A member in the hub's own process."""
+    """The end of a member in the hub's own process."""
 
     def __init__(self, hub: "LocalHub", member: str) -> None:
         self._hub, self._member = hub, member
@@ -86,7 +90,7 @@ class LocalHub:
         return link
 
     def join_as(self, member: str, deliver: Callable[[Delivery[Any]], None]) -> None:
-        """A member that is called with whole deliveries.  ValueError if the name is taken."""
+        """Add a member that is called with whole deliveries.  ValueError if the name is taken."""
         if member in self._members:
             raise ValueError(f"{self.bus.name} already has a member {member!r}")
         self._members[member] = deliver
@@ -106,12 +110,12 @@ class LocalHub:
             self.carry()
 
     def submit_late(self, asked_ns: int, member: str, message: Any) -> None:
-        """The same, from a member whose word of time is not trusted beyond `LAG_LIMIT_NS`.  Call `carry` after."""
+        """Submit a message of a member whose clock is not trusted beyond `LAG_LIMIT_NS`.  Call `carry` afterwards."""
         now_ns = self.clock.now_ns()
         self.model.submit(min(max(asked_ns, now_ns - LAG_LIMIT_NS), now_ns), member, message)
 
     def carry(self) -> None:
-        """Hand over everything that has arrived by now, and come back when the next thing does."""
+        """Deliver everything that has arrived by now, and set a timer for the next arrival."""
         if self._is_collecting:
             return
         self._is_collecting = True
@@ -137,7 +141,7 @@ class LocalHub:
         return self.model.statistics(self.clock.now_ns())
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        """A fault of the bus from now on; its number.  ControlError, with what would be right."""
+        """Add a fault of the bus from now on, and return its number.  ControlError for a fault that it refuses."""
         with refusals(self.bus.name):
             number = self.model.add_fault(self.clock.now_ns(), fault)
         self.carry()

@@ -22,10 +22,10 @@ log = logging.getLogger(__name__)
 
 LONGEST_WHY = 300  # characters
 PATIENCE_S = 10.0
-"""For the hello of somebody who has opened a connection."""
-MOST_STRANGERS = 256
+"""Time limit for the hello on a new connection."""
+MOST_UNIDENTIFIED = 256
 """Connections at a time without a hello; the next one is closed at once."""
-SLOWEST_BACKLOG = 4 << 20  # bytes; a member that reads no more is put off the bus rather than filling the memory
+SLOWEST_BACKLOG = 4 << 20  # bytes; a member that stops reading is disconnected, so that it can't fill the memory
 
 
 class HubServer:
@@ -39,10 +39,10 @@ class HubServer:
         self._sleep_at_ns = 0
 
     async def open(self) -> None:
-        """BusError if a socket can't be had, or if others than the rig's own processes could attach."""
+        """Open the sockets.  BusError if one is not available, or if processes outside the rig could attach."""
         loop, bus = asyncio.get_running_loop(), self._hub.bus
         if hasattr(asyncio, "open_unix_connection"):
-            # The rig's lock says that no living rig owns this folder: what lies here is left from a killed one.
+            # The lock shows that no running rig owns this folder, so a socket here is left over from a killed one.
             try:
                 self._path.unlink(missing_ok=True)
                 self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
@@ -74,16 +74,16 @@ class HubServer:
         self._path.unlink(missing_ok=True)
 
     def stay_awake(self) -> None:
-        """Look for the next message for a while before sleeping, where the bus says that one follows at once."""
+        """Poll for the next message for a while, if the bus expects it at once."""
         if self._awake_ns:
             is_asleep = self._sleep_at_ns == 0
             self._sleep_at_ns = time.monotonic_ns() + self._awake_ns
             if is_asleep:
-                self._loop.call_soon(self._look_again)
+                self._loop.call_soon(self._poll)
 
-    def _look_again(self) -> None:
+    def _poll(self) -> None:
         if time.monotonic_ns() < self._sleep_at_ns:
-            self._loop.call_soon(self._look_again)
+            self._loop.call_soon(self._poll)
         else:
             self._sleep_at_ns = 0
 
@@ -94,11 +94,11 @@ class HubServer:
 class MemberStream(asyncio.Protocol):
     """One member in another process.
 
-    Whatever comes that should not puts this member off the bus, with a word why, and nobody else.
+    A malformed or unexpected record disconnects this member, with a reason, and no other.
     """
 
     def __init__(self, hub: "LocalHub", server: HubServer, secret: str | None = None) -> None:
-        """`secret` is the token that the member has to know, if any."""
+        """`secret` is the token that the member must know, or None."""
         self._hub, self._server, self._secret = hub, server, secret
         self._records = Records(LONGEST_HELLO)
         self._nonce = secrets.token_hex(16)
@@ -111,14 +111,18 @@ class MemberStream(asyncio.Protocol):
     def connection_made(self, transport: Any) -> None:
         self._transport = transport
         streams = self._server.streams
-        if sum(stream.is_stranger for stream in streams) >= MOST_STRANGERS:
-            log.warning("%s: %d connections wait for a hello; no more", self._hub.bus.name, MOST_STRANGERS)
+        if sum(stream.is_unidentified for stream in streams) >= MOST_UNIDENTIFIED:
+            log.warning(
+                "%s: %d connections are waiting for a hello; no more are accepted",
+                self._hub.bus.name,
+                MOST_UNIDENTIFIED,
+            )
             self.abort()
             return
         streams.add(self)
         transport.set_write_buffer_limits(high=SLOWEST_BACKLOG)
         self._write(Kind.CHALLENGE, {"nonce": self._nonce})
-        self._patience = asyncio.get_running_loop().call_later(PATIENCE_S, self._put_off, "no hello came")
+        self._patience = asyncio.get_running_loop().call_later(PATIENCE_S, self._disconnect, "no hello came")
 
     def connection_lost(self, _cause: Exception | None) -> None:
         self._server.streams.discard(self)
@@ -128,17 +132,17 @@ class MemberStream(asyncio.Protocol):
             self._hub.leave(self._member)
 
     def pause_writing(self) -> None:
-        log.warning("%s: %s does not read; put off the bus", self._hub.bus.name, self._member)
+        log.warning("%s: %s does not read; disconnected", self._hub.bus.name, self._member)
         self.abort()
 
     def abort(self) -> None:
-        """What was written is still tried once; nothing more is read."""
+        """Close the connection.  Buffered bytes are tried once more, and nothing is read."""
         transport, self._transport = self._transport, None
         if transport is not None:
             transport.abort()
 
     @property
-    def is_stranger(self) -> bool:
+    def is_unidentified(self) -> bool:
         return self._member is None
 
     def data_received(self, data: bytes) -> None:
@@ -159,7 +163,7 @@ class MemberStream(asyncio.Protocol):
             except StopIteration:
                 break
             except (TypeError, ValueError) as fault:
-                self._put_off(str(fault))
+                self._disconnect(str(fault))
                 break
             if kind == Kind.MESSAGE:
                 hub.submit_late(instant_ns, member, message)
@@ -200,8 +204,8 @@ class MemberStream(asyncio.Protocol):
         self._hub.bus.check_interest(interest)
         return interest
 
-    def _put_off(self, why: str) -> None:
-        log.warning("%s: %s is put off the bus: %s", self._hub.bus.name, self._member or "a stranger", _brief(why))
+    def _disconnect(self, why: str) -> None:
+        log.warning("%s: %s is disconnected: %s", self._hub.bus.name, self._member or "an unknown client", _brief(why))
         self._write(Kind.REFUSED, {"why": _brief(why)})
         self.abort()
 

@@ -24,9 +24,9 @@ from fieldrig.untrusted import MalformedError
 HEADER: Final = struct.Struct("<BqI")
 LONGEST_BODY: Final = 1 << 20
 LONGEST_HELLO: Final = 4096
-"""Of a body from somebody who has not said who he is."""
+"""Longest body before the member has identified itself."""
 LONGEST_NAME: Final = 128
-"""Characters of a member's name."""
+"""Longest name of a member, in characters."""
 
 
 class Kind(IntEnum):
@@ -48,7 +48,7 @@ def pack(kind: int, instant_ns: int, body: bytes) -> bytes:
 
 
 class Records:
-    """Cuts a stream into records.  MalformedError from `feed` for a body longer than `longest`."""
+    """Splits a stream into records.  MalformedError from `feed` for a body longer than `longest`."""
 
     __slots__ = ("_rest", "longest")
 
@@ -73,5 +73,5 @@ class Records:
 
 
 def socket_name(bus: Bus[Any]) -> str:
-    """The hub's Unix socket in the run folder."""
+    """Return the name of the hub's Unix socket in the run folder."""
     return f"{bus.name}.sock"

@@ -1,7 +1,7 @@
-"""The kinds of buses and devices: found by name, asked for their settings and links.
+"""Find the kinds of buses and devices by name, with their settings and links.
 
 A kind is a name that an installed package has under the entry points "fieldrig.buses" or "fieldrig.devices", or
-`package.module:Class`, a class of the user's own.  Only what a rig file names is imported.
+`package.module:Class`, a class of the user's own.  Only the kinds that a rig file names are imported.
 """
 
 import importlib
@@ -24,7 +24,7 @@ BUSES = "fieldrig.buses"
 DEVICES = "fieldrig.devices"
 
 INJECTED = frozenset({"clock", "name", "settings", "store", "random"})
-"""Parameters of a device that are not links."""
+"""The parameters of a device that are not links."""
 
 
 class Kind(NamedTuple):
@@ -40,21 +40,21 @@ class LinkParameter:
     required: bool
     many: bool
     messages: tuple[type, ...]
-    """What it sends and understands; empty: anything."""
+    """The types of message that the device sends and understands; empty for any."""
 
     def fits(self, carried: tuple[type, ...]) -> bool:
-        """Whether a bus that carries these types carries all that the device may send."""
+        """Return whether a bus with these types carries everything that the device may send."""
         return all(issubclass(message, carried) for message in self.messages)
 
 
 def find_bus(kind: str) -> type[Bus[Any]]:
-    """RigError, with the closest names, for a kind that is not there."""
+    """Return the class of a bus.  RigError, with the closest names, for an unknown kind."""
     found: type[Bus[Any]] = _find(kind, BUSES, Bus)
     return found
 
 
 def find_device(kind: str) -> type[Device]:
-    """RigError, with the closest names, for a kind that is not there."""
+    """Return the class of a device.  RigError, with the closest names, for an unknown kind."""
     found: type[Device] = _find(kind, DEVICES, Device)
     return found
 
@@ -68,25 +68,25 @@ def list_devices() -> list[Kind]:
 
 
 def bus_kinds_for(time: Time, family: str) -> list[str]:
-    """The installed kinds of a family of buses that run with this time."""
+    """Return the installed kinds of a family of buses that run with this time."""
     return [name for name in installed(BUSES) if _is_for(name, time, family)]
 
 
 @cache
 def installed(group: str) -> dict[str, EntryPoint]:
-    """The kinds of one group by name, not yet imported."""
+    """Return the kinds of one group by name, without importing them."""
     return {point.name: point for point in sorted(entry_points(group=group), key=lambda point: point.name)}
 
 
 def settings_model(cls: type) -> type[Settings]:
-    """The model that the annotation of the parameter `settings` names; an empty one without it."""
+    """Return the model in the annotation of the parameter `settings`, or an empty model without that parameter."""
     parameter = constructor_parameters(cls).get("settings")
     model = parameter.annotation if parameter is not None else None
     return model if isinstance(model, type) and issubclass(model, Settings) else Settings
 
 
 def link_parameters(cls: type[Device]) -> dict[str, LinkParameter]:
-    """The links a device takes, in the order of its constructor."""
+    """Return the links of a device, in the order of its constructor."""
     return {
         name: _link_parameter(cls, parameter)
         for name, parameter in constructor_parameters(cls).items()
@@ -95,7 +95,7 @@ def link_parameters(cls: type[Device]) -> dict[str, LinkParameter]:
 
 
 def constructor_parameters(cls: type) -> dict[str, inspect.Parameter]:
-    """Named parameters of the constructor, their annotations evaluated."""
+    """Return the named parameters of the constructor, with their annotations evaluated."""
     try:
         parameters = inspect.signature(cls, eval_str=True).parameters
     except NameError as cause:
@@ -120,10 +120,10 @@ def _closest(kind: str, names: list[str]) -> str:
 
 
 def _import(reference: str, remedy: str) -> object:
-    """What `package.module:Class` names."""
+    """Import the class that `package.module:Class` names."""
     module_name, _, class_name = reference.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), class_name)):
-        raise RigError(f'"{reference}" is not a class', 'right would be "package.module:Class"')
+        raise RigError(f'"{reference}" is not a class', 'expected "package.module:Class"')
     try:
         module = importlib.import_module(module_name)
     except (ImportError, SyntaxError) as cause:
@@ -175,13 +175,13 @@ def _link_parameter(cls: type, parameter: inspect.Parameter) -> LinkParameter:
         known = ", ".join(sorted(INJECTED))
         raise RigError(
             f"the parameter {parameter.name} of {_path(cls)} is not a link",
-            f"right would be a Link[...] or one of {known}",
+            f"expected a Link[...] or one of {known}",
         )
     return LinkParameter(parameter.name, not is_optional, is_many, _messages(get_args(hint)))
 
 
 def _messages(arguments: tuple[Any, ...]) -> tuple[type, ...]:
-    """The classes in `Link[A | B]`; none for `Link[Any]` and a bare `Link`."""
+    """Return the classes in `Link[A | B]`; none for `Link[Any]` and a bare `Link`."""
     choices = [get_origin(choice) or choice for argument in arguments for choice in _union(argument)]
     return tuple(choices) if all(isinstance(choice, type) and choice is not Any for choice in choices) else ()
 

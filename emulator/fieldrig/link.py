@@ -7,17 +7,20 @@ M = TypeVar("M")
 
 
 class Link(Protocol[M]):
-    """Send messages to a bus and be told of those that arrive; who is at the other end is the bus's affair."""
+    """A device's end of one bus.
+
+    It sends messages, and calls a handler for those that arrive; the bus finds the receivers.
+    """
 
     def send(self, message: M) -> None:
-        """Hand a message to the bus.  It never blocks and never raises for the sake of the bus."""
+        """Hand a message to the bus.  It never blocks, and never raises for a state of the bus."""
 
     def on_receive(self, handler: Callable[[M], None], interest: Sequence[object] | None = None) -> None:
-        """Call `handler` with every message that arrives and is of interest.
+        """Call `handler` with every message that arrives and matches `interest`.
 
-        `interest` is JSON data in the words of the bus: acceptance filters `(identifier, mask)` on CAN, unit
-        ids on Modbus, names on wires.  None is everything.  What is of no interest costs this device nothing:
-        it is not even carried to its process.  A second call replaces handler and interest of the first.
+        `interest` is JSON data in the terms of the bus: acceptance filters `(identifier, mask)` on CAN, unit ids on
+        Modbus, names on wires.  None matches everything.  Other messages cost this device nothing, as they are not even
+        carried to its process.  A second call replaces handler and interest of the first.
         """
 
 
@@ -36,7 +39,7 @@ def patience_of(link: object) -> int:
 
 
 class UnconnectedLink:
-    """An end of a bus that leads nowhere: nothing that is sent goes out, and nothing arrives."""
+    """An end of a bus that leads nowhere: it drops what is sent, and nothing arrives."""
 
     def send(self, message: Any) -> None:
         """Drop the message."""

@@ -15,7 +15,7 @@ from typing import Final
 LOG_BYTES: Final = 4 << 20
 OLD_LOGS: Final = 3
 LONGEST_TEXT: Final = LOG_BYTES // 4
-"""Characters of one write; the rest of a longer one is dropped."""
+"""Longest write, in characters; the rest of a longer one is dropped."""
 
 
 def older(log: Path, number: int) -> Path:
@@ -23,7 +23,7 @@ def older(log: Path, number: int) -> Path:
 
 
 def rotate(log: Path) -> None:
-    """Make room for a new file: the present one becomes number 1, the oldest is dropped."""
+    """Make room for a new file: the present one becomes number 1, and the oldest is dropped."""
     for number in range(OLD_LOGS, 0, -1):
         younger = older(log, number - 1) if number > 1 else log
         with suppress(OSError):
@@ -31,14 +31,14 @@ def rotate(log: Path) -> None:
 
 
 def begin_anew(log: Path) -> None:
-    """An empty log, and no older ones."""
+    """Start an empty log, and delete the older ones."""
     for number in range(1, OLD_LOGS + 1):
         older(log, number).unlink(missing_ok=True)
     log.write_bytes(b"")
 
 
 def is_full(log: Path, more: int = 0) -> bool:
-    """True if the log has text already and `more` bytes would exceed its limit."""
+    """Return whether the log has text already and `more` bytes would exceed its limit."""
     try:
         size = log.stat().st_size
     except OSError:
@@ -47,7 +47,7 @@ def is_full(log: Path, more: int = 0) -> bool:
 
 
 class LogText(io.TextIOWrapper):
-    """Standard output or error of this process, in its log file."""
+    """The standard output or error of this process, written to its log file."""
 
     def __init__(self, fd: int, log: Path) -> None:
         raw = io.FileIO(fd, "w", closefd=False)
@@ -64,7 +64,7 @@ class LogText(io.TextIOWrapper):
 
 
 def direct_output(log: Path) -> None:
-    """Let both outputs of this process go to the end of the file."""
+    """Direct both outputs of this process to the end of the file."""
     fd = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
     os.dup2(fd, 1)
     os.dup2(fd, 2)
@@ -72,6 +72,6 @@ def direct_output(log: Path) -> None:
 
 
 def take_over(log: Path) -> None:
-    """Write everything that this process says to its log, from now on."""
+    """Write all output of this process to its log from now on."""
     direct_output(log)
     sys.stdout, sys.stderr = LogText(1, log), LogText(2, log)

@@ -51,7 +51,7 @@ class RowList:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """ValueError, with what is wrong, for a file that contradicts itself."""
+        """Load the rows.  ValueError, with the reason, for a file that contradicts itself."""
         content = tomllib.loads(path.read_text())
         spans = content["rows"].items()
         rows = frozenset(Row(manual, n) for manual, texts in spans for text in texts for n in _numbers(text))
@@ -69,14 +69,14 @@ def _numbers(text: str) -> range:
 
 
 def spans(rows: Sequence[Row]) -> str:
-    """Rows of one manual, shortly: `001-003, 007`."""
+    """Return the rows of one manual as ranges: `001-003, 007`."""
     runs = groupby(enumerate(sorted(row.number for row in rows)), key=lambda place: place[1] - place[0])
     ends = [(run[0][1], run[-1][1]) for run in (list(run) for _, run in runs)]
     return ", ".join(f"{first:03}" if first == last else f"{first:03}-{last:03}" for first, last in ends)
 
 
 def coverage(row_list: RowList, shown: frozenset[Row]) -> Iterator[str]:
-    """The lines of the report: by manual the rows shown, not shown, and set aside with the reason."""
+    """Return the lines of the report: for each manual the rows shown, not shown, and set aside with the reason."""
     for manual in sorted({row.manual for row in row_list.rows}):
         rows = [row for row in row_list.rows if row.manual == manual]
         seen = [row for row in rows if row in shown]
@@ -125,7 +125,7 @@ class ManualRowsPlugin:
             self._passed |= rows
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """That no test shows a row yet is what the report says, and no failure."""
+        """Report an exit code of success even if no test shows a row yet."""
         if self._report and session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
             session.exitstatus = pytest.ExitCode.OK
 

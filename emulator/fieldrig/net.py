@@ -12,7 +12,7 @@ ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"
 
 
 def split_address(address: str) -> tuple[str, int]:
-    """Host and port.  ValueError, with what would be right, for anything else; port 0 to 65535."""
+    """Return host and port.  ValueError, with what was expected, for anything else.  The port is 0 to 65535."""
     parts = urlsplit(address if "://" in address else f"tcp://{address}")
     try:
         port = parts.port
@@ -24,7 +24,7 @@ def split_address(address: str) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether nobody outside this machine can reach it."""
+    """Return whether only this machine can reach the host."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -32,7 +32,7 @@ def is_loopback(host: str) -> bool:
 
 
 def bind_remedy(cause: OSError) -> str:
-    """What to do when an address can't be listened on."""
+    """Return what to do when an address is not available for listening."""
     if cause.errno == errno.EADDRINUSE:
         return "another program, or another rig, listens there: stop it, or choose another port in the rig file"
     if cause.errno == errno.EACCES:

@@ -1,7 +1,7 @@
-"""One device under virtual time: handed an instant and what arrived, it leaves what it sends, and says when it wants to
-be called again.
+"""One device under virtual time, advanced in steps.
 
-A node is local, or remote in a process of its own (`remote_node`), with the same result.
+A step takes an instant and the messages that arrive; its results are the messages that the device sends and the instant
+of its next action.  A node is local, or remote in a process of its own (`remote_node`), with the same result.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,7 +25,7 @@ Handler = Callable[[Any], None]
 
 
 class Stepped(NamedTuple):
-    """What came of one step."""
+    """The results of one step."""
 
     listens: list[tuple[BusName, Sequence[Any] | None]]
     """Changes of interest; they hold before anything in `sent` arrives."""
@@ -35,45 +35,48 @@ class Stepped(NamedTuple):
 
 class Node(Protocol):
     def keys(self) -> dict[str, str]:
-        """The keys of the device's points, each with its unit."""
+        """Return the keys of the device's points, each with its unit."""
 
     def get(self, now_ns: int, key: str) -> Value:
-        """The value of a point at `now_ns`, up to which everything has happened.  ControlError for an unknown key."""
+        """Return the value of a point at `now_ns`, up to which everything has happened.
+
+        ControlError for an unknown key.
+        """
 
     def set(self, key: str, value: Value) -> None:
-        """ControlError for a key that isn't there or can't be written, or a value that it can't take."""
+        """Write a point.  ControlError for an unknown or read-only key, or a value that it refuses."""
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        """ControlError for a fault that the device can't take."""
+        """Add a fault.  ControlError for a fault that the device refuses."""
 
     def clear_fault(self, number: int) -> None:
-        """ControlError if there is no such fault."""
+        """Remove a fault.  ControlError if there is none of this number."""
 
     def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
-        """The faults of the device, as they are at `now_ns`."""
+        """Return the faults of the device, as they are at `now_ns`."""
 
     def stop(self) -> None: ...
 
 
-class Post:
-    """What nodes have to say when a step is over, in the order in which they reacted: who, at which bus, what."""
+class Outbox:
+    """Everything that nodes have to pass on after a step, in the order of their reactions: device, bus, and content."""
 
     def __init__(self, buses: Mapping[BusName, Bus[Any]] | None = None) -> None:
-        """`buses` say what may be sent; None where there are none, as in a test of a device alone."""
+        """`buses` check what is sent; None where there are none, as in a test of a single device."""
         self.buses = buses
         self.listens: list[tuple[str, BusName, Sequence[Any] | None]] = []
         self.sent: list[tuple[str, BusName, Any]] = []
 
 
 class NodeLink:
-    """An end of a bus under virtual time: keeps what is sent until the step is over."""
+    """An end of a bus under virtual time that keeps what is sent until the step is over."""
 
-    __slots__ = ("_add", "_bus", "_check", "_check_interest", "_handlers", "_name", "_post")
+    __slots__ = ("_add", "_bus", "_check", "_check_interest", "_handlers", "_name", "_outbox")
 
-    def __init__(self, name: str, bus: BusName, post: Post, handlers: dict[BusName, Handler]) -> None:
-        self._name, self._bus, self._post, self._handlers = name, bus, post, handlers
-        self._add = post.sent.append
-        known = None if post.buses is None else post.buses.get(bus)
+    def __init__(self, name: str, bus: BusName, outbox: Outbox, handlers: dict[BusName, Handler]) -> None:
+        self._name, self._bus, self._outbox, self._handlers = name, bus, outbox, handlers
+        self._add = outbox.sent.append
+        known = None if outbox.buses is None else outbox.buses.get(bus)
         self._check: Callable[[Any], None] = _anything if known is None else known.check
         self._check_interest: Callable[[Any], None] = _anything if known is None else known.check_interest
 
@@ -90,34 +93,37 @@ class NodeLink:
         except (TypeError, ValueError) as cause:
             raise uninteresting(cause, self._name, self._bus, interest) from cause
         self._handlers[self._bus] = handler
-        self._post.listens.append((self._name, self._bus, interest))
+        self._outbox.listens.append((self._name, self._bus, interest))
 
 
 def _anything(_: Any) -> None:
-    """Whatever a test of a device alone lets it send."""
+    """Accept anything, in the test of a single device."""
 
 
 class EventNode:
-    """A clock and links that only move in steps; what reacts to them may be a device, or a test."""
+    """A clock and links that only move in steps, for a device or for a test."""
 
-    def __init__(self, name: str, now_ns: int = 0, post: Post | None = None) -> None:
-        """`post` may be one for many; it knows which buses there are."""
-        self.name, self.post = name, post or Post()
+    def __init__(self, name: str, now_ns: int = 0, outbox: Outbox | None = None) -> None:
+        """`outbox` may be shared by many nodes; it knows the buses."""
+        self.name, self.outbox = name, outbox or Outbox()
         self.clock = VirtualClock(now_ns)
         self._links: dict[BusName, NodeLink] = {}
         self._handlers: dict[BusName, Handler] = {}
 
     def link(self, bus: BusName) -> NodeLink:
-        """This node's end of `bus`; the same one at every call.  RigError for a bus that the rig doesn't have."""
+        """Return this node's end of `bus`, always the same one.  RigError for a bus that the rig doesn't have."""
         if bus not in self._links:
-            buses = self.post.buses
+            buses = self.outbox.buses
             if buses is not None and bus not in buses:
                 raise RigError(f"the rig has no bus {bus!r}", closest(bus, list(buses)))
-            self._links[bus] = NodeLink(self.name, bus, self.post, self._handlers)
+            self._links[bus] = NodeLink(self.name, bus, self.outbox, self._handlers)
         return self._links[bus]
 
     def react(self, until_ns: int, deliveries: Deliveries) -> int:
-        """A step in one call, for who empties the post himself.  Returns the earliest wish, `NEVER_NS` without one."""
+        """Do a step in one call, and return the instant of the next action, or `NEVER_NS`.
+
+        The caller drains the outbox.
+        """
         clock, handlers, at = self.clock, self._handlers, None
         try:
             if deliveries:
@@ -132,20 +138,20 @@ class EventNode:
             raise
 
     def finish(self) -> Stepped:
-        """What has come of what it was handed, for who can't look into the post."""
-        post = self.post
-        listens = [(bus, interest) for _, bus, interest in post.listens]
-        sent = [(bus, message) for _, bus, message in post.sent]
-        post.listens.clear()
-        post.sent.clear()
+        """Return the results of a step, for callers that can't read the outbox."""
+        outbox = self.outbox
+        listens = [(bus, interest) for _, bus, interest in outbox.listens]
+        sent = [(bus, message) for _, bus, message in outbox.sent]
+        outbox.listens.clear()
+        outbox.sent.clear()
         return Stepped(listens, sent, self.clock.next_ns())
 
 
 class LocalNode(EventNode):
     """A device in this process."""
 
-    def __init__(self, entry: DeviceEntry, seed: int, store: Store, post: Post | None = None) -> None:
-        super().__init__(entry.name, post=post)
+    def __init__(self, entry: DeviceEntry, seed: int, store: Store, outbox: Outbox | None = None) -> None:
+        super().__init__(entry.name, outbox=outbox)
         links: dict[str, Link[Any] | list[Link[Any]]] = {
             parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
             for parameter, buses in entry.links.items()

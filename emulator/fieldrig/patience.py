@@ -1,6 +1,6 @@
-"""How long the supervisor lets one process go without progress while it starts, and how soon it starts it again.
+"""How long the supervisor lets one process start without progress, and how soon it restarts the process.
 
-Both grow with each restart of the same process, and are back to normal once it has been ready for a while.
+Both times grow with each restart of the same process, and return to normal once it has been ready for a while.
 """
 
 from typing import Final
@@ -8,9 +8,9 @@ from typing import Final
 FIRST_PAUSE_S: Final = 0.1
 LONGEST_PAUSE_S: Final = 5.0
 LONGEST_LIMIT_S: Final = 600.0
-"""The limit doubles no further, unless the rig file asks for more from the start."""
+"""Largest limit after doubling, unless the rig file sets a larger one."""
 SETTLED_S: Final = 10.0
-"""A process that was ready this long has settled."""
+"""Time after which a process that is ready counts as stable."""
 
 
 class Patience:
@@ -21,7 +21,7 @@ class Patience:
         self._pause_s = FIRST_PAUSE_S
 
     def after_death(self, ready_s: float) -> float:
-        """The pause before the process is started again, now that it has ended after being ready for `ready_s`."""
+        """Return the pause before the next start of a process that has ended after being ready for `ready_s`."""
         if ready_s >= SETTLED_S:
             self.limit_s, self._pause_s = self._first_s, FIRST_PAUSE_S
         else:
@@ -31,5 +31,5 @@ class Patience:
 
     @property
     def advice(self) -> str:
-        """What the user may set when the limit was too short."""
+        """Return what the user may change if the limit was too short."""
         return f"on a busy host set start_timeout_s: {2 * self.limit_s:g} in the rig file, or by --set"

@@ -1,8 +1,8 @@
-"""Which process of a rig runs what, under real time.
+"""The processes of a rig under real time, and what each of them runs.
 
 A device runs in the process that its entry names, by default one of its own.  A direct bus needs no process.  A model
-bus runs in the process that its entry names; else with its devices, if they all share one process and the bus's kind
-doesn't insist on one of its own (class attribute `own_process`); else in a process called like the bus.
+bus runs in the process that its entry names; otherwise with its devices, if they all share one process and the kind of
+the bus does not need its own (`ModelBus.own_process`); otherwise in a process with the name of the bus.
 """
 
 from collections.abc import Iterable
@@ -18,18 +18,18 @@ from fieldrig.errors import RigError
 class ProcessPlan:
     name: str
     buses: tuple[str, ...]
-    """Model buses whose hubs it runs."""
+    """The model buses whose hubs the process runs."""
     devices: tuple[str, ...]
-    """In the order of starting."""
+    """The devices, in the order of starting."""
     attaches: tuple[str, ...]
-    """Processes whose hubs its devices attach to: they must be open before its devices start."""
+    """The processes whose hubs its devices attach to; they must be open before its devices start."""
     after: tuple[str, ...]
-    """Processes that must be ready before its devices start."""
+    """The processes that must be ready before its devices start."""
     on_exit: OnExit
 
 
 def placement(config: RigConfig) -> dict[str, ProcessPlan]:
-    """Processes in an order in which they can start.  RigError if they would wait for each other."""
+    """Return the processes in an order in which they can start.  RigError if they would wait for each other."""
     hubs = {name: _process_of(entry, config) for name, entry in config.buses.items() if is_modelled(entry)}
     homes = {name: config.devices[name].process for name in start_order(config)}
     names = dict.fromkeys((*hubs.values(), *homes.values()))
@@ -41,7 +41,7 @@ def is_modelled(entry: BusEntry) -> bool:
 
 
 def linked_buses(device: DeviceEntry) -> tuple[str, ...]:
-    """Every bus the device is linked to, once."""
+    """Return every bus that the device is linked to, once."""
     return tuple(dict.fromkeys(bus for buses in device.links.values() for bus in buses))
 
 
@@ -73,7 +73,7 @@ def _others(name: str, processes: Iterable[str]) -> tuple[str, ...]:
 
 
 def _strictest(choices: Iterable[OnExit]) -> OnExit:
-    """Of a process with several devices.  A hub alone is restarted."""
+    """Return the setting of a process with several devices.  A hub alone is restarted."""
     asked = set(choices)
     if "stop" in asked:
         return "stop"
@@ -81,7 +81,10 @@ def _strictest(choices: Iterable[OnExit]) -> OnExit:
 
 
 def _in_order(plans: dict[str, ProcessPlan]) -> dict[str, ProcessPlan]:
-    """Each after those it waits for.  Hubs first of all: a process opens its buses before it waits for anybody."""
+    """Return the processes, each after those it waits for.
+
+    Hubs come first, as a process opens its buses before it waits.
+    """
     waiting = dict(sorted(plans.items(), key=lambda item: not item[1].buses))
     ordered: dict[str, ProcessPlan] = {}
     while waiting:

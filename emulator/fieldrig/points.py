@@ -1,4 +1,4 @@
-"""Questions about a device, its points (`keys`, `get`, `set`) and its faults, alike in real and virtual time."""
+"""Answers to questions about a device, its points (`keys`, `get`, `set`) and its faults, in real and virtual time."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -15,10 +15,10 @@ from fieldrig.values import fitting
 
 
 class Source(Faulty, Protocol):
-    """Get and set raise ControlError for a key that isn't there, or a value that it can't take."""
+    """A device with points.  `get` and `set` raise ControlError for an unknown key, or a value that is refused."""
 
     def facts(self) -> Mapping[str, Any]:
-        """By key: unit, and what else is known."""
+        """Return the unit and other facts of each point, by key."""
 
     def get(self, key: str) -> Value: ...
 
@@ -56,11 +56,14 @@ class RealPoints:
 
 
 MOST_KEYS = 65_536
-"""Of one question."""
+"""Most keys in one question."""
 
 
 def _taken(key: str, value: Any, present: Value) -> Value:
-    """The value as the point takes it.  ControlError for what is no value, or a text where a number stands."""
+    """Return the value in the point's type.
+
+    ControlError for anything but a value, or for a text instead of a number.
+    """
     if not isinstance(value, bool | int | float | str):
         raise ControlError(f"{key} can't be {shown(value)}: expected a number, a text, true or false")
     if isinstance(value, str) and not isinstance(present, str):

@@ -1,7 +1,7 @@
-"""What one process of a rig runs in real time: hubs, ends of buses, devices.
+"""The part of a rig that one process runs in real time: hubs, ends of buses, devices.
 
-Opens its hubs first, without waiting for anybody; then attaches its devices to their buses; then starts them.  A hub
-that goes away (its process died) is waited for; its devices go on meanwhile, and hear nothing from it.
+The process opens its hubs first, without waiting for others, then attaches its devices to their buses, then starts
+them.  If the process of a hub dies, the devices go on without that bus until the hub is back.
 """
 
 import asyncio
@@ -36,7 +36,7 @@ LATER_S = 0.1
 
 
 class End:
-    """What a direct bus gets to make one device's end of itself (an `Attachment`)."""
+    """The `Attachment` of one device's end to a direct bus."""
 
     def __init__(self, member: str, bus: Bus[Any], process: "DeviceProcess") -> None:
         self.clock, self.member = process.clock, member
@@ -68,13 +68,13 @@ class End:
 
 
 class DeviceProcess:
-    """Call `open`, `attach` and `start` in this order, and `close` at any time."""
+    """Everything that one process runs.  Call `open`, `attach` and `start` in this order, and `close` at any time."""
 
     def __init__(self, config: RigConfig, plan: ProcessPlan, clock: RealClock, control: Control) -> None:
         self.config, self.plan, self.clock, self.control = config, plan, clock, control
         self.hubs: dict[str, LocalHub] = {}
         self.served: dict[str, Subject] = {}
-        """The buses that this process answers for: its hubs', and direct ones of which it hosts the centre."""
+        """The buses that this process answers for: those of its hubs, and direct buses whose centre it hosts."""
         self.devices: dict[str, Device] = {}
         self.stores: dict[str, FileStore] = {}
         self._listeners: dict[str, OnDelivery | None] = {}
@@ -91,26 +91,26 @@ class DeviceProcess:
 
     @property
     def traced_buses(self) -> list[Bus[Any]]:
-        """Those of its hubs, and the direct ones that its devices have ends of."""
-        names = dict.fromkeys((*self.plan.buses, *(bus for one in self._entries() for bus in linked_buses(one))))
+        """The buses of its hubs, and the direct buses of its devices."""
+        names = dict.fromkeys((*self.plan.buses, *(bus for entry in self._entries() for bus in linked_buses(entry))))
         buses = [self.config.buses[name].bus for name in names]
         return [bus for bus in buses if bus.name in self.hubs or isinstance(bus, DirectBus)]
 
     def listen(self, bus: str, on_delivery: OnDelivery | None) -> None:
-        """Call it with every message of a bus of `traced_buses`."""
+        """Call `on_delivery` with every message of a bus of `traced_buses`."""
         if bus in self.hubs:
             self.hubs[bus].on_delivery = on_delivery
         else:
             self._listeners[bus] = on_delivery
 
     def heard(self, bus: str, sender: str, message: Any) -> None:
-        """A message of a direct bus, for the trace."""
+        """Add a message of a direct bus to the trace."""
         on_delivery = self._listeners.get(bus)
         if on_delivery is not None:
             on_delivery(Delivery(self.clock.now_ns(), sender, message, ()))
 
     async def open(self) -> None:
-        """Open the hubs with their ports.  BusError if an address can't be had."""
+        """Open the hubs with their ports.  BusError if an address is not available."""
         for name in self.plan.buses:
             bus = self.config.buses[name].bus
             assert isinstance(bus, ModelBus)
@@ -121,20 +121,20 @@ class DeviceProcess:
             self.serve(name, hub)
 
     def serve(self, bus: str, subject: Subject) -> None:
-        """Answer questions about a bus; who answered them before doesn't any more."""
+        """Answer questions about a bus, instead of what answered them before."""
         if bus not in self.served:
             self.control.serve(f"bus/{bus}/*", lambda verb, message: answers_of_bus(self.served[bus])(verb, message))
         self.served[bus] = subject
 
     async def attach(self, patience_s: float) -> None:
-        """Get every device's ends of its buses.  BusError if one can't be had."""
+        """Open every device's ends of its buses.  BusError if one is not available."""
         ends = [(device.name, bus) for device in self._entries() for bus in linked_buses(device)]
         links = await asyncio.gather(*(self._end(device, bus, patience_s) for device, bus in ends))
         for (device, bus), link in zip(ends, links, strict=True):
             self._ends.setdefault(device, {})[bus] = link
 
     def start(self) -> None:
-        """Build the devices, then power them on in order.  ConfigError if one finds its settings wrong."""
+        """Build the devices, then power them on in order.  ConfigError if one refuses its settings."""
         for entry in self._entries():
             step(f"building {entry.name}")
             store = self.stores[entry.name] = FileStore(self._run / "state" / f"{entry.name}.bin", entry.kind)
@@ -199,7 +199,10 @@ class DeviceProcess:
 
 
 async def _attach_patiently(link: RemoteLink, patience_s: float | None) -> None:
-    """BusError after `patience_s`; None waits for ever.  A refusal may only mean that our old end still stands."""
+    """Attach, and try again for `patience_s`, then raise BusError; None tries for ever.
+
+    A refusal may only mean that the hub still has our former connection.
+    """
     loop = asyncio.get_running_loop()
     give_up_s = None if patience_s is None else loop.time() + patience_s
     pause_s = SOON_S

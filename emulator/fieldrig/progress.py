@@ -1,8 +1,8 @@
-"""The steps of a process that starts, told to its supervisor through a pipe, a line for each.
+"""The steps of a starting process, reported to its supervisor through a pipe, one line each.
 
-The supervisor waits for a process that goes on from step to step, however long a busy host takes for all of them.  A
-step is what the code has done (a module found, the rig file read, a hub open, a device built), never a guess from
-processor time.  Without a pipe (a process that nobody supervises) nothing is told.
+The supervisor waits for a process that reports step after step, however long all of them take on a busy host.  A step
+is something the code has done (a module found, the rig file read, a hub opened, a device built), not an estimate from
+processor time.  Without a pipe (in a process without a supervisor) nothing is reported.
 """
 
 import os
@@ -14,32 +14,32 @@ from types import ModuleType
 from typing import Final
 
 LONGEST_STEP: Final = 200
-"""Bytes, so that a step is written to the pipe in one piece."""
+"""Longest step in bytes, so that it is written to the pipe in one piece."""
 
 _pipes: list[int] = []
 
 
 def report_to(pipe: int) -> None:
-    """Tell the steps to the writing end of a pipe from now on; `step` never waits for the reader."""
+    """Report the steps to the writing end of a pipe from now on; `step` never waits for the reader."""
     os.set_blocking(pipe, False)
     _pipes[:] = [pipe]
 
 
 def step(text: str) -> None:
-    """Tell that this has been reached."""
+    """Report that this step has been reached."""
     for pipe in _pipes:
         with suppress(OSError):  # the pipe is full, which is progress enough, or its reader is gone
             os.write(pipe, text.replace("\n", " ").encode(errors="replace")[:LONGEST_STEP] + b"\n")
 
 
 def finish() -> None:
-    """The process is ready: there is nothing more to tell."""
+    """Stop reporting, as the process is ready."""
     while _pipes:
         os.close(_pipes.pop())
 
 
 class ImportSteps:
-    """A finder for `sys.meta_path` that finds nothing: each module that is looked for is a step."""
+    """A finder for `sys.meta_path` that finds nothing, but reports each module that is looked for as a step."""
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -48,5 +48,5 @@ class ImportSteps:
         return None
 
 
-def tell_imports() -> None:
+def report_imports() -> None:
     sys.meta_path.insert(0, ImportSteps())

@@ -1,8 +1,8 @@
-"""The computer's clock as a Clock: CLOCK_MONOTONIC, kept to some tens of microseconds by a timerfd.
+"""The system's clock as a Clock: CLOCK_MONOTONIC, accurate to some tens of microseconds by a timerfd.
 
 A device takes no time: while an event is handled, `now_ns()` is the instant of that event, not of the CPU.  So a
-periodic timer does not drift, and what is sent carries the instant at which it was asked for; a bus hub uses that to
-hide the hops between processes behind frame times.
+periodic timer does not drift, and a message carries the instant at which it was sent; a hub uses that to hide the time
+between processes behind frame times.
 """
 
 import asyncio
@@ -15,7 +15,8 @@ from fieldrig.blame import blame
 from fieldrig.clock import MS, NEVER_NS, Timer, TimerQueue, Watchdog
 
 STALL_NS = 20 * MS
-"""An event handled later than this counts as happening now: a machine that stood still does not replay its past."""
+"""An event handled later than this counts as happening now, so that a host that stood still does not replay its past.
+"""
 
 T = TypeVar("T")
 
@@ -23,7 +24,7 @@ _ARMED_LATER = -1  # while timers are being called: arm once, when all are done
 
 
 class _RealWatchdog(Watchdog):
-    """One timer that is set anew only when it has come and the due time has been put off since."""
+    """A timer that is only set again when it has expired and the due time has been postponed since."""
 
     __slots__ = ("_clock", "_due_ns", "_timer")
 
@@ -90,11 +91,12 @@ class RealClock:
         return 0 if self._instant_ns is None else time.monotonic_ns() - self._instant_ns
 
     def handle(self, action: Callable[..., None], *arguments: Any) -> None:
-        """Call `action` as an event of its own, at the present."""
+        """Call `action` as an event of its own that happens now."""
         self.handle_at(time.monotonic_ns(), action, *arguments)
 
     def handle_at(self, instant_ns: int, action: Callable[..., None], *arguments: Any) -> None:
-        """Call `action` as an event that happened at `instant_ns`; a stall apart, that is what `now_ns` says.
+        """Call `action` as an event that happened at `instant_ns`, which `now_ns` then returns unless the host stood
+        still.
 
         Inside another event (a link within this process) it is part of that event.
         """
@@ -126,7 +128,7 @@ class RealClock:
             self._instant_ns = None
 
     def lateness(self) -> dict[str, float]:
-        """How late timers were since the last call: `timers`, `mean_us`, `worst_us`."""
+        """Return how late timers were since the last call: `timers`, `mean_us`, `worst_us`."""
         fired, mean_us = self._fired, self._late_ns / 1e3 / max(self._fired, 1)
         report = {"timers": float(fired), "mean_us": mean_us, "worst_us": self._worst_ns / 1e3}
         self._fired = self._late_ns = self._worst_ns = 0
@@ -182,7 +184,10 @@ class RealClock:
 
 
 class DeviceClock:
-    """The clock of a process as one of its devices has it: whose timers they are is known when one fails."""
+    """The clock of a process for one of its devices.
+
+    It marks timers with the device, for a note on their exceptions.
+    """
 
     __slots__ = ("_clock", "_device", "late_ns", "now_ns")
 

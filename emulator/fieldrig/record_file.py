@@ -1,7 +1,7 @@
-"""A file of records that ends at a whole record whatever the disk does.
+"""A file of records that always ends at a whole record, whatever the disk does.
 
-Bytes wait in memory until `put_out`, which is called between two records.  If the disk doesn't take them (it is full,
-say), the file is cut back to its last whole record and they go on waiting.
+Bytes wait in memory until `put_out`, which is called between two records.  If the disk does not accept them (because it
+is full, for example), the file is cut back to its last whole record and the bytes wait on.
 """
 
 import os
@@ -11,17 +11,17 @@ from pathlib import Path
 
 class RecordFile:
     def __init__(self, path: Path) -> None:
-        """OSError if it can't be opened."""
+        """OSError if the file can't be opened."""
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0), 0o666)
         self._end = 0
-        """Where the last whole record ends."""
+        """Position after the last whole record."""
         self._waiting = bytearray()
         self.trouble = ""
-        """Why the disk took nothing at the last `put_out`; empty if it did."""
+        """Why the disk accepted nothing at the last `put_out`; empty if it did."""
 
     @property
     def waiting(self) -> int:
-        """Bytes that wait."""
+        """Number of bytes that wait."""
         return len(self._waiting)
 
     def write(self, data: bytes) -> int:
@@ -29,7 +29,7 @@ class RecordFile:
         return len(data)
 
     def put_out(self) -> bool:
-        """Write what waits.  False, with the reason in `trouble`, if the disk doesn't take all of it."""
+        """Write the waiting bytes.  False, with the reason in `trouble`, if the disk does not accept all of them."""
         done = 0
         try:
             os.lseek(self._fd, self._end, os.SEEK_SET)
@@ -46,6 +46,6 @@ class RecordFile:
         return True
 
     def close(self) -> None:
-        """What still waits is dropped."""
+        """Close the file, and drop the bytes that still wait."""
         with suppress(OSError):
             os.close(self._fd)

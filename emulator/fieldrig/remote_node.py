@@ -1,6 +1,6 @@
 """A node whose device lives in a process of its own, under virtual time.
 
-Parent and child talk over a pipe that nobody else has; messages cross it as their bus encodes them.
+Parent and child talk over a private pipe; messages cross it as their bus encodes them.
 """
 
 import multiprocessing
@@ -13,12 +13,12 @@ from fieldrig.bus import Bus
 from fieldrig.config import DeviceEntry
 from fieldrig.device import Value
 from fieldrig.errors import RigError
-from fieldrig.node import BusName, Deliveries, LocalNode, Post, Stepped
+from fieldrig.node import BusName, Deliveries, LocalNode, Outbox, Stepped
 from fieldrig.store import Store
 
 
 class RemoteNode:
-    """Use as any node; `stop` ends the process.
+    """A node in a process of its own; `stop` ends the process.
 
     `begin` and `finish` are the two halves of a step, so that all such nodes step at the same time.
     """
@@ -84,7 +84,7 @@ class RemoteNode:
         return self._receive()
 
     def _receive_ready(self) -> None:
-        """The first answer of a process is that its device is built."""
+        """Wait until the process has built its device, which is its first answer."""
         if not self._is_built:
             self._receive()
             self._is_built = True
@@ -100,9 +100,9 @@ class RemoteNode:
 
 
 def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses: Mapping[BusName, Bus[Any]]) -> None:
-    """The child: builds the device, then answers until the pipe closes."""
+    """Build the device in the child, then answer until the pipe closes."""
     try:
-        node = LocalNode(entry, seed, store, Post(buses))
+        node = LocalNode(entry, seed, store, Outbox(buses))
     except RigError as fault:
         pipe.send(("failed", fault))
         sys.exit(1)

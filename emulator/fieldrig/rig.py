@@ -1,8 +1,9 @@
 """Nodes, buses and one clock from one configuration, under virtual time.
 
-The rig is the only scheduler.  It moves to the earliest wish of anybody; there it hands out what arrives, in the order
-of the configuration, lets the nodes react, gives what they sent to the buses, and repeats until nothing is left at this
-instant.  The same seed gives the same bytes on every bus, with all nodes in this process or each in its own.
+The rig is the only scheduler.  It moves to the earliest next instant of any node or bus.  There it delivers what
+arrives, in the order of the configuration, lets the nodes react, passes on what they sent to the buses, and repeats
+until nothing is left at this instant.  The same seed gives the same bytes on every bus, with all nodes in this process
+or each in its own.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -16,23 +17,23 @@ from fieldrig.clock import NEVER_NS, whole_ns
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError, refusals
-from fieldrig.node import Deliveries, EventNode, LocalNode, Node, Post
+from fieldrig.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
 
 LONGEST_INSTANT = 10_000
-"""Rounds of reactions without time passing, after which devices are taken to answer each other for ever."""
+"""Rounds of reactions at one instant after which devices count as answering each other for ever."""
 
 OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
 
 
 class Rig:
-    """Close it, or use it in a `with`: nodes in processes of their own end then."""
+    """A rig under virtual time.  Close it, or use it in a `with` statement, to end nodes in processes of their own."""
 
     def __init__(
         self, config: RigConfig, on_delivery: OnDelivery | None = None, stores: Mapping[str, Store] | None = None
     ) -> None:
-        """RigError if a device can't be built.  `stores` keeps devices' memories, by device, over a power cycle."""
+        """RigError if a device can't be built.  `stores` keeps the memories of devices, by name, over a power cycle."""
         self.config = config
         self.now_ns = 0
         self.on_delivery = on_delivery
@@ -45,16 +46,16 @@ class Rig:
             self._models[name] = bus_entry.bus.model()
             self._models[name].begin(0, Random(f"{config.seed}/{name}"))
         self._nodes: dict[str, Node] = {}
-        self._post = Post(self.buses)
-        """Of all nodes in this process."""
+        self._outbox = Outbox(self.buses)
+        """The outbox of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
         self._here: dict[str, EventNode] = {}
-        """Those of both kinds that react in this process."""
+        """The devices and outside members that react in this process."""
         self._elsewhere: dict[str, RemoteNode] = {}
-        self._wishes: dict[str, int] = {}
-        """When each member wants to be called; `NEVER_NS` if it doesn't."""
+        self._next_of: dict[str, int] = {}
+        """The instant at which each member acts next, or `NEVER_NS`."""
         self._earliest_ns = NEVER_NS
-        """Of the wishes."""
+        """The earliest of these instants."""
         try:
             self._build(stores or {})
         except BaseException:
@@ -62,7 +63,7 @@ class Rig:
             raise
 
     def next_ns(self) -> int | None:
-        """The instant at which something happens next; None if nothing ever will."""
+        """Return the instant at which something happens next; None if nothing ever will."""
         self._take_from_outside()
         earliest = self._earliest_ns
         for model in self._models.values():
@@ -79,7 +80,7 @@ class Rig:
         return next_ns is not None
 
     def run_until(self, until_ns: int) -> None:
-        """Let everything happen up to and including `until_ns`, and stand there.  TypeError for anything but an int."""
+        """Let everything happen up to and including `until_ns`, and stop there.  TypeError for anything but an int."""
         until_ns = whole_ns(until_ns)
         while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
             self._run_instant(next_ns)
@@ -88,26 +89,29 @@ class Rig:
             node.clock.instant_ns = self.now_ns
 
     def attach(self, member: str) -> EventNode:
-        """A new member from outside, such as a test: its `clock`, and its `link(bus)` to any bus of the rig."""
+        """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
-        node = EventNode(member, self.now_ns, Post(self.buses))
+        node = EventNode(member, self.now_ns, Outbox(self.buses))
         self._outside[member] = self._here[member] = node
-        self._wishes[member] = NEVER_NS
+        self._next_of[member] = NEVER_NS
         for model in self._models.values():
             model.join(member)
         return node
 
     def keys(self, device: str) -> dict[str, str]:
-        """The keys of a device's points, each with its unit."""
+        """Return the keys of a device's points, each with its unit."""
         return self._node(device).keys()
 
     def get(self, device: str, key: str) -> Value:
-        """The value of a point at the present instant.  Reading is not an event: it changes nothing that follows."""
+        """Return the value of a point at the present instant.
+
+        Reading is not an event and changes nothing that follows.
+        """
         return self._node(device).get(self.now_ns, key)
 
     def set(self, device: str, key: str, value: Value) -> None:
-        """Write a point, at the present instant."""
+        """Write a point at the present instant."""
         with self._present(device) as node:
             node.set(key, value)
 
@@ -115,7 +119,10 @@ class Rig:
         return self._models[bus].statistics(self.now_ns)
 
     def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
-        """A fault of a bus or a device from now on; its number.  ControlError, with what would be right."""
+        """Add a fault of a bus or a device from now on, and return its number.
+
+        ControlError for one that it refuses.
+        """
         if where in self._models:
             with refusals(where):
                 return self._models[where].add_fault(self.now_ns, fault)
@@ -136,7 +143,7 @@ class Rig:
         return self._node(where).faults(self.now_ns)
 
     def close(self) -> None:
-        """Stop every device, the last started first."""
+        """Stop every device; the last one started is the first to stop."""
         while self._nodes:
             self._nodes.popitem()[1].stop()
 
@@ -153,7 +160,7 @@ class Rig:
             if config.processes == "each":
                 self._nodes[name] = self._elsewhere[name] = RemoteNode(entry, config.seed, store, self.buses)
             else:
-                self._nodes[name] = self._here[name] = LocalNode(entry, config.seed, store, self._post)
+                self._nodes[name] = self._here[name] = LocalNode(entry, config.seed, store, self._outbox)
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
@@ -166,7 +173,7 @@ class Rig:
 
     @contextmanager
     def _present(self, device: str) -> Iterator[Node]:
-        """A device whose clock stands at the present instant; what it then does, the rig takes."""
+        """Yield a device whose clock is at the present instant, then pass on what it does."""
         node = self._node(device)
         self._step([device], self.now_ns, {})
         yield node
@@ -175,28 +182,28 @@ class Rig:
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
         inbox = self._arrivals(now_ns)
-        stirred = self._stirred(now_ns, inbox)
+        active = self._active(now_ns, inbox)
         for _ in range(LONGEST_INSTANT):
-            if not stirred:
+            if not active:
                 return
-            self._step(stirred, now_ns, inbox)
+            self._step(active, now_ns, inbox)
             inbox = self._arrivals(now_ns)
             if not inbox and self._earliest_ns > now_ns:
                 return
-            stirred = self._stirred(now_ns, inbox)
+            active = self._active(now_ns, inbox)
         raise RigError(
             f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other for ever without time passing",
             "give one of them a turnaround time, or the bus a bit rate",
         )
 
-    def _stirred(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> Collection[str]:
-        """Who has something to do at this instant, in the order of the configuration; `_wishes` has that order."""
+    def _active(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> Collection[str]:
+        """Return the members that act at this instant, in the order of the configuration, which `_next_of` has."""
         if len(inbox) == 1 and self._earliest_ns > now_ns:
             return inbox
-        return [name for name, wish in self._wishes.items() if name in inbox or wish <= now_ns]
+        return [name for name, next_ns in self._next_of.items() if name in inbox or next_ns <= now_ns]
 
     def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:
-        """What each member gets, in the order of the buses."""
+        """Return what each member receives, in the order of the buses."""
         inbox: dict[str, Deliveries] = {}
         for bus, model in self._models.items():
             arrival_ns = model.next_ns()
@@ -205,66 +212,66 @@ class Rig:
             for delivery in model.collect(now_ns):
                 if self.on_delivery is not None:
                     self.on_delivery(self.buses[bus], delivery)
-                one = ((bus, delivery.message),)  # the same for all, for they may be many
+                arrived = ((bus, delivery.message),)  # the same for all, for they may be many
                 if not inbox:
-                    inbox = dict.fromkeys(delivery.receivers, one)
+                    inbox = dict.fromkeys(delivery.receivers, arrived)
                     continue
                 for receiver in delivery.receivers:
-                    inbox[receiver] = (*inbox[receiver], *one) if receiver in inbox else one
+                    inbox[receiver] = (*inbox[receiver], *arrived) if receiver in inbox else arrived
         return inbox
 
     def _step(self, names: Collection[str], now_ns: int, inbox: Mapping[str, Deliveries]) -> None:
-        """Those in processes of their own react while those here do."""
-        here, wishes, deliveries_to = self._here, self._wishes, inbox.get
+        """Let the members react; those in processes of their own work at the same time as those here."""
+        here, next_of, deliveries_to = self._here, self._next_of, inbox.get
         elsewhere = [name for name in names if name in self._elsewhere] if self._elsewhere else ()
         for name in elsewhere:
             self._elsewhere[name].begin(now_ns, deliveries_to(name, ()))
         for name in [name for name in names if name in here] if elsewhere else names:
-            wishes[name] = here[name].react(now_ns, deliveries_to(name, ()))
+            next_of[name] = here[name].react(now_ns, deliveries_to(name, ()))
         self._fetch(elsewhere)
-        self._earliest_ns = min(wishes.values(), default=NEVER_NS)
+        self._earliest_ns = min(next_of.values(), default=NEVER_NS)
         if self._outside:
             for name in names:
                 if name in self._outside:
-                    self._gather(self._outside[name].post)
+                    self._gather(self._outside[name].outbox)
         self._hand_in(now_ns)
 
     def _fetch(self, names: Iterable[str]) -> None:
-        """What nodes in other processes have to say."""
-        post = self._post
+        """Take the results of nodes in other processes."""
+        outbox = self._outbox
         for name in names:
             stepped = self._elsewhere[name].finish()
-            self._wishes[name] = NEVER_NS if stepped.next_ns is None else stepped.next_ns
-            post.listens += [(name, bus, interest) for bus, interest in stepped.listens]
-            post.sent += [(name, bus, message) for bus, message in stepped.sent]
+            self._next_of[name] = NEVER_NS if stepped.next_ns is None else stepped.next_ns
+            outbox.listens += [(name, bus, interest) for bus, interest in stepped.listens]
+            outbox.sent += [(name, bus, message) for bus, message in stepped.sent]
 
-    def _gather(self, post: Post) -> None:
-        """What a member from outside has to say, after all others."""
-        self._post.listens += post.listens
-        self._post.sent += post.sent
-        post.listens.clear()
-        post.sent.clear()
+    def _gather(self, outbox: Outbox) -> None:
+        """Append the outbox of a member from outside, after all others."""
+        self._outbox.listens += outbox.listens
+        self._outbox.sent += outbox.sent
+        outbox.listens.clear()
+        outbox.sent.clear()
 
     def _hand_in(self, now_ns: int) -> None:
-        """Everybody listens before anybody is heard."""
-        models, post = self._models, self._post
-        if post.listens:
-            for name, bus, interest in post.listens:
+        """Pass everything to the buses: changes of interest first, then messages."""
+        models, outbox = self._models, self._outbox
+        if outbox.listens:
+            for name, bus, interest in outbox.listens:
                 models[bus].listen(now_ns, name, interest)
-            post.listens.clear()
+            outbox.listens.clear()
         last = None
-        for name, bus, message in post.sent:
+        for name, bus, message in outbox.sent:
             if bus != last:
                 last, submit = bus, models[bus].submit
             submit(now_ns, name, message)
-        post.sent.clear()
+        outbox.sent.clear()
 
     def _take_from_outside(self) -> None:
-        """What a test sent or asked for between steps."""
+        """Take what a test sent or set between steps."""
         if self._outside:
             for name, node in self._outside.items():
-                wish_ns = node.clock.next_ns()
-                self._wishes[name] = NEVER_NS if wish_ns is None else wish_ns
-                self._gather(node.post)
-            self._earliest_ns = min(self._wishes.values())
+                next_ns = node.clock.next_ns()
+                self._next_of[name] = NEVER_NS if next_ns is None else next_ns
+                self._gather(node.outbox)
+            self._earliest_ns = min(self._next_of.values())
             self._hand_in(self.now_ns)

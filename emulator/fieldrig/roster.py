@@ -1,24 +1,23 @@
-"""Who belongs to a rig under real time, and how everybody is: what `status` shows and `join` waits for.
+"""The processes of a rig under real time and their states: what `status` shows and `join` waits for.
 
-Processes are spawned by a supervisor; or by somebody else, such as containers, who then connect here.  In both cases
-they ask to `join` when their hubs are open, and are answered when those that they wait for are there.
+Processes are started by a supervisor, or from outside, as containers are, and then connect here.  In both cases they
+ask to `join` when their hubs are open, and are answered when the processes that they wait for are ready.
 """
 
 import asyncio
-import os
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import StrEnum
-from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 from fieldrig.asked import asked
 from fieldrig.config import RigConfig
-from fieldrig.control import VERSION, Control
+from fieldrig.control import Control
 from fieldrig.errors import ControlError
 from fieldrig.placement import ProcessPlan
+from fieldrig.rig_status import rig_status
 
 
 class State(StrEnum):
@@ -31,16 +30,15 @@ class State(StrEnum):
 
 
 OPEN = frozenset({State.WAITING, State.RELEASED, State.READY})
-"""States in which a process's hubs can be attached to."""
+"""The states in which a process's hubs can be attached to."""
 ON_ITS_WAY = frozenset({State.STARTING, State.WAITING, State.RELEASED})
 
 
 GREETING_S = 5.0
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
-    """Something that a person may want to know: ready, died, gone, failed, late, stopping, stopped."""
+class Event(NamedTuple):
+    """Something that a user may want to know: ready, died, gone, failed, late, stopping, stopped."""
 
     what: str
     process: str
@@ -54,16 +52,16 @@ Verb = Callable[[Any], Awaitable[None]]
 
 @dataclass(eq=False)
 class Member:
-    """One process, as the rig sees it."""
+    """One process as the rig sees it."""
 
     plan: ProcessPlan
     state: State = State.STARTING
     pid: int | None = None
     restarts: int = 0
     step: str = ""
-    """How far it has come with its start; only a supervisor knows."""
+    """How far the process has come with its start, as far as the supervisor knows."""
     since_s: float = field(default_factory=time.monotonic)
-    """When it was spawned last, or came."""
+    """When the process was last started, or connected."""
     released: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
@@ -87,7 +85,7 @@ class Roster:
         self._greetings: set[asyncio.Task[None]] = set()
 
     def serve(self, **verbs: Verb) -> None:
-        """Answer `status`, `join`, and the verbs given."""
+        """Answer `status`, `join`, and the given verbs."""
         self._verbs = verbs
         self._control.listen_to("ready/*", self._on_ready)
         self._control.serve("rig/*", self._answer)
@@ -95,11 +93,14 @@ class Roster:
             self._on_all_ready()
 
     def watch(self) -> None:
-        """Know of processes that somebody else spawns by their signs of life."""
+        """Watch the signs of life of processes that are started from outside."""
         self._control.watch_life("alive/*", self._on_life)
 
     def member_of(self, name: str) -> Member:
-        """The process of that name, or that of the device or bus of that name.  ControlError if there is none."""
+        """Return the process of that name, or that of the device or bus of that name.
+
+        ControlError if there is none.
+        """
         for member in self.members.values():
             if name == member.name or name in member.plan.buses or name in member.plan.devices:
                 return member
@@ -115,30 +116,21 @@ class Roster:
         self.on_change(member)
         self._settle()
 
-    def tell(self, what: str, process: str = "", text: str = "") -> None:
+    def publish(self, what: str, process: str = "", text: str = "") -> None:
         event = Event(what, process, text, time.time())
         self._report(event)
-        self._control.tell("event", asdict(event))
+        self._control.publish("event", event._asdict())
 
     def stop(self) -> None:
         self._is_stopping = True
-        self.tell("stopping")
+        self.publish("stopping")
 
     def status(self) -> dict[str, Any]:
-        config = self._config
         return {
-            "version": VERSION,
-            "fieldrig": version("fieldrig"),
-            "rig": config.name,
-            "file": str(config.path.absolute()),
-            "run": str(config.run.absolute()),
-            "time": config.time,
+            **rig_status(self._config, self._started_s, lambda device: device.process),
+            "run": str(self._config.run.absolute()),
             "state": self._state(),
-            "pid": os.getpid(),
-            "uptime_s": round(time.monotonic() - self._started_s, 3),
             "processes": {name: _shown(member) for name, member in self.members.items()},
-            "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
-            "devices": {name: {"kind": entry.kind, "process": entry.process} for name, entry in config.devices.items()},
         }
 
     def _state(self) -> str:
@@ -162,7 +154,7 @@ class Roster:
         return {}
 
     async def _join(self, message: Any) -> dict[str, Any]:
-        """Answered when the process may attach and start its devices."""
+        """Answer when the process may attach and start its devices."""
         match message:
             case {"process": str(name), "pid": int(pid)} if name in self.members:
                 member = self.members[name]
@@ -175,7 +167,7 @@ class Roster:
         return {"epoch_ns": self._epoch_ns}
 
     def _settle(self) -> None:
-        """Release those whose wait is over; that may end the wait of others."""
+        """Release the processes whose wait is over, which may end the wait of others."""
         for member in self.members.values():
             if member.state is State.WAITING and self._may_start(member.plan):
                 member.state = State.RELEASED
@@ -194,14 +186,14 @@ class Roster:
         if member is None or member.state is State.READY or message != {"pid": member.pid}:
             return
         self.set_state(member, State.READY)
-        self.tell("ready", name)
+        self.publish("ready", name)
         if all(other.state in (State.READY, State.GONE) for other in self.members.values()):
             self._on_all_ready()
 
     def _on_all_ready(self) -> None:
         if not self.was_ready:
             self.was_ready = True
-            self.tell("ready")
+            self.publish("ready")
 
     def _on_life(self, name: str, is_alive: bool) -> None:
         member = self.members.get(name)
@@ -209,7 +201,7 @@ class Roster:
             return
         if not is_alive:
             self.set_state(member, State.DEAD)
-            self.tell("gone", name, "its process ended, or lost its way here")
+            self.publish("gone", name, "its process ended, or lost its way here")
         elif member.state is not State.WAITING:  # it may have joined a rig that was here before this one
             greeting = asyncio.get_running_loop().create_task(self._greet(member))
             self._greetings.add(greeting)

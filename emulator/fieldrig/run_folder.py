@@ -1,8 +1,8 @@
-"""A rig's run folder: sockets, pty links, logs and memories, and the locks that say whose it is.
+"""A rig's run folder: sockets, pty links, logs and memories, and the locks that protect them.
 
-`rig.lock` is held by the rig, `processes.lock` by each of its processes, so a new rig neither shares the folder with a
-living one nor meets the last processes of a killed one.  The system lets go of the locks of a killed process.  Left
-out: Windows, which has neither these locks nor Unix sockets; there only the control endpoint keeps rigs apart.
+The rig holds `rig.lock`, and each of its processes holds `processes.lock`.  So a new rig neither shares the folder with
+a running one, nor meets the last processes of one that was killed.  The system releases the locks of a killed process.
+Left out: Windows, which has neither these locks nor Unix sockets; there only the control endpoint keeps rigs apart.
 """
 
 import os
@@ -24,24 +24,24 @@ else:
 RIG_LOCK = "rig.lock"
 PROCESSES_LOCK = "processes.lock"
 LONGEST_PATH = 100
-"""Bytes of a Unix socket's path; the system's limit is 104 to 108."""
+"""Longest path of a Unix socket, in bytes; the system's limit is 104 to 108."""
 LINGER_S = 5.0
-"""How long the processes of a killed rig may take to notice."""
+"""Time that the processes of a killed rig have to end."""
 
 
 class RunFolder:
-    """The rig's own hold of it; `release` leaves no socket and no pty link behind."""
+    """The rig's own lock on the folder; `release` leaves no socket and no pty link behind."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.absolute()
         self._lock: IO[str] | None = None
 
     def claim(self, sockets: list[str]) -> None:
-        """RigError if it is a living rig's, or too deep for the `sockets` that will lie in it."""
+        """Take the lock.  RigError if a running rig has it, or if the path is too long for `sockets`."""
         for name in sockets:
             if len(os.fsencode(self.folder / name)) > LONGEST_PATH:
                 raise RigError(
-                    f"the run folder {self.folder} lies too deep for Unix sockets",
+                    f"the run folder {self.folder} has too long a path for Unix sockets",
                     "give the rig a shorter one: --set run=/tmp/lab",
                 )
         try:
@@ -59,12 +59,12 @@ class RunFolder:
                 " or give this one its own folder: --set run=FOLDER",
             )
         self._lock = lock
-        with suppress(OSError):  # on a full disk nobody can read who holds it
+        with suppress(OSError):  # a full disk only loses the holder's name
             lock.truncate(0)
             os.write(lock.fileno(), f"{os.getpid()}\n".encode())
 
     def wait_for_the_last(self) -> None:
-        """RigError if processes of a rig that was killed are still there after a while."""
+        """Wait for the processes of a killed rig.  RigError if they are still there after `LINGER_S`."""
         try:
             lock = (self.folder / PROCESSES_LOCK).open("a")
         except OSError as cause:
@@ -80,7 +80,7 @@ class RunFolder:
         self.sweep()
 
     def sweep(self) -> None:
-        """Take away the sockets and pty links of processes that are gone."""
+        """Remove the sockets and pty links of processes that have ended."""
         for path in self.folder.rglob("*"):
             if stat.S_ISSOCK(path.lstat().st_mode) or _is_pty_link(path):
                 path.unlink(missing_ok=True)
@@ -93,7 +93,7 @@ class RunFolder:
 
 
 def join_run(folder: Path) -> IO[Any]:
-    """The hold of a process of the rig; keep it open."""
+    """Return the lock of a process of the rig; keep it open."""
     folder.mkdir(parents=True, exist_ok=True)
     lock = (folder / PROCESSES_LOCK).open("a")
     if HAS_LOCKS:
@@ -102,7 +102,7 @@ def join_run(folder: Path) -> IO[Any]:
 
 
 def _locked(file: IO[str], wait_s: float) -> bool:
-    """Whether the lock could be had."""
+    """Return whether the lock was free."""
     give_up_s = time.monotonic() + wait_s
     while HAS_LOCKS:
         try:

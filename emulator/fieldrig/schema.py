@@ -23,12 +23,12 @@ SCHEMAS: Final = "fieldrig.schemas"
 
 
 def names() -> list[str]:
-    """What there is a schema of."""
+    """Return the names of all schemas."""
     return [RIG, *kinds.installed(SCHEMAS)]
 
 
 def schema_of(name: str) -> Schema:
-    """RigError, with the names that there are, for another one."""
+    """Return a schema.  RigError, with the known names, for an unknown one."""
     if name == RIG:
         return json_schema()
     point = kinds.installed(SCHEMAS).get(name)
@@ -69,7 +69,7 @@ def json_schema() -> Schema:
 
 
 def _of_model(model: type[Settings], prefix: str, definitions: Schema) -> Schema:
-    """The schema of a model; what it refers to goes into `definitions`, under names of its own."""
+    """Return the schema of a model; the models it refers to go into `definitions`, under names of their own."""
     schema = model.model_json_schema(ref_template=f"#/$defs/{prefix}.{{model}}")
     definitions |= {f"{prefix}.{name}": part for name, part in schema.pop("$defs", {}).items()}
     return schema
@@ -90,7 +90,9 @@ def _add_kinds(listed: Iterable[Kind], find: Callable[[str], type[Any]], common:
 
 
 def _section(listed: list[Kind], common: Schema, definitions: Schema, about: str) -> Schema:
-    """Entries by name: each with the keys of its kind, or with any keys if its class is the user's own."""
+    """Return the schema of entries by name, each with the keys of its kind, or with any keys for a class of the user's
+    own.
+    """
     known = [{"const": kind.name, "description": kind.about} for kind in listed]
     own = {"type": "string", "pattern": ":", "description": '"module:Class", a class of your own'}
     by_kind = [

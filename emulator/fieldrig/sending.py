@@ -1,8 +1,8 @@
-"""The law of every end of a bus: what can't be on its medium raises at whoever sends it, and says so.
+"""The rule for every end of a bus: a message that the medium can't carry raises where it is sent.
 
-All ends that the kernel makes keep it: under virtual time (`node`), in the hub's process (`hub`), in another process
-(`attach`), and around the end of a direct bus (`CheckedLink`).  `Bus.check` and `Bus.check_interest` say what is good.
-It is our own bug if they don't, so it is a TypeError or a ValueError, and nobody catches it.
+All ends that the kernel makes follow it: under virtual time (`node`), in the hub's process (`hub`), in another process
+(`attach`), and around the end of a direct bus (`CheckedLink`).  `Bus.check` and `Bus.check_interest` decide.  Such a
+message is a fault of our own code, so the TypeError or ValueError is not caught.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,17 +14,17 @@ from fieldrig.untrusted import shown
 
 
 def unsendable(cause: Exception, member: str, bus: str, message: Any) -> Exception:
-    """To be raised from `cause`, which `Bus.check` raised."""
+    """Return the exception to raise from `cause`, which `Bus.check` raised."""
     return _of_kind(cause)(f"{member} can't send {shown(message)} on {bus}: {cause}")
 
 
 def uninteresting(cause: Exception, member: str, bus: str, interest: Any) -> Exception:
-    """To be raised from `cause`, which `Bus.check_interest` raised."""
+    """Return the exception to raise from `cause`, which `Bus.check_interest` raised."""
     return _of_kind(cause)(f"{member} can't listen to {shown(interest)} on {bus}: {cause}")
 
 
 class CheckedLink:
-    """A device's end of a direct bus, as it is but for the law."""
+    """A device's end of a direct bus that checks messages and interests."""
 
     def __init__(self, link: Any, bus: Bus[Any], member: str) -> None:
         self._link, self._bus, self._member = link, bus, member

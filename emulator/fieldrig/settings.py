@@ -1,4 +1,4 @@
-"""What the settings of a kind are made of: strict pydantic models, and the field types they share.
+"""The base of all settings: strict pydantic models, and the field types they share.
 
 A bus or device names its model by the annotation of its `settings` parameter.
 """
@@ -24,43 +24,43 @@ class Claim(NamedTuple):
     """Something that a device has, or needs, on a bus at one of its links, such as a node-ID."""
 
     link: str
-    """Parameter of the device; without a bus there, nothing is claimed."""
+    """The parameter of the device; nothing is claimed if no bus is linked there."""
     what: str
-    """What it is called there: `node-ID`, `unit`, `wire`."""
+    """The name of the claimed thing: `node-ID`, `unit`, `wire`."""
     value: Hashable
     path: tuple[str | int, ...]
-    """The key in the device's entry that says so."""
+    """The key in the device's entry that makes the claim."""
     place: int | None = None
-    """Which one, of several buses at this link; None: all of them."""
+    """The position of the bus, if the link has several; None for all of them."""
 
 
 class Settings(BaseModel):
-    """Keys of one `kind` in a rig file.  Unknown keys and wrong types are refused."""
+    """The keys of one `kind` in a rig file.  Unknown keys and wrong types are refused."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     def claims(self, device: str) -> Iterator[Claim]:
-        """What the device of this name has, of which there can be only one on a bus."""
+        """Yield what the device of this name has that exists only once on a bus."""
         yield from ()
 
     def needs(self, device: str) -> Iterator[Claim]:
-        """What the device of this name expects another one to have on a bus."""
+        """Yield what the device of this name needs from another one on a bus."""
         yield from ()
 
     def leads_to(self, what: str, value: Hashable) -> bool:
-        """True if somebody outside the rig may have on this bus what a device needs there."""
+        """Return whether something outside the rig may have on this bus what a device needs there."""
         return True
 
     def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
-        """The keys of a bus that can't be meant, given the devices of the rig file that are linked to it.
+        """Yield the wrong keys of a bus, given the devices of the rig file that are linked to it.
 
-        `masters` are the members that claim to be the master of this bus.  A bus that outsiders join under names of
-        their own can't refuse a name that it doesn't know.
+        `masters` are the members that claim to be the master of this bus.  A bus whose outside clients choose their
+        names can't refuse a name that it does not know.
         """
         yield from ()
 
     def doubts(self) -> Iterator[Mistake]:
-        """What is odd in the files that these settings name, though a rig can run with them.
+        """Yield what is unusual in the files that these settings name, though a rig can run with them.
 
         `fieldrig check` prints it as warnings.
         """
@@ -68,28 +68,28 @@ class Settings(BaseModel):
 
 
 MASTER = "master"
-"""`what` of a claim to be the master of a bus; its value is the same for all."""
+"""The `what` of a claim to be the master of a bus; its value is the same for all."""
 
 
 class WrongSettingsError(ValueError):
-    """What a validator raises when it found several mistakes: `fieldrig check` tells each, at its key."""
+    """Several mistakes that a validator has found; `fieldrig check` prints each at its key."""
 
     def __init__(self, wrong: Iterable[WrongKey]) -> None:
         self.wrong = tuple(wrong)
-        super().__init__("; ".join(f"{'.'.join(map(str, one.path))}: {one.what}" for one in self.wrong))
+        super().__init__("; ".join(f"{'.'.join(map(str, key.path))}: {key.what}" for key in self.wrong))
 
 
 def refuse_all(wrong: Iterator[WrongKey]) -> None:
-    """WrongSettingsError with all of them, if there are any."""
+    """Raise WrongSettingsError with all of the mistakes, if there are any."""
     found = tuple(wrong)
     if found:
         raise WrongSettingsError(found)
 
 
 def _existing_file(value: Any, info: ValidationInfo) -> Path:
-    """A path relative to the configuration file, made absolute.
+    """Return a path relative to the configuration file as an absolute path.
 
-    Validation context: `folder`, or `folders` to look in, if the configuration extends one that lies elsewhere.
+    Validation context: `folder`, or `folders` to search, if the configuration extends a file in another folder.
     """
     if not isinstance(value, str | Path):
         raise ValueError("a path to a file, relative to the folder of this configuration")
@@ -109,7 +109,7 @@ def _existing_file(value: Any, info: ValidationInfo) -> Path:
 
 
 def _short(path: str) -> str:
-    """A path in a message, cut in the middle where nobody would read all of it."""
+    """Return a path for a message, cut in the middle if it is very long."""
     return path if len(path) <= _LONGEST_SHOWN else f"{path[: _LONGEST_SHOWN // 2]}...{path[-_LONGEST_SHOWN // 2 :]}"
 
 

@@ -3,7 +3,7 @@
     table = load_settings(Path("pump.yaml"), Table, conflicts)
 
 A rig file is read by the same steps: `yaml_source` turns text into plain values with the line of each key, `validated`
-checks them against a `Settings` model, and every mistake is told with file, line, key, and what was expected.
+checks them against a `Settings` model, and every mistake is reported with file, line, key, and what was expected.
 """
 
 import json

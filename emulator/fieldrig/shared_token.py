@@ -1,11 +1,11 @@
 """The secret that a rig, its processes and its tools share where others could reach them.
 
-It is the text of the environment variable FIELDRIG_TOKEN; without that, the content of the file that
-FIELDRIG_TOKEN_FILE names.  The rig that listens makes that file at its first start, with a token of its own that only
-its user can read, so that the containers of a rig can share a volume and nobody has to think of a secret.
+It is the text of the environment variable FIELDRIG_TOKEN, or else the content of the file that FIELDRIG_TOKEN_FILE
+names.  The rig that listens makes that file at its first start, with a random token that only its user can read, so
+that the containers of a rig can share a volume without a secret to configure.
 
-The token itself never goes over a line: Zenoh proves it by its own handshake (`endpoint`), and who attaches to a hub
-by `proof`, an answer to a challenge that is another one at every connection.
+The token itself is never transmitted.  Zenoh proves it by its own handshake (`endpoint`), and a process that attaches
+to a hub by `proof`, the answer to a challenge that differs for each connection.
 """
 
 import hashlib
@@ -21,13 +21,16 @@ from fieldrig.errors import ConfigError, Mistake, RigError
 TOKEN_VARIABLE: Final = "FIELDRIG_TOKEN"
 FILE_VARIABLE: Final = "FIELDRIG_TOKEN_FILE"
 LONGEST: Final = 4096
-"""Characters of a token."""
+"""Longest token, in characters."""
 _MADE_BYTES: Final = 32
 _REMEDY: Final = f"set {TOKEN_VARIABLE} to a secret that the rig and its tools share, or don't set it"
 
 
 def token() -> str | None:
-    """None if none is set, or if its file is not there yet.  ConfigError for one that is blank or can't be read."""
+    """Return the token; None if none is set, or its file is not there yet.
+
+    ConfigError if it is blank or can't be read.
+    """
     text = os.environ.get(TOKEN_VARIABLE)
     if text is not None:
         return _checked(text, TOKEN_VARIABLE)
@@ -47,7 +50,10 @@ def token() -> str | None:
 
 
 def make_token() -> None:
-    """Make the token's file, if one is named and not there.  Of several who do so at once, all then have one token."""
+    """Make the token's file if one is named and missing.
+
+    If several processes do so at once, all get the same token.
+    """
     name = os.environ.get(FILE_VARIABLE)
     if not name or os.environ.get(TOKEN_VARIABLE) is not None or Path(name).exists():
         return
@@ -73,7 +79,7 @@ def make_token() -> None:
 
 
 def proof(token: str, nonce: str, bus: str, member: str) -> str:
-    """What shows that `member` knows the token, for one connection to the hub of `bus`."""
+    """Return the proof that `member` knows the token, for one connection to the hub of `bus`."""
     return hmac.new(token.encode(), "\0".join((nonce, bus, member)).encode(), hashlib.sha256).hexdigest()
 
 

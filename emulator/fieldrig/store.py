@@ -31,43 +31,44 @@ RAM: Final = ".ram"
 
 
 class StoreError(OSError):
-    """The store can't keep what it was given; what it kept before is still there."""
+    """The store can't save the data; the data saved before is still there."""
 
 
 class Version(NamedTuple):
-    """One version of what was saved."""
+    """One saved version."""
 
     place: str
-    """Its file, for messages."""
+    """The name of its file, for messages."""
     data: bytes | None
-    """None: it is damaged."""
+    """The data; None if it is damaged."""
     wrong: str = ""
-    """What the damage is."""
+    """The reason if it is damaged."""
 
 
 class Store(Protocol):
     def load(self) -> bytes | None:
-        """The newest version that is not damaged; None without one."""
+        """Return the newest version that is not damaged; None without one."""
 
     def versions(self) -> Sequence[Version]:
-        """Everything that was saved and is still kept, newest first.  Empty if nothing was ever saved."""
+        """Return every version that is still there, newest first.  Empty if nothing was ever saved."""
 
     def save(self, data: bytes) -> None:
-        """Keep `data`.  When this returns it survives SIGKILL and power-off; before, the old data does.
+        """Save `data`.  When this returns, it survives SIGKILL and power-off; until then, the old data does.
 
-        StoreError if it can't be kept; the old data is kept then.
+        StoreError if it can't be saved; the old data is kept then.
         """
 
     def buffered_ram(self, size: int) -> memoryview:
-        """`size` bytes that keep what is written to them at every instant, over SIGKILL; zeros at first.
+        """Return `size` bytes that keep what is written to them at every instant, even over SIGKILL.  They start as
+        zeros.
 
-        A SIGKILL never tears an aligned word of 4 bytes.  The same bytes are given at every call.  StoreError if the
-        disk has no room for them.
+        A SIGKILL never tears an aligned word of 4 bytes.  Every call returns the same bytes.  StoreError if the disk
+        has no room for them.
         """
 
 
 class Part(ABC):
-    """Base of a part of another store: the checksum and the previous version are those of the whole."""
+    """Base of a part of another store; checksum and previous version belong to the whole."""
 
     @abstractmethod
     def load(self) -> bytes | None: ...
@@ -78,19 +79,19 @@ class Part(ABC):
 
 
 class Restored(NamedTuple, Generic[T]):
-    """What `restore` found."""
+    """The result of `restore`."""
 
     content: T | None
-    """None: nothing was ever saved, or no version can be used."""
+    """The content; None if nothing was ever saved, or no version can be used."""
     is_damaged: bool
     """True if the newest version can't be used."""
 
 
 def restore(store: Store, decode: Callable[[bytes], T]) -> Restored[T]:
-    """The newest version that `decode` accepts.
+    """Return the newest version that `decode` accepts.
 
-    `decode` raises ValueError for data that the device can't have saved, such as a value outside its limits: this
-    counts as damage, too.  Damage is logged.
+    `decode` raises ValueError for data that the device can't have saved, such as a value outside its limits; this
+    counts as damage too.  Damage is logged.
     """
     is_damaged = False
     for version in store.versions():
@@ -112,7 +113,7 @@ def restore(store: Store, decode: Callable[[bytes], T]) -> Restored[T]:
 
 
 class MemoryStore:
-    """Keeps in memory: for virtual time and tests, where a power cycle is a new device on the old store."""
+    """A store in memory, for virtual time and tests; a power cycle there is a new device on the old store."""
 
     def __init__(self, data: bytes | None = None) -> None:
         self._saved = [] if data is None else [data]
@@ -134,9 +135,9 @@ class MemoryStore:
 
 
 class FileStore:
-    """`path` is the newest version; the previous one, a damaged one and buffered RAM are beside it.
+    """A store in files.  `path` is the newest version; the previous one, a damaged one and buffered RAM are beside it.
 
-    `owner` is the kind of the device: a store of another kind counts as damaged.
+    `owner` is the kind of the device; a store of another kind counts as damaged.
     """
 
     def __init__(self, path: Path, owner: str = "") -> None:
@@ -146,10 +147,10 @@ class FileStore:
         self._refused: dict[str, _Refusal] = {}
 
     def trouble(self) -> str:
-        """Why data can't be kept at present, in words; empty if it can.
+        """Return why data can't be saved at present; empty if it can.
 
-        What was refused is tried again, so the answer is also right if the device saves nothing more.  Buffered RAM
-        is only there again when the device has asked for it.
+        Refused data is tried again, so the answer is also right if the device saves nothing more.  Buffered RAM is only
+        available again after the device has asked for it.
         """
         refusal = self._refused.get(ASIDE)
         if refusal is not None:
@@ -204,7 +205,7 @@ class FileStore:
             return Version(str(path), None, str(cause))
 
     def _keep_the_old(self) -> None:
-        """As the previous version; a damaged one is put aside, for a person to look at."""
+        """Keep the present version as the previous one, or move it aside for analysis if it is damaged."""
         if not self._is_whole:
             last = self._read(self._path)
             if last is None:
@@ -237,13 +238,13 @@ class FileStore:
 class _Refusal(NamedTuple):
     why: str
     size: int
-    """Bytes that there was no room for."""
+    """Number of bytes for which there was no room."""
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Put `data` in the place of `path` in one step: a reader, or a kill, sees the old file or the new one.
+    """Replace the file at `path` by `data` in one step: a reader, or a kill, sees the old file or the new one.
 
-    OSError, with the old file as it was, if that fails.
+    OSError, with the old file unchanged, if that fails.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(path.name + ASIDE)
@@ -258,7 +259,7 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make renames in `folder` last over power-off.  Without it they last over everything else."""
+    """Make renames in `folder` survive power-off; they survive everything else without it."""
     if not hasattr(os, "O_DIRECTORY"):  # Windows
         return
     try:
@@ -279,7 +280,7 @@ def _write_through(path: Path, data: bytes) -> None:
 
 
 def _allocate(fd: int, size: int) -> None:
-    """Give the file `size` bytes that are there: a write to a mapped hole of a full disk would kill the process."""
+    """Allocate `size` bytes on the disk: a write to a mapped hole of a full disk would kill the process."""
     if hasattr(os, "posix_fallocate"):
         try:
             os.posix_fallocate(fd, 0, size)

@@ -14,7 +14,7 @@ from typing import Final
 MAGIC: Final = b"FIELDRIG-STORE"
 VERSION: Final = 1
 LONGEST: Final = 64 << 20
-"""Bytes of a file.  A longer one is not read."""
+"""Longest file in bytes; a longer one is not read."""
 _HEAD: Final = re.compile(rb"FIELDRIG-STORE (\d{1,9}) ([0-9A-F]{8}) (\d{1,9}) ([^\n]*)\n")
 
 
@@ -24,7 +24,7 @@ def encode(owner: str, data: bytes) -> bytes:
 
 
 def decode(owner: str, blob: bytes) -> bytes:
-    """The data.  ValueError, with the reason, for a file that `encode` does not write for this owner."""
+    """Return the data.  ValueError, with the reason, for a file that `encode` does not write for this owner."""
     head = _HEAD.match(blob)
     if head is None:
         raise ValueError("it is not a file of a store")

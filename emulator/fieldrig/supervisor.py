@@ -1,9 +1,10 @@
-"""Runs the processes of a rig under real time: starts them, knows how they are, restarts them, ends them.
+"""Runs the processes of a rig under real time: starts, monitors, restarts and ends them.
 
-All are spawned at once; each loads its part of the rig, opens its hubs and asks to `join`.  The answer is held back
-until those that it waits for are there: order by message, not by sleep.  A process that ends before the whole rig is
-ready ends the start; later its `on_exit` decides.  A process that starts is waited for while it gets on; one that
-makes no progress for `start_timeout_s` is killed, and has twice as long when it is started again (`patience`).
+All are started at once; each loads its part of the rig, opens its hubs and asks to `join`.  The answer is held back
+until the processes that it waits for are ready, so messages determine the order, not delays.  A process that ends
+before the whole rig is ready ends the start; later its `on_exit` decides.  A starting process is waited for as long as
+it makes progress.  Without progress for `start_timeout_s` it is killed, and has twice as long when it is restarted
+(`patience`).
 """
 
 import asyncio
@@ -26,18 +27,18 @@ from fieldrig.placement import ProcessPlan
 from fieldrig.roster import OPEN, Member, Report, Roster, State
 
 GRACE_S = 3.0
-"""Between SIGTERM and SIGKILL."""
+"""Time between SIGTERM and SIGKILL."""
 
 
 class Supervisor:
     def __init__(
         self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, children: Children, report: Report
     ) -> None:
-        """What `children` has not forked yet is spawned."""
+        """`children` that are not forked yet are spawned."""
         self.roster = Roster(config, plans, control, report)
         self._patience = {name: Patience(config.start_timeout_s) for name in plans}
         self._ready_at_s: dict[str, float] = {}
-        """By the loop's time; only of processes that are ready."""
+        """The loop's time at which each process became ready; only of processes that are ready."""
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
         self._at_once = asyncio.Event()
         self._children = children.by_name
@@ -46,7 +47,7 @@ class Supervisor:
         self._tenders: dict[str, asyncio.Task[None]] = {}
 
     async def run(self) -> Exit:
-        """Until `end` is called, or a process fails in a way that ends the rig."""
+        """Run until `end` is called, or until a process fails in a way that ends the rig."""
         roster = self.roster
         roster.on_change = self._on_change
         roster.serve(stop=self._on_stop_asked, restart=self._on_restart_asked)
@@ -61,14 +62,14 @@ class Supervisor:
             await self._end_all()
 
     def end(self, code: Exit = Exit.OK) -> None:
-        """In order; called a second time, at once."""
+        """End in order; a second call ends at once."""
         if self._ended.done():
             self._at_once.set()
         else:
             self._ended.set_result(code)
 
     async def _tend(self, member: Member) -> None:
-        """Wait for the end of one process, and do what is to be done then, over and over."""
+        """Wait for the end of one process, and restart it or end the rig, over and over."""
         patience = self._patience[member.name]
         while True:
             code = await self._children[member.name].wait()
@@ -92,47 +93,47 @@ class Supervisor:
             await self._begin(member)
 
     def _ready_s(self, member: Member) -> float:
-        """How long it has been ready; 0 if it is not."""
+        """Return how long the process has been ready; 0 if it is not."""
         ready_at_s = self._ready_at_s.pop(member.name, None)
         return 0.0 if ready_at_s is None else asyncio.get_running_loop().time() - ready_at_s
 
     def _note(self, member: Member, what: str, text: str) -> None:
-        """Tell it, and put it into the log of the process too."""
-        self.roster.tell(what, member.name, text)
+        """Publish an event, and add it to the log of the process."""
+        self.roster.publish(what, member.name, text)
         self._children[member.name].note(f"{what}: {text}")
 
     def _on_tender_done(self, tender: asyncio.Task[None]) -> None:
-        """A fault in here, or of the system, must not leave a process alone."""
+        """End the rig for a fault in this task, so that no process is left without supervision."""
         cause = tender.exception()
         if cause is not None and not self._ended.done():
             self._ended.set_exception(cause)
 
     def _goes_on_after(self, member: Member, code: int) -> bool:
-        """Whether the process is to be started again."""
+        """Return whether the process is to be restarted."""
         roster, name = self.roster, member.name
         if not roster.was_ready:
             self._fail_start(member, f"ended while it started: {how_it_ended(code)}", _exit_of_start(code))
         elif member.plan.on_exit == "stop":
-            roster.tell("failed", name, f"{how_it_ended(code)}; the rig stops\n{self._children[name].tail()}")
+            roster.publish("failed", name, f"{how_it_ended(code)}; the rig stops\n{self._children[name].tail()}")
             self.end(Exit.DEVICE_FAILED)
         elif member.plan.on_exit == "ignore":
             roster.set_state(member, State.GONE)
-            roster.tell("gone", name, f"{self._why(member, code)}; the rig goes on without it")
+            roster.publish("gone", name, f"{self._why(member, code)}; the rig goes on without it")
         else:
             return True
         return False
 
     def _why(self, member: Member, code: int) -> str:
-        """In a line; after a fault of a device's own code with what Python said last."""
+        """Return the reason in one line; for a fault in a device's code, with the last line of the traceback."""
         said = self._children[member.name].tail().splitlines() if code == Exit.CRASHED else []
         is_noted = len(said) > 1 and said[-1].startswith(NOTE)
         return how_it_ended(code) + (f" ({', '.join(said[-2:] if is_noted else said[-1:])})" if said else "")
 
     def _fail_start(self, member: Member, how: str, code: Exit) -> None:
-        """Only the first one counts: the others end because of it, or are stopped with the rig."""
+        """End the start with this failure.  Later failures do not count, as they follow from the first."""
         if not self._ended.done():
             log = self._children[member.name].tail() or "(it wrote nothing)"
-            self.roster.tell("failed", member.name, f"{how}\n{log}")
+            self.roster.publish("failed", member.name, f"{how}\n{log}")
             self.end(code)
 
     async def _begin(self, member: Member) -> None:
@@ -145,7 +146,7 @@ class Supervisor:
         child.follow(partial(self._on_step, member))
 
     def _on_step(self, member: Member, step: str) -> None:
-        """A process that starts has got further."""
+        """Note the progress of a starting process."""
         member.step = step
         self._be_patient(member)
 
@@ -155,7 +156,7 @@ class Supervisor:
         self._be_patient(member)
 
     def _be_patient(self, member: Member) -> None:
-        """Wait anew, while a process works on its start; without a limit, while it waits for others."""
+        """Restart the time limit while a process works on its start; remove it while the process waits for others."""
         self._forget_timer(member.name)
         if member.state in (State.STARTING, State.RELEASED) and not self._ended.done():
             loop, limit_s = asyncio.get_running_loop(), self._patience[member.name].limit_s
@@ -178,7 +179,7 @@ class Supervisor:
             self._fail_start(member, f"{how}; {patience.advice}", Exit.DEVICE_FAILED)
 
     def _waits_for_a_hub(self, member: Member) -> bool:
-        """A hub that it attaches to has died meanwhile."""
+        """Return whether a hub that the process attaches to has died."""
         return any(self.roster.members[other].state not in OPEN for other in member.plan.attaches)
 
     def _forget_timer(self, name: str) -> None:
@@ -201,7 +202,7 @@ class Supervisor:
         self._children[member.name].end(signal.SIGTERM)
 
     async def _end_all(self) -> None:
-        """First the processes without hubs, so that what they say at last still arrives."""
+        """End all processes, those without hubs first, so that their last messages still arrive."""
         for name in tuple(self._timers):
             self._forget_timer(name)
         self.roster.stop()
@@ -217,11 +218,11 @@ class Supervisor:
         hurry.cancel()
         with suppress(asyncio.CancelledError):
             await hurry
-        self.roster.tell("stopped")
+        self.roster.publish("stopped")
 
 
 async def _all_done(tasks: Sequence[asyncio.Task[None]], hurry: asyncio.Task[bool]) -> None:
-    """All done, or out of time, or no more time given."""
+    """Wait until all have ended, the time is over, or `end` is called again."""
     loop = asyncio.get_running_loop()
     give_up_s = loop.time() + GRACE_S
     waiting: set[asyncio.Task[None]] = {task for task in tasks if not task.done()}

@@ -17,7 +17,7 @@ M = TypeVar("M")
 
 
 class RecordedLink(Generic[M]):
-    """A link that keeps what was sent, and delivers what the test says.  Interest is kept, not applied."""
+    """A link that keeps what was sent, and delivers what the test passes in.  Interest is kept but not applied."""
 
     def __init__(self) -> None:
         self.sent: list[M] = []
@@ -35,13 +35,13 @@ class RecordedLink(Generic[M]):
             self._handler(message)
 
     def take(self) -> list[M]:
-        """What was sent since the last call."""
+        """Return what was sent since the last call."""
         sent, self.sent = self.sent, []
         return sent
 
 
 _kept: dict[int, IO[bytes]] = {}
-"""The ports that this process was given, with the files that keep other processes off them."""
+"""The ports that this process was given, with the lock files that keep other processes off them."""
 
 
 def free_port() -> int:
@@ -61,7 +61,7 @@ def free_port() -> int:
 
 
 def _locked(path: Path) -> IO[bytes] | None:
-    """The file, locked for as long as it is open; None if another process has it."""
+    """Return the file, locked for as long as it is open; None if another process has it."""
     try:
         file = path.open("ab")
     except PermissionError:  # another user's

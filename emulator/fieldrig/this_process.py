@@ -1,4 +1,4 @@
-"""What this process can say of itself (memory, age, work done), and what it is told by signals."""
+"""What this process knows of itself (memory, age, CPU time), and its handlers of signals."""
 
 import asyncio
 import os
@@ -12,7 +12,10 @@ _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
 
 
 def facts() -> dict[str, float | None]:
-    """For `status`.  `own_mb` is what would be free without it, `memory_mb` counts shared pages too."""
+    """Return the facts for `status`.
+
+    `memory_mb` counts shared pages; `own_mb` is what would be free without this process.
+    """
     own = own_bytes()
     return {
         "pid": os.getpid(),
@@ -24,7 +27,7 @@ def facts() -> dict[str, float | None]:
 
 
 def resident_bytes() -> int:
-    """What is in RAM, shared pages included; 0 where the system doesn't say."""
+    """Return the memory in RAM, including shared pages; 0 where the system does not provide it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * _PAGE
     except OSError:
@@ -32,7 +35,7 @@ def resident_bytes() -> int:
 
 
 def own_bytes() -> int | None:
-    """What would be free without this process; None where the system doesn't say."""
+    """Return the memory that would be free without this process; None where the system does not provide it."""
     try:
         lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
     except OSError:
@@ -41,7 +44,7 @@ def own_bytes() -> int | None:
 
 
 def age_s() -> float:
-    """Since it was started; what it has worked where the system doesn't say."""
+    """Return the time since the process was started, or its CPU time where the system does not provide that."""
     try:
         ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
         return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
@@ -50,7 +53,10 @@ def age_s() -> float:
 
 
 def on_signals(names: Sequence[str], action: Callable[[], None]) -> None:
-    """Call `action` in the running loop.  What the system hasn't, or the user has turned off (nohup), is left out."""
+    """Call `action` in the running loop.
+
+    Signals that the system lacks, or that the user ignores (nohup), are left out.
+    """
     loop = asyncio.get_running_loop()
     for name in names:
         number = getattr(signal, name, None)
@@ -66,7 +72,7 @@ def on_signals(names: Sequence[str], action: Callable[[], None]) -> None:
 
 
 def interrupt_on_signals(names: Sequence[str]) -> None:
-    """Until a loop takes them over: as Ctrl-C does, so that every `finally` on the way out has its turn."""
+    """Treat the signals like Ctrl-C until a loop handles them, so that every `finally` runs."""
     for name in names:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
@@ -74,7 +80,7 @@ def interrupt_on_signals(names: Sequence[str]) -> None:
 
 
 class _Interrupt:
-    """Python drops what is raised inside a hook of a fork or a `__del__`: so it is also kept for `on_signals`."""
+    """An interrupt that is also kept for `on_signals`, as Python drops exceptions inside a fork hook or a `__del__`."""
 
     def __init__(self) -> None:
         self.has_come = False
@@ -85,7 +91,7 @@ class _Interrupt:
 
 
 def _peak_bytes() -> int:
-    """The most it ever was: all that is to be had where there is no /proc."""
+    """Return the peak of the memory, which is all that is available without /proc."""
     try:
         import resource
     except ImportError:  # Windows

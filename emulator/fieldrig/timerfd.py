@@ -36,13 +36,13 @@ class TimerFd:
         self._settime = self._libc.timerfd_settime
 
     def arm(self, when_ns: int) -> None:
-        """Become readable at `when_ns` of `time.monotonic_ns()`; at once if that is past."""
+        """Become readable at `when_ns` of `time.monotonic_ns()`, or at once if that is in the past."""
         value = self._spec.it_value
         value.tv_sec, value.tv_nsec = divmod(max(when_ns, 1), 1_000_000_000)
         self._settime(self.fd, TFD_TIMER_ABSTIME, self._spec_pointer, None)
 
     def clear(self) -> None:
-        """Take note of an expiry, so that the descriptor is no longer readable."""
+        """Acknowledge an expiry, so that the descriptor is no longer readable."""
         try:
             os.read(self.fd, 8)
         except BlockingIOError:  # re-armed between readiness and this read

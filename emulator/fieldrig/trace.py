@@ -1,4 +1,4 @@
-"""Every message of a rig, with time, bus and sender."""
+"""The messages of a rig, with time, bus and sender."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +16,7 @@ class TraceEntry:
 
 
 def is_batch(message: Any) -> bool:
-    """Whether what somebody told is a batch of `bus_stream`, with all that a listener relies on."""
+    """Return whether a published message is a valid batch of `bus_stream`."""
     match message:
         case {"family": str(), "process": str(), "first": int(), "epoch_ns": int(), "entries": list(entries)}:
             return all(map(_is_entry, entries))

@@ -1,6 +1,6 @@
-"""Traces in files: the format goes by the ending of the name.
+"""Traces in files; the format follows from the ending of the name.
 
-Our own is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, write, read) under the entry points
+Our own format is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, write, read) under the entry points
 "fieldrig.trace_formats".
 """
 
@@ -36,7 +36,7 @@ class Format(Protocol):
 
 
 def format_of(path: Path) -> Format:
-    """UsageError, with the endings that are known, for another one."""
+    """Return the format.  UsageError, with the known endings, for an unknown one."""
     try:
         return _formats()[path.suffix.lower()]
     except KeyError:
@@ -45,7 +45,7 @@ def format_of(path: Path) -> Format:
 
 
 def read(path: Path) -> Iterator[TraceEntry]:
-    """UsageError for a file that can't be read, or is something else."""
+    """Yield the entries of a file.  UsageError if it can't be read, or is not a trace."""
     form = format_of(path)
     try:
         with path.open("rb") as file:
@@ -55,7 +55,7 @@ def read(path: Path) -> Iterator[TraceEntry]:
 
 
 def write(entries: Iterable[TraceEntry], path: Path) -> int:
-    """How many were written: a format may not know every family.  Entries have the time of day."""
+    """Write entries, which have the time of day, and return how many; a format may not know every family."""
     form = format_of(path)
     try:
         with path.open("wb") as file:
@@ -65,14 +65,14 @@ def write(entries: Iterable[TraceEntry], path: Path) -> int:
 
 
 class Recorder:
-    """Writes batches of `BusStream` into a file as they come, in a thread of its own: formats know no loop.
+    """Writes batches of `BusStream` into a file as they arrive, in a thread of its own, as formats know no loop.
 
-    While the disk takes nothing the file ends at a whole message, and those that come are counted as missing; it goes
-    on when there is room.
+    While the disk accepts nothing, the file ends at a whole message, and new ones are counted as missing; writing
+    continues when there is room.
     """
 
     def __init__(self, path: Path, most: int | None = None) -> None:
-        """At most so many messages.  UsageError if the file can't be written."""
+        """Write at most `most` messages.  UsageError if the file can't be written."""
         self._path, self._form, self._most = path, format_of(path), most
         try:
             self._file = RecordFile(path)
@@ -88,9 +88,9 @@ class Recorder:
         self._thread.start()
 
     def take(self, bus: str, batch: Any) -> None:
-        """A batch; anything else that somebody told is left out."""
+        """Take a batch; any other published message is left out."""
         if not is_batch(batch) or not all(map(_is_hex, (data for _, _, data in batch["entries"]))):
-            log.debug("%s: told something that is no batch", bus)
+            log.debug("%s: a published message is not a batch", bus)
             return
         source, size = (bus, batch["process"]), len(batch["entries"])
         self._lost += batch["first"] - self._expected.get(source, batch["first"])
@@ -104,7 +104,7 @@ class Recorder:
         return self._most is not None and self.taken >= self._most
 
     def close(self) -> str:
-        """What became of it, in words."""
+        """End the file, and return a summary in words."""
         self._batches.put(None)
         self._thread.join()
         if not self._put_out(at_once=True):
@@ -114,8 +114,8 @@ class Recorder:
         left_out = self.taken - self._missing - self._written
         words = f"{self._path}: {self._written} messages"
         words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
-        words += f"; {left_out} are of kinds that this format doesn't know" if left_out else ""
-        return words + (f"; {self._lost} were lost: this computer is too slow" if self._lost else "")
+        words += f"; {left_out} are of kinds that this format can't hold" if left_out else ""
+        return words + (f"; {self._lost} were lost: this host is too slow" if self._lost else "")
 
     def _write(self) -> None:
         self._written = self._form.write(self._entries(), cast(BinaryIO, self._file), 0)
@@ -142,7 +142,7 @@ class Recorder:
                 self._waiting += self._file.waiting > before  # a format may leave it out
 
     def _put_out(self, at_once: bool = False) -> bool:
-        """Between two messages.  A disk that took nothing is not asked again for a while, unless `at_once`."""
+        """Write between two messages.  A disk that refused is not tried again for a while, unless `at_once`."""
         had_trouble, now_s = self._file.trouble, time.monotonic()
         if had_trouble and now_s < self._next_try_s and not at_once:
             return False

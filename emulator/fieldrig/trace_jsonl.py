@@ -18,7 +18,7 @@ LONGEST_LINE = 4 << 20  # bytes; the longest message is half of it as hex
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
-    """`start_unix_ns` is the time of day at instant 0 of the entries.  How many were written."""
+    """Write entries, and return how many.  `start_unix_ns` is the time of day at instant 0 of the entries."""
     written = 0
     for entry in entries:
         line = {
@@ -34,7 +34,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """UsageError, with the line, for what `write` doesn't write."""
+    """Yield the entries.  UsageError, with the line, for anything that `write` does not write."""
     for number, line in enumerate(file, 1):
         try:
             match read_json(line, LONGEST_LINE):

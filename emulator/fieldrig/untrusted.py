@@ -8,7 +8,7 @@ of a surrogate pair, and text that isn't UTF-8.
     hello = read_json(body, longest=4096)
     member = field(hello, "member", str)
 
-Left out on purpose: what a value means (a member's name, an interest) is checked by whoever takes it, with ValueError.
+Left out on purpose: what a value means (a member's name, an interest) is checked where it is used, with ValueError.
 """
 
 import json
@@ -18,11 +18,11 @@ from math import isinf
 from typing import Any, Final, TypeVar
 
 LONGEST: Final = 1 << 20
-"""Bytes, where the caller names no other limit."""
+"""Longest text in bytes, unless the caller sets a limit."""
 DEEPEST: Final = 32
-"""Arrays and objects within each other."""
+"""Deepest nesting of arrays and objects."""
 WIDEST: Final = (-(1 << 63), (1 << 64) - 1)
-"""The range of integers: all that 64 bits hold, signed or not."""
+"""Range of integers: everything that 64 bits hold, signed or not."""
 
 _DIGITS: Final = 20  # of 2**64 - 1, and of -(2**63) with its sign
 _BRACKETS: Final = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"?|[\[\]{}]', re.DOTALL)
@@ -43,11 +43,11 @@ _NAMES: Final[dict[type, str]] = {
 
 
 class MalformedError(ValueError):
-    """Bytes from outside that are not what they should be."""
+    """Bytes from outside that are not as expected."""
 
 
 def read_json(data: bytes | bytearray | memoryview | str, longest: int = LONGEST, deepest: int = DEEPEST) -> Any:
-    """The value that `data` holds.  MalformedError for anything that is not one JSON text within the limits."""
+    """Return the value that `data` holds.  MalformedError for anything but one JSON text within the limits."""
     if len(data) > longest:
         raise MalformedError(f"{len(data)} bytes, expected at most {longest}")
     try:
@@ -67,7 +67,10 @@ def read_json(data: bytes | bytearray | memoryview | str, longest: int = LONGEST
 
 
 def field(data: Any, key: str, kind: type[T]) -> T:
-    """The value of `key`.  MalformedError if `data` is no object, or has no such key, or another type there."""
+    """Return the value of `key`.
+
+    MalformedError if `data` is not an object, lacks the key, or has another type there.
+    """
     if not isinstance(data, dict):
         raise MalformedError(f"expected an object, found {shown(data)}")
     if key not in data:
@@ -76,7 +79,7 @@ def field(data: Any, key: str, kind: type[T]) -> T:
 
 
 def typed(value: Any, kind: type[T], name: str = "the value") -> T:
-    """The value, if it is of that type; an integer is also a number, true and false are not integers."""
+    """Return the value if it has the type.  An integer is also a number; true and false are not integers."""
     found: Any = float(value) if kind is float and type(value) is int else value
     if type(found) is kind:
         return found
@@ -84,21 +87,21 @@ def typed(value: Any, kind: type[T], name: str = "the value") -> T:
 
 
 def items(value: Any, kind: type[T], most: int, name: str = "the value") -> list[T]:
-    """An array of at most so many values of one type."""
+    """Return an array of at most `most` values of one type."""
     found = typed(value, list, name)
     if len(found) > most:
         raise MalformedError(f"{name}: {len(found)} values, expected at most {most}")
-    return [typed(one, kind, name) for one in found]
+    return [typed(item, kind, name) for item in found]
 
 
 def shown(value: Any) -> str:
-    """Something from outside as it may stand in a message: short, and on one line."""
+    """Return something from outside in a form for messages: short, and on one line."""
     text = ascii(value)
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def _depth(text: str) -> int:
-    """Of its arrays and objects, whether or not they are closed; brackets in texts don't count."""
+    """Return the nesting depth of arrays and objects, closed or not; brackets in texts don't count."""
     depth = deepest = 0
     for found in _BRACKETS.finditer(text):
         first = found.group()[0]
@@ -113,7 +116,7 @@ def _depth(text: str) -> int:
 def _integer(digits: str) -> int:
     number = int(digits) if len(digits) <= _DIGITS else None
     if number is None or not WIDEST[0] <= number <= WIDEST[1]:
-        raise MalformedError(f"an integer of {len(digits)} digits, expected one that 64 bits can hold")
+        raise MalformedError(f"an integer of {len(digits)} digits, expected item that 64 bits can hold")
     return number
 
 
@@ -147,12 +150,12 @@ def _texts(value: Any) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, list):
-        for one in value:
-            yield from _texts(one)
+        for item in value:
+            yield from _texts(item)
     elif isinstance(value, dict):
-        for key, one in value.items():
+        for key, item in value.items():
             yield key
-            yield from _texts(one)
+            yield from _texts(item)
 
 
 _DECODER: Final = json.JSONDecoder(

@@ -1,4 +1,4 @@
-"""Values of points as people type them and as devices take them."""
+"""Values of points as users type them and as devices take them."""
 
 from contextlib import suppress
 from functools import partial
@@ -9,7 +9,7 @@ TRUTHS: dict[str, bool] = {"true": True, "false": False, "on": True, "off": Fals
 
 
 def parse_value(text: str) -> Value:
-    """`true` and `on`, `12` and `0x1F`, `2.5` and `1e-3`; anything else is text.  010 is ten, as in a rig file."""
+    """Return `true` and `on`, `12` and `0x1F`, `2.5` and `1e-3` as values; anything else is text.  010 is ten."""
     truth = TRUTHS.get(text.lower())
     if truth is not None:
         return truth
@@ -21,7 +21,7 @@ def parse_value(text: str) -> Value:
 
 
 def fitting(value: Value, present: Value) -> Value:
-    """The same value in the type of the present one, where nothing is lost by it."""
+    """Return the value in the type of the present one, if that loses nothing."""
     if isinstance(value, bool) or type(value) is type(present):
         return value
     if isinstance(present, bool) and value in (0, 1):
@@ -34,5 +34,5 @@ def fitting(value: Value, present: Value) -> Value:
 
 
 def show_number(value: float) -> str:
-    """With all its digits: the shortest text that is read back as the same number; whole ones without `.0`."""
+    """Return the shortest text that is read back as the same number, without the `.0` of whole numbers."""
     return str(value).removesuffix(".0")

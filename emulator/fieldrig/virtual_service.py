@@ -1,15 +1,12 @@
-"""A rig in virtual time under `fieldrig up`: paced, paused, stepped, and asked by control messages.
+"""A rig in virtual time under `fieldrig up`: paced, paused, stepped, and controlled by messages.
 
-The rig runs in slices of `SLICE_S`, so that questions are answered while it works as fast as it can.
+The rig runs in slices of `SLICE_S`, so that it answers questions even at full speed.
 """
 
 import asyncio
-import os
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import partial
-from importlib.metadata import version
 from typing import Any
 
 from fieldrig.asked import asked
@@ -18,21 +15,22 @@ from fieldrig.bus_questions import answers_of_bus
 from fieldrig.bus_stream import BusStream, OnDelivery
 from fieldrig.clock import NEVER_NS, S
 from fieldrig.config import RigConfig
-from fieldrig.control import VERSION, Control
+from fieldrig.control import Control
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
 from fieldrig.points import answers
 from fieldrig.rig import Rig
+from fieldrig.rig_status import rig_status
 from fieldrig.roster import Event, Report
 from fieldrig.this_process import facts
 
 SLICE_S = 0.01
-"""Of the computer's time."""
+"""Length of a slice in real time."""
 FASTEST = 1e9
-"""Times real time; faster than any computer."""
+"""Largest speed in times of real time; faster than any host."""
 BEHIND_S = 0.5
-"""A rig that lags further gives up the time that it lost."""
+"""Largest lag; a rig that lags further gives up the lost time."""
 
 
 class _Part:
@@ -77,20 +75,20 @@ class VirtualService:
         self._listeners: dict[str, OnDelivery] = {}
         self._speed = config.speed
         self._started_s = time.monotonic()
-        self._base_s = self._loop.time()  # where virtual time counts from: the computer's time, and ours then
+        self._base_s = self._loop.time()  # virtual time is paced from here: the host's time, and ours at that time
         self._base_ns = 0
 
     async def run(self) -> Exit:
-        """RigError if a device can't be built, or devices answer each other for ever."""
+        """Run until `end` is called.  RigError if a device can't be built, or devices answer each other for ever."""
         with Rig(self._config) as self._rig:
             self._serve()
             await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready
             self._rebase()
-            self.tell("ready")
+            self.publish("ready")
             pacer = self._loop.create_task(self._pace())
             both: set[asyncio.Future[Any]] = {pacer, self._ended}
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
-            self.tell("stopping")
+            self.publish("stopping")
             if not pacer.done():
                 pacer.cancel()
                 await asyncio.wait({pacer})
@@ -104,10 +102,10 @@ class VirtualService:
         if not self._ended.done():
             self._ended.set_result(Exit.OK)
 
-    def tell(self, what: str, text: str = "") -> None:
+    def publish(self, what: str, text: str = "") -> None:
         event = Event(what, "", text, time.time())
         self._report(event)
-        self._control.tell("event", asdict(event))
+        self._control.publish("event", event._asdict())
 
     def _serve(self) -> None:
         control, rig = self._control, self._rig
@@ -161,7 +159,7 @@ class VirtualService:
                     self._rebase()
 
     async def _run_until_asked(self) -> None:
-        """As fast as it can; a rig in which nothing ever happens stands still."""
+        """Run at full speed; a rig in which nothing ever happens stands still."""
         next_ns = self._rig.next_ns()
         if next_ns is None:
             await asyncio.sleep(SLICE_S)
@@ -174,7 +172,7 @@ class VirtualService:
             await asyncio.sleep(0)
 
     def _slice(self, until_ns: int | None) -> bool:
-        """Work for a slice of the computer's time.  Whether `until_ns` is reached."""
+        """Work for one slice of real time, and return whether `until_ns` is reached."""
         rig, give_up_s = self._rig, time.monotonic() + SLICE_S
         while (next_ns := rig.next_ns()) is not None and (until_ns is None or next_ns <= until_ns):
             rig.step()
@@ -200,22 +198,13 @@ class VirtualService:
             listener(delivery)
 
     def _status(self) -> dict[str, Any]:
-        config = self._config
         return {
-            "version": VERSION,
-            "fieldrig": version("fieldrig"),
-            "rig": config.name,
-            "file": str(config.path.absolute()),
+            **rig_status(self._config, self._started_s, lambda _device: self._config.name),
             "run": None,
-            "time": "virtual",
             "state": "ready" if self._may_run.is_set() else "paused",
             "now_ns": self._rig.now_ns,
             "speed": self._speed,
-            "pid": os.getpid(),
-            "uptime_s": round(time.monotonic() - self._started_s, 3),
             "processes": {},
-            "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
-            "devices": {name: {"kind": entry.kind, "process": config.name} for name, entry in config.devices.items()},
         }
 
     async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:

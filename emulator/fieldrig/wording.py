@@ -1,7 +1,7 @@
-"""What pydantic found wrong with settings, in words for the person who wrote the rig file.
+"""Messages for the author of a rig file about settings that pydantic refuses.
 
-Says what stands there and what would be right, the latter from the JSON Schema of the model, which is made only
-when something is wrong.
+A message says what was found and what was expected, the latter from the JSON Schema of the model, which is generated
+only for a mistake.
 """
 
 import json
@@ -28,65 +28,65 @@ TYPES = {
 def explain(
     error: ValidationError, data: Any, model: type[Settings], other_keys: tuple[str, ...] = ()
 ) -> list[WrongKey]:
-    """One finding per place.  `other_keys` are allowed beside those of the model."""
+    """Return one mistake for each place.  `other_keys` are allowed beside those of the model."""
     schema = model.model_json_schema()
     found: dict[KeyPath, WrongKey] = {}
     deeper: set[KeyPath] = set()
-    for one in error.errors(include_url=False):
-        path = _path_in(data, one["loc"], one["type"])
+    for detail in error.errors(include_url=False):
+        path = _path_in(data, detail["loc"], detail["type"])
         deeper.update(path[:length] for length in range(len(path)))
-        several = one.get("ctx", {}).get("error")
+        several = detail.get("ctx", {}).get("error")
         if isinstance(several, WrongSettingsError):
             inner = [wrong._replace(path=(*path, *wrong.path)) for wrong in several.wrong]
             found |= {wrong.path: wrong for wrong in inner}
         elif path not in found:
-            found[path] = _wrong_key(dict(one), path, data, schema, other_keys)
-    # A union complains of each of its choices; what lies deepest belongs to the choice that was meant.
+            found[path] = _wrong_key(dict(detail), path, data, schema, other_keys)
+    # A union reports each of its choices; the deepest mistake belongs to the intended one.
     return [finding for path, finding in found.items() if path not in deeper]
 
 
 def closest(word: object, known: list[str]) -> str:
-    """`did you mean ...?`, or all that is known."""
+    """Return `did you mean ...?`, or all known words."""
     close = get_close_matches(str(word), known, n=1)
     return f"did you mean {close[0]}?" if close else f"there are: {', '.join(known)}" if known else "there are none"
 
 
 def show(value: Any) -> str:
-    """A value as it would stand in YAML, cut short."""
+    """Return a value as YAML would have it, shortened."""
     text = json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _wrong_key(one: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> WrongKey:
-    if one["type"] == "extra_forbidden":
+def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> WrongKey:
+    if detail["type"] == "extra_forbidden":
         known = _keys_at(schema, path[:-1]) + (list(other_keys) if len(path) == 1 else [])
         return WrongKey(path, "there is no such key", closest(path[-1], known))
-    if one["type"] in ("union_tag_invalid", "union_tag_not_found"):
-        return _wrong_tag(one, path, data, schema)
+    if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        return _wrong_tag(detail, path, data, schema)
     wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path)))
-    remedy = f"right would be {wanted}" if wanted else ""
-    if one["type"] == "missing":
+    remedy = f"expected {wanted}" if wanted else ""
+    if detail["type"] == "missing":
         return WrongKey(path, "this key is missing", remedy)
-    if one["type"] in ("value_error", "assertion_error"):
+    if detail["type"] in ("value_error", "assertion_error"):
         is_vague = not path or wanted == TYPES["object"]
-        return WrongKey(path, str(one["ctx"]["error"]), "" if is_vague else remedy)
+        return WrongKey(path, str(detail["ctx"]["error"]), "" if is_vague else remedy)
     there = _value_at(data, path)
-    return WrongKey(path, f"{show(there)} doesn't fit", remedy or f"it says: {one['msg']}")
+    return WrongKey(path, f"{show(there)} doesn't fit", remedy or f"it says: {detail['msg']}")
 
 
-def _wrong_tag(one: dict[str, Any], path: KeyPath, data: Any, schema: Any) -> WrongKey:
-    """The key that says which of several models is meant names none of them, or is not there."""
-    key = one["ctx"]["discriminator"].strip("'")
+def _wrong_tag(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any) -> WrongKey:
+    """Return the mistake of a key that selects one of several models, but is unknown or missing."""
+    key = detail["ctx"]["discriminator"].strip("'")
     choices = _schemas_at(schema, schema, (*path, key))
     known = sorted({str(tag) for part in choices for tag in part.get("enum", [part.get("const")])})
     there = _value_at(data, path)
     if key not in there:
-        return WrongKey((*path, key), "this key is missing", f"right would be {' or '.join(known)}")
+        return WrongKey((*path, key), "this key is missing", f"expected {' or '.join(known)}")
     return WrongKey((*path, key), f"{show(there[key])} doesn't fit", closest(there[key], known))
 
 
 def _path_in(data: Any, location: tuple[int | str, ...], error_type: str) -> KeyPath:
-    """The location without the names of union branches, which are no keys of the data."""
+    """Return the location without the names of union branches, which are not keys of the data."""
     path: list[Any] = []
     for position, part in enumerate(location):
         key = _key_in(data, part)
@@ -117,7 +117,7 @@ def _keys_at(schema: Any, path: KeyPath) -> list[str]:
 
 
 def _schemas_at(part: Any, root: Any, path: KeyPath) -> Iterator[Any]:
-    """Every schema that may apply at a path, through references and choices."""
+    """Yield every schema that may apply at a path, through references and choices."""
     if not isinstance(part, dict):
         return
     if "$ref" in part:
@@ -143,7 +143,7 @@ def _child(part: dict[str, Any], key: Any) -> Any:
 
 
 def _words(part: dict[str, Any], root: Any) -> str:
-    """`a whole number from 1 to 127 (the node id)`"""
+    """Return a description such as `a whole number from 1 to 127 (the node id)`."""
     choices = part.get("anyOf") or part.get("oneOf")
     if choices:
         leaves = [leaf for choice in choices for leaf in _schemas_at(choice, root, ())]

@@ -5,8 +5,8 @@ keys that are neither text nor whole numbers.  Values are made from ruamel's nod
 at the first duplicate key, and give values that are not plain Python.
 
 A device's file, such as a register table or a name plate, is loaded by `settings_file.load_settings`, which reads it
-here, checks it against a model, and collects every mistake.  `config_source` reads rig
-files, which may extend others.  Nothing else reads YAML.
+here, checks it against a model, and collects every mistake.  `config_source` reads rig files, which may extend others.
+Nothing else reads YAML.
 """
 
 import warnings
@@ -29,14 +29,14 @@ BASES = {"0x": 16, "0o": 8, "0b": 2}
 CONTAINERS = {TAG + "map", TAG + "seq"}
 
 LONGEST_INT = 100
-"""Digits; nothing here is that large, and Python refuses to print ints of 4300 digits."""
+"""Digits of the longest integer; Python refuses to print ints of 4300 digits."""
 
 LARGEST = 100_000
-"""Nodes after aliases are followed: more is a mistake (or malice), not a rig."""
+"""Most nodes after aliases are followed; a larger file is a mistake, or malicious."""
 
 
 class Mark(NamedTuple):
-    """Where a key stands."""
+    """The place of a key."""
 
     file: str
     line: int | None
@@ -47,16 +47,16 @@ NOWHERE = Mark("", None)
 
 @dataclass
 class Source:
-    """What was read: `data` without the places, and the places by key path."""
+    """The content of a file: `data` without places, and the places by key path."""
 
     data: Any = None
     marks: dict[KeyPath, Mark] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
     folders: list[Path] = field(default_factory=list)
-    """Where the files are that the data names: beside the file it stands in, or one that this one extends."""
+    """The folders of the files that the data names: that of this file, and those of files that it extends."""
 
     def mark(self, path: KeyPath) -> Mark:
-        """Where a key stands, or, if it isn't there, the nearest key above it."""
+        """Return the place of a key, or of the nearest key above it if it is missing."""
         data, length = self.data, 0
         for part in path:
             if not _has(data, part):
@@ -68,7 +68,7 @@ class Source:
 
 
 def read(text: str, file: str) -> Source:
-    """Never raises for what stands in the text; see `mistakes`."""
+    """Read a text.  It never raises for its content; see `mistakes`."""
     source = Source()
     try:
         node = _compose(text)
@@ -114,7 +114,7 @@ def _has(data: Any, part: Any) -> bool:
 
 
 def key_text(path: KeyPath) -> str:
-    """`devices.io.ties[2].wire`"""
+    """Return a path as text, such as `devices.io.signals[2].wire`."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}"
@@ -126,7 +126,7 @@ def _not_yaml(file: str, line: int | None, what: str) -> Mistake:
 
 
 class _Reader:
-    """One walk over the node graph of one file."""
+    """One pass over the node graph of one file."""
 
     def __init__(self, source: Source, file: str) -> None:
         self._source, self._file = source, file
@@ -168,22 +168,22 @@ class _Reader:
             key = self.value(key_node, path)
             here = (*path, key)
             if type(key) not in (str, int):
-                self._mistake(key_node, path, "a key is a name or a whole number", "right would be quotes around it")
+                self._mistake(key_node, path, "a key is a name or a whole number", "expected quotes around it")
             elif key in own:
                 first = self._source.marks[here].line
-                self._mistake(key_node, here, f"the same key stands in line {first}", "keep one of the two")
+                self._mistake(key_node, here, f"the same key is in line {first}", "keep one of the two")
             else:
                 self._source.marks[here] = self._mark(key_node)
                 own[key] = self.value(value_node, here)
         return {**merged, **own}
 
     def _merge(self, merged: dict[Any, Any], node: Any, path: KeyPath) -> None:
-        """YAML merge key: earlier mappings win over later ones, own keys over all."""
-        for one in reversed(node.value) if isinstance(node, SequenceNode) else [node]:
-            if isinstance(one, MappingNode):
-                merged.update(self.value(one, path))
+        """Apply a YAML merge key: earlier mappings win over later ones, and own keys win over all."""
+        for mapping in reversed(node.value) if isinstance(node, SequenceNode) else [node]:
+            if isinstance(mapping, MappingNode):
+                merged.update(self.value(mapping, path))
             else:
-                self._mistake(one, path, "<< takes a mapping", "right would be `<<: *name` of an anchored mapping")
+                self._mistake(mapping, path, "<< takes a mapping", "expected `<<: *name` with an anchored mapping")
 
     def _scalar(self, node: ScalarNode, path: KeyPath) -> Any:
         tag, text = node.tag, node.value
@@ -200,12 +200,12 @@ class _Reader:
         return self._text(node, path)
 
     def _text(self, node: ScalarNode, path: KeyPath) -> str:
-        """Escapes can say code points that no text has."""
+        """Return the text; escapes can name code points that are not characters."""
         text: str = node.value
         try:
             text.encode()
         except UnicodeEncodeError:
-            self._mistake(node, path, "half of a surrogate pair is no character", "right would be \\U and 8 digits")
+            self._mistake(node, path, "half of a surrogate pair is not a character", "expected \\U and 8 digits")
             return text.encode(errors="replace").decode()
         return text
 
@@ -220,7 +220,7 @@ class _Reader:
 
 
 def _int(text: str) -> int | str:
-    """Decimal unless 0x, 0o or 0b says otherwise; what only looks like a number stays text."""
+    """Return an integer, decimal unless 0x, 0o or 0b; anything that only looks like a number stays text."""
     digits = text.replace("_", "").lower()
     unsigned = digits.lstrip("+-")
     try:

@@ -77,7 +77,7 @@ CARD: dict[str, Any] = {
     "links": {"wires": "wires"},
     "inputs": {"I108": True},
     "parameters": {"general": {1: 1, 16: 20}, "axis1": SLAVE, "axis2": {7: 5000, 8: 50000}},
-    "ties": {"dac1": "servo.reference", "encoder1": "servo.encoder"},
+    "signals": {"dac1": "servo.reference", "encoder1": "servo.encoder"},
 }
 SERVO: dict[str, Any] = {
     "kind": "plant.servo",

@@ -16,7 +16,7 @@ from fieldrig.attach import RemoteLink
 from fieldrig.bus import Bus, ModelBus
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link, patience_of
-from fieldrig.node import EventNode, Post
+from fieldrig.node import EventNode, Outbox
 from fieldrig.real_clock import RealClock
 from fieldrig.sending import CheckedLink
 
@@ -58,12 +58,12 @@ def test_every_message_of_a_kind_has_its_rows(kind: str) -> None:
 @pytest.mark.parametrize("kind", [kind for kind in kind_names() if "virtual" in kinds.find_bus(kind).times])
 def test_in_virtual_time(kind: str) -> None:
     bus = bus_of(kind)
-    node = EventNode("io", post=Post({"bus0": bus}))
+    node = EventNode("io", outbox=Outbox({"bus0": bus}))
     check_law(bus, node.link("bus0"))
-    assert node.post.sent == []
+    assert node.outbox.sent == []
     for good in rows(GOOD, bus):
         node.link("bus0").send(good)
-    assert len(node.post.sent) == len(rows(GOOD, bus))
+    assert len(node.outbox.sent) == len(rows(GOOD, bus))
 
 
 @pytest.mark.parametrize("kind", hub_kinds())

@@ -131,14 +131,14 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         "devices.b.address: HIPERFACE address 64 on line is taken by devices.a.address",
     ),
     "two objects that drive one wire": (
-        {"a": {**IO, "node_id": 5, "ties": {"6200:01.0": "lamp", "6200:01.1": "horn"}}},
-        {"a": {**IO, "node_id": 5, "ties": {"6200:01.0": "lamp", "6200:01.1": "lamp"}}},
-        "devices.a.ties.6200:01.1: wire lamp on wires is taken by devices.a.ties.6200:01.0",
+        {"a": {**IO, "node_id": 5, "signals": {"6200:01.0": "lamp", "6200:01.1": "horn"}}},
+        {"a": {**IO, "node_id": 5, "signals": {"6200:01.0": "lamp", "6200:01.1": "lamp"}}},
+        "devices.a.signals.6200:01.1: wire lamp on wires is taken by devices.a.signals.6200:01.0",
     ),
     "a tank and an object": (
-        {"a": TANK, "b": {**IO, "node_id": 5, "ties": {"6200:01.0": "lamp"}}},
-        {"b": {**IO, "node_id": 5, "ties": {"6200:01.0": "a.high"}}},
-        "devices.b.ties.6200:01.0: wire a.high on wires is taken by devices.a.high_wire",
+        {"a": TANK, "b": {**IO, "node_id": 5, "signals": {"6200:01.0": "lamp"}}},
+        {"b": {**IO, "node_id": 5, "signals": {"6200:01.0": "a.high"}}},
+        "devices.b.signals.6200:01.0: wire a.high on wires is taken by devices.a.high_wire",
     ),
     "a register table and a servo": (
         {"a": PUMP, "b": SERVO},
@@ -152,8 +152,8 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     ),
     "a drive and a card": (
         {"a": {**MC4, "ring_address": 1}, "b": CARD},
-        {"b": {**CARD, "ties": {"O101": "a.brake"}}},
-        "devices.b.ties.O101: wire a.brake on wires is taken by devices.a.brake_wire",
+        {"b": {**CARD, "signals": {"O101": "a.brake"}}},
+        "devices.b.signals.O101: wire a.brake on wires is taken by devices.a.brake_wire",
     ),
     "a winder and a controller": (
         {"a": {**WINDER, "dancer": {"mass_kg": 1.0, "force_n": 1.0, "travel_m": 0.1}}, "b": MAX4},
@@ -182,7 +182,7 @@ CLIENT = {**MAX4, "modbus_client": {"units": {"Pump": {"unit": 9}}}}
 def test_a_unit_that_a_client_asks_must_be_served() -> None:
     assert mistakes(rig(a=CLIENT, b={**PUMP, "unit_id": 9})) == []
     assert mistakes(rig(a=CLIENT, b={**PUMP, "unit_id": 8})) == [
-        "devices.a.modbus_client.units.Pump.unit: nobody on mb has unit 9"
+        "devices.a.modbus_client.units.Pump.unit: nothing on mb has unit 9"
     ]
 
 
@@ -194,7 +194,7 @@ def test_a_member_from_outside_may_serve_it_where_the_bus_says_so() -> None:
 
 def test_its_own_unit_serves_no_client() -> None:
     assert mistakes(rig(a={**CLIENT, "modbus": {"unit_id": 9}})) == [
-        "devices.a.modbus_client.units.Pump.unit: nobody on mb has unit 9"
+        "devices.a.modbus_client.units.Pump.unit: nothing on mb has unit 9"
     ]
 
 

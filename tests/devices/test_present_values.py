@@ -54,16 +54,16 @@ DEVICES: dict[str, dict[str, Any]] = {
     "tank": {"kind": "plant.tank", "links": WIRES, **TANK},
     "card": {
         "kind": "arp", "links": {**WIRES, "can": "can0"}, "number": 1,
-        "ties": {"encoder1": "motor.encoder", "encoder2": "roll.encoder", "adc1": "roll.load_cell"},
+        "signals": {"encoder1": "motor.encoder", "encoder2": "roll.encoder", "adc1": "roll.load_cell"},
     },
     "terminal": {"kind": "terminal.tr", "model": "TR4", "node_id": 20, "links": {"can": "can0"}},
     "io": {
         "kind": "canopen.node", "node_id": 5, "eds": IO32, "links": {**WIRES, "can": "can1"},
-        "ties": {"6401:01": {"wire": "motor.encoder", "unit": "count", "scale": 10.0}},
+        "signals": {"6401:01": {"wire": "motor.encoder", "unit": "count", "scale": 10.0}},
     },
     "sensor": {
         "kind": "canopen.node", "node_id": 6, "eds": SENSOR, "links": {**WIRES, "can": "can1"},
-        "ties": {"6130:01": {"wire": "motor.encoder", "unit": "count"}},
+        "signals": {"6130:01": {"wire": "motor.encoder", "unit": "count"}},
     },
     "bridge": {"kind": "can.bridge", "links": {"a": "can0", "b": "can1"}},
     "panel": {"kind": "modbus.device", "links": {**WIRES, "modbus": ["modbus"]}, "turnaround_ms": 0},

@@ -43,9 +43,9 @@ def test_only_what_a_row_can_be_about_is_changed() -> None:
 
 def test_occurrences_are_counted_as_cosmic_ray_does() -> None:
     changed = {
-        str(mutate_code(MODULE, get_operator(one.operator)(), one.occurrence))
-        for one in changes_of(MODULE)
-        if one.line == 6
+        str(mutate_code(MODULE, get_operator(item.operator)(), item.occurrence))
+        for item in changes_of(MODULE)
+        if item.line == 6
     }
     lines = {text.splitlines()[5] for text in changed}
     assert len(lines) == len(changed) == 2
@@ -55,7 +55,9 @@ def test_occurrences_are_counted_as_cosmic_ray_does() -> None:
 def test_a_place_of_the_row_alone_is_taken_sooner(tmp_path: Path) -> None:
     (tmp_path / "one.py").write_text("if a:\n    b = 1\nif c:\n    d = 2\n")
     lines = {"A-001": {"one.py": {1, 3}}} | {f"A-{number:03}": {"one.py": {1}} for number in range(2, 12)}
-    taken = Counter(one.line for seed in range(100) for one in chosen("A-001", lines, 1, random.Random(seed), tmp_path))
+    taken = Counter(
+        item.line for seed in range(100) for item in chosen("A-001", lines, 1, random.Random(seed), tmp_path)
+    )
     assert taken[3] > 90
 
 
@@ -63,8 +65,8 @@ def test_each_place_is_taken_once_and_a_row_without_places_gets_none(tmp_path: P
     (tmp_path / "one.py").write_text("a = b\nif c:\n    d = 2\n")
     lines = {"A-001": {"one.py": {1, 2, 3}}, "A-002": {"one.py": {1}}}
     taken = list(chosen("A-001", lines, 5, random.Random(1), tmp_path))
-    assert sorted(one.line for one in taken) == [2, 3]
-    assert {one.source for one in taken} == {"if c:", "d = 2"}
+    assert sorted(item.line for item in taken) == [2, 3]
+    assert {item.source for item in taken} == {"if c:", "d = 2"}
     assert list(chosen("A-002", lines, 5, random.Random(1), tmp_path)) == []
 
 
@@ -135,7 +137,7 @@ def test_a_mutant_is_made_in_the_copy_which_is_as_before_afterwards(
     monkeypatch.setattr("tests.mutation.__main__.ROOT", tmp_path / "tree")
     monkeypatch.setattr("tests.mutation.__main__.COPIED", ("devices", "tests", "pyproject.toml"))
     copy = Copy(tmp_path / "copy")
-    change = next(one for one in changes_of(code) if one.operator.endswith("Gt_GtE"))
+    change = next(item for item in changes_of(code) if item.operator.endswith("Gt_GtE"))
     of_row = Mutant("A-001", "devices/one.py", 2, change.operator, change.occurrence, "return value > 0")
     others = [] if other is None else [f"tests/test_one.py::test_one[{other}]"]
     assert copy.judge(of_row, [f"tests/test_one.py::test_one[{own}]"], others) is verdict

@@ -228,15 +228,15 @@ class Told:
         del self._last[:-BATCH]
 
     def check_heartbeat(self, came: list[Frame]) -> None:
-        for one in came:
-            if one.key == 0x705:
-                assert one.time_ns - self._beat_ns <= PERIOD_MS * MS, self._last[-30:]
-                self._beat_ns = one.time_ns
+        for item in came:
+            if item.key == 0x705:
+                assert item.time_ns - self._beat_ns <= PERIOD_MS * MS, self._last[-30:]
+                self._beat_ns = item.time_ns
         assert self._bench.clock.now_ns() - self._beat_ns <= PERIOD_MS * MS, self._last[-30:]
 
     def check_dictionary(self, model: DictionaryModel) -> None:
         dictionary = self._bench.node.dictionary
-        found = {(one.index, one.subindex): one.data for one in dictionary if one.index not in NOT_COMPARED}
+        found = {(item.index, item.subindex): item.data for item in dictionary if item.index not in NOT_COMPARED}
         wrong = {
             f"{index:04X}:{sub:02X}": (found[index, sub].hex(" "), expected.hex(" "))
             for (index, sub), expected in model.expected()

@@ -110,7 +110,7 @@ def test_a_device_on_can_goes_on(kind: str, inputs_a_target: int) -> None:
     for number in range(inputs_a_target):
         identifier = chance.choice(services) if chance.random() < 0.9 else chance.randrange(EXTENDED_MASK + 1)
         data, is_fd, is_remote = spoilt(chance, requests), chance.random() < 0.02, chance.random() < 0.05
-        length = max(one for one in (FD_LENGTHS if is_fd else range(9)) if one <= len(data))
+        length = max(item for item in (FD_LENGTHS if is_fd else range(9)) if item <= len(data))
         if is_remote and not is_fd:
             sent = CanFrame(identifier, b"", identifier > STANDARD_MASK, True, length)
         else:

@@ -81,7 +81,7 @@ def test_a_file_that_a_rig_names_is_loaded_or_refused(
         with suppress(ConfigError):
             load(path)
 
-    seeds = [one.read_bytes() for one in sorted((CONFIGS / folder).glob("*.yaml"))]
+    seeds = [item.read_bytes() for item in sorted((CONFIGS / folder).glob("*.yaml"))]
     _fuzz(random.Random(f"{SEED}/{folder}"), spoilt_file, seeds, inputs_a_target, look)
 
 
@@ -171,7 +171,7 @@ def _use(device: Storing) -> None:
 @SLOWEST
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_device_starts_on_whatever_its_store_holds(kind: str, inputs_a_target: int) -> None:
-    """The checksum of the file is right: only the device itself can tell what it can't have saved."""
+    """The checksum of the file has no mistakes: only the device itself can tell what it can't have saved."""
     power_on = KINDS[kind]
     good = MemoryStore()
     power_on(good).write(7)
@@ -204,7 +204,7 @@ def test_a_device_starts_on_whatever_lies_in_the_place_of_its_files(
     path = tmp_path / "state" / "device.bin"
     for value in (1, 2):
         assert power_on(FileStore(path, kind)).write(value)
-    files = {one: one.read_bytes() for one in path.parent.iterdir() if one.suffix != RAM}
+    files = {item: item.read_bytes() for item in path.parent.iterdir() if item.suffix != RAM}
     chance = random.Random(f"{SEED}/files of {kind}")
 
     def look(data: bytes) -> None:

@@ -160,7 +160,7 @@ def test_an_attach_port_goes_on(kind: str, tmp_path: Path, inputs_a_target: int)
         async with hub_of(kind, tmp_path) as hub:
             bus, server = hub.bus, hub._server
             assert server is not None
-            messages = [pack(Kind.MESSAGE, 0, bus.encode(one)) for sort in bus.messages for one in GOOD.get(sort, [])]
+            messages = [pack(Kind.MESSAGE, 0, bus.encode(item)) for sort in bus.messages for item in GOOD.get(sort, [])]
             interests = (
                 b"null",
                 b"[]",
@@ -172,7 +172,10 @@ def test_an_attach_port_goes_on(kind: str, tmp_path: Path, inputs_a_target: int)
                 b'["master"]',
                 b'[["drive",3]]',
             )
-            seeds = [*(one for one in messages if len(one) < 300), *(pack(Kind.LISTEN, 0, one) for one in interests)]
+            seeds = [
+                *(message for message in messages if len(message) < 300),
+                *(pack(Kind.LISTEN, 0, interest) for interest in interests),
+            ]
             for number in range(inputs_a_target):
                 stream, line = server._stream(None), Line()
                 stream.connection_made(line)

@@ -25,7 +25,7 @@ class Word: ...
 class Gap: ...
 
 
-class Tie(Settings):
+class SignalSettings(Settings):
     wire: str
     scale: float = Field(1.0, gt=0)
 
@@ -82,7 +82,7 @@ class NodeSettings(Settings):
     node_id: int = Field(ge=1, le=127, description="number on the bus")
     file: ConfigFile | None = None
     mode: Literal["fast", "slow"] = "fast"
-    ties: dict[str, str | Tie] = Field(default_factory=dict)
+    signals: dict[str, str | SignalSettings] = Field(default_factory=dict)
     pair: tuple[int, int] = (0, 0)
     folder: Path | None = None
     units: dict[int, str] = Field(default_factory=dict)

@@ -65,6 +65,6 @@ def test_a_device_that_refuses_its_files_is_named(tmp_path: Path) -> None:
 def test_every_device_can_be_tried_before_the_rig_starts(tmp_path: Path) -> None:
     assert try_devices(rig_of(**node(links={"can": "can0", "words": ["words"]})).devices.values()) == []
     (tmp_path / "io.eds").write_text("broken")
-    assert [str(one) for one in try_devices(rig_of(tmp_path, **node(file="io.eds")).devices.values())] == [
+    assert [str(mistake) for mistake in try_devices(rig_of(tmp_path, **node(file="io.eds")).devices.values())] == [
         "devices.io: line 1 is not an object"
     ]

@@ -114,7 +114,7 @@ five.yaml:4: buses.can0.bitrat: there is no such key
 five.yaml:5: buses.com1.kind: serial.tcp doesn't run with time: virtual
     kinds that do: serial.virtual
 five.yaml:9: devices.io.node_id: 200 doesn't fit
-    right would be a whole number from 1 to 127 (number on the bus)
+    expected a whole number from 1 to 127 (number on the bus)
 five.yaml:10: devices.io.links.can: there is no bus "can1"
     did you mean can0?
 five.yaml:11: devices.press.kind: there is no kind "canopen.nod"
@@ -133,7 +133,7 @@ def test_a_mistake_hides_no_other(refused: Refused) -> None:
     """What is wrong with a key of every device, and what is wrong with those of its kind."""
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nobody, process: RACK}}\n'
     keys = ("process", "on_exit", "node_id")
-    assert [[f"devices.io.{key}: " in one for one in refused(text)].count(True) for key in keys] == [1, 1, 1]
+    assert [[f"devices.io.{key}: " in item for item in refused(text)].count(True) for key in keys] == [1, 1, 1]
     assert len(refused(text)) == 5  # there is no device nobody, and no link
 
 
@@ -154,7 +154,7 @@ LINES = """\
 """
 
 
-ONE_TO_127 = "right would be a whole number from 1 to 127 (number on the bus)"
+ONE_TO_127 = "expected a whole number from 1 to 127 (number on the bus)"
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ ONE_TO_127 = "right would be a whole number from 1 to 127 (number on the bus)"
         ("links: {}", ".links.can: this link is missing", "buses that fit: can0"),
         ("node_id: 5", ".links.can: this link is missing", "buses that fit: can0"),
         ("links: {cn: words, can: can0}", ".links.cn: the device has no such link", "did you mean can?"),
-        ("links: {can: [can0]}", ".links.can: this link takes one bus, not a list", "right would be can: BUS"),
+        ("links: {can: [can0]}", ".links.can: this link takes one bus, not a list", "expected can: BUS"),
         (
             "links: {can: words}",
             ".links.can: words (config_kinds:WordLine) carries Word and Gap, not Frame",
@@ -175,18 +175,18 @@ ONE_TO_127 = "right would be a whole number from 1 to 127 (number on the bus)"
             ".links: words is linked twice",
             "a device has one end of a bus",
         ),
-        ("links: can0", '.links: "can0" doesn\'t fit', "right would be a mapping of keys to values"),
-        ("links: {can: 0}", ".links.can: 0 doesn't fit", "right would be a text or a list"),
+        ("links: can0", '.links: "can0" doesn\'t fit', "expected a mapping of keys to values"),
+        ("links: {can: 0}", ".links.can: 0 doesn't fit", "expected a text or a list"),
         # the other keys of every device
         (
             "links: {can: can0}, on_exit: reboot",
             '.on_exit: "reboot" doesn\'t fit',
-            "right would be restart or stop or ignore (what happens when its process dies)",
+            "expected restart or stop or ignore (what happens when its process dies)",
         ),
         (
             "links: {can: can0}, process: A",
             '.process: "A" doesn\'t fit',
-            "right would be a text like rack-1 or null (process that it runs in; without it one of its own)",
+            "expected a text like rack-1 or null (process that it runs in; without it one of its own)",
         ),
         ("links: {can: can0}, after: oi", '.after: there is no other device "oi"', "there are none"),
         ("links: {can: can0}, after: io", '.after: there is no other device "io"', "there are none"),
@@ -195,23 +195,27 @@ ONE_TO_127 = "right would be a whole number from 1 to 127 (number on the bus)"
         ('links: {can: can0}, node_id: "7"', '.node_id: "7" doesn\'t fit', ONE_TO_127),
         ("links: {can: can0}, node_id: true", ".node_id: true doesn't fit", ONE_TO_127),
         ("links: {can: can0}, node_id: 7.5", ".node_id: 7.5 doesn't fit", ONE_TO_127),
-        ("links: {can: can0}, mode: fst", '.mode: "fst" doesn\'t fit', "right would be fast or slow"),
-        ("links: {can: can0}, pair: [1, x]", '.pair[1]: "x" doesn\'t fit', "right would be a whole number"),
+        ("links: {can: can0}, mode: fst", '.mode: "fst" doesn\'t fit', "expected fast or slow"),
+        ("links: {can: can0}, pair: [1, x]", '.pair[1]: "x" doesn\'t fit', "expected a whole number"),
         (
-            "links: {can: can0}, ties: {a: {wire: w, scale: 0}}",
-            ".ties.a.scale: 0 doesn't fit",
-            "right would be a number above 0",
+            "links: {can: can0}, signals: {a: {wire: w, scale: 0}}",
+            ".signals.a.scale: 0 doesn't fit",
+            "expected a number above 0",
         ),
-        ("links: {can: can0}, ties: {a: {scale: 2}}", ".ties.a.wire: this key is missing", "right would be a text"),
         (
-            "links: {can: can0}, ties: {a: {wire: w, scal: 2}}",
-            ".ties.a.scal: there is no such key",
+            "links: {can: can0}, signals: {a: {scale: 2}}",
+            ".signals.a.wire: this key is missing",
+            "expected a text",
+        ),
+        (
+            "links: {can: can0}, signals: {a: {wire: w, scal: 2}}",
+            ".signals.a.scal: there is no such key",
             "did you mean scale?",
         ),
         (
-            "links: {can: can0}, ties: {a: 5}",
-            ".ties.a: 5 doesn't fit",
-            "right would be a text or a mapping of keys to values",
+            "links: {can: can0}, signals: {a: 5}",
+            ".signals.a: 5 doesn't fit",
+            "expected a text or a mapping of keys to values",
         ),
     ],
 )
@@ -221,21 +225,21 @@ def test_a_mistake_in_a_device_is_explained(refused: Refused, line: str, what: s
     assert refused(text) == [f"rig.yaml:6: devices.io{what}\n    {remedy}"]
 
 
-REAL_OR_VIRTUAL = "right would be real or virtual (real: the computer's clock; virtual: one that the rig moves)"
-A_NAME = "right would be small letters, digits, _ and -, a letter first"
+REAL_OR_VIRTUAL = "expected real or virtual (real: the system's clock; virtual: a clock that the rig moves)"
+A_NAME = "expected lower-case letters, digits, _ and -, starting with a letter"
 
 
 @pytest.mark.parametrize(
     ("text", "what", "remedy"),
     [
         ("", ": the file is empty", "it needs `time: real` or `time: virtual`, and devices"),
-        ("- a\n", ':1: ["a"] doesn\'t fit', "right would be a mapping of names to values"),
+        ("- a\n", ':1: ["a"] doesn\'t fit', "expected a mapping of names to values"),
         ("seed: 1\n", ":1: time: this key is missing", REAL_OR_VIRTUAL),
         ("time: reel\n", ':1: time: "reel" doesn\'t fit', REAL_OR_VIRTUAL),
         (
             "time: real\nseed: 1.5\n",
             ":2: seed: 1.5 doesn't fit",
-            "right would be a whole number (all chance in the rig follows from it)",
+            "expected a whole number (all chance in the rig follows from it)",
         ),
         (
             "time: real\nspeed: 2\n",
@@ -245,31 +249,31 @@ A_NAME = "right would be small letters, digits, _ and -, a letter first"
         (
             "time: virtual\nspeed: 0\n",
             ":2: speed: 0 doesn't fit",
-            "right would be a number above 0 or max or null (virtual seconds per second; only with time: virtual)",
+            "expected a number above 0 or max or null (virtual seconds per second; only with time: virtual)",
         ),
         (
             "time: real\ncontrol: 127.0.0.1:7447\n",
             ':2: control: "127.0.0.1:7447" doesn\'t fit',
-            "right would be a text like tcp/127.0.0.1:7447 (Zenoh endpoint of the control service)",
+            "expected a text like tcp/127.0.0.1:7447 (Zenoh endpoint of the control service)",
         ),
         (
             "time: real\nbuses: [can0]\n",
             ':2: buses: ["can0"] doesn\'t fit',
-            "right would be a mapping of names to values",
+            "expected a mapping of names to values",
         ),
         (
             "time: real\nbuses:\n  can0:\n",
             ":3: buses.can0: null doesn't fit",
-            "right would be a mapping with a `kind`",
+            "expected a mapping with a `kind`",
         ),
         (
             "time: real\nbuses:\n  can0: {}\n",
             ":3: buses.can0.kind: this key is missing",
-            'right would be a text (what it is: a kind that is installed, or "module:Class" of your own)',
+            'expected a text (what it is: a kind that is installed, or "module:Class" of your own)',
         ),
         ("time: real\nbuses:\n  Can0: {kind: can.hub}\n", ':3: buses.Can0: "Can0" is not a name', A_NAME),
         ("time: real\nbuses:\n  0: {kind: can.hub}\n", ":3: buses[0]: 0 is not a name", A_NAME),
-        ("time: real\ntime: virtual\n", ":2: time: the same key stands in line 1", "keep one of the two"),
+        ("time: real\ntime: virtual\n", ":2: time: the same key is in line 1", "keep one of the two"),
         (
             "time: real\n  seed: 1\n",
             ":2: this is not YAML: mapping values are not allowed here",
@@ -367,8 +371,8 @@ def test_other_hosts_ports_and_protocols_do_not_meet(loaded: Loaded, other: str)
 
 def test_port_0_is_refused_where_outsiders_must_know_the_port(refused: Refused) -> None:
     found = refused("control: tcp/127.0.0.1:0\n" + dedent(LINES.replace('CanLine"', 'CanLine", listen: "127.0.0.1:0"')))
-    assert [one.partition(": ")[2] for one in found] == [
-        f"{key}: port 0 is a port that nobody outside knows\n    expected a port from 1 to 65535"
+    assert [item.partition(": ")[2] for item in found] == [
+        f"{key}: port 0 is a random port that no outside client knows\n    expected a port from 1 to 65535"
         for key in ("control", "buses.can0.listen")
     ]
 
@@ -426,7 +430,7 @@ def test_files_are_found_from_the_folder_of_the_rig_file(loaded: Loaded, tmp_pat
 def test_a_file_that_is_missing_is_a_mistake(refused: Refused, tmp_path: Path) -> None:
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: io.txt}}\n'
     (mistake,) = refused(text)
-    assert mistake.startswith(f"rig.yaml:6: devices.io.file: no such file: {tmp_path}/io.txt\n    right would be")
+    assert mistake.startswith(f"rig.yaml:6: devices.io.file: no such file: {tmp_path}/io.txt\n    expected")
 
 
 def test_settings_may_be_tuples_paths_and_maps_from_numbers(loaded: Loaded) -> None:
@@ -522,7 +526,7 @@ buses:
   can0: {{kind: "config_kinds:CanLine", bitrate: 250000}}
   words: {{kind: "config_kinds:WordLine"}}
 devices:
-  io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, ties: {{x: one, y: both}}}}
+  io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, signals: {{x: one, y: both}}}}
 """
 TWO = f"""\
 time: virtual
@@ -534,7 +538,7 @@ devices:
     kind: "{NODE}"
     node_id: 6
     links: {{can: can0}}
-    ties: {{x: two, y: both, z: two}}
+    signals: {{x: two, y: both, z: two}}
   lamp: {{kind: "{NODE}", node_id: 7, links: {{can: can0}}}}
 """
 
@@ -553,18 +557,23 @@ def test_files_that_are_extended_together_are_joined(loaded: Loaded) -> None:
         extends: [one.yaml, two.yaml]
         seed: 3
         buses: {can0: {bitrate: 100000}}
-        devices: {io: {node_id: 9, ties: {x: three}}}
+        devices: {io: {node_id: 9, signals: {x: three}}}
         """
     )
     assert (config.seed, list(config.buses), list(config.devices)) == (3, ["can0", "words"], ["io", "lamp"])
     io = config.devices["io"].settings.model_dump()
-    assert (io["node_id"], io["ties"]) == (9, {"x": "three", "y": "both", "z": "two"})
+    assert (io["node_id"], io["signals"]) == (9, {"x": "three", "y": "both", "z": "two"})
 
 
 @pytest.mark.usefixtures("two_files")
 def test_every_key_in_which_they_differ_is_refused_with_both_places(refused: Refused) -> None:
     mistakes = refused("extends: [one.yaml, two.yaml]\n")
-    places = {"seed": (2, 2), "buses.can0.bitrate": (4, 4), "devices.io.node_id": (8, 7), "devices.io.ties.x": (10, 7)}
+    places = {
+        "seed": (2, 2),
+        "buses.can0.bitrate": (4, 4),
+        "devices.io.node_id": (8, 7),
+        "devices.io.signals.x": (10, 7),
+    }
     assert [mistake.splitlines() for mistake in mistakes] == [
         [
             f"two.yaml:{second}: {key}: one.yaml:{first} has another value, and rig.yaml extends both files",
@@ -585,7 +594,7 @@ def test_an_entry_that_is_replaced_or_taken_away_is_no_conflict(loaded: Loaded, 
 
 @pytest.mark.usefixtures("two_files")
 def test_a_file_between_settles_it_for_those_that_extend_it(loaded: Loaded, tmp_path: Path) -> None:
-    settled = "seed: 3\nbuses: {can0: {bitrate: 100000}}\ndevices: {io: {node_id: 9, ties: {x: three}}}\n"
+    settled = "seed: 3\nbuses: {can0: {bitrate: 100000}}\ndevices: {io: {node_id: 9, signals: {x: three}}}\n"
     (tmp_path / "both.yaml").write_text(f"extends: [one.yaml, two.yaml]\n{settled}")
     assert loaded("extends: both.yaml\nseed: 4\n").seed == 4
 
@@ -601,23 +610,23 @@ def test_a_file_that_is_extended_on_two_ways_is_read_once(refused: Refused, base
 
 
 def test_overrides_are_laid_over_the_file(loaded: Loaded) -> None:
-    config = loaded(RIGHT, "buses.can0.bitrate=100000", "seed=0x10", "devices.io.ties.x=w", "start_timeout_s=2.5")
+    config = loaded(RIGHT, "buses.can0.bitrate=100000", "seed=0x10", "devices.io.signals.x=w", "start_timeout_s=2.5")
     assert (config.buses["can0"].bus.settings.bitrate, config.seed, config.start_timeout_s) == (100_000, 16, 2.5)
-    assert config.devices["io"].settings.model_dump()["ties"] == {"x": "w"}
+    assert config.devices["io"].settings.model_dump()["signals"] == {"x": "w"}
 
 
 @pytest.mark.parametrize(
     ("override", "what", "remedy"),
     [
-        ("seed", "it can't be understood", "right would be a key and a value, like buses.can0.bitrate=250000"),
-        ("seed=[", "it can't be understood", "right would be a key and a value, like buses.can0.bitrate=250000"),
-        ("seed.x=1", "seed.x: seed holds no keys", "right would be a key of the rig file"),
+        ("seed", "it can't be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
+        ("seed=[", "it can't be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
+        ("seed.x=1", "seed.x: seed holds no keys", "expected a key of the rig file"),
         ("sed=1", "sed: there is no such key", "did you mean seed?"),
         ("buss.can0.bitrate=1", "buss: there is no such key", "did you mean buses?"),
         (
             "buses.can0.bitrate=1",
             "buses.can0.bitrate: 1 doesn't fit",
-            "right would be a whole number from 10000 to 1000000 (bit/s)",
+            "expected a whole number from 10000 to 1000000 (bit/s)",
         ),
     ],
 )
@@ -702,7 +711,7 @@ JSON_VALUES = st.recursive(
     lambda inner: (
         st.lists(inner, max_size=3)
         | st.dictionaries(
-            st.sampled_from(["kind", "links", "after", "process", "can", "can0", "io", "ties", "pair", "node_id"]),
+            st.sampled_from(["kind", "links", "after", "process", "can", "can0", "io", "signals", "pair", "node_id"]),
             inner,
         )
     ),

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fieldrig import endpoint as endpoints
-from fieldrig.control import Client, Control, NobodyError
+from fieldrig.control import Client, Control, NoAnswerError
 from fieldrig.errors import ControlError, RigError
 from fieldrig.shared_token import TOKEN_VARIABLE
 
@@ -47,7 +47,7 @@ async def until_served(asker: Control, path: str) -> None:
     while True:
         try:
             await asker.ask(path, None, 5)
-        except NobodyError:
+        except NoAnswerError:
             await asyncio.sleep(0.005)
         except ControlError:
             return
@@ -88,7 +88,7 @@ def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
 def test_a_question_to_nobody_is_an_error_and_no_wait(endpoint: str) -> None:
     async def run() -> None:
         async with rig_and_process(endpoint) as (rig, _process):
-            with pytest.raises(ControlError, match="nobody answers to device/pump/get"):
+            with pytest.raises(ControlError, match="there is no answer to device/pump/get"):
                 await rig.ask("device/pump/get", None, 60)
 
     asyncio.run(run())
@@ -119,7 +119,7 @@ def test_announcements_reach_who_listens(endpoint: str) -> None:
         async with rig_and_process(endpoint) as (rig, process):
             heard: list[tuple[str, Any]] = []
             rig.listen_to("ready/*", lambda name, message: heard.append((name, message)))
-            process.tell("ready/tank", {"pid": 4})
+            process.publish("ready/tank", {"pid": 4})
             await until(lambda: heard == [("tank", {"pid": 4})])
 
     asyncio.run(run())
@@ -188,7 +188,7 @@ def test_a_tool_asks_one_or_all(endpoint: str) -> None:
                 with Client(endpoint) as client:
                     assert client.ask("process/two/status")["verb"] == "status"
                     assert sorted(client.ask_all("process/*/status")) == ["one", "two"]
-                    with pytest.raises(ControlError, match="nobody answers"):
+                    with pytest.raises(ControlError, match="there is no answer"):
                         client.ask("process/three/status")
 
             await asyncio.to_thread(use_tool)

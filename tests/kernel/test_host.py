@@ -6,13 +6,13 @@ from typing import Any, cast
 import pytest
 
 from fieldrig.config import from_dict
-from fieldrig.control import Control, NobodyError
+from fieldrig.control import Control, NoAnswerError
 from fieldrig.host import Host
 from fieldrig.placement import ProcessPlan
 
 
 class EmptyRig:
-    """A control service that nobody answers in; like Zenoh it takes no time that is negative."""
+    """A control service that there is no answer in; like Zenoh it takes no time that is negative."""
 
     def __init__(self) -> None:
         self.asked = 0
@@ -21,7 +21,7 @@ class EmptyRig:
         if timeout_s < 0:
             raise ValueError("negative timeout")
         self.asked += 1
-        raise NobodyError("nobody answers", "")
+        raise NoAnswerError("there is no answer", "")
 
 
 @pytest.mark.parametrize("patience_s", [0.0, -5.0])
@@ -29,7 +29,7 @@ def test_process_that_slept_past_its_patience_asks_once_and_says_that_nobody_ans
     async def join() -> int:
         rig = EmptyRig()
         host = Host(from_dict({"time": "real"}), ProcessPlan("io", (), (), (), (), "restart"), patience_s)
-        with pytest.raises(NobodyError):
+        with pytest.raises(NoAnswerError):
             await host._join(cast(Control, rig))
         return rig.asked
 

@@ -128,7 +128,7 @@ def test_who_says_no_hello_is_not_waited_for(
 
 
 def test_strangers_are_not_more_than_so_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fieldrig.hub_server.MOST_STRANGERS", 3)
+    monkeypatch.setattr("fieldrig.hub_server.MOST_UNIDENTIFIED", 3)
 
     async def scene() -> None:
         async with hub_of("wires.hub", tmp_path):

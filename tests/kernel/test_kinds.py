@@ -51,9 +51,9 @@ def test_a_kind_that_is_not_there_brings_the_closest() -> None:
         ("config_kinds:Nod", "config_kinds has no Nod", "did you mean Node?"),
         ("config_kinds:NOT_A_CLASS", '"config_kinds:NOT_A_CLASS" is not a device', "subclass of fieldrig.device"),
         ("config_kinds:CanLine", '"config_kinds:CanLine" is not a device', "subclass of fieldrig.device.Device"),
-        ("config kinds:Node", '"config kinds:Node" is not a class', 'right would be "package.module:Class"'),
-        (".config_kinds:Node", '".config_kinds:Node" is not a class', 'right would be "package.module:Class"'),
-        (":", '":" is not a class', 'right would be "package.module:Class"'),
+        ("config kinds:Node", '"config kinds:Node" is not a class', 'expected "package.module:Class"'),
+        (".config_kinds:Node", '".config_kinds:Node" is not a class', 'expected "package.module:Class"'),
+        (":", '":" is not a class', 'expected "package.module:Class"'),
     ],
 )
 def test_a_class_that_is_not_there_is_explained(kind: str, what: str, remedy: str) -> None:

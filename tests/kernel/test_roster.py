@@ -34,7 +34,7 @@ class Line:
     def watch_life(self, _path: str, handler: Any) -> None:
         self.on_life = handler
 
-    def tell(self, path: str, message: Any) -> None:
+    def publish(self, path: str, message: Any) -> None:
         pass
 
     async def ask(self, path: str, _message: Any, _timeout_s: float) -> Any:

@@ -57,7 +57,7 @@ def test_an_empty_file_has_no_keys(file: Path) -> None:
 def test_every_mistake_is_told_with_its_line(file: Path) -> None:
     file.write_text("mode: quick\nchannels:\n  - name: a\n    gain: 0\n  - gain: 1\ncolour: red\n")
     found = mistakes(file)
-    assert [(one.file, one.line, one.key) for one in found] == [
+    assert [(item.file, item.line, item.key) for item in found] == [
         (str(file), 1, "mode"),
         (str(file), 4, "channels[0].gain"),
         (str(file), 5, "channels[1].name"),

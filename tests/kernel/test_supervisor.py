@@ -131,7 +131,7 @@ class Bench:
     def listen_to(self, _path: str, handler: Any) -> None:
         self.on_ready = handler
 
-    def tell(self, path: str, message: Any) -> None:
+    def publish(self, path: str, message: Any) -> None:
         pass
 
     @property

@@ -77,7 +77,7 @@ def test_an_unknown_ending_is_refused_with_those_that_are_known(tmp_path: Path) 
 
 
 def batch(first: int, *data: str) -> dict[str, object]:
-    entries = [[10 + index, "tank", one] for index, one in enumerate(data)]
+    entries = [[10 + index, "tank", entry] for index, entry in enumerate(data)]
     return {"family": "wires", "process": "w", "first": first, "epoch_ns": 100, "entries": entries}
 
 
@@ -85,7 +85,7 @@ def test_a_recorder_writes_the_time_of_day_and_counts_what_it_missed(tmp_path: P
     recorder = Recorder(tmp_path / "x.jsonl")
     recorder.take("wires", batch(7, "01", "02"))
     recorder.take("wires", batch(12, "03"))
-    assert recorder.close() == f"{tmp_path}/x.jsonl: 3 messages; 3 were lost: this computer is too slow"
+    assert recorder.close() == f"{tmp_path}/x.jsonl: 3 messages; 3 were lost: this host is too slow"
     assert [(entry.time_ns, entry.data.hex()) for entry in read(tmp_path / "x.jsonl")] == [
         (110, "01"),
         (111, "02"),
@@ -105,7 +105,7 @@ def test_a_recorder_takes_no_more_than_it_was_asked_for(tmp_path: Path) -> None:
 def test_a_format_says_what_it_does_not_know(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "x.log")  # candump: CAN only
     recorder.take("wires", batch(0, "01"))
-    assert "0 messages; 1 are of kinds that this format doesn't know" in recorder.close()
+    assert "0 messages; 1 are of kinds that this format can't hold" in recorder.close()
 
 
 class Disk:

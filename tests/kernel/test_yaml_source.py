@@ -55,17 +55,17 @@ def test_a_merge_key_adds_what_is_not_there_yet() -> None:
 @pytest.mark.parametrize(
     ("text", "mistake"),
     [
-        ("a: 1\nb: {c: 1,\n  c: 2}", "f:3: b.c: the same key stands in line 2\n    keep one of the two"),
+        ("a: 1\nb: {c: 1,\n  c: 2}", "f:3: b.c: the same key is in line 2\n    keep one of the two"),
         ("a: !Press 1", "f:1: a: the tag !Press has no meaning here\n    take it away"),
         ("a: !!set {}", "f:1: a: the tag tag:yaml.org,2002:set has no meaning here\n    take it away"),
-        ("? [a]\n: 1", "f:1: a key is a name or a whole number\n    right would be quotes around it"),
-        ("1.5: a", "f:1: a key is a name or a whole number\n    right would be quotes around it"),
-        ("<<: 5", "f:1: << takes a mapping\n    right would be `<<: *name` of an anchored mapping"),
-        ('a: "\\ud800"', "f:1: a: half of a surrogate pair is no character\n    right would be \\U and 8 digits"),
+        ("? [a]\n: 1", "f:1: a key is a name or a whole number\n    expected quotes around it"),
+        ("1.5: a", "f:1: a key is a name or a whole number\n    expected quotes around it"),
+        ("<<: 5", "f:1: << takes a mapping\n    expected `<<: *name` with an anchored mapping"),
+        ('a: "\\ud800"', "f:1: a: half of a surrogate pair is not a character\n    expected \\U and 8 digits"),
     ],
 )
 def test_what_has_no_place_in_a_rig_file_is_refused(text: str, mistake: str) -> None:
-    assert [str(one) for one in read(text, "f").mistakes] == [mistake]
+    assert [str(found) for found in read(text, "f").mistakes] == [mistake]
 
 
 @pytest.mark.parametrize(
@@ -89,4 +89,4 @@ def test_a_key_that_is_not_there_stands_where_it_would_go() -> None:
 
 
 def test_a_path_reads_as_it_would_be_typed() -> None:
-    assert key_text(("devices", "io", "ties", 2, "wire")) == "devices.io.ties[2].wire"
+    assert key_text(("devices", "io", "signals", 2, "wire")) == "devices.io.signals[2].wire"

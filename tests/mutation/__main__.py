@@ -93,7 +93,7 @@ def main() -> int:
         verdicts = list(pool.map(judge, mutants))
     if not asked.only:
         judged = [(mutant, verdict) for mutant, verdict in zip(mutants, verdicts, strict=True) if verdict is not None]
-        judged.sort(key=lambda one: (one[0].row, one[0].file, one[0].line))
+        judged.sort(key=lambda item: (item[0].row, item[0].file, item[0].line))
         PAGE.write_text(page(commit, asked.seed, len(tests), judged), encoding="utf-8")
     return 0
 
@@ -133,15 +133,15 @@ def lines_by_row(tests: Tests, recorded: Recorded) -> dict[str, dict[str, set[in
 
 def running(mutant: Mutant, tests: Tests, recorded: Recorded) -> list[str]:
     """Return the row's tests that run the changed line: no other one can fail."""
-    return [one for one in tests[mutant.row] if mutant.line in recorded.get(one, {}).get(mutant.file, ())]
+    return [item for item in tests[mutant.row] if mutant.line in recorded.get(item, {}).get(mutant.file, ())]
 
 
 def running_of_others(mutant: Mutant, tests: Tests, recorded: Recorded) -> list[str]:
     """Return the tests of other rows alone that run the changed line, those that run the least of the code first."""
     own = set(tests[mutant.row])
-    others = {one for nodeids in tests.values() for one in nodeids} - own
-    found = [one for one in others if mutant.line in recorded.get(one, {}).get(mutant.file, ())]
-    return sorted(found, key=lambda one: (sum(map(len, recorded[one].values())), one))
+    others = {nodeid for nodeids in tests.values() for nodeid in nodeids} - own
+    found = [other for other in others if mutant.line in recorded.get(other, {}).get(mutant.file, ())]
+    return sorted(found, key=lambda item: (sum(map(len, recorded[item].values())), item))
 
 
 def _commit() -> str:

@@ -25,11 +25,11 @@ SAMPLE = (
 )
 COUNTS = "The table counts the mutants of each manual. The score is the share that the tests of any row kill."
 SURVIVORS = (
-    "No test of any row fails on these mutants. Each entry names the row, the place and the mutation operator. Somebody"
-    " has to judge each of them: a test may be missing, or the change may make no difference."
+    "No test of any row fails on these mutants. Each entry names the row, the place and the mutation operator. A"
+    " person has to judge each of them: a test may be missing, or the change may make no difference."
 )
 KILLED_ELSEWHERE = (
-    "Only tests of other rows fail on these mutants. Somebody has to judge each of them: the row's own tests may be too"
+    "Only tests of other rows fail on these mutants. A person has to judge each of them: the row's own tests may be too"
     " weak, or the place may serve another row alone."
 )
 

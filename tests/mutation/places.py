@@ -80,7 +80,7 @@ def chosen(row: str, lines: Lines, count: int, chance: random.Random, folder: Pa
             return
         file, line = place = chance.choices(places, weights)[0]
         text = (folder / file).read_text(encoding="utf-8")
-        changes = [] if place in taken else [one for one in changes_of(text) if one.line == line]
+        changes = [] if place in taken else [item for item in changes_of(text) if item.line == line]
         if changes:
             taken.add(place)
             change = chance.choice(changes)

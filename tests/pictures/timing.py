@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Final
 
 from tests.pictures.svg import Drawing
@@ -33,6 +33,18 @@ class Lane:
     bars: Sequence[Bar]
     about: str = ""
     """A second, smaller line below the name."""
+
+
+def spans(samples: Sequence[tuple[int, str]], style: str = "device") -> list[Bar]:
+    """A bar for each time in which successive samples (instant, label) are equal; an empty label has none."""
+    bars: list[Bar] = []
+    start = samples[0][0]
+    for (_, before), (now, after) in pairwise(samples):
+        if after != before:
+            bars.append(Bar(start, now, before, style))
+            start = now
+    bars.append(Bar(start, samples[-1][0], samples[-1][1], style))
+    return [bar for bar in bars if bar.label]
 
 
 def timing(lanes: Sequence[Lane], start_ns: int, end_ns: int, title: str, about: str, width: int = 880) -> str:

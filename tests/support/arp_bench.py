@@ -121,7 +121,7 @@ class CardBench:
 
     def told(self, terminal: str) -> bool | float | None:
         """What the wire of an output told last; None if nothing."""
-        return next((one.value for one in reversed(self.wires.sent) if one.name == f"card1.{terminal}"), None)
+        return next((item.value for item in reversed(self.wires.sent) if item.name == f"card1.{terminal}"), None)
 
     def get(self, key: str) -> Value:
         return read_point(self.card.points(), key)

@@ -119,7 +119,7 @@ class BenchLine:
     def read(self, size: int) -> bytes:
         if not self._arrived:
             self.bench.run_for(self._step_ms)
-            sent = (one for one in self.bench.user.take() if isinstance(one, bytes))
+            sent = (item for item in self.bench.user.take() if isinstance(item, bytes))
             self._arrived = b"".join(map(self._spoil, sent))
         taken, self._arrived = self._arrived[:size], self._arrived[size:]
         return taken

@@ -88,9 +88,9 @@ class BrokenNode(Device):
         self._can.on_receive(self._on_frame)
 
     def _on_frame(self, frame: CanFrame) -> None:
-        for one in self._fault.hear(frame):
+        for item in self._fault.hear(frame):
             if self._handler is not None:
-                self._handler(one)
+                self._handler(item)
 
 
 def is_abort(frame: CanFrame, *codes: int) -> bool:
@@ -811,7 +811,7 @@ class DeafToAllNodes(Fault):
 
 
 FAULTS: dict[str, type[Fault]] = {
-    name: one
-    for name, one in list(globals().items())
-    if isinstance(one, type) and issubclass(one, Fault) and one is not Fault and not name.startswith("_")
+    name: entry
+    for name, entry in list(globals().items())
+    if isinstance(entry, type) and issubclass(entry, Fault) and entry is not Fault and not name.startswith("_")
 }

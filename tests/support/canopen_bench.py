@@ -87,7 +87,7 @@ class CanopenBench:
     def interest(self) -> list[int]:
         """Identifiers that the node asks the bus for."""
         interest: Any = self.can.interest
-        return [one[0] for one in interest if one != "state"]
+        return [item[0] for item in interest if item != "state"]
 
 
 def parse(text: str) -> CanFrame:

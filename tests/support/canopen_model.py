@@ -161,7 +161,7 @@ class DictionaryModel:
         if len(sent.data) == 2 and sent.key == 0 and sent.data[1] in (0, self.node_id):
             self._on_command(sent.data[0])
         if sent.key == 0x7E5 and len(sent.data) == 8:
-            self._on_lss(sent.data, [one.data for one in came if one.key == 0x7E4])
+            self._on_lss(sent.data, [item.data for item in came if item.key == 0x7E4])
         if self.state != STOPPED:
             for server in self._servers:
                 self._on_sdo(server, sent, came)
@@ -169,9 +169,9 @@ class DictionaryModel:
             self._on_rpdo(sent)
         if not sent.is_remote:
             self._on_sync(sent)
-        for one in came:
+        for item in came:
             if self.number(0x1005) & 1 << 30:  # the node hears its own SYNC
-                self._on_sync(one)
+                self._on_sync(item)
 
     # NMT and LSS
 
@@ -223,7 +223,7 @@ class DictionaryModel:
         request_id, response_id = self.number(server.index, 1), self.number(server.index, 2)
         if (request_id | response_id) & 1 << 31:
             return
-        answers = [one.data for one in came if one.key == _key(response_id) and len(one.data) == 8]
+        answers = [item.data for item in came if item.key == _key(response_id) and len(item.data) == 8]
         if sent.key == _key(request_id) and len(sent.data) == 8 and not sent.is_remote:
             server.saw(sent.data, answers, lambda key, data: self._write(key, data))
         else:

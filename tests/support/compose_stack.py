@@ -7,9 +7,8 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import can
 import canopen
@@ -23,8 +22,9 @@ POLL_S = 0.5
 ANSWER_LIMIT_S = 20.0
 
 
-@dataclass(frozen=True, slots=True)
-class Stack:
+class Stack(NamedTuple):
+    """A running Compose project."""
+
     file: str
     project: str
     ports: Mapping[str, int]
@@ -44,10 +44,10 @@ class Stack:
         """What Docker says of each container, by the name of its service."""
         ids = self.compose("ps", "-q").split()
         inspected = json.loads(docker("inspect", *ids).stdout)
-        return {one["Config"]["Labels"]["com.docker.compose.service"]: one for one in inspected}
+        return {item["Config"]["Labels"]["com.docker.compose.service"]: item for item in inspected}
 
     def restarts(self) -> dict[str, int]:
-        return {name: int(one["RestartCount"]) for name, one in self.containers().items()}
+        return {name: int(container["RestartCount"]) for name, container in self.containers().items()}
 
     def fieldrig(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
         """A tool inside the container of the control service."""
@@ -74,7 +74,9 @@ class Stack:
 
     def until_healthy(self) -> None:
         """Docker's own checks have found it as well."""
-        self.until(lambda: {_health(one) for one in self.containers().values()} == {"healthy"}, "all are healthy")
+        self.until(
+            lambda: {_health(container) for container in self.containers().values()} == {"healthy"}, "all are healthy"
+        )
 
     @contextmanager
     def network(self, bus: str, port: str) -> Iterator[canopen.Network]:

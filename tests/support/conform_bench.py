@@ -32,8 +32,8 @@ def conformed(
 
 
 def numbers(report: Report, verdict: Verdict) -> list[str]:
-    return [one.case.number for one in report.of(verdict)]
+    return [item.case.number for item in report.of(verdict)]
 
 
 def failures(report: Report) -> dict[str, str]:
-    return {one.case.number: one.reason for one in report.of(Verdict.FAILED)}
+    return {item.case.number: item.reason for item in report.of(Verdict.FAILED)}

@@ -39,7 +39,7 @@ Column = Mapping[str, str]
 def columns() -> dict[str, Column]:
     cases = choose(())
     return {
-        "I/O node": {one.case.number: one.verdict.value for one in conformed().results},
+        "I/O node": {result.case.number: result.verdict.value for result in conformed().results},
         "LocalNode": {case.number: _local_node(case) for case in cases},
         "CANopenNode": {case.number: _canopennode(case) for case in cases},
     }
@@ -87,7 +87,7 @@ def _by_case(nodes: Mapping[str, Column]) -> Iterator[str]:
 
 
 def _counted(counts: Counter[str]) -> str:
-    return ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items(), key=lambda one: _rank(one[0])))
+    return ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items(), key=lambda item: _rank(item[0])))
 
 
 def _rank(verdict: str) -> int:

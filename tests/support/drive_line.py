@@ -86,7 +86,7 @@ class Line:
         machines = [drive.machine for drive in self.drives]
         return [
             (
-                one.at_ns,
+                machine.at_ns,
                 axis.set_increments,
                 axis.e,
                 axis.v,
@@ -94,10 +94,10 @@ class Line:
                 axis.t,
                 axis.heats,
                 axis.works,
-                one.thermal.motor_c,
+                machine.thermal.motor_c,
             )
-            for one in machines
-            for axis in [one.axis]
+            for machine in machines
+            for axis in [machine.axis]
         ]
 
 

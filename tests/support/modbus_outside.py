@@ -51,7 +51,7 @@ class OutsideBench(LoopBench):
 
     def answers(self) -> list[tuple[int, int, str]]:
         """Unit, exchange and PDU of every response so far."""
-        return [(one.unit, one.exchange, one.pdu.hex(" ")) for one in self.heard]
+        return [(item.unit, item.exchange, item.pdu.hex(" ")) for item in self.heard]
 
     def expect(self, count: int = 1) -> list[tuple[int, int, str]]:
         """So many responses, which are taken."""

@@ -65,7 +65,7 @@ class PlainDrive:
 
 
 def _encoded(positions: Iterable[int]) -> bytes:
-    return b"".join(one.to_bytes(4, "little", signed=True) for one in positions)
+    return b"".join(position.to_bytes(4, "little", signed=True) for position in positions)
 
 
 class RingBench:

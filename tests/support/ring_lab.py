@@ -52,7 +52,7 @@ class RingLab:
         self.signals: list[tuple[int, str, Any]] = []
         self.trace: list[str] | None = None
         self.rig = Rig(load(file, overrides), self._on_delivery, stores)
-        self.names = tuple(name for name, one in self.rig.config.devices.items() if one.kind == "mc4")
+        self.names = tuple(name for name, device in self.rig.config.devices.items() if device.kind == "mc4")
 
     def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
         message = delivery.message

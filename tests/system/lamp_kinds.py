@@ -39,7 +39,7 @@ class Lamp(Device):
 
     def _paint(self, value: Value) -> None:
         if value not in ("red", "green"):
-            raise ValueError("right would be red or green")
+            raise ValueError("expected red or green")
         self._colour = str(value)
 
     def _on_signal(self, signal: Signal) -> None:

@@ -104,7 +104,7 @@ def cards() -> Iterator[Cards]:
 
 def test_lines_to_copy_reach_the_cards(cards: Cards) -> None:
     lines = [line.split("  ", 1)[1].strip() for line in cards.output().splitlines() if "USER port" in line]
-    for number, line in zip((1, 2, 3), (one.removeprefix("USER port").split() for one in lines), strict=True):
+    for number, line in zip((1, 2, 3), (line.removeprefix("USER port").split() for line in lines), strict=True):
         said = cards.tool(*line[1:])
         assert (said.returncode, said.stdout.splitlines()[0][:8]) == (0, f"card {number:02}:"), said.stderr
 

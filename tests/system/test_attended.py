@@ -9,21 +9,14 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, until
 
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 
-KINDS = Path(__file__).with_name("lamp_kinds.py")
-LAMP = """
-time: real
-buses:
-  wires: {kind: wires.hub}
-devices:
-  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
-  switch: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wires: wires}, after: lamp}
-"""
+LAMP = lamp_rig("after: lamp, ")
 
 
 @pytest.fixture(autouse=True)

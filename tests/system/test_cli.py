@@ -3,22 +3,14 @@
 import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, until
 
 pytestmark = pytest.mark.system
 
-KINDS = Path(__file__).with_name("lamp_kinds.py")
-BLINKING = """
-time: real
-buses:
-  wires: {kind: wires.hub}
-devices:
-  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
-  switch: {kind: "lamp_kinds:Switch", lamp: lamp, period_ms: 20, links: {wires: wires}}
-"""
+BLINKING = lamp_rig("period_ms: 20, ")
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +59,7 @@ def test_get_prints_what_it_could_get(rig: RunningRig) -> None:
 
 def test_get_prints_what_it_could_get_when_a_process_is_dead() -> None:
     gone = '  extra: {kind: "lamp_kinds:Fragile", on_exit: ignore}\n'
-    with RunningRig(BLINKING.replace(", period_ms: 20", "") + gone, KINDS) as rig:
+    with RunningRig(BLINKING.replace("period_ms: 20, ", "") + gone, KINDS) as rig:
         rig.until_ready()
         rig.tool("set", "extra/hit=true")
         until(lambda: rig.status()["processes"]["extra"]["state"] == "gone")
@@ -86,7 +78,7 @@ def test_get_and_set(rig: RunningRig) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "what"),
     [
-        (("set", "lamp/colour=blue"), 6, "right would be red or green"),
+        (("set", "lamp/colour=blue"), 6, "expected red or green"),
         (("set", "lamp/on=true"), 6, "on can only be read"),
         (("get", "lamp/weight"), 6, "there is no 'weight' here"),
         (("get", "lmap"), 6, "it has: lamp, switch"),
@@ -169,7 +161,7 @@ devices:
     )
     found = json.loads(rig.tool("check", "wrong.yaml", "--json").stdout)
     assert {"file", "line", "key", "what", "remedy"} == set(found[0])
-    assert {one["line"] for one in found} <= set(range(1, 20))
+    assert {item["line"] for item in found} <= set(range(1, 20))
     assert (rig.tool("check", "lab.yaml", "--json").stdout, rig.tool("check", "lab.yaml", "--json").returncode) == (
         "[]\n",
         0,
@@ -183,7 +175,7 @@ devices:
 
 
 def test_check_schema_and_devices_need_no_rig(rig: RunningRig) -> None:
-    assert "is right" in rig.tool("check", "lab.yaml").stdout
+    assert "has no mistakes" in rig.tool("check", "lab.yaml").stdout
     assert json.loads(rig.tool("schema").stdout)["title"]
     kinds = json.loads(rig.tool("devices", "--json").stdout)
     assert "wires.hub" in kinds["buses"]

@@ -98,8 +98,8 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
     [
         ("can0 dorp", 6, "can0: there is no fault 'dorp'", "did you mean drop?"),
         ("can0 drop identifer=3", 6, "can0: identifer: there is no such key", "did you mean identifier?"),
-        ("can0 drop count=0", 6, "can0: count: 0 doesn't fit", "right would be a whole number of at least 1"),
-        ("can0 delay", 6, "can0: delay_ms: this key is missing", "right would be a number"),
+        ("can0 drop count=0", 6, "can0: count: 0 doesn't fit", "expected a whole number of at least 1"),
+        ("can0 delay", 6, "can0: delay_ms: this key is missing", "expected a number"),
         ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
         ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
@@ -166,7 +166,7 @@ def test_under_virtual_time_a_fault_starts_at_the_present_instant() -> None:
 def test_an_end_of_a_direct_bus_gets_the_seed_of_its_rig(real: RunningRig) -> None:
     def told() -> list[str]:
         messages = map(json.loads, (real.folder / "all.jsonl").read_text().splitlines())
-        return [bytes.fromhex(one["data"]).decode() for one in messages if one["bus"] == "soil"]
+        return [bytes.fromhex(message["data"]).decode() for message in messages if message["bus"] == "soil"]
 
     until(lambda: told() != [])
     assert told() == ['["seed",42,""]']

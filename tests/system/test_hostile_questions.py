@@ -98,7 +98,7 @@ def test_a_hostile_question_gets_a_negative_answer_and_everybody_goes_on(rig: st
                     client.session.put(key(running.status()["rig"], topic), payload)
         assert running.tool("set", "switch/on=true").returncode == 0
         after = running.status()["processes"]
-        assert {name: (one["pid"], one["restarts"]) for name, one in after.items()} == {
-            name: (one["pid"], one["restarts"]) for name, one in before.items()
+        assert {name: (entry["pid"], entry["restarts"]) for name, entry in after.items()} == {
+            name: (entry["pid"], entry["restarts"]) for name, entry in before.items()
         }
         assert json.dumps(after)

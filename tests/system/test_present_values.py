@@ -20,7 +20,7 @@ devices:
     kind: arp
     number: 1
     links: {wires: wires}
-    ties: {encoder1: motor.encoder}
+    signals: {encoder1: motor.encoder}
 """
 
 

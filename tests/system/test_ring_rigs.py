@@ -34,8 +34,13 @@ def test_rigs_may_run_beside_each_other() -> None:
 
 def test_drives_of_the_ring_have_processes_of_their_own_and_those_of_the_line_racks() -> None:
     ring, line = load(CONFIGS / "ring.yaml"), load(CONFIGS / "packaging-line.yaml")
-    assert [one.process for one in ring.devices.values() if one.kind == "mc4"] == ["infeed", "film", "jaw", "outfeed"]
-    racks = [one.process for one in line.devices.values() if one.kind == "mc4"]
+    assert [device.process for device in ring.devices.values() if device.kind == "mc4"] == [
+        "infeed",
+        "film",
+        "jaw",
+        "outfeed",
+    ]
+    racks = [device.process for device in line.devices.values() if device.kind == "mc4"]
     assert racks == [f"rack{number}" for number in (1, 2, 3, 4) for _ in range(10)]
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, is_running, until
 from terminal import Terminal
 
@@ -17,15 +18,7 @@ from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 
-KINDS = Path(__file__).with_name("lamp_kinds.py")
-LAMP = """
-time: real
-buses:
-  wires: {kind: wires.hub}
-devices:
-  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
-  switch: {kind: "lamp_kinds:Switch", lamp: lamp, links: {wires: wires}}
-"""
+LAMP = lamp_rig()
 
 
 def with_device(entry: str) -> str:

@@ -1,22 +1,12 @@
 """A rig in virtual time under `fieldrig up`: paused, stepped, asked, and traced with the same bytes every time."""
 
-from pathlib import Path
-
 import pytest
+from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, until
 
 pytestmark = pytest.mark.system
 
-KINDS = Path(__file__).with_name("lamp_kinds.py")
-BLINKING = """
-time: virtual
-speed: 2
-buses:
-  wires: {kind: wires.virtual}
-devices:
-  lamp: {kind: "lamp_kinds:Lamp", links: {wires: wires}}
-  switch: {kind: "lamp_kinds:Switch", lamp: lamp, period_ms: 100, links: {wires: wires}}
-"""
+BLINKING = lamp_rig("period_ms: 100, ", "time: virtual\nspeed: 2", "wires.virtual")
 
 
 def test_time_is_paused_stepped_and_run_on() -> None:

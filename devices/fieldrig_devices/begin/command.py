@@ -26,28 +26,30 @@ def new(
         str | None,
         typer.Argument(
             metavar="[EXAMPLE]",
-            help="One of the menu; left out with --eds.",
+            help="The example; omit it with --eds.",
             show_default=False,
             autocompletion=complete_example,
         ),
     ] = None,
     folder: Annotated[
         Path | None,
-        typer.Argument(metavar="[DIR]", help="Where to write; without it a folder of that name.", show_default=False),
+        typer.Argument(
+            metavar="[DIR]", help="The folder to create.  [default: the name of the example]", show_default=False
+        ),
     ] = None,
     eds: Annotated[
         Path | None,
-        typer.Option("--eds", metavar="FILE", help="Make a rig for this EDS or DCF file.", show_default=False),
+        typer.Option("--eds", metavar="FILE", help="Create a rig for this EDS or DCF file.", show_default=False),
     ] = None,
 ) -> None:
-    """Make a folder with a rig file, the files that it names, and a test that passes.
+    """Create a rig with its files and a passing test.
 
     \b
-        fieldrig new                       show the menu of examples, and ask
+        fieldrig new                       list the examples, and ask for one
         fieldrig new lab bench             the files of the example `lab`, in the folder bench
         fieldrig new --eds drive.eds       a CANopen node from an EDS file, in the folder drive
 
-    No file is ever overwritten.
+    Existing files are never overwritten.
     """
     if eds is None:
         _from_menu(example, folder)

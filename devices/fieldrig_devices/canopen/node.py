@@ -45,9 +45,9 @@ from fieldrig_devices.canopen.port import UNCONFIGURED, Port
 from fieldrig_devices.canopen.sdo import server as sdo_server
 from fieldrig_devices.canopen.sdo.server import SdoServer
 from fieldrig_devices.canopen.service import Reset, Service, State
+from fieldrig_devices.canopen.signals import Binding, WireSignals, bind
 from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.canopen.sync import Sync
-from fieldrig_devices.canopen.ties import Bound, Ties, bind
 from fieldrig_devices.canopen.time_of_day import TimeOfDay
 from fieldrig_devices.canopen.variable import Variable
 
@@ -77,7 +77,7 @@ class CanopenNode(Device):
         _offer_eds(self.dictionary, settings.eds)
         self._port = Port(can, settings.node_id or UNCONFIGURED)
         self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
-        self._ties = self._tied(clock, wires, bind(self.dictionary, settings.ties))
+        self._signals = self._make_signals(clock, wires, bind(self.dictionary, settings.signals))
         self.nmt = NmtSlave(self._port, self.dictionary, self._restart, self._enter)
         self.emcy = Emcy(clock, self._port, self.dictionary)
         self._time = TimeOfDay(clock, self._port, self.dictionary, settings.time_period_ms * MS)
@@ -97,8 +97,8 @@ class CanopenNode(Device):
         self._points = _points(self.dictionary) | self._own_points()
 
     def start(self) -> None:
-        if self._ties is not None:
-            self._ties.start()
+        if self._signals is not None:
+            self._signals.start()
         self.nmt.boot(Reset.NODE)
 
     def power_off(self) -> None:
@@ -108,12 +108,12 @@ class CanopenNode(Device):
     def points(self) -> Mapping[str, Point]:
         return self._points
 
-    def _tied(self, clock: Clock, wires: Link[Signal] | None, bounds: list[Bound]) -> Ties | None:
+    def _make_signals(self, clock: Clock, wires: Link[Signal] | None, bindings: list[Binding]) -> WireSignals | None:
         if wires is None:
-            if bounds:
-                raise RigError(f"{self.name} has ties but no wires", "name a bus of wires under its links")
+            if bindings:
+                raise RigError(f"{self.name} has signals but no wires", "name a bus of wires under its links")
             return None
-        return Ties(clock, wires, bounds, {} if self._profile is None else self._profile.terminals)
+        return WireSignals(clock, wires, bindings, {} if self._profile is None else self._profile.terminals)
 
     def _make_services(self, clock: Clock, settings: CanopenSettings) -> list[Service]:
         """In the order in which they are reset and enter a state."""
@@ -124,7 +124,7 @@ class CanopenNode(Device):
         services: list[Service] = [self.nmt, self.emcy, behaviour]
         services.append(self.bus_errors)
         services += [self._lss] if dictionary.features.has_lss else []
-        services += [one for one in (self._profile, self._ties) if one is not None]
+        services += [one for one in (self._profile, self._signals) if one is not None]
         services += [
             SdoServer(clock, port, dictionary, index, settings.sdo_timeout_ms * MS, settings.sdo_block_size)
             for index in sorted(

@@ -13,7 +13,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.text import EdsError
 from fieldrig_devices.canopen.port import UNCONFIGURED
-from fieldrig_devices.canopen.ties import Tie, bind
+from fieldrig_devices.canopen.signals import SignalSettings, bind
 
 SERIAL_NUMBER = "1018:04"
 
@@ -23,11 +23,11 @@ class CanopenSettings(Settings):
         int | None, Field(ge=1, le=127, description="null: none yet, the node waits until it gets one by LSS")
     ]
     eds: Annotated[ConfigFile, Field(description="EDS or DCF file, relative to the folder of the configuration")]
-    ties: Annotated[
-        dict[str, str | Tie],
+    signals: Annotated[
+        dict[str, str | SignalSettings],
         Field(
             default_factory=dict,
-            description="wires at objects: '6200:01' or '6200:01.3' (bit 3) to the name of a wire, or more of it",
+            description="signals by object, '6200:01' or '6200:01.3' (bit 3): a wire's name, or settings with it",
         ),
     ]
     objects: Annotated[
@@ -61,8 +61,8 @@ class CanopenSettings(Settings):
         for key, value in self._start_values().items():
             place = ("objects", key) if key in self.objects else ("serial_number",)
             yield from _tried(place, partial(_start, dictionary, key, value))
-        for key, tie in self.ties.items():
-            yield from _tried(("ties", key), partial(bind, dictionary, {key: tie}))
+        for key, signal in self.signals.items():
+            yield from _tried(("signals", key), partial(bind, dictionary, {key: signal}))
 
     def doubts(self) -> Iterator[Mistake]:
         from fieldrig_devices.canopen.eds.check import check_eds  # only `fieldrig check` needs it
@@ -74,9 +74,9 @@ class CanopenSettings(Settings):
         if self.node_id is not None:
             yield Claim("can", "node-ID", self.node_id, ("node_id",))
         dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
-        for key, bound in zip(self.ties, bind(dictionary, self.ties), strict=True):
-            if bound.is_output:
-                yield Claim("wires", "wire", bound.tie.wire, ("ties", key))
+        for key, binding in zip(self.signals, bind(dictionary, self.signals), strict=True):
+            if binding.is_output:
+                yield Claim("wires", "wire", binding.settings.wire, ("signals", key))
 
     def _start_values(self) -> dict[str, bool | int | float | str]:
         own = {} if self.serial_number is None else {SERIAL_NUMBER: self.serial_number}

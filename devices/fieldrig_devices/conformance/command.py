@@ -31,32 +31,35 @@ BusName = Annotated[
     ),
 ]
 RigFile = Annotated[
-    Path | None, typer.Option("--rig", help="A rig file: of a rig that runs, or with time: virtual.", **_FILE)
+    Path | None, typer.Option("--rig", help="The file of a running rig, or of a rig with time: virtual.", **_FILE)
 ]
-NodeId = Annotated[int | None, typer.Option("--node", min=1, max=127, help="Its node-ID.", show_default=False)]
+NodeId = Annotated[
+    int | None, typer.Option("--node", min=1, max=127, help="Node-ID of the node, 1 to 127.", show_default=False)
+]
 Eds = Annotated[
-    Path | None, typer.Option("--eds", help="Its EDS or DCF file; left out: that of the rig file.", **_FILE)
+    Path | None,
+    typer.Option("--eds", help="EDS or DCF file of the node.  [default: the file in the rig file]", **_FILE),
 ]
 Only = Annotated[
     list[str] | None,
     typer.Option(
         "--only",
         metavar="PATTERN",
-        help="Cases by number, name or family: 2.7, 'PDO 2*', Guarding. As often as you like.",
+        help="Run only these cases, by number, name or family: 2.7, 'PDO 2*', Guarding. May be given several times.",
         show_default=False,
     ),
 ]
 Junit = Annotated[Path | None, typer.Option("--junit", help="Write a JUnit report.", **_FILE)]
-Html = Annotated[Path | None, typer.Option("--html", help="Write a report to read in a browser.", **_FILE)]
-Markdown = Annotated[Path | None, typer.Option("--markdown", help="Write a report in Markdown.", **_FILE)]
+Html = Annotated[Path | None, typer.Option("--html", help="Write an HTML report.", **_FILE)]
+Markdown = Annotated[Path | None, typer.Option("--markdown", help="Write a Markdown report.", **_FILE)]
 Timeout = Annotated[
-    int, typer.Option("--timeout-ms", min=1, help="How long an answer may take; other times follow from it.")
+    int, typer.Option("--timeout-ms", min=1, help="Time limit for an answer in ms; other limits scale with it.")
 ]
-NoStore = Annotated[bool, typer.Option("--no-store", help="Leave the node's non-volatile memory alone.")]
+NoStore = Annotated[bool, typer.Option("--no-store", help="Skip the cases that write the node's non-volatile memory.")]
 Alone = Annotated[
-    bool, typer.Option("--alone", help="No other node is on the bus: NMT commands to all nodes are tried too.")
+    bool, typer.Option("--alone", help="Also test NMT commands to all nodes; no other node may be on the bus.")
 ]
-ListOnly = Annotated[bool, typer.Option("--list", help="Only list the cases, with what each asks for.")]
+ListOnly = Annotated[bool, typer.Option("--list", help="List the cases with their requirements, and exit.")]
 
 
 def conform(
@@ -74,16 +77,16 @@ def conform(
     list_only: ListOnly = False,
     as_json: AsJson = False,
 ) -> None:
-    """Test whether a CANopen node, ours or any other, does what CiA 301 asks for.
+    """Test a CANopen node for conformance to CiA 301.
 
     \b
-    127 named cases, each with its requirement, the frames seen and a verdict. What is changed in the node is read
-    before and put back after. The node is reset, started and stopped: not for a machine that moves.
+    Run 127 named cases; each reports its requirement, the frames seen and a verdict. The suite restores what it changes
+    in the node. It resets, starts and stops the node, so never run it on a machine that can move.
         fieldrig conform --bus can.socketcan:vcan0 --node 5 --eds io32.eds
         fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a rig that runs
         fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time, at once
         fieldrig conform --bus can.hub:run/lab/can0 --node 5 --eds io32.eds --only 'SDO*' --html out.html
-    Exit code 0: no case failed; 8: some did.
+    The exit code is 0 if no case failed, and 8 otherwise.
     """
     from fieldrig_devices.conformance.bench import Options
     from fieldrig_devices.conformance.report import as_data
@@ -96,7 +99,7 @@ def conform(
         _list(cases, as_json)
         return
     if bus is None or node_id is None:
-        raise typer.BadParameter("say which node: --bus and --node, and --eds or --rig")
+        raise typer.BadParameter("no node is given; expected --bus and --node, and --eds or --rig")
     out = console()
     options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
     report = _report(bus, node_id, eds, rig, cases, options, None if as_json else lambda one: show_result(out, one))

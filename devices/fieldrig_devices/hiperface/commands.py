@@ -19,15 +19,19 @@ Port = Annotated[
     str | None,
     port_option("The encoder's line", "FIELDRIG_NAMEPLATE_PORT"),
 ]
-Baud = Annotated[int, typer.Option("--baud", min=600, max=38400, help="Bits a second.")]
-Address = Annotated[str, typer.Option("--address", metavar="HEX", help="Of the encoder; FF is whichever is there.")]
+Baud = Annotated[int, typer.Option("--baud", min=600, max=38400, help="Bit rate in bit/s.")]
+Address = Annotated[
+    str, typer.Option("--address", metavar="HEX", help="Address of the encoder; FF addresses any encoder.")
+]
 Code = Annotated[str, typer.Option("--code", metavar="HEX", help="Access code of the plate's data field.")]
 PlateFile = Annotated[Path, typer.Argument(metavar="FILE", help="A plate file, YAML.", show_default=False)]
 
 
 @app.callback()
 def nameplate() -> None:
-    """Electronic name plates of motors, in their encoders and in files.
+    """Read and write electronic name plates of motors.
+
+    A name plate is in the encoder of a motor, or in a YAML file.
 
     \b
         fieldrig nameplate read --port run/lab/serial/encoder
@@ -38,7 +42,7 @@ def nameplate() -> None:
 
 @app.command()
 def show(file: PlateFile, as_json: AsJson = False) -> None:
-    """Print a plate file, with all its values."""
+    """Show all values of a plate file."""
     from fieldrig_devices.hiperface.plate_file import load_plate
 
     _echo(load_plate(file), {}, as_json)
@@ -48,14 +52,14 @@ def show(file: PlateFile, as_json: AsJson = False) -> None:
 def read(
     port: Port = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Write a plate file too.", show_default=False)
+        Path | None, typer.Option("--out", metavar="FILE", help="Write a plate file as well.", show_default=False)
     ] = None,
     address: Address = "40",
     code: Code = "55",
     baud: Baud = 9600,
     as_json: AsJson = False,
 ) -> None:
-    """Read the plate out of an encoder.
+    """Read the plate of an encoder.
 
     \b
         fieldrig nameplate read --port /dev/ttyUSB0 --out motor.yaml
@@ -73,7 +77,7 @@ def read(
 
 @app.command()
 def write(file: PlateFile, port: Port = None, address: Address = "40", code: Code = "55", baud: Baud = 9600) -> None:
-    """Write a plate file into an encoder, and read it back.
+    """Write a plate file to an encoder, and verify it.
 
     A drive reads the plate at its next start.
     """
@@ -94,14 +98,16 @@ def edit(
     ] = None,
     changes: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="As often as you like.", show_default=False),
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="New value of a key. May be given several times.", show_default=False
+        ),
     ] = None,
     port: Port = None,
     address: Address = "40",
     code: Code = "55",
     baud: Baud = 9600,
 ) -> None:
-    """Change values of a plate; a plate that can't be is refused, and nothing is changed.
+    """Change values of a plate; an invalid plate is refused, and nothing is changed.
 
     \b
         fieldrig nameplate edit motor.yaml --set rated_current_a=4.2 --set serial_number=17-0004

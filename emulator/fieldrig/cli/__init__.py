@@ -1,4 +1,4 @@
-"""The command line.  What it costs to start is kept small: each command imports what it needs when it is called."""
+"""The command line.  It starts fast, because each command imports what it needs when it is called."""
 
 import sys
 from typing import NoReturn
@@ -9,7 +9,10 @@ from fieldrig.exits import Exit
 
 
 def main() -> NoReturn:
-    """Every fault that a user can mend ends in two lines and an exit code; only our own have a traceback."""
+    """Run a command.
+
+    A fault that a user can fix ends in two lines and an exit code; only our own faults have a traceback.
+    """
     try:
         app()
     except ConfigError as wrong:

@@ -1,4 +1,4 @@
-"""The commands of `fieldrig`, and what they share."""
+"""The commands of `fieldrig`, with the help of the whole."""
 
 from typing import Annotated
 
@@ -22,18 +22,18 @@ _SHOWN = (
 )
 
 _ABOUT = """
-A machine's electronics on the bench, without the machine.
+Run a machine's electronics on your bench, without the machine.
 
-A rig file (YAML) names buses and devices. `fieldrig up` runs them, on real buses and sockets, for your own master,
-PLC program or service tool; the other commands look into a rig that runs.
+A rig file (YAML) describes buses and devices. `fieldrig up` runs them on real buses and sockets, so that your own
+master, PLC program or service tool can connect. The other commands inspect and control a running rig.
 
 \b
-    fieldrig new lab                      make an example rig and its files in the folder lab
-    fieldrig up lab/lab.yaml              start it; it prints how to reach each part
-    fieldrig status                       what runs, and how it is
-    fieldrig watch can0                   every message on a bus
-    fieldrig get tank                     all values of a device
-    fieldrig set drive/speed_set=50       change one
+    fieldrig new lab                      create an example rig in the folder lab
+    fieldrig up lab/lab.yaml              start it, and print how to reach each part
+    fieldrig status                       show the state of each process and bus
+    fieldrig watch can0                   show every message on a bus
+    fieldrig get tank                     show all values of a device
+    fieldrig set drive/speed_set=50       change a value
 """
 
 
@@ -62,10 +62,10 @@ def _show_version(is_wanted: bool) -> None:
 @app.callback()
 def fieldrig(
     is_version_wanted: Annotated[
-        bool, typer.Option("--version", help="Say which version this is.", callback=_show_version, is_eager=True)
+        bool, typer.Option("--version", help="Show the version and exit.", callback=_show_version, is_eager=True)
     ] = False,
 ) -> None:
-    """What stands in `help` above."""
+    """Do nothing; the help text is given to the application above."""
 
 
 app.command()(up.up)

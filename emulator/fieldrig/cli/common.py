@@ -6,8 +6,8 @@ are `typer.BadParameter`, so that the command's usage is shown with the message.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -20,10 +20,6 @@ from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
-RigFile = Annotated[
-    Path,
-    typer.Argument(metavar="FILE", help="The rig file.", show_default=False, autocompletion=completion.rig_file),
-]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(
@@ -36,7 +32,7 @@ Overrides = Annotated[
 Endpoint = Annotated[
     str,
     typer.Option(
-        "--control", metavar="ENDPOINT", envvar=ENDPOINT_VARIABLE, help="Connect to the rig's control service here."
+        "--control", metavar="ENDPOINT", envvar=ENDPOINT_VARIABLE, help="Connect to the rig at this control endpoint."
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")]
@@ -59,6 +55,11 @@ def command_group() -> typer.Typer:
     )
 
 
+def argument(metavar: str, about: str, complete: Callable[..., Any] | None = None) -> Any:
+    """Return an argument without a default in its help; `complete` offers words to the shell."""
+    return typer.Argument(metavar=metavar, help=about, show_default=False, autocompletion=complete)
+
+
 def port_option(what: str, variable: str) -> Any:
     """Return the option `--port` of a command that talks to a device over a serial line.
 
@@ -71,6 +72,9 @@ def port_option(what: str, variable: str) -> Any:
         help=f"{what}: a serial device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT.",
         show_default=False,
     )
+
+
+RigFile = Annotated[Path, argument("FILE", "The rig file.", completion.rig_file)]
 
 
 def duration_ns(text: str) -> int:
@@ -103,22 +107,22 @@ def wrong_usage() -> Iterator[None]:
         raise typer.BadParameter(f"{what}; {remedy}" if remedy else what) from cause
 
 
-@contextmanager
-def reading(path: Path, remedy: str = "") -> Iterator[None]:
+def reading(path: Path, remedy: str = "") -> AbstractContextManager[None]:
     """Turn an OSError into a UsageError: the file can't be read."""
-    try:
-        yield
-    except OSError as cause:
-        raise UsageError(f"{path} can't be read: {cause.strerror or cause}", remedy) from cause
+    return _access(f"{path} can't be read", remedy)
+
+
+def writing(path: Path, remedy: str = "") -> AbstractContextManager[None]:
+    """Turn an OSError into a UsageError: the file, or one in the folder, can't be written."""
+    return _access(f"{path} can't be written", remedy)
 
 
 @contextmanager
-def writing(path: Path, remedy: str = "") -> Iterator[None]:
-    """Turn an OSError into a UsageError: the file, or one in the folder, can't be written."""
+def _access(failure: str, remedy: str) -> Iterator[None]:
     try:
         yield
     except OSError as cause:
-        raise UsageError(f"{path} can't be written: {cause.strerror or cause}", remedy) from cause
+        raise UsageError(f"{failure}: {cause.strerror or cause}", remedy) from cause
 
 
 def echo_json(value: Any) -> None:
@@ -150,7 +154,7 @@ __all__ = [
     "For",
     "Overrides",
     "RigFile",
-    "assignment",
+    "argument", "assignment",
     "command_group",
     "duration_ns",
     "echo_json",

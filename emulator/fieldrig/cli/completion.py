@@ -1,6 +1,6 @@
-"""What the shell offers for the word that is being typed: kinds, rig files, and what the running rig has.
+"""Completion in the shell: kinds, rig files, and what the running rig has.
 
-Completion is silent: where no rig answers at once there is nothing to offer, and the shell falls back to file names.
+Completion is silent.  If no rig answers at once, nothing is offered, and the shell falls back to file names.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -14,24 +14,24 @@ if TYPE_CHECKING:
     from fieldrig.control import Client
 
 PATIENCE_S: Final = 1.0
-"""A process that takes longer to answer is left out."""
+"""Time limit for an answer, in seconds; a process that takes longer is left out."""
 RIG_FILES: Final = (".yaml", ".yml")
 BREAKS: Final = (":", "=")
-"""Characters at which bash splits a word, by its default COMP_WORDBREAKS; the parts come as words of their own."""
+"""The characters at which bash splits a word, by its default COMP_WORDBREAKS; the parts arrive as separate words."""
 
 Offers = list[str | tuple[str, str]]
 """Words, or words with a line about each."""
 
 
 def kind(incomplete: str) -> Offers:
-    """The kinds of buses and devices that are installed; none of them is imported."""
+    """Offer the installed kinds of buses and devices, without importing them."""
     from fieldrig.kinds import BUSES, DEVICES, installed
 
     return [name for group in (BUSES, DEVICES) for name in installed(group) if name.startswith(incomplete)]
 
 
 def rig_file(incomplete: str) -> Offers:
-    """YAML files and folders; the content of a folder where nothing else fits, so that Tab goes on into it."""
+    """Offer YAML files and folders; if only a folder matches, offer its content."""
     found = _in_folder(incomplete)
     while len(found) == 1 and found[0].endswith("/"):
         found = _in_folder(found[0])
@@ -39,22 +39,22 @@ def rig_file(incomplete: str) -> Offers:
 
 
 def point(ctx: typer.Context, incomplete: str) -> Offers:
-    """`get`: devices, and the keys of one."""
+    """Offer devices, and the keys of one device, for `get`."""
     return _offer(ctx, "names", incomplete, lambda rig, word, _: _points(rig, word, is_to_write=False))
 
 
 def setting(ctx: typer.Context, incomplete: str) -> Offers:
-    """`set`: keys that can be written, up to the `=`."""
+    """Offer the keys that can be written, up to the `=`, for `set`."""
 
     def offer(rig: "Client", word: str, before: list[str]) -> Iterable[str]:
-        is_value = "=" in word or any("=" not in one for one in before)  # bash cuts the = off
+        is_value = "=" in word or any("=" not in earlier for earlier in before)  # bash cuts the = off
         return () if is_value else _points(rig, word, is_to_write=True)
 
     return _offer(ctx, "settings", incomplete, offer)
 
 
 def watched(ctx: typer.Context, incomplete: str) -> Offers:
-    """`watch`: buses, devices, and the keys of one."""
+    """Offer buses, devices, and the keys of one device, for `watch`."""
 
     def offer(rig: "Client", word: str, before: list[str]) -> Iterable[str]:
         buses = () if "/" in word else [bus for bus in _status(rig)["buses"] if bus.startswith(word)]
@@ -68,39 +68,39 @@ def bus(ctx: typer.Context, incomplete: str) -> Offers:
 
 
 def part(ctx: typer.Context, incomplete: str) -> Offers:
-    """Processes, and the buses and devices in them."""
+    """Offer processes, and the buses and devices in them."""
     return _offer(ctx, "", incomplete, lambda rig, word, _: _parts(_status(rig)))
 
 
 def ready_part(ctx: typer.Context, incomplete: str) -> Offers:
-    """`status --ready`: the same, the whole rig, its control service."""
+    """Offer the same, the whole rig and its control service, for `status --ready`."""
     return _offer(ctx, "", incomplete, lambda rig, word, _: ["all", "rig", *_parts(_status(rig))])
 
 
 def faulty(ctx: typer.Context, incomplete: str) -> Offers:
-    """`fault`: buses and devices that take faults, and those of kinds of the user's own, which may."""
+    """Offer the buses and devices with faults for `fault`, and those with kinds of the user's own."""
 
     def offer(rig: "Client", word: str, before: list[str]) -> Iterable[str]:
         status = _status(rig)
         parts = {**status["buses"], **status["devices"]}
-        return [name for name, one in parts.items() if ":" in one["kind"] or _fault_models(one["kind"])]
+        return [name for name, entry in parts.items() if ":" in entry["kind"] or _fault_models(entry["kind"])]
 
     return _offer(ctx, "", incomplete, offer)
 
 
 def fault_word(ctx: typer.Context, incomplete: str) -> Offers:
-    """`fault BUS_OR_DEVICE`: what there is to break, then the keys of that fault."""
+    """Offer the faults of the bus or device, then the keys of the chosen fault."""
 
     def offer(rig: "Client", word: str, before: list[str]) -> Iterable[str]:
         status = _status(rig)
-        one = {**status["buses"], **status["devices"]}.get(str(ctx.params.get("where")))
-        models = _fault_models(one["kind"]) if one is not None else {}
+        entry = {**status["buses"], **status["devices"]}.get(str(ctx.params.get("where")))
+        models = _fault_models(entry["kind"]) if entry is not None else {}
         if not before:
             return models
         model = models.get(before[0].removeprefix("what="))
-        if model is None or "=" in word or any("=" not in one for one in before[1:]):
+        if model is None or "=" in word or any("=" not in pair for pair in before[1:]):
             return ()
-        given = {one.partition("=")[0] for one in before}
+        given = {pair.partition("=")[0] for pair in before}
         return [f"{key}=" for key in model.model_fields if key not in {"what", *given}]
 
     return _offer(ctx, "words", incomplete, offer)
@@ -112,7 +112,7 @@ def _offer(
     incomplete: str,
     ask: Callable[["Client", str, list[str]], Iterable[str]],
 ) -> Offers:
-    """What `ask` knows for the whole word, without what bash takes for words of their own; none without a rig.
+    """Return the completions of the whole word, without the part that bash has split off; none without a rig.
 
     `ask` is called with the rig, the word, and the words of the same parameter before it.
     """
@@ -132,11 +132,11 @@ def _offer(
     except ControlError:
         return []
     cut = len(word) - len(incomplete)
-    return [one[cut:] for one in offered if one.startswith(word)]
+    return [offer[cut:] for offer in offered if offer.startswith(word)]
 
 
 def _joined(words: Iterable[str]) -> list[str]:
-    """`io/6200`, `:`, `01` are one word."""
+    """Join the words that bash has split: `io/6200`, `:`, `01` become one word."""
     whole: list[str] = []
     goes_on = False
     for word in words:
@@ -154,14 +154,16 @@ def _status(rig: "Client") -> dict[str, Any]:
 
 
 def _points(rig: "Client", word: str, *, is_to_write: bool) -> list[str]:
-    """Devices; and the keys of a device once it is clear which one, for those of all may be thousands."""
+    """Return devices, and the keys of a device once only one matches, as all keys together may be thousands."""
     name, slash, _ = word.partition("/")
-    devices = [one for one in _status(rig)["devices"] if one == name or (not slash and one.startswith(name))]
+    known = _status(rig)["devices"]
+    devices = [device for device in known if device == name or (not slash and device.startswith(name))]
     if len(devices) != 1:
-        return [f"{one}/" if is_to_write else one for one in devices]
+        return [f"{device}/" if is_to_write else device for device in devices]
     facts = rig.ask(f"device/{devices[0]}/keys", timeout_s=PATIENCE_S)
     ending = "=" if is_to_write else ""
-    keys = [f"{devices[0]}/{key}{ending}" for key, one in facts.items() if one.get("writable", True) or not is_to_write]
+    offered = [key for key, fact in facts.items() if fact.get("writable", True) or not is_to_write]
+    keys = [f"{devices[0]}/{key}{ending}" for key in offered]
     return keys if slash or is_to_write else [devices[0], *keys]
 
 

@@ -1,4 +1,4 @@
-"""What `fieldrig up` prints: how to reach each part, what happens, and on a terminal one line of how busy it is."""
+"""The output of `fieldrig up`: how to reach each part, what happens, and on a terminal one line with the load."""
 
 import asyncio
 import os
@@ -20,13 +20,13 @@ ERASE_LINE = "\r\x1b[K"
 BOLD, DIM, RED, GREEN, YELLOW, PLAIN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[0m"
 COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "ready": GREEN}
 COUNTERS = ("frames", "requests", "messages", "characters")
-"""Of the statistics of buses: what is shown as so many a second."""
+"""The statistics of buses that are shown as a rate."""
 TALKING = ("status", "watch", "get", "set", "fault")
-"""Commands that look for a rig at its control endpoint."""
+"""The commands that connect to the control endpoint."""
 
 
 class Part(NamedTuple):
-    """A bus or device, and the ways in."""
+    """A bus or device, and the lines that reach it."""
 
     name: str
     kind: str
@@ -34,7 +34,7 @@ class Part(NamedTuple):
 
 
 def parts(config: RigConfig) -> Iterator[Part]:
-    """In the order of the rig file."""
+    """Yield the parts in the order of the rig file."""
     for name, bus in config.buses.items():
         yield Part(name, bus.kind, bus.bus.tools(config.run))
     for name, device in config.devices.items():
@@ -52,7 +52,7 @@ def _linked(config: RigConfig, device: DeviceEntry) -> Mapping[str, Any]:
 
 class Display:
     def __init__(self, config: RigConfig, started_s: float, is_quiet: bool) -> None:
-        """`started_s` is when the user pressed Enter, by the monotonic clock."""
+        """`started_s` is the time of the monotonic clock when the command was entered."""
         self._config, self._started_s, self._is_quiet = config, started_s, is_quiet
         self._is_terminal = sys.stdout.isatty()
         self._waiting = set[str]()
@@ -79,7 +79,10 @@ class Display:
         self._say("")
 
     def report(self, event: Event) -> None:
-        """Before the rig is ready only failures are news; then, everything, and deaths and restarts even if quiet."""
+        """Print an event.
+
+        Before the rig is ready only failures are printed; later all events, and if quiet deaths and restarts.
+        """
         what, process = event.what, event.process
         if what == "ready" and not process:
             self._on_all_ready(event.text)
@@ -102,7 +105,7 @@ class Display:
         self._say(text)
 
     async def watch_load(self, control: Control) -> None:
-        """Until cancelled: one line, in place, of how busy the buses are."""
+        """Show the load of the buses in one line, in place, until cancelled."""
         if self._is_quiet or not self._is_terminal:
             return
         while True:
@@ -148,12 +151,12 @@ class Display:
             self._print(text, sys.stdout)
 
     def _warn(self, text: str) -> None:
-        """Something that went wrong, or is right again."""
+        """Print a problem, or its end."""
         self._erase_load()
         self._print(text, sys.stderr if self._is_quiet else sys.stdout)
 
     def _print(self, text: str, file: TextIO) -> None:
-        """A reader that went away (`| head`) is no reason to end a rig."""
+        """Print a line; a closed pipe (`| head`) does not end the rig."""
         try:
             print(text, file=file, flush=True)
         except BrokenPipeError:
@@ -169,9 +172,9 @@ class Display:
 
 
 def _as_typed(line: str, control: str) -> str:
-    """The line as it has to be typed here: for this rig, and with what is installed beside us.
+    """Return the line as it has to be typed for this rig and this installation.
 
-    In a shell where the environment is not active another program answers to `python` or `fieldrig`, or none.
+    In a shell whose environment is not active, `python` and `fieldrig` may be other programs, or missing.
     """
     program, _, rest = line.partition(" ")
     if program == "fieldrig" and rest.partition(" ")[0] in TALKING and control != DEFAULT_ENDPOINT:
@@ -184,7 +187,7 @@ def _as_typed(line: str, control: str) -> str:
 
 
 def _short(path: Path) -> str:
-    """Relative to the current folder where that is shorter."""
+    """Return the path relative to the current folder if that is shorter."""
     try:
         relative = os.path.relpath(path)
     except ValueError:  # another drive, on Windows

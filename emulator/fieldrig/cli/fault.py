@@ -1,4 +1,4 @@
-"""Faults of a bus or a device of a running rig: fault."""
+"""The command `fault`: faults of a bus or a device of a running rig."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Final
@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, echo_json, echo_table
 
 TIMES: Final = ("start_ms", "duration_ms")
 STANDING: Final = ("what", "state", "applied")
@@ -16,29 +16,20 @@ IN_HEX: Final = ("identifier", "mask")
 def fault(
     where: Annotated[
         str,
-        typer.Argument(
-            metavar="BUS|DEVICE",
-            help="A bus or a device of the rig.",
-            show_default=False,
-            autocompletion=completion.faulty,
-        ),
+        argument("BUS|DEVICE", "A bus or a device of the rig.", completion.faulty),
     ],
     words: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="WHAT|KEY=VALUE",
-            help="The fault to add.",
-            show_default=False,
-            autocompletion=completion.fault_word,
-        ),
+        argument("WHAT|KEY=VALUE", "The fault to add, and its keys.", completion.fault_word),
     ] = None,
     clear: Annotated[
-        str | None, typer.Option("--clear", metavar="NUMBER", help="Take a fault away, or all.", show_default=False)
+        str | None,
+        typer.Option("--clear", metavar="NUMBER", help="Clear the fault of this number, or all.", show_default=False),
     ] = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Show the faults of a bus or a device, add one (this prints its number), or clear them.
+    """Show, add or clear faults of a bus or a device.
 
     \b
         fieldrig fault can0
@@ -48,8 +39,9 @@ def fault(
         fieldrig fault can0 --clear all
         fieldrig fault ring0 break after=belt duration_ms=500
 
-    Faults and their keys are those of `faults` in a rig file; `fieldrig watch BUS` shows when one strikes on a bus.
-    What was given here is forgotten when the process of the bus or device is restarted.
+    Adding a fault prints its number. Faults and their keys are the same as under `faults` in a rig file.
+    `fieldrig watch BUS` shows each time that one is applied. Faults added here are lost when the process of the bus or
+    device restarts.
     """
     from fieldrig.control import Client
 
@@ -74,7 +66,7 @@ def fault(
 
 
 def _fault(words: list[str]) -> dict[str, str]:
-    """Values stay texts: only the bus knows whether `data=10` is a number."""
+    """Return the fault; values stay texts, as only the bus knows whether `data=10` is a number."""
     given: dict[str, str] = {}
     for position, word in enumerate(words):
         key, equals, text = word.partition("=")
@@ -99,8 +91,8 @@ def _number(where: str, clear: str | None) -> int | None:
 
 
 def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
-    """With words that help when nobody runs the bus or device."""
-    from fieldrig.control import NobodyError
+    """Ask the bus or device, with a helpful message if its process does not answer."""
+    from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
 
     rig = client.ask("rig/status")
@@ -110,7 +102,7 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
         raise ControlError(f"{rig['rig']} has no bus or device {where!r}", there)
     try:
         return client.ask(f"{'bus' if where in known else 'device'}/{where}/{verb}", message)
-    except NobodyError:
+    except NoAnswerError:
         if where in devices or any(where in process["buses"] for process in rig["processes"].values()):
             raise ControlError(
                 f"{where} does not answer: it has not started, or its process died", "look at `fieldrig status`"
@@ -124,7 +116,7 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
 
 
 def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Any:
-    """Of a bus without a model: every device has the fault at its own end, under one number (`fieldrig.ends`)."""
+    """Ask every end of a bus without a model; each has the fault under the same number (`fieldrig.ends`)."""
     from fieldrig.errors import ControlError
 
     there = _of_all(ends)
@@ -135,7 +127,7 @@ def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message
         for device in ends:
             client.ask(f"end/{bus}/{device}/add_fault", {**message, "number": number})
         return {"number": number}
-    numbers = [int(one) for one in there] if message["number"] is None else [message["number"]]
+    numbers = [int(number) for number in there] if message["number"] is None else [message["number"]]
     for number in numbers:
         having = [device for device, faults in ends.items() if str(number) in faults]
         if not having:
@@ -146,13 +138,13 @@ def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message
 
 
 def _of_all(ends: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """By number; `applied` counts at all ends together."""
+    """Return the faults of all ends by number, with the sum of `applied`."""
     there: dict[str, dict[str, Any]] = {}
     for faults in ends.values():
         for number, fault in faults.items():
             applied = there.get(number, {}).get("applied", 0)
             there[number] = {**fault, "applied": applied + fault["applied"]}
-    return dict(sorted(there.items(), key=lambda one: int(one[0])))
+    return dict(sorted(there.items(), key=lambda item: int(item[0])))
 
 
 def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
@@ -162,14 +154,21 @@ def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
     echo_table(
         ("number", "what", "where and how", "when", "state", "applied"),
         [
-            (number, one["what"], _words(one, is_time=False), _words(one, is_time=True), one["state"], one["applied"])
-            for number, one in faults.items()
+            (
+                number,
+                fault["what"],
+                _words(fault, is_time=False),
+                _words(fault, is_time=True),
+                fault["state"],
+                fault["applied"],
+            )
+            for number, fault in faults.items()
         ],
     )
 
 
 def _words(fault: Mapping[str, Any], *, is_time: bool) -> str:
-    """In the words that it is given with."""
+    """Return the fault in the words of the command line."""
     return " ".join(
         f"{key}={_text(key, value)}"
         for key, value in fault.items()

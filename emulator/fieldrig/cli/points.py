@@ -1,31 +1,26 @@
-"""Commands on the points of devices: get and set."""
+"""The commands `get` and `set`: points of devices."""
 
 from typing import Annotated, Any
 
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, assignment, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, assignment, echo_json
 
 
 def get(
-    names: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="DEVICE[/KEY]...", help="What to read.", show_default=False, autocompletion=completion.point
-        ),
-    ],
+    names: Annotated[list[str], argument("DEVICE[/KEY]...", "Devices, or single points of them.", completion.point)],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Read values of devices of a running rig.
+    """Read values of devices.
 
     \b
-        fieldrig get tank                     everything that the device shows
-        fieldrig get tank/level io/6200:01    single values
+        fieldrig get tank                     all points of the device
+        fieldrig get tank/level io/6200:01    single points
         fieldrig get tank --json              {"tank/level": 0.5, ...}
 
-    What can't be read is told after the values that can, and the exit code is 6.
+    Errors are reported after the values that could be read, and the exit code is then 6.
     """
     from fieldrig.control import Client
     from fieldrig.errors import ControlError
@@ -38,29 +33,21 @@ def get(
             device, _, key = name.partition("/")
             try:
                 got = _ask(client, device, "get", {"keys": [key]} if key else None)
-                values |= {f"{device}/{one}": value for one, value in got.items()}
+                values |= {f"{device}/{key}": value for key, value in got.items()}
                 units |= {} if as_json else _units(client, device)
             except ControlError as refusal:
                 refusals.append(refusal)
     _echo(values, units, as_json)
     if refusals:
-        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(one.what for one in refusals))
+        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(refusal.what for refusal in refusals))
 
 
 def set_(
-    settings: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="DEVICE/KEY=VALUE...",
-            help="What to write.",
-            show_default=False,
-            autocompletion=completion.setting,
-        ),
-    ],
+    settings: Annotated[list[str], argument("DEVICE/KEY=VALUE...", "Points and their new values.", completion.setting)],
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Write values of devices of a running rig, and print what they are then.
+    """Write values of devices, and print the new values.
 
     \b
         fieldrig set io/6200:01=0xFF
@@ -91,13 +78,13 @@ def _units(client: Any, device: str) -> dict[str, str]:
 
 
 def _ask(client: Any, device: str, verb: str, message: Any) -> Any:
-    """With words that help when it is the device that is not there."""
-    from fieldrig.control import NobodyError
+    """Ask the device, with a helpful message if its process does not answer."""
+    from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
 
     try:
         return client.ask(f"device/{device}/{verb}", message)
-    except NobodyError:
+    except NoAnswerError:
         status = client.ask("rig/status")
         known = status["devices"]
         if device in known:
@@ -118,7 +105,7 @@ def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:
 
 
 def show_value(value: Any) -> str:
-    """With all its digits."""
+    """Return a value as text, with all its digits."""
     from fieldrig.values import show_number
 
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Commands that look at files and kinds, and at no rig: check, schema, devices."""
+"""The commands `check`, `schema` and `devices`, which look at files and kinds and need no running rig."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any
@@ -6,18 +6,18 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import AsJson, Overrides, RigFile, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Overrides, RigFile, argument, echo_json, echo_table
 
 
 def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
-    """Read a rig file, and say everything that is wrong in it.
+    """Check a rig file, and explain every mistake.
 
     \b
-    Every mistake comes with its file, line and key, and with what would be right. Nothing is started.
-    What is odd in a file that the rig file names, such as an EDS, but can be read, is a warning.
+    Each mistake is reported with its file, line and key, and with what was expected. Nothing is started.
+    Flaws that do not prevent a start, such as those of an EDS file, are warnings.
         fieldrig check configs/lab.yaml
         fieldrig check configs/lab.yaml --set buses.can0.bitrate=250000
-        fieldrig check configs/lab.yaml --json     a list of the mistakes, for an editor or a script
+        fieldrig check configs/lab.yaml --json     list the mistakes for an editor or a script
     """
     from dataclasses import asdict
 
@@ -40,20 +40,23 @@ def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -
         raise ConfigError(mistakes)
     processes = f", {len(placement(config))} processes" if config.time == "real" else ""
     content = f"{len(config.buses)} buses, {len(config.devices)} devices{processes}"
-    typer.echo(f"{file} is right: {config.name}, time: {config.time}, {content}")
+    typer.echo(f"{file} has no mistakes: {config.name}, time: {config.time}, {content}")
 
 
 def schema(
     name: Annotated[
-        str, typer.Argument(metavar="[FILE]", help="Kind of file: rig, register-table or name-plate.")
+        str,
+        typer.Argument(
+            metavar="[FILE]", help="Print the schema of this kind of file: rig, register-table or name-plate."
+        ),
     ] = "rig",
 ) -> None:
-    """Print the JSON Schema of rig files, or of a file that they name, so that an editor completes and explains keys.
+    """Print the JSON Schema of rig files, for editors.
 
     \b
         fieldrig schema > fieldrig.schema.json
         fieldrig schema register-table > register-table.schema.json
-    and as the first line of a rig file, for editors with the YAML language server:
+    Editors with the YAML language server read it if this is the first line of a rig file:
         # yaml-language-server: $schema=fieldrig.schema.json
     """
     import json
@@ -71,16 +74,14 @@ def schema(
 def devices(
     kind: Annotated[
         str | None,
-        typer.Argument(
-            help="One kind, to see its links and settings.", show_default=False, autocompletion=completion.kind
-        ),
+        argument("[KIND]", "Show the links and settings of this kind.", completion.kind),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the kinds of buses and devices that are installed, or the settings of one.
+    """List the kinds of buses and devices, or the settings of one.
 
     \b
-        fieldrig devices                  all kinds, one line each
+        fieldrig devices                  all installed kinds, one line each
         fieldrig devices canopen.node     its links and settings
         fieldrig devices can.hub
         fieldrig devices press:Press      a class of your own, in press.py in this folder
@@ -114,12 +115,12 @@ def _describe(kind: str, as_json: bool) -> None:
         typer.echo("\nsettings:")
         echo_table(
             ("key", "value", "without it", "what it is"),
-            [(key, one["type"], _without(one), one["about"]) for key, one in facts["settings"].items()],
+            [(key, fact["type"], _without(fact), fact["about"]) for key, fact in facts["settings"].items()],
         )
 
 
 def _without(setting: dict[str, Any]) -> str:
-    """What holds without the key, as a rig file would have it."""
+    """Return the value that holds without the key, as a rig file would have it."""
     default = setting["default"]
     if setting["required"]:
         return "needed"
@@ -161,7 +162,7 @@ def _settings(model: Any) -> dict[str, dict[str, Any]]:
 
 
 def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Each key, and below one that is a mapping with keys of its own those: `slcan`, `slcan.path`."""
+    """Yield each key, and for a mapping with keys of its own those too: `slcan`, `slcan.path`."""
     required = schema.get("required", ())
     for key, part in schema.get("properties", {}).items():
         yield (
@@ -173,7 +174,7 @@ def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterato
                 "about": part.get("description", "").partition("\n")[0],
             },
         )
-        names = [one["$ref"].rsplit("/", 1)[-1] for one in (part, *part.get("anyOf", ())) if "$ref" in one]
+        names = [choice["$ref"].rsplit("/", 1)[-1] for choice in (part, *part.get("anyOf", ())) if "$ref" in choice]
         if len(names) == 1:
             yield from _keys(models[names[0]], models, f"{above}{key}.")
 

@@ -1,4 +1,4 @@
-"""What `fieldrig up` does while a rig runs: signals, the trace, and words for the person who started it."""
+"""The work of `fieldrig up` while a rig runs: signals, the trace, and messages for the user."""
 
 import asyncio
 import time
@@ -35,7 +35,7 @@ class Service(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class UpOptions:
-    """What the command line asks for."""
+    """The options of `fieldrig up`."""
 
     overrides: Sequence[str] = ()
     trace: Path | None = None
@@ -45,7 +45,7 @@ class UpOptions:
 
 
 def run_rig(config: RigConfig, options: UpOptions) -> Exit:
-    """RigError if the rig can't start."""
+    """Run the rig to its end.  RigError if it can't start."""
     token()  # one that is wrong is found before anything starts
     display = Display(config, time.monotonic() - age_s(), options.is_quiet)
     if options.is_attended:
@@ -57,7 +57,7 @@ def run_rig(config: RigConfig, options: UpOptions) -> Exit:
 
 
 def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> Exit:
-    """Everything that may refuse is asked before the first process starts."""
+    """Check everything that may refuse the start, then start the processes."""
     interrupt_on_signals(ENDING)
     plans = placement(config)
     endpoint.check_free(config.control)

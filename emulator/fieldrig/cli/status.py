@@ -1,4 +1,4 @@
-"""What runs, and how it is: status."""
+"""The command `status`: what runs, and in which state it is."""
 
 from typing import Annotated, Any
 
@@ -9,7 +9,7 @@ from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, e
 from fieldrig.exits import Exit
 
 HUNG_S = 1.0
-"""A process that takes longer to answer is shown without its figures."""
+"""Time limit for an answer, in seconds; a process that takes longer is shown without its figures."""
 
 
 def status(
@@ -17,8 +17,8 @@ def status(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Only say whether this process, device or bus is ready, by exit code 0 or 7; `all` is the whole rig,"
-            " `rig` its control service.",
+            help="Print nothing, and exit with 0 if this process, device or bus is ready, else with 7. Use `all`"
+            " for the whole rig and `rig` for its control service.",
             show_default=False,
             autocompletion=completion.ready_part,
         ),
@@ -31,7 +31,7 @@ def status(
     \b
         fieldrig status
         fieldrig status --json
-        fieldrig status --ready io && echo go     for scripts and health checks
+        fieldrig status --ready io && echo ready     for scripts and health checks
     """
     from fieldrig.control import Client
 
@@ -48,7 +48,7 @@ def status(
 
 
 def _check_name(rig: dict[str, Any], name: str) -> None:
-    """ControlError, with the closest names, for a part that the rig doesn't have."""
+    """ControlError, with the closest names, if the rig has no such part."""
     from fieldrig.errors import ControlError
     from fieldrig.wording import closest
 
@@ -118,12 +118,12 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
 
 
 def _figures(statistics: dict[str, float]) -> str:
-    """What has happened, in a line; all of it, and that of single members (`io.tec`), is in the JSON."""
+    """Return the counters in a line; the JSON has all of them, also of single members (`io.tec`)."""
     return ", ".join(f"{key} {_figure(value)}" for key, value in statistics.items() if value and "." not in key)
 
 
 def _figure(value: float) -> str:
-    """Counters with all their digits."""
+    """Return a counter with all its digits."""
     return str(int(value)) if float(value).is_integer() else f"{value:g}"
 
 

@@ -1,55 +1,58 @@
-"""Commands on the time of a rig with `time: virtual`, and on the rig as a whole: step, pause, run, stop, restart."""
+"""The commands `step`, `pause` and `run` of a rig with `time: virtual`, and `stop` and `restart` of any rig."""
 
 from typing import Annotated, Any
 
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, duration_ns, echo_json
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, duration_ns, echo_json
 
 PATIENCE_S = 3600.0
-"""Virtual hours may take their time."""
+"""Time limit for an answer, in seconds, as virtual hours may take long."""
 
 
 def step(
-    duration: Annotated[str, typer.Argument(help="How far, such as 10ms or 1s.")] = "1ms",
+    duration: Annotated[
+        str, typer.Argument(metavar="[DURATION]", help="Virtual time to advance, such as 10ms or 1s.")
+    ] = "1ms",
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Move a rig in virtual time on by a duration, and pause it there.
+    """Advance a rig in virtual time, and pause it.
 
     \b
         fieldrig step 10ms
         fieldrig step 1.5s
-        fieldrig step 0s          only pause
+        fieldrig step 0s          pause without advancing
     """
     _tell(endpoint, "step", {"ns": duration_ns(duration)}, as_json)
 
 
 def pause(as_json: AsJson = False, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
-    """Stop the time of a rig in virtual time; `fieldrig run` goes on."""
+    """Pause a rig in virtual time; `fieldrig run` resumes it."""
     _tell(endpoint, "pause", None, as_json)
 
 
 def run(
     speed: Annotated[
-        str | None, typer.Argument(help="Virtual seconds per second, or max; without it as before.", show_default=False)
+        str | None,
+        argument("[SPEED]", "Virtual seconds per second, or max.  [default: the speed before the pause]"),
     ] = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Let a rig in virtual time run on.
+    """Resume a rig in virtual time.
 
     \b
-        fieldrig run            as before the pause
-        fieldrig run 10         ten times as fast as the clock on the wall
-        fieldrig run max        as fast as the computer can
+        fieldrig run            at the speed before the pause
+        fieldrig run 10         ten times as fast as real time
+        fieldrig run max        as fast as the host can
     """
     _tell(endpoint, "run", None if speed is None else {"speed": _speed(speed)}, as_json)
 
 
 def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
-    """End a running rig in order, as Ctrl-C does where it runs."""
+    """Stop a running rig in order, as Ctrl-C does in its terminal."""
     from fieldrig.control import Client
 
     with Client(endpoint) as client:
@@ -61,16 +64,13 @@ def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
 def restart(
     name: Annotated[
         str,
-        typer.Argument(
-            metavar="NAME",
-            help="A process, or a device or bus in it.",
-            show_default=False,
-            autocompletion=completion.part,
-        ),
+        argument("NAME", "The process, or a device or bus in it.", completion.part),
     ],
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """End one process of a rig in real time and start it again, as a power cycle of its devices.
+    """Restart one process of a rig in real time.
+
+    For its devices this is a power cycle.
 
     \b
         fieldrig restart io
@@ -87,7 +87,7 @@ def _speed(text: str) -> float | None:
     except ValueError:
         speed = 0.0
     if speed is not None and not speed > 0:
-        raise typer.BadParameter(f"{text!r} is not a speed: write a number above 0, or max")
+        raise typer.BadParameter(f"{text!r} is not a speed; expected a number above 0, or max")
     return speed
 
 

@@ -1,4 +1,4 @@
-"""Record, show and convert traces: trace."""
+"""The commands `trace record`, `show` and `convert`."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, command_group, duration_ns, echo_json
+from fieldrig.cli.common import (
+    DEFAULT_ENDPOINT,
+    AsJson,
+    Count,
+    Endpoint,
+    For,
+    argument,
+    command_group,
+    duration_ns,
+    echo_json,
+)
 from fieldrig.clock import S
 
 if TYPE_CHECKING:
@@ -22,9 +32,9 @@ app = command_group()
 
 @app.callback()
 def trace() -> None:
-    """Record the messages of a rig into a file, show such a file, or convert it.
+    """Record, show or convert traces.
 
-    The ending of its name says the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
+    The ending of its name selects the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
 
     \b
         fieldrig trace record lab.pcapng can0 --for 10s
@@ -33,15 +43,10 @@ def trace() -> None:
     """
 
 
-TraceFile = Annotated[Path, typer.Argument(metavar="FILE", help="The trace.", show_default=False)]
+TraceFile = Annotated[Path, argument("FILE", "The trace file.")]
 Buses = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="[BUS]...",
-        help="Only these; a * stands for any letters.",
-        show_default=False,
-        autocompletion=completion.bus,
-    ),
+    argument("[BUS]...", "Only these buses; a * matches any characters.", completion.bus),
 ]
 
 
@@ -53,7 +58,7 @@ def record(
     duration: For = None,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Write the messages of a running rig into a file, until Ctrl-C.
+    """Record the messages of a running rig until Ctrl-C.
 
     \b
         fieldrig trace record lab.pcapng
@@ -69,9 +74,9 @@ def record(
         give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
         recorder = Recorder(file, count)
         try:
-            for told in client.inbox(["trace/*"]):
-                if told is not None and any(fnmatchcase(told[0], pattern) for pattern in patterns):
-                    recorder.take(*told)
+            for published in client.inbox(["trace/*"]):
+                if published is not None and any(fnmatchcase(published[0], pattern) for pattern in patterns):
+                    recorder.take(*published)
                 if recorder.is_full:
                     break
                 if give_up_s is not None and time.monotonic() > give_up_s:
@@ -113,10 +118,10 @@ def show(file: TraceFile, buses: Buses = None, as_json: AsJson = False) -> None:
 @app.command()
 def convert(
     file: TraceFile,
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="The file to write.", show_default=False)],
+    target: Annotated[Path, argument("TARGET", "The file to write.")],
     buses: Buses = None,
 ) -> None:
-    """Write a trace in another format.
+    """Convert a trace to another format.
 
     \b
         fieldrig trace convert lab.jsonl lab.pcapng
@@ -127,7 +132,7 @@ def convert(
     counted = _Counted(_chosen(read(file), buses))
     written = write(counted, target)
     left_out = (
-        f"; {counted.count - written} are of kinds that this format doesn't know" if written < counted.count else ""
+        f"; {counted.count - written} are of kinds that this format can't hold" if written < counted.count else ""
     )
     typer.echo(f"{target}: {written} messages{left_out}", err=True)
 
@@ -143,7 +148,7 @@ class _Counted:
 
 
 class _Shower:
-    """A message in words, by a bus of its family; as hex where there is none."""
+    """Shows messages in words, by a bus of their family, or in hex where there is none."""
 
     def __init__(self) -> None:
         self._show: dict[str, Callable[[bytes], str]] = {}
@@ -178,7 +183,7 @@ def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterato
 
 
 def _instant(time_ns: int) -> str:
-    """Time of day; for virtual time, which starts at 0, seconds."""
+    """Return the time of day, or seconds for virtual time, which starts at 0."""
     seconds, fraction_ns = divmod(time_ns, S)
     if time_ns < 365 * DAY_NS:
         return f"{seconds:8}.{fraction_ns // 1000:06}"

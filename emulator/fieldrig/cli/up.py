@@ -1,4 +1,4 @@
-"""Start a rig and stay: up."""
+"""The command `up`: start a rig, and run it until it ends."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,17 +21,20 @@ def up(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Run only this process, device or bus of a rig in real time, here; a control service runs elsewhere.",
+            help="Run only this process, device or bus of a rig in real time. Its control service runs elsewhere.",
             show_default=False,
         ),
     ] = None,
     control_only: Annotated[
-        bool, typer.Option("--control-only", help="Run only the control service; others start the processes.")
+        bool,
+        typer.Option(
+            "--control-only", help="Run only the control service. The processes are started elsewhere, with --only."
+        ),
     ] = False,
     trace: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write every message to a file, as `fieldrig trace record`.", show_default=False
+            metavar="FILE", help="Record every message in a file, as `fieldrig trace record` does.", show_default=False
         ),
     ] = None,
     control: Annotated[
@@ -39,31 +42,32 @@ def up(
         typer.Option(
             metavar="ENDPOINT",
             envvar=ENDPOINT_VARIABLE,
-            help="Where the control service listens, in place of the rig file's `control`.",
+            help="Listen for control connections here, instead of the rig file's `control`.",
             show_default=False,
         ),
     ] = None,
     realtime: Annotated[
         bool,
-        typer.Option("--realtime", help="Ask the system for SCHED_FIFO for every process (root, or CAP_SYS_NICE)."),
+        typer.Option("--realtime", help="Request SCHED_FIFO scheduling for every process. Needs root or CAP_SYS_NICE."),
     ] = False,
     quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print only what goes wrong: deaths, restarts, failures.")
+        bool, typer.Option("--quiet", "-q", help="Print only problems: processes that fail, die or restart.")
     ] = False,
 ) -> None:
-    """Start a rig, print how to reach each part, and show what happens, until Ctrl-C.
+    """Start a rig and run it until Ctrl-C.
+
+    Print how to reach each part, and report what happens.
 
     \b
         fieldrig up configs/lab.yaml
         fieldrig up configs/lab.yaml --set buses.can0.bitrate=250000
         fieldrig up configs/lab.yaml --trace lab.pcapng
-    One container for each part:
+    To run each part in a container of its own:
         fieldrig up lab.yaml --control-only
         fieldrig up lab.yaml --only io
 
-    With `time: real` every device runs in a process of its own; their logs are in the rig's run folder, in log/
-    (FIELDRIG_LOG=DEBUG has them say more).
-    Ctrl-C ends the rig in order; a second one ends it at once.
+    With `time: real`, every device runs in a process of its own. The logs are in the folder log/ of the rig's run
+    folder; set FIELDRIG_LOG=DEBUG for more detail. Ctrl-C ends the rig in order; a second Ctrl-C ends it at once.
     """
     if only is not None and (control_only or trace is not None):
         raise typer.BadParameter("--only goes with neither --control-only nor --trace")
@@ -85,7 +89,7 @@ def up(
 
 
 def _values(overrides: Sequence[str], control: str | None, is_from_environment: bool) -> list[str]:
-    """All that is laid over the rig file; the last one wins.  What was typed for this run wins over a variable."""
+    """Return everything that overrides the rig file.  The last one wins, and an option wins over a variable."""
     endpoint = [] if control is None else [f"control={control}"]
     return [*endpoint, *overrides] if is_from_environment else [*overrides, *endpoint]
 

@@ -1,4 +1,4 @@
-"""See what happens in a running rig: watch."""
+"""The command `watch`: see what happens in a running rig."""
 
 import json
 import time
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, duration_ns
+from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, argument, duration_ns
 from fieldrig.cli.points import show_value
 from fieldrig.clock import S
 
@@ -22,27 +22,22 @@ POLL_S = 0.1
 def watch(
     patterns: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[PATTERN]...",
-            help="Buses, or points of devices (with a /).",
-            show_default=False,
-            autocompletion=completion.watched,
-        ),
+        argument("[PATTERN]...", "Buses, or points of devices in the form DEVICE/KEY.", completion.watched),
     ] = None,
     count: Count = None,
     duration: For = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Show messages on buses, or changes of points, as they happen, until Ctrl-C.
+    """Show messages or changes of values until Ctrl-C.
 
     \b
-        fieldrig watch                        every message on every bus, and what happens to the rig
+        fieldrig watch                        every message on every bus, and the events of the rig
         fieldrig watch can0                   one bus
-        fieldrig watch tank/level io/6200:*   values, whenever they change
+        fieldrig watch tank/level io/6200:*   values of devices, whenever they change
         fieldrig watch can0 -n 1 --json       one message, for a script
 
-    A * stands for any letters. Watching costs the rig something only while it lasts.
+    A * matches any characters. Watching loads the rig only while it lasts.
     """
     from fieldrig.control import Client
 
@@ -57,11 +52,11 @@ def watch(
 
 
 Line = tuple[str, dict[str, Any]]
-"""For people, and for scripts."""
+"""A line for people, and its data for scripts."""
 
 
 def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | None, as_json: bool) -> None:
-    """`None` is a moment in which nothing came."""
+    """Print lines until a limit; None is a moment without a message."""
     try:
         for line in lines:
             if give_up_s is not None and time.monotonic() > give_up_s:
@@ -91,19 +86,19 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     is_real = status["time"] == "real"
     inbox = client.inbox(["watch/*", "event"])
     expected: dict[tuple[str, str], int] = {}
-    for told in inbox:
-        if told is None:
+    for published in inbox:
+        if published is None:
             yield None
-        elif told[0] == "event":
-            event = told[1]
+        elif published[0] == "event":
+            event = published[1]
             words = " ".join(filter(None, (event["process"], event["what"])))
             text = event["text"].partition("\n")[0]
             yield (
                 f"{_time_of_day(round(event['time_s'] * S))}  -- {words}{': ' if text else ''}{text}",
                 {"event": event},
             )
-        elif any(fnmatchcase(told[0], pattern) for pattern in patterns) and is_batch(told[1]):
-            yield from _of_batch(*told, width, is_real, expected)
+        elif any(fnmatchcase(published[0], pattern) for pattern in patterns) and is_batch(published[1]):
+            yield from _of_batch(*published, width, is_real, expected)
 
 
 def _of_batch(
@@ -122,8 +117,8 @@ def _of_batch(
 
 
 def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
-    """Asked over and over: a device tells its values when asked, not when they change."""
-    from fieldrig.control import NobodyError
+    """Yield changes of points.  Devices are polled, as they report values only when asked."""
+    from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
 
     devices = client.ask("rig/status")["devices"]
@@ -143,7 +138,7 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                 if device not in units:
                     units[device] = client.ask(f"device/{device}/keys")
                 values = client.ask(f"device/{device}/get")
-            except NobodyError:  # it is being restarted
+            except NoAnswerError:  # it is being restarted
                 continue
             for key, value in values.items():
                 name = f"{device}/{key}"

@@ -194,12 +194,12 @@ def test_faults_come_and_go_at_run_time() -> None:
         ({}, "what: this key is missing\nthere are: drop"),
         ({"what": "drop", "identifer": 3}, "identifer: there is no such key\ndid you mean identifier"),
         ({"what": "drop", "mask": 3}, "only beside an identifier"),
-        ({"what": "drop", "probability": "2"}, "probability: 2 doesn't fit\nright would be a number"),
+        ({"what": "drop", "probability": "2"}, "probability: 2 doesn't fit\nexpected a number"),
         ({"what": "drop", "count": "[many"}, "count: '\\[many' is not a value"),
-        ({"what": "delay"}, "delay_ms: this key is missing\nright would be a number"),
+        ({"what": "delay"}, "delay_ms: this key is missing\nexpected a number"),
         ({"what": "replace"}, "^give either data or xor"),
         ({"what": "replace", "data": "xy"}, "write them in hex"),
-        ({"what": "drop", "node": 5}, "node: 5 doesn't fit\nright would be a text"),
+        ({"what": "drop", "node": 5}, "node: 5 doesn't fit\nexpected a text"),
     ],
 )
 def test_a_wrong_fault_is_refused_with_what_would_be_right(fault: dict[str, Any], complaint: str) -> None:

@@ -65,6 +65,7 @@ class Bench:
 ALL_WELL = dict.fromkeys(STATIONS, (True, True))
 
 
+@pytest.mark.manual("PD-130")
 def test_everybody_hears_the_master_and_it_hears_them_in_the_order_of_the_ring() -> None:
     bench = Bench()
     heard = bench.cycle()
@@ -95,7 +96,7 @@ def test_an_at_is_sent_once() -> None:
     assert bench.answers().ats == ()
 
 
-@pytest.mark.manual("PD-140")
+@pytest.mark.manual("PD-130", "PD-140")
 @pytest.mark.parametrize(
     ("after", "hearing"),
     [("master", []), ("belt", ["belt"]), ("lift", ["belt", "lift"]), ("knife", ["belt", "lift", "knife"])],

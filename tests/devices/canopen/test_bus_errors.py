@@ -55,7 +55,7 @@ def test_recovery_is_reported(bench: CanopenBench) -> None:
 
 
 def test_outputs_take_their_error_values_until_the_node_is_started_again() -> None:
-    bench = CanopenBench(ties={"6200:01.0": "pump"})
+    bench = CanopenBench(signals={"6200:01.0": "pump"})
     bench.write("2f 29 10 01 01 00 00 00", "2f 00 62 01 01 00 00 00")
     bench.wires.take()
     bench.send("000#01 05")

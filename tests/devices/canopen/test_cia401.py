@@ -12,8 +12,8 @@ START, STOP = "000#01 05", "000#02 05"
 
 def wired(**objects: Any) -> CanopenBench:
     """Output byte 1 at wire `out`, input byte 1 at `in`, analog channels at `ao` and `ai`."""
-    ties = {"6200:01": "out", "6000:01": "in", "6411:01": "ao", "6401:01": "ai"}
-    bench = CanopenBench(ties=ties, objects={key.replace("_", ":")[1:]: value for key, value in objects.items()})
+    signals = {"6200:01": "out", "6000:01": "in", "6411:01": "ao", "6401:01": "ai"}
+    bench = CanopenBench(signals=signals, objects={key.replace("_", ":")[1:]: value for key, value in objects.items()})
     bench.send(START)
     bench.wires.take()
     return bench

@@ -1,4 +1,4 @@
-"""Nodes on a CAN bus of a rig: found by their kind, tied to each other by wires, the same in one process or many."""
+"""Nodes on a CAN bus of a rig: found by their kind, connected by wires, the same in one process or many."""
 
 from typing import Any
 
@@ -30,14 +30,14 @@ def plant(**changes: Any) -> dict[str, Any]:
                 "node_id": 5,
                 "eds": str(EDS / "io32.eds"),
                 "objects": {"1017:00": 100},
-                "ties": {"6411:01": level},
+                "signals": {"6411:01": level},
                 "links": links,
             },
             "sensor": {
                 "kind": "canopen.node",
                 "node_id": 6,
                 "eds": str(EDS / "level-sensor.eds"),
-                "ties": {"9130:01": level},
+                "signals": {"9130:01": level},
                 "links": links,
             },
         },
@@ -81,13 +81,13 @@ def test_nodes_in_processes_of_their_own_send_the_same(fieldrig_rig: RigMaker) -
 
 def test_mistake_in_a_rig_file_is_named_with_its_key() -> None:
     wrong = plant()
-    wrong["devices"]["io"]["ties"] = {"6200:09": "lamp"}
+    wrong["devices"]["io"]["signals"] = {"6200:09": "lamp"}
     with pytest.raises(RigError, match=r"(?s)io.*there is no 6200:09 in the EDS; object 6200h has"):
         from_dict(wrong)
 
 
-def test_ties_without_wires_are_refused(fieldrig_rig: RigMaker) -> None:
+def test_signals_without_wires_are_refused(fieldrig_rig: RigMaker) -> None:
     wrong = plant()
     wrong["devices"]["io"]["links"] = {"can": "can0"}
-    with pytest.raises(RigError, match="io has ties but no wires"):
+    with pytest.raises(RigError, match="io has signals but no wires"):
         fieldrig_rig(wrong)

@@ -1,4 +1,4 @@
-"""The node in a rig: ties to wires, points, tools, and settings that are wrong."""
+"""The node in a rig: signals on wires, points, tools, and settings that are wrong."""
 
 import json
 import shlex
@@ -16,9 +16,9 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 
 
-def test_tied_outputs_are_sent_at_the_start_and_when_they_change() -> None:
+def test_outputs_with_signals_are_sent_at_the_start_and_when_they_change() -> None:
     bench = CanopenBench(
-        ties={
+        signals={
             "6200:01.0": "pump",
             "6200:01.7": {"wire": "alarm"},
             "6411:01": {"wire": "valve", "unit": "1", "scale": 0.001, "offset": -0.5},
@@ -33,15 +33,15 @@ def test_tied_outputs_are_sent_at_the_start_and_when_they_change() -> None:
 
 @pytest.mark.parametrize("no_number", ["00 00 c0 7f", "00 00 80 7f", "00 00 80 ff"])
 def test_a_wire_keeps_its_value_when_a_master_writes_what_is_no_number(no_number: str) -> None:
-    bench = CanopenBench(LEVEL_SENSOR, ties={"6148:01": {"wire": "span", "unit": "m"}})
+    bench = CanopenBench(LEVEL_SENSOR, signals={"6148:01": {"wire": "span", "unit": "m"}})
     bench.wires.take()
     bench.write("23 48 61 01 00 00 80 3f", f"23 48 61 01 {no_number}")
     assert bench.wires.take() == [Signal("span", 1.0, "m")]
 
 
-def test_tied_inputs_follow_their_wires() -> None:
+def test_inputs_with_signals_follow_their_wires() -> None:
     bench = CanopenBench(
-        ties={
+        signals={
             "6000:01.0": "full",
             "6000:01.7": "empty",
             "6401:01": {"wire": "level", "unit": "m", "scale": 0.001},
@@ -61,14 +61,14 @@ def test_tied_inputs_follow_their_wires() -> None:
 
 @pytest.mark.parametrize(("value", "raw"), [(1e9, 32767), (-1e9, -32768), (0.0004, 0), (True, 1000)])
 def test_input_is_rounded_and_kept_within_its_type(value: float, raw: int) -> None:
-    bench = CanopenBench(ties={"6401:01": {"wire": "level", "scale": 0.001}})
+    bench = CanopenBench(signals={"6401:01": {"wire": "level", "scale": 0.001}})
     bench.wires.deliver(Signal("level", value))
     assert bench.point("6401:01") == raw
 
 
 @pytest.mark.parametrize("signal", [Signal("level", float("nan"), "m"), Signal("level", 1.0, "ft"), Signal("other", 1)])
 def test_signal_that_makes_no_sense_changes_nothing(signal: Signal) -> None:
-    bench = CanopenBench(ties={"6401:01": {"wire": "level", "unit": "m"}})
+    bench = CanopenBench(signals={"6401:01": {"wire": "level", "unit": "m"}})
     bench.wires.deliver(signal)
     assert bench.point("6401:01") == 0
 
@@ -76,7 +76,7 @@ def test_signal_that_makes_no_sense_changes_nothing(signal: Signal) -> None:
 def test_level_sensor_sends_its_level() -> None:
     bench = CanopenBench(
         LEVEL_SENSOR,
-        ties={
+        signals={
             "6130:01": {"wire": "level", "unit": "m"},
             "9130:01": {"wire": "level", "unit": "m", "scale": 0.001},
         },
@@ -90,7 +90,7 @@ def test_level_sensor_sends_its_level() -> None:
 
 def test_direction_can_be_told() -> None:
     bench = CanopenBench(
-        ties={"6200:01": {"wire": "in", "direction": "in"}, "6000:01": {"wire": "o", "direction": "out"}}
+        signals={"6200:01": {"wire": "in", "direction": "in"}, "6000:01": {"wire": "o", "direction": "out"}}
     )
     assert bench.wires.take() == [Signal("o", 0)]
     bench.wires.deliver(Signal("in", 5))
@@ -118,12 +118,12 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"node_id": 0}, "greater than or equal to 1"),
     ({"node_id": 128}, "less than or equal to 127"),
     ({"eds": "nowhere.eds"}, "no such file"),
-    ({"ties": {"6200": "wire"}}, r"right would be '6200:01', or '6200:01\.3'"),
-    ({"ties": {"6200:05": "wire"}}, "object 6200h has 6200:00, 6200:01, 6200:02, 6200:03, 6200:04"),
-    ({"ties": {"6201:01": "wire"}}, "near it are 6200h, 6202h, 6206h|near it are 6008h, 6200h, 6202h"),
-    ({"ties": {"6200:01.8": "wire"}}, "UNSIGNED8 has no bit 8; right would be 0 to 7"),
-    ({"ties": {"1008:00": "wire"}}, "VISIBLE_STRING; right would be an object that holds a number"),
-    ({"ties": {"6411:01": {"wire": "w", "scale": 0}}}, "scale other than 0"),
+    ({"signals": {"6200": "wire"}}, r"expected '6200:01', or '6200:01\.3'"),
+    ({"signals": {"6200:05": "wire"}}, "object 6200h has 6200:00, 6200:01, 6200:02, 6200:03, 6200:04"),
+    ({"signals": {"6201:01": "wire"}}, "near it are 6200h, 6202h, 6206h|near it are 6008h, 6200h, 6202h"),
+    ({"signals": {"6200:01.8": "wire"}}, "UNSIGNED8 has no bit 8; expected 0 to 7"),
+    ({"signals": {"1008:00": "wire"}}, "VISIBLE_STRING; expected an object that holds a number"),
+    ({"signals": {"6411:01": {"wire": "w", "scale": 0}}}, "scale other than 0"),
     ({"objects": {"1017:00": 70000}}, r"objects\.1017:00: 70000 is not UNSIGNED16: a whole number from 0 to 65535"),
     ({"objects": {"1017": 1}}, "such as '6200:01'"),
     ({"speed": 1}, "Extra inputs are not permitted"),
@@ -136,12 +136,12 @@ def test_wrong_settings_are_refused_with_what_would_be_right(wrong: dict[str, An
         CanopenSettings.model_validate({"node_id": 5, "eds": str(IO32)} | wrong, context={"folder": EDS})
 
 
-def test_every_wrong_object_and_tie_is_told_at_its_key() -> None:
+def test_every_wrong_object_and_signal_is_told_at_its_key() -> None:
     wrong = {
         "node_id": 5,
         "eds": str(IO32),
         "objects": {"1017": 1, "1017:00": 500, "5555:00": 3},
-        "ties": {"6200:01.8": "a", "6200:01.7": "b", "6401:01": {"wire": "c", "scale": 0}},
+        "signals": {"6200:01.8": "a", "6200:01.7": "b", "6401:01": {"wire": "c", "scale": 0}},
     }
     with pytest.raises(ValidationError) as caught:
         CanopenSettings.model_validate(wrong, context={"folder": EDS})
@@ -149,8 +149,8 @@ def test_every_wrong_object_and_tie_is_told_at_its_key() -> None:
     assert [one.path for one in found] == [
         ("objects", "1017"),
         ("objects", "5555:00"),
-        ("ties", "6200:01.8"),
-        ("ties", "6401:01"),
+        ("signals", "6200:01.8"),
+        ("signals", "6401:01"),
     ]
 
 
@@ -210,13 +210,13 @@ def test_odd_file_names_are_quoted(tmp_path: Path) -> None:
     assert json.dumps(odd.name)[1:-1].replace("\\", "") in shlex.split(line)[2].replace("\\", "")
 
 
-TIED = {"6401:01": {"wire": "level", "scale": 0.5}, "6000:01.3": "bit"}
+SIGNALS = {"6401:01": {"wire": "level", "scale": 0.5}, "6000:01.3": "bit"}
 
 
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["level", "bit"]), st.one_of(st.booleans(), st.integers(), st.floats()))))
 def test_no_signal_raises(values: list[tuple[str, Any]]) -> None:
-    bench = CanopenBench(ties=TIED)
+    bench = CanopenBench(signals=SIGNALS)
     for name, value in values:
         bench.wires.deliver(Signal(name, value))
     level = bench.point("6401:01")

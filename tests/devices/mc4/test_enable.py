@@ -30,6 +30,13 @@ def error_b(bench: ChainBench) -> None:
     bench.diagnosis.raise_(Code.DC_BUS_CONTROLLER)
 
 
+def two_errors_b(bench: ChainBench) -> None:
+    error_b(bench)
+    bench.look()
+    bench.run(500)
+    bench.diagnosis.raise_(Code.MOTOR_TEMPERATURE)
+
+
 def error_a(bench: ChainBench) -> None:
     bench.diagnosis.raise_(Code.ENCODER_MEMORY)
 
@@ -115,6 +122,16 @@ COURSES = [
         id="10.3.2 reaction B, one limit only", marks=pytest.mark.manual("PD-155"),
     ),
     pytest.param(
+        two_errors_b, NEVER, Times(),
+        [
+            Line(0, True, True, False, 4, 0x40, 2106),
+            Line(1000, False, True, False, 4, 0x41, 2106),
+            Line(1050, False, False, False, 4, 0x42, 2106),
+            Line(4000, False, False, False, 5, 0x02, 2106),
+        ],
+        id="10.3.2 a second error B doesn't begin the limit anew", marks=pytest.mark.manual("PD-155"),
+    ),
+    pytest.param(
         error_a, SLOW, Times(),
         [Line(0, False, False, False, 4, 0x42, 1117), Line(595, False, False, False, 5, 0x02, 1117)],
         id="10.4 reaction A in motion", marks=pytest.mark.manual("PD-156"),
@@ -183,6 +200,20 @@ def test_course(
     bench.look()
     bench.run(5000 - bench.ms)
     assert bench.trace == course
+
+
+@pytest.mark.manual("PD-155")
+def test_passed_limit_of_a_stop_by_error_b_is_reported_beside_the_error() -> None:
+    bench = ChainBench()
+    bench.start()
+    bench.speed = NEVER
+    error_b(bench)
+    bench.look()
+    bench.run(999)
+    assert set(bench.diagnosis.pending) == {Code.DC_BUS_CONTROLLER}
+    bench.run(1)
+    assert set(bench.diagnosis.pending) == {Code.DC_BUS_CONTROLLER, Code.STOP_TIME_LIMIT}
+    assert bench.diagnosis.code == 2106
 
 
 @pytest.mark.manual("PD-150")

@@ -214,8 +214,8 @@ def test_parameters_of_a_rig_file_that_can_not_be_are_refused(idns: dict[str, in
     [
         ({"what": "overlod"}, r'faults\[0\].what: "overlod" doesn\'t fit\n +did you mean overload\?'),
         ({"what": "fire"}, r'what: "fire" doesn\'t fit\n +there are: dc_bus, enable_lost, .*wrong_motor'),
-        ({"of": "motor"}, r"what: this key is missing\n +right would be dc_bus or enable_lost or .*wrong_motor"),
-        ({"what": "dc_bus", "sort": "x"}, r"sort: \"x\" doesn't fit\n +right would be communication or undervoltage"),
+        ({"of": "motor"}, r"what: this key is missing\n +expected dc_bus or enable_lost or .*wrong_motor"),
+        ({"what": "dc_bus", "sort": "x"}, r"sort: \"x\" doesn't fit\n +expected communication or undervoltage"),
     ],
 )
 def test_faults_of_a_rig_file_that_can_not_be_are_refused(fault: dict[str, str], mistake: str) -> None:

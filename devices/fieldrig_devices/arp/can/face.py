@@ -63,7 +63,11 @@ class CanFace:
     def _settings(self) -> CanopenSettings:
         node_id = self._card.parameters.ram[GENERAL][Par.CAN_NODE_ID] // SCALE
         return CanopenSettings(
-            node_id=node_id, eds=EDS, ties={}, objects=self._exchange.objects(node_id), serial_number=self._card.number
+            node_id=node_id,
+            eds=EDS,
+            signals={},
+            objects=self._exchange.objects(node_id),
+            serial_number=self._card.number,
         )
 
 

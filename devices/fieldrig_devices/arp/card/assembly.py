@@ -39,7 +39,7 @@ def assemble(
     analog_inputs = AnalogInputs(parameters)
     analog_outputs = AnalogOutputs(parameters, errors, axes)
     latches = int(settings.latch1[1:]), int(settings.latch2[1:])
-    names = wire_names(name, settings.ties)
+    names = wire_names(name, settings.signals)
     io = LocalIo(clock, wires, names, (inputs, outputs), (analog_inputs, analog_outputs), latches)
     for terminal, value in settings.inputs.items():
         io.put(terminal, value)

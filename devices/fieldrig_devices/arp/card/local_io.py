@@ -1,8 +1,8 @@
 """The card's own terminals: I101 to I108, O101 to O104, load cells, analog inputs and outputs, encoders.
 
-Source: manual 3.1; digest chapter 9.  Each terminal has a wire, `NAME.I101` unless `ties` says otherwise.  A wire that
-somebody drives is what an input reads; until then it reads what a person or the settings put there.  Inputs are sampled
-once a control loop, so what is shorter than that may be missed.
+Source: manual 3.1; digest chapter 9.  Each terminal has a wire, `NAME.I101` unless `signals` says otherwise.  A wire
+that somebody drives is what an input reads; until then it reads what a person or the settings put there.  Inputs are
+sampled once a control loop, so what is shorter than that may be missed.
 """
 
 import logging
@@ -159,8 +159,8 @@ class LocalIo:
                 self._wires.send(Signal(self._names[terminal], bool(bit)))
 
 
-def wire_names(card: str, ties: Mapping[str, str]) -> dict[str, str]:
-    return {terminal: ties.get(terminal, f"{card}.{terminal}") for terminal in TERMINALS}
+def wire_names(card: str, signals: Mapping[str, str]) -> dict[str, str]:
+    return {terminal: signals.get(terminal, f"{card}.{terminal}") for terminal in TERMINALS}
 
 
 def feels(terminal: str, value: Number) -> bool:

@@ -77,15 +77,15 @@ class ParameterSettings(Settings):
         }
 
 
-def _known_terminals(ties: dict[str, str]) -> dict[str, str]:
-    refuse_all(_wrong_ties(ties))
-    return ties
+def _known_terminals(signals: dict[str, str]) -> dict[str, str]:
+    refuse_all(_wrong_signals(signals))
+    return signals
 
 
-def _wrong_ties(ties: dict[str, str]) -> Iterator[WrongKey]:
-    yield from _unknown(ties, TERMINALS)
+def _wrong_signals(signals: dict[str, str]) -> Iterator[WrongKey]:
+    yield from _unknown(signals, TERMINALS)
     outputs: dict[str, str] = {}
-    for terminal, wire in ties.items():
+    for terminal, wire in signals.items():
         if not wire:
             yield WrongKey((terminal,), f"{terminal} has no wire: a name, or nothing about {terminal}, would be right")
         elif terminal in OUTPUTS and (other := outputs.setdefault(wire, terminal)) != terminal:
@@ -119,7 +119,7 @@ class ArpSettings(Settings):
     inputs: Annotated[dict[str, bool | int | float], AfterValidator(_known_inputs)] = Field(
         default_factory=dict, description="what inputs feel until a wire drives them: I108: true, adc1: 0.005 (V)"
     )
-    ties: Annotated[dict[str, str], AfterValidator(_known_terminals)] = Field(
+    signals: Annotated[dict[str, str], AfterValidator(_known_terminals)] = Field(
         default_factory=dict, description="wires other than NAME.I101 and so on, by terminal"
     )
     latch1: Input = Field(default="I101", description="latch input of axis 1; which one depends on the hardware")
@@ -170,9 +170,9 @@ class ArpSettings(Settings):
             node_id = self._general(Par.TERMINAL_NODE_ID)
             yield Claim("can", "master of node-ID", node_id, ("parameters", "general", int(Par.TERMINAL_NODE_ID)))
         yield Claim("user", "card number", self.number, ("number",))
-        names = wire_names(device, self.ties)
+        names = wire_names(device, self.signals)
         for terminal in OUTPUTS:
-            yield Claim("wires", "wire", names[terminal], ("ties", terminal))
+            yield Claim("wires", "wire", names[terminal], ("signals", terminal))
 
     @property
     def needs_can(self) -> bool:

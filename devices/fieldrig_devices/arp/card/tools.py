@@ -24,7 +24,7 @@ def lines(name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> li
         baud = "" if settings.user_port == UserPortSettings() else f" --baud {settings.user_port.baud}"
         tools.append(Tool("USER port", f"fieldrig arp state --port {port}{baud}"))
     if "can" in links:
-        node = CanopenSettings(node_id=settings.can_node_id, eds=EDS, ties={}, objects={})
+        node = CanopenSettings(node_id=settings.can_node_id, eds=EDS, signals={}, objects={})
         tools += node_tools.lines(node, links)[:1]  # it starts by itself
     return tools
 

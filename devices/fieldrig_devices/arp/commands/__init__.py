@@ -11,10 +11,10 @@ app = command_group()
 
 @app.callback()
 def arp() -> None:
-    """Programs of the ARP two-axis card, and cards by their USER port.
+    """Compile, load and debug programs of ARP two-axis cards.
 
     \b
-    All but compile talk to a card, at the port that --port, FIELDRIG_ARP_PORT or --rig says:
+    All commands but compile connect to a card; give its USER port by --port, FIELDRIG_ARP_PORT or --rig:
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp state --port socket://127.0.0.1:7011
         fieldrig arp debug cam.I01 --rig arp-cell.yaml --card card1

@@ -48,4 +48,4 @@ class TerminalSettings(Settings):
     @property
     def canopen(self) -> CanopenSettings:
         objects: dict[str, Any] = {"1008:00": self.model, "1018:02": _PRODUCT_CODES[self.model]}
-        return CanopenSettings(node_id=self.node_id, eds=EDS, ties={}, objects=objects)
+        return CanopenSettings(node_id=self.node_id, eds=EDS, signals={}, objects=objects)

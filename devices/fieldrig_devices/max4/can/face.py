@@ -113,7 +113,7 @@ class FaceNode:
         origins: Origins,
     ) -> None:
         self._controller, self._settings, self._origins = controller, settings, origins
-        node_settings = CanopenSettings(node_id=node_id, eds=EDS, ties={}, objects=settings.objects)
+        node_settings = CanopenSettings(node_id=node_id, eds=EDS, signals={}, objects=settings.objects)
         self.node = CanopenNode(clock, f"can{node_id}", can, node_settings, controller.section(f"can_face_{node_id}"))
         self.motors: list[AxisMotor] = []
         self.axes: list[Cia402Axis] = []

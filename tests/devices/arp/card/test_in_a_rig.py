@@ -47,8 +47,8 @@ def cell(folder: Path, **card: Any) -> dict[str, Any]:
         "buses": {"can0": {"kind": "can.virtual", "bitrate": 500_000}, "wires": {"kind": "wires.virtual"}},
         "devices": {
             "motor": {"kind": "plant.servo", "links": {"wires": "wires"}, **MOTOR},
-            "io1": {**module, "node_id": 1, "ties": {"6000:01.0": "button", "6200:01.0": "lamp"}},
-            "io2": {**module, "node_id": 2, "ties": {"6200:04.7": "ready"}},
+            "io1": {**module, "node_id": 1, "signals": {"6000:01.0": "button", "6200:01.0": "lamp"}},
+            "io2": {**module, "node_id": 2, "signals": {"6200:04.7": "ready"}},
             "tr": {"kind": "terminal.tr", "node_id": 20, "links": {"can": "can0"}},
             "card": {
                 "kind": "arp",
@@ -57,7 +57,7 @@ def cell(folder: Path, **card: Any) -> dict[str, Any]:
                 "inputs": {"I108": True},
                 "io_nodes": [1, 2],
                 "terminal": True,
-                "ties": {"dac1": "motor.reference", "encoder1": "motor.encoder"},
+                "signals": {"dac1": "motor.reference", "encoder1": "motor.encoder"},
                 "parameters": {
                     "general": {1: 1, 16: 10},
                     "axis1": {1: 40, 4: 2, 7: 1_000, 8: 10_000, 11: 0.314, 13: 0.006},

@@ -102,9 +102,9 @@ def test_a_latch_input_captures_the_position(latch1: str, level_of: str) -> None
     assert (bench.variable(1), bench.outside.F[265]) == (42, 0)
 
 
-def test_ties_rename_wires() -> None:
-    ties = {"I101": "panel.start", "O101": "lamp", "encoder1": "spindle.encoder"}
-    bench = CardBench("LOOP:\nO101 == I101\nGOTO LOOP", ties=ties)
+def test_signals_rename_wires() -> None:
+    signals = {"I101": "panel.start", "O101": "lamp", "encoder1": "spindle.encoder"}
+    bench = CardBench("LOOP:\nO101 == I101\nGOTO LOOP", signals=signals)
     bench.wires.deliver(Signal("panel.start", True))
     bench.wires.deliver(Signal("spindle.encoder", 7, "count"))
     bench.run_for(20)
@@ -115,8 +115,8 @@ def test_ties_rename_wires() -> None:
 
 def test_one_wire_may_go_to_several_inputs() -> None:
     """Both counters read one encoder; a button starts, and latches."""
-    ties = {"encoder1": "line.encoder", "encoder2": "line.encoder", "I101": "button", "I103": "button"}
-    bench = CardBench(LOOP, ties=ties)
+    signals = {"encoder1": "line.encoder", "encoder2": "line.encoder", "I101": "button", "I103": "button"}
+    bench = CardBench(LOOP, signals=signals)
     bench.wires.deliver(Signal("line.encoder", 7, "count"))
     bench.wires.deliver(Signal("button", True))
     bench.run_for(20)

@@ -45,7 +45,7 @@ def test_a_card_with_everything(tmp_path: Path) -> None:
         "program": "winder.I03",
         "parameters": {"general": {1: 1, 16: 20}, "axis1": {1: 96, 4: 2}, "axis2": {7: 0.5}},
         "inputs": {"I108": True, "adc1": 0.005, "encoder1": -5},
-        "ties": {"encoder1": "spindle.encoder", "O104": "brake"},
+        "signals": {"encoder1": "spindle.encoder", "O104": "brake"},
         "latch1": "I107",
         "io_nodes": [1, None],
         "terminal": True,
@@ -69,7 +69,7 @@ def test_a_card_with_everything(tmp_path: Path) -> None:
         ({"inputs": {"I109": True}}, r"no terminal 'I109'"),
         ({"inputs": {"I101": 2}}, r"I101 can't be 2: right would be true or false"),
         ({"inputs": {"adc3": True}}, r"adc3 can't be True: right would be a number"),
-        ({"ties": {"encoder3": "x"}}, r"no terminal 'encoder3'"),
+        ({"signals": {"encoder3": "x"}}, r"no terminal 'encoder3'"),
         ({"latch1": "I109"}, r"latch1"),
         ({"number": 100}, r"from 0 to 99"),
         ({"io_nodes": [1, 2, 3]}, r"io_nodes"),
@@ -77,8 +77,8 @@ def test_a_card_with_everything(tmp_path: Path) -> None:
         ({"io_nodes": [10]}, r"node-ID 10 .*twice"),
         ({"terminal": True, "parameters": {"general": {8: 10}}}, r"node-ID 10 .*twice"),
         ({"program": "nothing.I01"}, r"no such file"),
-        ({"ties": {"O101": "lamp", "dac1": "lamp"}}, r"O101 and dac1 would both drive the wire 'lamp': one output"),
-        ({"ties": {"I101": ""}}, r"I101 has no wire: a name"),
+        ({"signals": {"O101": "lamp", "dac1": "lamp"}}, r"O101 and dac1 would both drive the wire 'lamp': one output"),
+        ({"signals": {"I101": ""}}, r"I101 has no wire: a name"),
         ({"parameters": {"axis1": {7: float("inf")}}}, r"@Par1\[7\] .*: inf is no number; right would be 0.001"),
         ({"costs": {"control_us": 2_000}}, r"control_us and scheduler_us take all of @Par\[1\] \(2 ms\)"),
         ({"exchange": {"receive": [{"node": 10, "channel": 1, "words": ["V1"]}]}}, r"node 10 is this card: another"),
@@ -95,14 +95,14 @@ def test_what_is_wrong_is_named_with_what_would_be_right(tmp_path: Path, setting
     assert re.search(says, found[0], re.DOTALL), found[0]
 
 
-def test_each_wrong_parameter_input_and_tie_is_told_at_its_key(tmp_path: Path) -> None:
+def test_each_wrong_parameter_input_and_signal_is_told_at_its_key(tmp_path: Path) -> None:
     found = wrong(
         tmp_path,
         parameters={"axis2": {26: 1, 4: 9}},
         inputs={"I109": True, "I108": 5, "I107": True},
-        ties={"O101": "lamp", "O102": "lamp", "O103": ""},
+        signals={"O101": "lamp", "O102": "lamp", "O103": ""},
     )
-    keys = ("parameters.axis2[26]", "parameters.axis2[4]", "inputs.I109", "inputs.I108", "ties.O102", "ties.O103")
+    keys = ("parameters.axis2[26]", "parameters.axis2[4]", "inputs.I109", "inputs.I108", "signals.O102", "signals.O103")
     assert [f"devices.card1.{key}: " in one for key, one in zip(keys, found, strict=True)] == [True] * 6
 
 

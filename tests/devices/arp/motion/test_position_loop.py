@@ -215,6 +215,7 @@ def test_encoder_heard_of_late_is_no_jump() -> None:
     bench.loop(10)
     bench.counts[1] = 5000
     assert bench.loop().axes.volts(1) == 0.0
+    assert [bench.axes.diagnostic(1, code) for code in (3, 9)] == [0, 0]  # nor a speed
     assert bench.errors.error == 0
     assert bench.axes.position(1) == 5_000_000
 

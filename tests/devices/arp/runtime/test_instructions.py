@@ -49,9 +49,10 @@ def test_an_instruction_asks_the_card(line: str, asked: tuple[object, ...]) -> N
     "line",
     [
         "VEL 1, 100.001", "ACC 1, -0.001", "DEC 2, 101", "PVC 1, -1", "PAC 1, 1000.001", "PAC 1, -0.001",
-        "DAC 1, 10.001", "DAC 1, -11", "DAC 1, 0, 0.009", "DAC 1, 0, 10.001", "PID 1, 1, V977", "PID 1, 1, V[V3]",
+        "DAC 1, 10.001", "DAC 1, -10.001", "DAC 1, 0, 0.009", "DAC 1, 0, 10.001", "PID 1, 1, V977", "PID 1, 1, V[V3]",
         "STIM 1, 0.009, F1", "STIM 1, 100.001, F1", "STIM 1, 1, F[V3]", "STIM 1, 1, F[V4]", "CAM1 1, 0, 1, O[V3]",
         "CAM1 1, 0, 1, F[V4]", "TERM 0, 1", "TERM 1, 1, 1, V3", "TERM 1, 1, 1, 1, V[V3]", "PRINT 1, V[V3]",
+        "WAIT 0", "WAIT 100.001",
         "V1 == V[V3]", "V[V3] == 1", "F[V3] == HI", "O[V3] == HI", "V1 == I[V3]", "V[V5] == 1", "V1 == SQR(V5)",
     ],
 )  # fmt: skip
@@ -63,6 +64,26 @@ def test_out_of_range_is_w03_and_nothing_happens(line: str) -> None:
     ArpBench(line, card).run()
     assert card.warnings == [203]
     assert (card.asked, card.V, card.F, sum(card.O)) == ([], variables, flags, 0)
+
+
+@pytest.mark.manual("ARP-047", "ARP-092", "ARP-093", "ARP-095", "ARP-097", "ARP-107", "ARP-109", "ARP-113", "ARP-116")
+@pytest.mark.parametrize(
+    "line",
+    [
+        "VEL 1, 0", "VEL 1, 100", "ACC 2, 0", "ACC 2, 100", "DEC 1, 0", "DEC 1, 100", "PVC 1, 0", "PVC 1, 100",
+        "PAC 1, -500", "PAC 1, 1000", "DAC 1, -10", "DAC 2, 10", "DAC 1, 0, 0.010", "DAC 1, 0, 10", "PID 1, 1, V[V4]",
+        "PID 2, 2, V976", "WAIT 0.001", "WAIT 100", "STIM 1, 0.01, F1", "STIM 6, 100, F256", "PRINT 0", "PRINT 500",
+        "PRINT 1, V[V4]", "PRINT 1, V[V5]", "TERM 1, 1, 1, V4, V[V4]", "TERM 8, 16, 3, 500, V1000",
+    ],
+)  # fmt: skip
+def test_the_limits_themselves_are_in_range(line: str) -> None:
+    """Manual 5.6 to 5.11, with the ranges that its instructions have there."""
+    card = RecordedCard()
+    card.parameters[1, 5], card.parameters[1, 6] = 1_000_000, -500_000
+    card.V[4], card.V[5] = 1_000, 1_000_000
+    ArpBench(line, card).run()
+    assert card.warnings == []
+    assert card.asked or line.startswith(("WAIT", "STIM"))
 
 
 def test_a_text_off_the_screen_is_w03_and_shown_as_far_as_it_fits() -> None:
@@ -159,6 +180,7 @@ def test_an_index_out_of_range_reads_0_is_not_written_and_is_w03(letter: str, nu
         assert (getattr(bench.card, letter), bench.card.warnings) == (before, [203])
 
 
+@pytest.mark.manual("ARP-062", "ARP-065")
 def test_a_flag_that_only_the_system_writes_keeps_its_value() -> None:
     bench = ArpBench("F[V1] == HI\nF[V2] == HI")
     bench.card.V[1], bench.card.V[2] = 260_000, 262_000

@@ -111,4 +111,4 @@ def test_warnings_come_with_file_line_and_key_and_refuse_nothing(tmp_path: Path)
     done = run("check", tmp_path / "rig.yaml")
     assert done.exit_code == 0
     assert f"warning: {path}:{line}: [DeviceInfo] OrderCode: is missing\n    write OrderCode=" in done.stderr
-    assert "rig.yaml is right" in done.stdout
+    assert "rig.yaml has no mistakes" in done.stdout

@@ -17,7 +17,6 @@ pytestmark = pytest.mark.long
 
 
 @pytest.mark.manual("PD-001")
-@pytest.mark.manual("PD-130")
 @pytest.mark.manual("PD-132")
 @pytest.mark.manual("PD-135")
 def test_boot_brings_the_ring_up_and_reads_the_drives() -> None:
@@ -147,6 +146,7 @@ def test_ring_broken_and_healed_while_axes_move() -> None:
     assert (bench.get("DiagCode"), bench.get("DiagMsg")) == (2560, "MAX4.MAX4 SERCOS-Ring offen")
     assert [bench.get(f"{name}.DiagCode") for name in ("belt", "knife")] == [2560, 2560]
     assert not any(axis.is_operating or axis.is_enabled for axis in axes)
+    assert [(axis.velocity, axis.torque) for axis in axes] == [(0.0, 0)] * 2, "no drive tells them"
     bench.do("quit").run(500)
     assert bench.get("DiagCode") == 2560, "it is still open"
     bench.heal("ring0", cut).run(2_000)
@@ -355,11 +355,16 @@ def test_reserves_come_from_the_timing_of_the_ring() -> None:
     read, write = int(two.get("RTBReadRes")), int(two.get("RTBWriteRes"))
     assert 0 < write < read < int(one.get("RTBReadRes")) < 1_000
     assert two.get("CycleLoad") == (60 + 2 * 12) * 100 // 1_000
+    for more_us, load in ((505, 58), (2_000, 100)):  # 589 us of a cycle of 1000
+        number = two.fault("max4", what="overrun", us=more_us)
+        assert two.run(5).get("CycleLoad") == load
+        two.heal("max4", number)
 
 
 @pytest.mark.manual("PD-134")
 def test_process_that_takes_too_long_is_a_write_overflow() -> None:
     bench = Bench("belt", cycle_ms=1).boot()
+    assert (bench.get("DiagCode"), bench.codes().count(6507)) == (0, 0)
     long = bench.fault("max4", what="overrun", us=1_000)
     bench.run(100)
     assert int(bench.get("RTBWriteRes")) < 0
@@ -367,7 +372,13 @@ def test_process_that_takes_too_long_is_a_write_overflow() -> None:
     assert bench.codes().count(6507) == 1
     bench.heal("max4", long).run(10)
     assert int(bench.get("RTBWriteRes")) > 0
-    assert bench.do("quit").get("DiagCode") == 0
+    assert bench.do("quit").run(10).get("DiagCode") == 0
+    assert bench.codes().count(6507) == 1
+    reserve = int(bench.get("RTBWriteRes"))
+    for more_us, entries in ((reserve, 1), (reserve + 1, 2)):  # it has to be below zero
+        number = bench.fault("max4", what="overrun", us=more_us)
+        assert bench.run(10).codes().count(6507) == entries
+        bench.heal("max4", number)
 
 
 def test_process_goes_on_without_a_ring() -> None:
