@@ -1,6 +1,7 @@
-"""TCP ways in: addresses as settings, a server that takes its connections with it, a member for each client."""
+"""TCP servers for outside clients: addresses in settings, a listener with its connections, a member for each client."""
 
 import asyncio
+import contextlib
 from collections.abc import Callable
 from typing import Annotated, Any, cast
 
@@ -13,9 +14,9 @@ from fieldrig.net import bind_remedy, split_address
 from fieldrig.settings import Settings
 
 MOST_UNREAD = 256 * 1024
-"""Bytes kept for a client that doesn't read; what comes on top is lost to it."""
+"""Bytes kept for a client that does not read; data beyond that is lost to it."""
 MOST_AT_ONCE = 4096
-"""Bytes taken from a client before everybody else has a turn."""
+"""Bytes read from a client before the event loop continues with others."""
 
 
 def _checked(address: str) -> str:
@@ -26,23 +27,23 @@ def _checked(address: str) -> str:
 Address = Annotated[
     str,
     AfterValidator(_checked),
-    Field(description="host:port, such as 127.0.0.1:5020; port 0 takes a free one"),
+    Field(description="host:port, such as 127.0.0.1:5020; port 0: any free port"),
 ]
-"""`host:port` in settings; `split_address` takes it apart."""
+"""`host:port` in settings; `split_address` splits it."""
 
 
 class HubSettings(Settings):
-    """How device processes reach the hub of a bus, if not by its Unix socket."""
+    """Addresses by which device processes reach the hub of a bus, other than its Unix socket."""
 
     attach: Address | None = Field(default=None, description="tcp://host:port where devices of other machines attach")
     connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
 class Connection(asyncio.BufferedProtocol):
-    """One client.  A subclass says in `data_received` what its bytes mean.
+    """One client.  A subclass handles its bytes in `data_received`.
 
-    A client that floods is read in small portions: a loop that takes what it can get takes megabytes at once, and
-    everybody else in this process waits for seconds.
+    Data is read in small portions: otherwise an event loop reads megabytes at once from a client that floods, and
+    everything else in this process waits for seconds.
     """
 
     transport: asyncio.Transport
@@ -51,12 +52,14 @@ class Connection(asyncio.BufferedProtocol):
         self.server = server
         self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.is_full = False
-        """The client doesn't read: `MOST_UNREAD` bytes wait for it."""
+        """True if the client does not read and `MOST_UNREAD` bytes wait for it."""
         self._portion = memoryview(bytearray(MOST_AT_ONCE))
         self._is_wanted = True
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self.transport = cast(asyncio.Transport, transport)  # uvloop's is one by its methods, not by its class
+        self.transport = cast(
+            asyncio.Transport, transport
+        )  # uvloop's transport has the methods, but not the base class
         self.transport.set_write_buffer_limits(high=MOST_UNREAD)
         self.server.connections.add(self)
 
@@ -77,7 +80,7 @@ class Connection(asyncio.BufferedProtocol):
         raise NotImplementedError
 
     def read_on(self, is_wanted: bool) -> None:
-        """Take what the client says, or let it wait."""
+        """Read from the client, or pause reading."""
         self._is_wanted = is_wanted
         self._read(is_wanted)
 
@@ -97,13 +100,13 @@ class Connection(asyncio.BufferedProtocol):
         self.is_full = False
 
     def write(self, data: bytes) -> None:
-        """Send `data`, or lose it whole when the client doesn't read."""
+        """Send `data`, or drop all of it when the client does not read."""
         if not self.is_full:
             self.transport.write(data)
 
 
 class TcpServer:
-    """Listens at `address`; `make` builds the protocol of each connection."""
+    """Listens at `address`; `make` creates the protocol of each connection."""
 
     def __init__(self, address: str, make: Callable[["TcpServer"], Connection]) -> None:
         self.address = address
@@ -113,13 +116,13 @@ class TcpServer:
 
     @property
     def port(self) -> int:
-        """The port that is listened at; while closed, the one that was asked for."""
+        """The port on which it listens; while it is closed, the configured one."""
         if self._server is not None and self._server.sockets:
             return int(self._server.sockets[0].getsockname()[1])
         return split_address(self.address)[1]
 
     async def open(self) -> None:
-        """BusError, with its remedy, if the address can't be had."""
+        """Listen.  BusError, with its remedy, if the address is not available."""
         host, port = split_address(self.address)
         loop = asyncio.get_running_loop()
         try:
@@ -139,8 +142,15 @@ class TcpServer:
         self._server = None
 
 
-def join_as_outsider(hub: Hub, prefix: str) -> tuple[str, Link[Any]]:
-    """Join with the lowest number that is free: `socketcand:1`, `socketcand:2`."""
+async def cancel(task: asyncio.Task[None]) -> None:
+    """Cancel a task, and wait until it has ended."""
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+
+
+def join_as_client(hub: Hub, prefix: str) -> tuple[str, Link[Any]]:
+    """Join under the lowest free number: `socketcand:1`, `socketcand:2`."""
     number = 1
     while True:
         member = f"{prefix}:{number}"

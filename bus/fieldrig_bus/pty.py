@@ -1,8 +1,9 @@
-"""A pseudo-terminal under a stable name: what a serial tool opens in place of `/dev/ttyUSB0`.
+"""A pseudo-terminal under a stable name, which a serial tool opens instead of `/dev/ttyUSB0`.
 
 The name is a symbolic link, with `NAME.lock` beside it that is locked while the owner lives: a link that a killed
-process left is replaced, one that a living process owns is refused.  A slave end stays open, so that clients may
-come and go.  Left out: Windows, which has no ptys; there a TCP variant of the same bus serves.
+process left behind is replaced, and one that a living process owns is refused.  A slave end stays open, so that clients
+can connect and disconnect.
+Left out: Windows, which has no ptys; use a TCP variant of the same bus there.
 """
 
 import asyncio
@@ -26,11 +27,11 @@ else:
 log = logging.getLogger(__name__)
 
 MOST_PENDING = 64 * 1024
-"""Bytes kept for a client that reads slowly; what comes on top is lost, as on a line that nobody listens to."""
+"""Bytes kept for a client that reads slowly; data beyond that is lost, as on a line without a receiver."""
 
 
 class Pty:
-    """One pty and the running loop's ear at its master end."""
+    """One pty, whose master end the running event loop reads."""
 
     def __init__(self, link: Path) -> None:
         self.path = link
@@ -41,9 +42,9 @@ class Pty:
         self._on_bytes: Callable[[bytes], None] = lambda _data: None
 
     def open(self, on_bytes: Callable[[bytes], None]) -> None:
-        """Be at `path` when this returns, and call `on_bytes` with whatever clients write.
+        """Open the pty at `path`, and call `on_bytes` with everything that clients write.
 
-        BusError, with its remedy, if the path can't be had.
+        BusError, with its remedy, if the path is not available.
         """
         if not HAS_PTY:
             raise BusError(f"{self.path}: this system has no pseudo-terminals", "use the TCP variant of this bus")
@@ -57,7 +58,9 @@ class Pty:
             self._make_link()
         except OSError as cause:
             self.close()
-            raise BusError(f"{self.path}: {cause.strerror}", "choose a path in a folder that you may write") from cause
+            raise BusError(
+                f"{self.path}: {cause.strerror}", "choose a path in a folder that you may write to"
+            ) from cause
         except BusError:
             self.close()
             raise
@@ -65,7 +68,7 @@ class Pty:
         self.read_on(True)
 
     def read_on(self, is_wanted: bool) -> None:
-        """Hear clients, or let what they write wait in the kernel, whose buffer then holds them up."""
+        """Read from clients, or pause reading, so that the buffer of the kernel blocks them."""
         loop = asyncio.get_running_loop()
         if is_wanted:
             loop.add_reader(self._master, self._on_readable)
@@ -73,7 +76,7 @@ class Pty:
             loop.remove_reader(self._master)
 
     def write(self, data: bytes) -> None:
-        """Hand `data` to whoever reads; all of it or, when the client is too slow or absent, nothing."""
+        """Send `data` to the client: all of it, or nothing when the client is too slow or absent."""
         if self._pending:
             self._keep(data)
             return
@@ -86,18 +89,18 @@ class Pty:
             self._pending += data[written:]
 
     def forget(self) -> None:
-        """What was written and nobody has read is lost, as on a line without an ear."""
+        """Discard what was written and has not been read, as on a line without a receiver."""
         if self._pending:
             self._pending.clear()
             asyncio.get_running_loop().remove_writer(self._master)
         termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def baud(self) -> int | None:
-        """The rate that the last client set; None for one without a name of its own."""
+        """The rate that the last client set; None for a rate without a name in termios."""
         return BAUD.get(termios.tcgetattr(self._slave)[5])
 
     def set_baud(self, baud: int) -> bool:
-        """What `baud` says until a client sets another.  False if the system has no name for that rate."""
+        """Set the initial value of `baud`.  False if the system has no name for that rate."""
         code = next((code for code, rate in BAUD.items() if rate == baud), None)
         if code is None:
             return False
@@ -107,7 +110,7 @@ class Pty:
         return True
 
     def close(self) -> None:
-        """Leave neither descriptor nor link behind.  Closing twice does no harm."""
+        """Close the descriptors and remove the link.  Closing twice is allowed."""
         if self._master >= 0:
             self._forget_loop()
             os.close(self._master)
@@ -124,7 +127,7 @@ class Pty:
     def _forget_loop(self) -> None:
         try:
             loop = asyncio.get_running_loop()
-        except RuntimeError:  # the loop is gone, and its readers with it
+        except RuntimeError:  # the event loop is closed, and its readers with it
             return
         loop.remove_reader(self._master)
         loop.remove_writer(self._master)
@@ -133,9 +136,9 @@ class Pty:
         known = self._lock_path.exists()
         if self.path.is_symlink():
             if not known and self.path.exists():
-                raise BusError(f"{self.path} is another program's link", "remove it, or choose another path")
+                raise BusError(f"{self.path} is a link of another program", "remove it, or choose another path")
         elif self.path.exists():
-            raise BusError(f"{self.path} is there and is no link", "move it away, or choose another path")
+            raise BusError(f"{self.path} exists and is not a link", "move it away, or choose another path")
         self._lock = os.open(self._lock_path, os.O_RDWR | os.O_CREAT, 0o600)
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -171,6 +174,6 @@ class Pty:
 
     def _keep(self, data: bytes) -> None:
         if len(self._pending) + len(data) > MOST_PENDING:
-            log.debug("%s: nobody reads, %d bytes lost", self.path, len(data))
+            log.debug("%s: no client reads, %d bytes lost", self.path, len(data))
             return
         self._pending += data

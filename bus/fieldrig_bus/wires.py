@@ -1,8 +1,9 @@
 """Wires: named signals with units between devices and plants.
 
-A wire has one driver and any number of listeners; it keeps its value, so whoever listens later hears the present one.
-A signal arrives at the instant at which it was driven.  A device's interest is the names it listens to.  What moves
-steadily, an encoder or a train of pulses, is told as a `Motion`, when its course changes, and not edge by edge.
+A wire has one driver and any number of listeners.  It keeps its value, so a device that listens later gets the present
+one.  A signal arrives at the instant at which it was driven.  A device's interest is the names that it listens to.
+What moves steadily, such as an encoder or a pulse train, is published as a `Motion` whenever its speed or acceleration
+changes, and not edge by edge.
 """
 
 import json
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar, Final
 
-from fieldrig.bus import BusModel, Delivery, ModelBus, Time, words_of
+from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.clock import S
 from fieldrig.settings import Settings
 from fieldrig.untrusted import WIDEST, read_json
@@ -22,10 +23,10 @@ from fieldrig_bus.net import HubSettings
 log = logging.getLogger(__name__)
 
 LONGEST_NAME: Final = 256
-"""Characters."""
+"""Longest name or unit, in characters."""
 LONGEST_UNIT: Final = 32
 LONGEST_SIGNAL: Final = 4096
-"""Bytes of an encoded signal."""
+"""Largest encoded signal, in bytes."""
 _LATEST_NS = (1 << 63) - 1
 MOST_OF_A_MEMBER: Final = 4_096
 MOST_WIRES: Final = 65_536
@@ -41,30 +42,30 @@ class Signal:
 
     @property
     def is_moving(self) -> bool:
-        """True if `at` gives another value at another instant."""
+        """True if `at` returns different values at different instants."""
         return False
 
     def at(self, now_ns: int) -> bool | int | float:
-        """The value of the wire at `now_ns`, the same for every device that has heard this signal."""
+        """The value of the wire at `now_ns`, which is the same for every device that has received this signal."""
         return self.value
 
     def speed_at(self, now_ns: int) -> float:
-        """Units per second at `now_ns`."""
+        """The speed in units per second at `now_ns`."""
         return 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Motion(Signal):
-    """A signal that moves on by itself until the next one is told: `value` is where it was at `time_ns`.
+    """A signal that moves by itself until the next one is published: `value` is its position at `time_ns`.
 
-    Who knows nothing of motions takes it for a signal with that value.
+    A receiver that does not handle motions treats it as a signal with that value.
     """
 
     time_ns: int = 0
     speed: float = 0.0
-    """Units per second, at `time_ns`."""
+    """Speed in units per second at `time_ns`."""
     acceleration: float = 0.0
-    """Units per second squared."""
+    """Acceleration in units per second squared."""
 
     @property
     def is_moving(self) -> bool:
@@ -78,15 +79,16 @@ class Motion(Signal):
         return self.speed + self.acceleration * (now_ns - self.time_ns) / S
 
 
-def encode(signal: Signal) -> bytes:
-    fields = [signal.name, signal.value, signal.unit]
-    if isinstance(signal, Motion):
-        fields += [signal.time_ns, signal.speed, signal.acceleration]
+def encode(message: Signal) -> bytes:
+    """A signal as JSON."""
+    fields = [message.name, message.value, message.unit]
+    if isinstance(message, Motion):
+        fields += [message.time_ns, message.speed, message.acceleration]
     return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()
 
 
 def decode(data: bytes) -> Signal:
-    """ValueError for anything that `encode` doesn't write."""
+    """The inverse of `encode`.  ValueError for anything else."""
     signal = _read(read_json(data, LONGEST_SIGNAL, deepest=1))
     if signal is None:
         raise ValueError(f"not a signal: {data[:80]!r}")
@@ -95,7 +97,7 @@ def decode(data: bytes) -> Signal:
 
 
 def check_sent(message: Any) -> None:
-    """TypeError or ValueError for what can't be on a wire."""
+    """Raise TypeError or ValueError for a message that can't be on a wire."""
     if not isinstance(message, Signal):
         raise TypeError(f"expected a Signal, found {type(message).__name__}")
     _check_text("name", message.name, LONGEST_NAME)
@@ -103,12 +105,12 @@ def check_sent(message: Any) -> None:
     value = message.value
     if type(value) is float:
         if not isfinite(value):
-            raise ValueError(f"value {value}: expected a number that is finite")
+            raise ValueError(f"value {value}: expected a finite number")
     else:
         _check_number("value", value)
     if isinstance(message, Motion):
         if isinstance(value, bool):
-            raise TypeError("value: expected a number, found bool: what is on or off doesn't move")
+            raise TypeError("value: expected a number, found bool: a digital signal does not move")
         _check_number("speed", message.speed)
         _check_number("acceleration", message.acceleration)
         if type(message.time_ns) is not int:
@@ -118,7 +120,7 @@ def check_sent(message: Any) -> None:
 
 
 def check_interest(interest: Any) -> None:
-    """TypeError or ValueError for what is not names of wires."""
+    """Raise TypeError or ValueError for an interest that is not a list of names of wires."""
     for name in words_of(interest):
         _check_text("name", name, LONGEST_NAME)
 
@@ -129,7 +131,7 @@ def _check_text(what: str, text: Any, longest: int) -> None:
     if len(text) > longest:
         raise ValueError(f"{what} of {len(text)} characters: expected at most {longest}")
     if not text.isascii():
-        text.encode()  # ValueError for half of a surrogate pair, which is no text
+        text.encode()  # ValueError for half of a surrogate pair, which is not text
 
 
 def _check_number(what: str, value: Any) -> None:
@@ -137,7 +139,7 @@ def _check_number(what: str, value: Any) -> None:
         raise TypeError(f"{what}: expected bool, int or float, found {type(value).__name__}")
     if isinstance(value, float):
         if not isfinite(value):
-            raise ValueError(f"{what} {value}: expected a number that is finite")
+            raise ValueError(f"{what} {value}: expected a finite number")
     elif not WIDEST[0] <= value <= WIDEST[1]:
         raise ValueError(f"{what}: expected an integer of 64 bits")
 
@@ -146,31 +148,33 @@ def _read(fields: Any) -> Signal | None:
     match fields:
         case [str(name), bool() | int() | float() as value, str(unit)]:
             return Signal(name, value, unit)
-        case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, course] if (
-            isinstance(course, int | float)
+        case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, acceleration] if (
+            isinstance(acceleration, int | float)
         ):
-            return Motion(name, value, unit, time_ns, speed, course)
+            return Motion(name, value, unit, time_ns, speed, acceleration)
     return None
 
 
-def show(signal: Signal) -> str:
-    """With all digits that the value has."""
-    course = f", {show_number(signal.speed)} {signal.unit}/s" if isinstance(signal, Motion) else ""
-    return f"{signal.name} = {show_number(signal.value)} {signal.unit}".rstrip() + course
+def show(message: Signal) -> str:
+    """A signal as one line, with all digits of its value."""
+    speed = f", {show_number(message.speed)} {message.unit}/s" if isinstance(message, Motion) else ""
+    return f"{message.name} = {show_number(message.value)} {message.unit}".rstrip() + speed
 
 
 class WiresModel(BusModel[Signal]):
-    """Keeps the value of each wire, but not of more than there can be: what is beyond is dropped, and told once.
+    """Keeps the value of each wire, up to a limit.  Wires beyond the limit are dropped, and reported once.
 
-    A member may drive `MOST_OF_A_MEMBER` wires.  Where there are `MOST_WIRES`, a new one takes the place of the oldest
-    wire whose driver is gone.
+    A member may drive `MOST_OF_A_MEMBER` wires.  When there are `MOST_WIRES`, a new wire replaces the oldest one whose
+    driver is gone.
     """
 
     def __init__(self) -> None:
         self._interests: dict[str, frozenset[str] | None] = {}  # None: every name
         self._present: dict[str, tuple[str, Signal]] = {}  # name: driver and value
-        self._driven: dict[str, dict[str, None]] = {}  # the names of a driver that is there, in the order of coming
-        self._orphans: dict[str, None] = {}  # the names of drivers that are gone, the same
+        self._driven: dict[
+            str, dict[str, None]
+        ] = {}  # the wires of each driver that is there, in the order of appearance
+        self._orphans: dict[str, None] = {}  # the wires of drivers that are gone, in the same order
         self._told_full: set[str] = set()
         self._due: list[Delivery[Signal]] = []
 
@@ -202,7 +206,7 @@ class WiresModel(BusModel[Signal]):
         self._due.append(Delivery(now_ns, member, message, receivers))
 
     def _is_taken_on(self, name: str, member: str) -> bool:
-        """Whether there is room for this wire among those of its new driver."""
+        """True if there is room for this wire among those of its new driver."""
         driven, present = self._driven.setdefault(member, {}), self._present.get(name)
         if present is None and len(self._present) >= MOST_WIRES and self._orphans:
             oldest = next(iter(self._orphans))
@@ -238,28 +242,26 @@ class WiresHubSettings(HubSettings):
     pass
 
 
-class _Wires(ModelBus[Signal]):
+class WiresFamily(Bus[Signal]):
+    """Wires of any kind."""
+
     family: ClassVar[str] = "wires"
     messages: ClassVar[tuple[type, ...]] = (Signal,)
 
-    def encode(self, message: Signal) -> bytes:
-        return encode(message)
-
-    def decode(self, data: bytes) -> Signal:
-        return decode(data)
-
-    def show(self, message: Signal) -> str:
-        return show(message)
-
+    encode = staticmethod(encode)
+    decode = staticmethod(decode)
+    show = staticmethod(show)
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
 
+
+class _Wires(WiresFamily, ModelBus[Signal]):
     def model(self) -> WiresModel:
         return WiresModel()
 
     @staticmethod
     def standing_of(message: Signal) -> str:
-        """A wire keeps its value."""
+        """The name of the wire, as every wire keeps its value."""
         return message.name
 
 

@@ -1,8 +1,9 @@
 """Wires over Zenoh: the signals of `fieldrig_bus.wires` between processes without a hub.
 
-Each signal is told at `fieldrig/<rig>/wires/<bus>/<name>` over the sessions that carry the rig's control messages.
-Who drives a wire keeps its value and answers with it, so whoever listens later hears the present one.  A driver does
-not hear itself.  Left out: the value of a wire whose driver's process is gone.
+Each signal is published at `fieldrig/<rig>/wires/<bus>/<name>` over the sessions that carry the rig's control messages.
+The driver of a wire keeps its value and answers queries with it, so a device that listens later gets the present one.
+A driver does not receive its own signals.
+Left out: the value of a wire whose driver's process is gone.
 """
 
 import asyncio
@@ -15,7 +16,7 @@ import zenoh
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.wires import MOST_WIRES, Signal, check_interest, check_sent, decode, encode, show
+from fieldrig_bus.wires import MOST_WIRES, Signal, WiresFamily, decode, encode
 
 log = logging.getLogger(__name__)
 
@@ -33,9 +34,9 @@ class WiresEnd:
         self._place = f"fieldrig/{at.rig}/wires/{bus}"
         self._member = at.member.encode()
         self._present: dict[str, bytes] = {}
-        """What this end drives, by key."""
+        """Signals that this end drives, by key."""
         self._subscribers: list[zenoh.Subscriber[None]] = []
-        self._turn = 0  # of the interest: what comes for an earlier one is late
+        self._turn = 0  # of the interest; answers for an earlier one are late
         self._queryable = self._session.declare_queryable(f"{self._place}/{ALL}", _directly(self._on_query))
 
     def send(self, message: Signal) -> None:
@@ -51,7 +52,7 @@ class WiresEnd:
         turn, heard = self._turn, set[str]()
 
         def deliver(data: bytes, is_present: bool) -> None:
-            """A present value that was asked for may come after a newer one was told."""
+            """Handle the answer to a query, unless a newer value has been published meanwhile."""
             try:
                 signal = decode(data)
             except ValueError as fault:
@@ -85,7 +86,7 @@ class WiresEnd:
     def _key(self, name: str) -> str:
         return f"{self._place}/{quote(name, safe='') or '%'}"
 
-    # From here on Zenoh's own threads call.
+    # The following methods are called by Zenoh's own threads.
 
     def _hearing(self, deliver: Callable[[bytes, bool], None]) -> Callable[[zenoh.Sample], None]:
         def on_sample(sample: zenoh.Sample) -> None:
@@ -116,27 +117,13 @@ class WiresZenohSettings(Settings):
     pass
 
 
-class WiresZenoh(DirectBus[Signal]):
+class WiresZenoh(WiresFamily, DirectBus[Signal]):
     about: ClassVar[str] = "signals between devices and plants, in real time over Zenoh, without a hub"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
-    family: ClassVar[str] = "wires"
-    messages: ClassVar[tuple[type, ...]] = (Signal,)
 
     def __init__(self, name: str, settings: WiresZenohSettings) -> None:
         super().__init__(name, settings)
         self._ends: dict[str, WiresEnd] = {}
-
-    def encode(self, message: Signal) -> bytes:
-        return encode(message)
-
-    def decode(self, data: bytes) -> Signal:
-        return decode(data)
-
-    def show(self, message: Signal) -> str:
-        return show(message)
-
-    check = staticmethod(check_sent)
-    check_interest = staticmethod(check_interest)
 
     async def open(self, at: Attachment) -> WiresEnd:
         end = self._ends[at.member] = WiresEnd(at, self.name)
@@ -149,10 +136,10 @@ class WiresZenoh(DirectBus[Signal]):
 
 
 def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
-    """Without a Python thread of its own for every declaration."""
+    """A callback without a Python thread of its own for every declaration."""
     return zenoh.handlers.Callback(callback, indirect=False)
 
 
 def _undeclare(declared: Any) -> None:
-    """The one place that knows that the stubs give it no types."""
+    """The only place that knows that the stubs have no types for this."""
     declared.undeclare()

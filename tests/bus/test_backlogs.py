@@ -1,4 +1,4 @@
-"""One member can't make a bus hold messages without end."""
+"""One member can't make a bus hold an unlimited number of messages."""
 
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.line_model import MOST_WANTED, LineModel

@@ -14,7 +14,7 @@ from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.hub import CanHubSettings
 from fieldrig_bus.modbus.tcp import ModbusTcpSettings
-from fieldrig_bus.net import MOST_AT_ONCE, Address, Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import MOST_AT_ONCE, Address, Connection, TcpServer, join_as_client
 from fieldrig_bus.serial.line import SerialHubSettings
 from fieldrig_bus.wires import WiresHubSettings
 
@@ -110,7 +110,7 @@ async def test_client_that_floods_leaves_others_their_turn() -> None:
     class Noting(Connection):
         def data_received(self, data: bytes) -> None:
             taken.append(len(data))
-            asyncio.get_running_loop().call_soon(taken.append, 0)  # somebody else's turn
+            asyncio.get_running_loop().call_soon(taken.append, 0)  # the turn of another connection
 
     server = TcpServer("127.0.0.1:0", Noting)
     await server.open()
@@ -150,7 +150,7 @@ async def test_client_that_has_to_wait_waits_after_a_flood_too() -> None:
 
 
 class Members:
-    """A hub as far as its names go."""
+    """A hub that only keeps the names of its members."""
 
     def __init__(self) -> None:
         self.clock = VirtualClock()
@@ -169,8 +169,8 @@ class Members:
         raise NotImplementedError
 
 
-def test_outsiders_get_the_lowest_free_number() -> None:
+def test_outside_clients_get_the_lowest_free_number() -> None:
     hub = Members()
-    assert [join_as_outsider(hub, "socketcand")[0] for _ in range(2)] == ["socketcand:1", "socketcand:2"]
+    assert [join_as_client(hub, "socketcand")[0] for _ in range(2)] == ["socketcand:1", "socketcand:2"]
     hub.leave("socketcand:1")
-    assert join_as_outsider(hub, "socketcand")[0] == "socketcand:1"
+    assert join_as_client(hub, "socketcand")[0] == "socketcand:1"

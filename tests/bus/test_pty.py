@@ -125,7 +125,7 @@ async def test_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 
 
 @in_loop
-async def test_writing_to_nobody_neither_blocks_nor_grows_and_loses_whole_messages(tmp_path: Path) -> None:
+async def test_writing_without_a_reader_neither_blocks_nor_grows_and_loses_whole_messages(tmp_path: Path) -> None:
     pty = Pty(tmp_path / "com1")
     pty.open(print)
     message = b"t1238" + b"0011223344556677" + b"\r"

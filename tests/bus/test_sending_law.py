@@ -1,6 +1,6 @@
-"""What can't be on a bus raises at whoever sends it: every installed kind of bus, at every end that it has.
+"""Sending a message that can't be on the bus raises at the sender: every installed kind of bus, at every end.
 
-A kind that is installed is in here by itself; one with messages of its own needs their rows in `sendable`.
+Each installed kind is included automatically; a kind with messages of its own needs rows for them in `sendable`.
 """
 
 import asyncio
@@ -30,10 +30,10 @@ def rows(table: dict[type, list[Any]], bus: Bus[Any]) -> list[Any]:
 
 
 def strangers_to(bus: Bus[Any]) -> list[Any]:
-    """What is no message of this bus, among it the messages of all others."""
+    """Objects that are not messages of this bus, including the messages of all others."""
     others = [message for sort, several in GOOD.items() if sort not in bus.messages for message in several]
-    if bus.family == "can":  # a control of a controller is one of every CAN bus, also where it has no effect
-        others = [one for one in others if type(one).__name__ not in ("CanControl", "BitRate")]
+    if bus.family == "can":  # CanControl is a message of every CAN bus, even where it has no effect
+        others = [other for other in others if type(other).__name__ not in ("CanControl", "BitRate")]
     return NO_MESSAGES + others
 
 
@@ -84,7 +84,7 @@ def test_in_the_hubs_process_and_in_another(kind: str, tmp_path: Path) -> None:
 
 
 class Medium:
-    """The end of a direct bus, that keeps what reached it."""
+    """The end of a direct bus, which records what reaches it."""
 
     def __init__(self) -> None:
         self.sent: list[Any] = []
@@ -113,7 +113,7 @@ def test_at_a_direct_bus(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", kind_names())
-def test_whatever_may_be_sent_crosses_to_another_process_as_it_is(kind: str) -> None:
+def test_any_sendable_message_crosses_to_another_process_unchanged(kind: str) -> None:
     bus = bus_of(kind)
     for message in rows(GOOD, bus):
         assert bus.decode(bus.encode(message)) == message

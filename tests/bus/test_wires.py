@@ -17,7 +17,7 @@ from fieldrig_bus.wires import (
 )
 
 
-def test_a_signal_reaches_those_who_listen_to_its_name() -> None:
+def test_a_signal_reaches_the_listeners_of_its_name() -> None:
     model = WiresModel()
     for member in ("pump", "tank", "panel"):
         model.join(member)
@@ -31,7 +31,7 @@ def test_a_signal_reaches_those_who_listen_to_its_name() -> None:
     assert model.next_ns() is None
 
 
-def test_who_listens_later_hears_the_present_value() -> None:
+def test_a_late_listener_gets_the_present_value() -> None:
     model = WiresModel()
     model.join("tank")
     model.submit(1, "tank", Signal("tank.level", 1.0, "m"))
@@ -131,7 +131,7 @@ def test_a_member_drives_a_bounded_number_of_wires_and_the_others_go_on() -> Non
     flood(model, "flood", 2 * MOST_OF_A_MEMBER)
     assert kept(model) == MOST_OF_A_MEMBER
     model.submit(1, "tank", Signal("tank.level", 1.0))
-    model.submit(1, "flood", Signal("flood.0", 7))  # what it drives already
+    model.submit(1, "flood", Signal("flood.0", 7))  # a wire that it drives already
     assert [delivery.message.value for delivery in model.collect(1)] == [1.0, 7]
 
 

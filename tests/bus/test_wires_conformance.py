@@ -1,4 +1,4 @@
-"""Every link that carries signals keeps the same promises, whatever is behind it."""
+"""Every link that carries signals keeps the same promises, regardless of its kind."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -47,7 +47,7 @@ class ZenohAt(At):
 
 
 class ZenohBench(LoopBench):
-    """Each member is a process of its own, as far as Zenoh can tell; or all are one."""
+    """Each member is a process of its own as far as Zenoh can tell, or all members are in one."""
 
     def __init__(self, is_one: bool) -> None:
         super().__init__()
@@ -121,12 +121,12 @@ def listen(link: Link[Signal], names: list[str] | None = None) -> list[Signal]:
 
 
 def meet(bench: Bench, driver: Link[Signal], listeners: list[list[Signal]]) -> None:
-    """Until what the driver sends as "mark" is heard: from now on nothing is missed."""
+    """Wait until a signal "mark" of the driver is received: after that, nothing is missed."""
     driver.send(Signal("mark", True))
     bench.pump(lambda: all(Signal("mark", True) in heard for heard in listeners))
 
 
-def test_a_signal_reaches_those_who_listen_to_its_name_in_order(bench: Bench) -> None:
+def test_a_signal_reaches_the_listeners_of_its_name_in_order(bench: Bench) -> None:
     pump, tank, panel = (bench.join(name) for name in ("pump", "tank", "panel"))
     at_tank, at_panel = listen(tank, ["mark", "run"]), listen(panel)
     meet(bench, pump, [at_tank, at_panel])
@@ -145,7 +145,7 @@ def test_a_signal_reaches_those_who_listen_to_its_name_in_order(bench: Bench) ->
     ]
 
 
-def test_who_listens_later_hears_the_present_value_once(bench: Bench) -> None:
+def test_a_late_listener_gets_the_present_value_once(bench: Bench) -> None:
     tank, witness, panel = (bench.join(name) for name in ("tank", "witness", "panel"))
     at_witness = listen(witness)
     meet(bench, tank, [at_witness])

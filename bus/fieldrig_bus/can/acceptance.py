@@ -1,6 +1,6 @@
-"""Which frames a member of a CAN bus wants to hear: its `interest`.
+"""The interest of a member of a CAN bus: the frames and notices that it wants to receive.
 
-None is every frame, and a list of pairs `[identifier, mask]` those that pass any of them; an empty list is silence.
+None is every frame; a list of pairs `[identifier, mask]` is every frame that passes one of them; an empty list is none.
 The pairs are SocketCAN's (Linux, Documentation/networking/can.rst, 4.1.1): a frame passes if
 `received & mask == identifier & mask`, where `received` is the identifier with `EXTENDED` set for 29 bits and
 `REMOTE` for a remote frame.  So
@@ -9,11 +9,11 @@ The pairs are SocketCAN's (Linux, Documentation/networking/can.rst, 4.1.1): a fr
     [0x181, 0x7FF | EXTENDED]                   11 bits 0x181 only
     [0x18FEF100 | EXTENDED, 0x9FFFFFFF]         29 bits 0x18FEF100 only
 
-Beside the pairs may stand the word "own": then all frames of the member itself come back to it, at the end of each on
-the wire, as the confirmation that it was sent.  In the process of the bus model that is the very object that was
-sent (`is`).  Two more words ask for what the member's own controller has to say (see `notices`): "errors" for each
-error that it sees, "state" for each change between error active, passive and bus-off.  SocketCAN's inverted filters
-are left out.
+The list may also contain the word "own": then each frame of the member itself comes back to it at its end on the wire,
+as the confirmation that it was sent.  In the process of the bus model it is the same object that was sent (`is`).  Two
+more words ask for notices of the member's own controller (see `notices`): "errors" for each error that it sees, "state"
+for each change between error active, passive and bus-off.
+Left out: SocketCAN's inverted filters.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,7 +25,7 @@ from fieldrig_bus.can.frame import CanFrame
 EXTENDED: Final = 0x8000_0000
 REMOTE: Final = 0x4000_0000
 EVERYTHING: Final = (0, 0)
-"""The pair that every frame passes, for an interest that has words too."""
+"""The pair that every frame passes, for an interest that contains words as well."""
 OWN: Final = "own"
 ERRORS: Final = "errors"
 STATE: Final = "state"
@@ -35,7 +35,7 @@ Filters = tuple[tuple[int, int], ...]
 
 
 def received(frame: CanFrame) -> int:
-    """The identifier with its flags, as filters see it."""
+    """The identifier of a frame with its flags, as filters see it."""
     identifier = frame.identifier
     if frame.is_extended:
         identifier |= EXTENDED
@@ -52,7 +52,7 @@ def filters_of(interest: Sequence[Any] | None) -> Filters | None:
 
 
 def check_interest(interest: Any) -> None:
-    """ValueError or TypeError for an interest that no CAN bus can be asked for."""
+    """Raise ValueError or TypeError for an interest that no CAN bus can have."""
     for each in words_of(interest):
         if each not in _WORDS:
             _pair(each)
@@ -67,7 +67,7 @@ def wants(interest: Sequence[Any] | None, word: str) -> bool:
 
 
 def passes(identifier: int, filters: Iterable[tuple[int, int]] | None) -> bool:
-    """`identifier` as `received` gives it."""
+    """True if a frame passes the filters; `identifier` is the result of `received`."""
     return filters is None or any(identifier & mask == wanted for wanted, mask in filters)
 
 
@@ -75,4 +75,4 @@ def _pair(each: Any) -> tuple[int, int]:
     match each:
         case [int(identifier), int(mask)] if 0 <= identifier < 1 << 32 and 0 <= mask < 1 << 32:
             return identifier & mask, mask
-    raise ValueError(f'{each!r} is no acceptance filter: write [identifier, mask], "own", "errors" or "state"')
+    raise ValueError(f'{each!r} is not an acceptance filter: expected [identifier, mask], "own", "errors" or "state"')

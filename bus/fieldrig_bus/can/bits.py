@@ -1,8 +1,8 @@
-"""A CAN frame bit by bit as it stands on the wire, for where the bits themselves matter: errors.
+"""A CAN frame bit by bit as it is on the wire, for error handling, where the bits themselves matter.
 
-Source: ISO 11898-1:2015 (frame formats, CRC, bit stuffing).  `length` says how many bits there are without making
-them, which is much faster; both agree, but for the three bits of intermission, which are no part of the frame here.
-Places are named as SocketCAN does (linux/can/error.h, CAN_ERR_PROT_LOC_*).
+Source: ISO 11898-1:2015 (frame formats, CRC, bit stuffing).  `length` computes the number of bits without producing
+them, which is much faster.  Both agree, except for the three bits of intermission, which are not part of the frame
+here.  Places are named as in SocketCAN (linux/can/error.h, CAN_ERR_PROT_LOC_*).
 """
 
 from enum import IntEnum
@@ -16,7 +16,7 @@ RECESSIVE: Final = 1
 
 
 class Place(IntEnum):
-    """Where in a frame; the values are CAN_ERR_PROT_LOC_*."""
+    """A place in a frame.  The values are CAN_ERR_PROT_LOC_*."""
 
     UNSPECIFIED = 0x00
     ID_28_21 = 0x02
@@ -44,34 +44,35 @@ class Stream(NamedTuple):
     """One frame from the start of frame to the end of frame, stuff bits included."""
 
     bits: bytes
-    """Each 0 (dominant) or 1."""
+    """Bits, each 0 (dominant) or 1 (recessive)."""
     places: bytes
-    """Of each bit; a stuff bit has that of the bit before it."""
+    """The place of each bit; a stuff bit has that of the bit before it."""
     arbitration: int
-    """Here the arbitration field is over: the first bit behind it."""
+    """The first bit after the arbitration field."""
     stuffed: int
-    """Here dynamic stuffing is over."""
+    """The first bit after dynamic stuffing has ended."""
     fixed: frozenset[int]
     """The fixed stuff bits of an FD frame."""
     delimiter: int
     """The CRC delimiter; the ACK slot, its delimiter and the 7 bits of the end of frame follow."""
     fd_format: int
-    """The FDF bit of an FD frame; else -1."""
+    """The FDF bit of an FD frame; -1 in a classical frame."""
     switched: range
-    """The bits that go at the data bit rate."""
+    """The bits that are sent at the data bit rate."""
 
     @property
     def acknowledge(self) -> int:
+        """The ACK slot."""
         return self.delimiter + 1
 
     def ticks(self, count: int, nominal: int, switched: int) -> int:
-        """What the first `count` bits take, with bit times of `nominal` and `switched`."""
+        """Duration of the first `count` bits, with bit times of `nominal` and `switched`."""
         fast = min(max(count - self.switched.start, 0), len(self.switched))
         return (count - fast) * nominal + fast * switched
 
 
 Field = tuple[int, int, Place]
-"""Bits as a number, how many, and where."""
+"""The bits as a number, their count, and their place."""
 
 _TAIL: Final[tuple[Field, ...]] = (
     (1, 1, Place.CRC_DELIMITER),
@@ -84,7 +85,7 @@ _GRAY: Final = (0b000, 0b001, 0b011, 0b010, 0b110, 0b111, 0b101, 0b100)
 
 
 class _Wire:
-    """Bits being put on the wire, with dynamic stuffing."""
+    """Collects the bits of a frame, with dynamic stuffing."""
 
     def __init__(self) -> None:
         self.raw: list[int] = []  # without stuff bits
@@ -94,6 +95,7 @@ class _Wire:
         self._row = 0
 
     def put(self, fields: tuple[Field, ...], *, is_stuffed: bool = True) -> None:
+        """Append fields, highest bit first."""
         for value, width, place in fields:
             for position in range(width - 1, -1, -1):
                 bit = value >> position & 1
@@ -103,7 +105,7 @@ class _Wire:
                 self._append(bit, place)
 
     def end_stuffing(self) -> None:
-        """A stuff bit that is due comes before what follows."""
+        """End dynamic stuffing, with a last stuff bit if it is due."""
         self._stuff()
 
     def _stuff(self) -> None:
@@ -119,6 +121,7 @@ class _Wire:
 
 @lru_cache(maxsize=256)
 def stream(frame: CanFrame) -> Stream:
+    """The bits of a frame."""
     return _fd_stream(frame) if frame.is_fd else _classical_stream(frame)
 
 
@@ -147,7 +150,7 @@ def _fd_stream(frame: CanFrame) -> Stream:
     fd_format = len(wire.bits) - 1
     wire.put(((0, 1, Place.RESERVED_0), (int(frame.is_bit_rate_switched), 1, Place.RESERVED_0)))
     wire.put(((0, 1, Place.RESERVED_0),))  # ESI: error active
-    # a stuff bit between BRS and ESI goes at the nominal bit rate still
+    # a stuff bit between BRS and ESI is still sent at the nominal bit rate
     switch = len(wire.bits) - 1
     wire.put(((FD_LENGTHS.index(len(frame.data)), 4, Place.DLC),))
     wire.put(tuple((byte, 8, Place.DATA) for byte in frame.data))

@@ -1,6 +1,6 @@
-"""Cyclic sending and filtered receiving, as Linux' CAN broadcast manager does it for socketcand's clients.
+"""Cyclic sending and filtered receiving, as the CAN broadcast manager of Linux does it for clients of socketcand.
 
-Source: Linux, Documentation/networking/can.rst, 4.2, and net/can/bcm.c for the order of things.
+Source: Linux, Documentation/networking/can.rst, 4.2, and net/can/bcm.c for the order of events.
 Left out: time-outs of reception, sequences of frames, answers to remote frames; socketcand offers none of them.
 """
 
@@ -11,11 +11,11 @@ from fieldrig_bus.can.frame import CanFrame
 
 
 class CyclicJob:
-    """Sends a frame at once and then every `interval_ns`; with 0 only once."""
+    """Sends a frame at once and then every `interval_ns`; with an interval of 0 it sends the frame only once."""
 
     def __init__(self, clock: Clock, send: Callable[[CanFrame], None], frame: CanFrame, interval_ns: int) -> None:
         self.frame = frame
-        """What is sent next; replacing it leaves the timer alone."""
+        """The frame that is sent next.  Replacing it does not affect the timer."""
         self._clock, self._send, self._interval_ns = clock, send, interval_ns
         self._due_ns = clock.now_ns()
         self._timer: Timer | None = None
@@ -27,18 +27,19 @@ class CyclicJob:
 
     def _on_due(self) -> None:
         if self._interval_ns:
-            # After a stall the beat starts anew; what was missed is not made up for.
+            # After a stall the cycle starts anew; missed frames are not sent.
             self._due_ns = max(self._due_ns + self._interval_ns, self._clock.now_ns())
             self._timer = self._clock.call_at(self._due_ns, self._on_due)
         self._send(self.frame)
 
 
 class Subscription:
-    """Passes on the frames of one identifier, at most one every `interval_ns` (0: any number).
+    """Passes on the frames of one identifier, at most one frame every `interval_ns` (0: any number).
 
-    Without `masks` every frame; with one, a frame whose data differ from the last one's in a bit of the mask.  With
-    several the first says where the data name a multiplex page; each other one is a page's name and mask in one.
-    Frames that came too early are kept, the latest of each page, until the interval is over.
+    Without `masks` it passes every frame; with one mask, each frame whose data differ from those of the last frame in a
+    bit of the mask.  With several, the first mask says which bits of the data are the multiplex page; each of the
+    others is the value of a page and its mask in one.  Of the frames that come too early, the latest of each page is
+    kept until the interval is over.
     """
 
     def __init__(

@@ -70,7 +70,7 @@ class BusOff:
             recovery.missing = max(0, recovery.missing - idle // self._sequence - 1)
 
     def next(self) -> tuple[int, Member] | None:
-        """The earliest recovery if the bus stays idle: its tick and member; None if nobody recovers."""
+        """The earliest recovery if the bus stays idle: its tick and member; None if no member recovers."""
         free = self._medium.free
         found = [
             (max(free, recovery.since) + recovery.missing * self._sequence, member.order, member)

@@ -1,7 +1,7 @@
-"""A CAN frame or notice as bytes, for other processes and traces, and as a line for a person.
+"""A CAN frame or notice as bytes, for other processes and traces, and as a line of text.
 
 Bytes, little endian: the identifier with its flags (4), the length (1), the data.  The length is that of the data, or
-of what a remote frame asks for; its top bit says that an FD frame switches its bit rate.
+the number of bytes that a remote frame requests; its top bit says that an FD frame switches its bit rate.
 A notice begins with flags that no frame has (see `notices`).
 """
 
@@ -13,6 +13,9 @@ from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, check, check_frame
 from fieldrig_bus.can.notices import NOTICE, Notice
 
+CanMessage = CanFrame | Notice
+"""Every message that a CAN bus carries."""
+
 _HEAD: Final = struct.Struct("<IB")
 _FD: Final = 0x2000_0000
 _SWITCHED: Final = 0x80
@@ -21,7 +24,7 @@ _PLAIN_EXTENDED: Final = EXTENDED >> 29
 _pack, _unpack, _HEAD_SIZE = _HEAD.pack, _HEAD.unpack_from, _HEAD.size
 
 
-def encode(message: CanFrame | Notice) -> bytes:
+def encode(message: CanMessage) -> bytes:
     if not isinstance(message, CanFrame):
         return notices.encode(message)
     word, data = message.identifier, message.data
@@ -38,14 +41,14 @@ def encode(message: CanFrame | Notice) -> bytes:
     return _pack(word, length) + data
 
 
-def decode(data: bytes) -> CanFrame | Notice:
-    """ValueError for anything that `encode` doesn't write."""
+def decode(data: bytes) -> CanMessage:
+    """The inverse of `encode`.  ValueError for anything else."""
     try:
         word, length = _unpack(data)
     except struct.error as cause:
         raise ValueError(f"not a CAN frame: {data.hex(' ')}") from cause
     payload = data[_HEAD_SIZE:]
-    if length == len(payload) <= 8:  # most frames are plain ones
+    if length == len(payload) <= 8:  # most frames are classical data frames
         if word <= STANDARD_MASK:
             return CanFrame(word, payload)
         if word >> 29 == _PLAIN_EXTENDED:
@@ -63,20 +66,20 @@ def decode(data: bytes) -> CanFrame | Notice:
         is_bit_rate_switched=length >= _SWITCHED,
     )
     if not is_remote and length & ~_SWITCHED != len(payload):
-        raise ValueError(f"not a CAN frame, its length is wrong: {data.hex(' ')}")
+        raise ValueError(f"not a CAN frame, because its length is wrong: {data.hex(' ')}")
     return check(frame)
 
 
 def check_sent(message: Any) -> None:
-    """TypeError or ValueError for what a member can't send, such as a notice that is its controller's to say."""
+    """Raise TypeError or ValueError for what a member can't send, such as a notice that only its controller sends."""
     if type(message) is CanFrame:
         check_frame(message)
     else:
         notices.check_sent(message)
 
 
-def show(message: CanFrame | Notice) -> str:
-    """As candump shows it: `123 [3] 01 02 03`; with three digits 11 bits, with eight 29."""
+def show(message: CanMessage) -> str:
+    """A message as candump shows it, `123 [3] 01 02 03`: an identifier of 3 digits has 11 bits, of 8 digits 29."""
     if not isinstance(message, CanFrame):
         return notices.show(message)
     identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"

@@ -1,12 +1,12 @@
-"""What happens on a CAN bus, bit by bit, from the bit on at which something is wrong: error flags and error counters.
+"""Error signalling and fault confinement on a CAN bus, bit by bit from the first wrong bit on.
 
 Source: ISO 11898-1:2015, 10.9 (errors and how they are signalled), 10.4.4 (error frame) and 12.1.4 (fault
-confinement; Bosch CAN 2.0, chapter 8, has the same rules).  Every node drives a level, all see the lower one, each
-reacts.  So the length of superposed flags, who sees which error, and the counters come out as they do on a wire.
+confinement; Bosch CAN 2.0, chapter 8, has the same rules).  Each node drives a level, all nodes see the lower one, and
+each reacts.  So the length of superposed flags, the error that each node sees, and the counters are as on a wire.
 
-Left out on purpose: overload frames, bits that nodes sample differently (a disturbance is seen by all), the exception
-of TEC for a stuff bit in the arbitration field (there a dominant bit in the place of a recessive one is lost
-arbitration), and new frames that begin in the delimiter of a passive node that got behind the others.
+Left out on purpose: overload frames, bits that nodes sample differently (all nodes see a disturbance), the exception
+of TEC for a stuff bit in the arbitration field (there a dominant bit instead of a recessive one is lost arbitration),
+and new frames that begin in the delimiter of a passive node that is behind the others.
 """
 
 from collections.abc import Sequence
@@ -24,18 +24,20 @@ SUSPEND_BITS: Final = 8
 
 
 class Role(IntEnum):
+    """The present activity of a node."""
+
     SENDING = auto()
     RECEIVING = auto()
     ACTIVE_FLAG = auto()
     PASSIVE_FLAG = auto()
     WAITING = auto()
-    """Its own flag is sent; others may still be at theirs."""
+    """The node has sent its own error flag; other nodes may still be sending theirs."""
     DELIMITING = auto()
     DONE = auto()
 
 
 class Disturbance:
-    """What is done to the wire from outside, by number of bit."""
+    """A disturbance of the wire from outside, by number of bit."""
 
     __slots__ = ("dominant", "flipped", "recessive")
 
@@ -43,12 +45,14 @@ class Disturbance:
         self.flipped, self.dominant, self.recessive = flipped, dominant, recessive
 
     def first(self) -> int | None:
-        starts = [each.start for each in (self.dominant, self.recessive) if each]
+        """The first bit that is disturbed; None without any."""
+        starts = [held.start for held in (self.dominant, self.recessive) if held]
         if self.flipped is not None:
             starts.append(self.flipped)
         return min(starts, default=None)
 
     def apply(self, bit: int, level: int) -> int:
+        """The level of the bus at this bit, where nodes drive `level`."""
         if bit in self.dominant:
             return DOMINANT
         if bit in self.recessive:
@@ -57,7 +61,7 @@ class Disturbance:
 
 
 class Node:
-    """One controller's part in one frame on the wire."""
+    """The part of one controller in one frame on the wire."""
 
     __slots__ = (
         "_count", "_dominants", "_is_corrupt", "_is_excused", "_last", "_row", "_wire",
@@ -65,7 +69,7 @@ class Node:
     )  # fmt: skip
 
     def __init__(self, tec: int, rec: int, stream: Stream | None = None) -> None:
-        """Sends `stream`, or receives."""
+        """The node sends `stream`, or receives without one."""
         self.tec, self.rec, self.stream = tec, rec, stream
         self.is_transmitter = stream is not None
         self.role = Role.SENDING if stream is not None else Role.RECEIVING
@@ -74,34 +78,36 @@ class Node:
         self.at = self.done = 0
         self.is_sent = False
         self.fails: tuple[int, ErrorKind] | None = None
-        """At this bit this node alone sees an error."""
+        """The bit at which this node alone sees an error, and which one."""
         self._count = self._dominants = 0
         self._is_excused = False
 
     @property
     def setup(self) -> "Setup":
-        """What it is before the frame."""
+        """The state of the node before the frame."""
         return self.tec, self.rec, self.stream, self.fails
 
     @property
     def is_passive(self) -> bool:
+        """True if it is error passive."""
         return self.tec >= PASSIVE or self.rec >= PASSIVE
 
     @property
     def is_settled(self) -> bool:
-        """Nothing changes for it while the bus stays dominant."""
+        """True if nothing changes for it while the bus stays dominant."""
         return self.role is Role.DONE or (
             self.role is Role.WAITING and not self.is_transmitter and self.rec == HIGHEST_REC
         )
 
     def begin(self, wire: Stream, start: int, *, is_garbled: bool) -> None:
-        """All went well before bit `start` of `wire`.  `is_garbled`: it makes no sense at this node's bit rate."""
+        """Begin at bit `start` of `wire`; no bit before it is wrong.  `is_garbled`: receivers can't decode it."""
         self._wire, self._is_corrupt = wire, is_garbled or self.fails is not None
         self._last, self._row = RECESSIVE, 1
         for bit in wire.bits[max(0, start - 6) : start]:
             self._see(bit)
 
     def level(self, bit: int) -> int:
+        """The level that it drives."""
         role = self.role
         if role is Role.SENDING and self.stream is not None:
             return self.stream.bits[bit]
@@ -112,6 +118,7 @@ class Node:
         return RECESSIVE
 
     def sample(self, bit: int, level: int) -> None:
+        """React to the level of the bus."""
         match self.role:
             case Role.SENDING:
                 self._sample_sending(bit, level)
@@ -136,7 +143,7 @@ class Node:
         elif stream.bits[bit] != level:
             if bit < stream.arbitration and level == DOMINANT:
                 self.is_transmitter, self.stream, self.role = False, None, Role.RECEIVING
-                self._is_corrupt = True  # who won is not to be told from a disturbance
+                self._is_corrupt = True  # lost arbitration can't be told from a disturbance
             else:
                 self._fail(bit, ErrorKind.BIT)
         elif bit == len(stream.bits) - 1:
@@ -168,7 +175,7 @@ class Node:
 
     def _sample_active_flag(self, level: int) -> None:
         self._count += 1
-        if level == RECESSIVE:  # it drives the bus dominant, in vain
+        if level == RECESSIVE:  # it drives the bus dominant without effect
             self._raise()
         if self._count == FLAG_BITS and self.role is not Role.DONE:
             self._wait()
@@ -215,7 +222,7 @@ class Node:
         if not self.is_transmitter:
             self.rec = min(self.rec + 1, HIGHEST_REC)
         elif kind is ErrorKind.ACK and self.is_passive:
-            # A lone node stays on the bus: only a dominant bit during its flag makes this error count.
+            # A lone node stays on the bus: this error counts only if there is a dominant bit during its flag.
             self._is_excused = True
         else:
             self._raise()
@@ -234,7 +241,7 @@ Setup = tuple[int, int, Stream | None, tuple[int, ErrorKind] | None]
 
 @lru_cache(maxsize=256)
 def undisturbed(setups: tuple[Setup, ...], wire: Stream, is_garbled: bool) -> tuple[int, tuple[Node, ...]]:
-    """`play` where nobody but the nodes acts; who sends at a wrong bit rate does the same over and over."""
+    """`play` without a disturbance.  A member with a wrong bit rate causes the same outcome again and again."""
     nodes = []
     for tec, rec, own, fails in setups:
         node = Node(tec, rec, own)
@@ -244,10 +251,10 @@ def undisturbed(setups: tuple[Setup, ...], wire: Stream, is_garbled: bool) -> tu
 
 
 def play(nodes: Sequence[Node], wire: Stream, disturbance: Disturbance, *, is_garbled: bool = False) -> int:
-    """Let the nodes act from the first bit on that may be wrong; the bit at which the last one is done.
+    """Let the nodes act from the first bit on that may be wrong.  Returns the bit at which the last one is done.
 
-    `wire` is what is on the bus while nothing is wrong.  A disturbance without end is followed until nothing changes
-    any more.
+    `wire` is what is on the bus while nothing is wrong.  A disturbance without end is played until nothing changes any
+    more.
     """
     start = 0 if is_garbled else _first_wrong(nodes, wire, disturbance)
     for node in nodes:

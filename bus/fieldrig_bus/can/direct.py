@@ -1,7 +1,7 @@
-"""What the CAN buses have in common whose medium is there without us: an end of its own for each member.
+"""Base of the CAN buses whose medium exists outside the rig: each member has an end of its own.
 
-An end sends `BURST` frames in one turn of the loop and the rest in the next ones, so that a burst doesn't overrun the
-others' receive buffers: neither vcan nor UDP makes a sender wait.
+An end sends `BURST` frames in one iteration of the event loop and the rest in the next ones, so that a burst does not
+overrun the receive buffers of the others: neither vcan nor UDP makes a sender wait.
 """
 
 import asyncio
@@ -19,11 +19,11 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import ERRORS, STATE, Filters, filters_of, wants, wants_own
+from fieldrig_bus.can.codec import CanMessage
+from fieldrig_bus.can.family import CanFamily
 from fieldrig_bus.can.faulty_link import MODELS, FaultyLink, LinkFault
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import CanMessage
 from fieldrig_bus.can.notices import BusState, CanError, FaultNote
 
 log = logging.getLogger(__name__)
@@ -31,26 +31,27 @@ log = logging.getLogger(__name__)
 BURST: Final = 64
 LONGEST_QUEUE: Final = 10_000
 RETRY_NS: Final = 1 * MS
-"""The kernel doesn't say when a full transmit queue has room again; at 1 Mbit/s a frame takes an eighth of this."""
+"""Time after which a full transmit queue is tried again, as the kernel does not report that it has room.  At 1 Mbit/s a
+frame takes an eighth of this."""
 
 
 class DirectEnd(ABC):
-    """One member's link, around a socket that doesn't block."""
+    """One member's link, around a non-blocking socket."""
 
     def __init__(self, at: Attachment, sock: socket.socket) -> None:
         self.at, self.socket = at, sock
         self.handler: Callable[[CanFrame], None] | None = None
         self.notices = frozenset[str]()
-        """The words of `acceptance` for what the controller has to say, as far as the medium tells it."""
+        """The words of `acceptance` for notices of the controller, as far as the medium reports them."""
         self._loop = asyncio.get_running_loop()
         self._queue: deque[CanFrame] = deque()
-        self._sent = 0  # in this turn of the loop
+        self._sent = 0  # in this iteration of the event loop
         self._is_coming_back = False
         self._loop.add_reader(sock, self._on_readable)
 
     def send(self, message: CanMessage) -> None:
         if type(message) is not CanFrame:
-            log.debug("%s: the medium is set up without us; not sent: %r", self.at.member, message)
+            log.debug("%s: the medium is configured outside the rig; not sent: %r", self.at.member, message)
             return
         if not self._queue and self._sent < BURST and self.transmit(message):
             self._sent += 1
@@ -73,15 +74,15 @@ class DirectEnd(ABC):
 
     @abstractmethod
     def transmit(self, frame: CanFrame) -> bool:
-        """Hand it to the medium; False if that has no room just now."""
+        """Hand a frame to the medium.  False if the medium has no room at the moment."""
 
     @abstractmethod
     def listen(self, filters: Filters | None, with_own: bool) -> None:
-        """Let pass what `acceptance` says."""
+        """Pass only the frames that `acceptance` selects."""
 
     @abstractmethod
     def receive(self) -> None:
-        """Read one message and deliver its frame, if it is one and of interest.  OSError as the socket raises it."""
+        """Read one message and deliver its frame if it is one and of interest.  OSError as the socket raises it."""
 
     def _on_readable(self) -> None:
         try:
@@ -110,21 +111,18 @@ class DirectEnd(ABC):
 
 
 class CanDirectSettings(Settings):
-    faults: list[LinkFault] = Field(default=[], description="at each device's own end, from its start on")
+    """Settings that all of these buses have."""
+
+    faults: list[LinkFault] = Field(default=[], description="faults at each device's own end, from the start")
 
 
-class CanDirectBus(DirectBus[CanMessage]):
+class CanDirectBus(CanFamily, DirectBus[CanMessage]):
+    """A CAN bus whose medium exists outside the rig."""
+
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
-    family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: CanDirectSettings
-
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
-    check = staticmethod(codec.check_sent)
-    check_interest = staticmethod(acceptance.check_interest)
 
     def __init__(self, name: str, settings: Any) -> None:
         super().__init__(name, settings)
@@ -132,11 +130,11 @@ class CanDirectBus(DirectBus[CanMessage]):
 
     @abstractmethod
     def end(self, at: Attachment) -> DirectEnd:
-        """A fresh end.  BusError, with its remedy, if the medium can't be had."""
+        """A new end.  BusError, with its remedy, if the medium is not available."""
 
     @abstractmethod
     def python_can(self) -> dict[str, object]:
-        """What `can.Bus(...)` takes to join from outside."""
+        """Arguments of `can.Bus(...)` to join from outside."""
 
     async def open(self, at: Attachment) -> Link[Any]:
         end = self._ends[at.member] = self.end(at)

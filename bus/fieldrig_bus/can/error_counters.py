@@ -10,11 +10,11 @@ from fieldrig_bus.can.notices import CanState
 STEP: Final = 8
 """Increment of a counter for a transmitter's error, and for errors in error frames."""
 WARNING: Final = 96
-"""From this value on, interface chips report a warning."""
+"""Interface chips report a warning from this value on."""
 PASSIVE: Final = 128
-"""From this value on, either counter makes its node error passive."""
+"""A node is error passive if either of its counters has at least this value."""
 BUS_OFF: Final = 256
-"""From this value on, the transmit error counter takes its node off the bus."""
+"""A node is in bus-off if its transmit error counter has at least this value."""
 HIGHEST_REC: Final = 255
 """Highest receive error counter.  The standard leaves the limit open; the registers of controllers have 8 bits."""
 REC_AFTER_PASSIVE: Final = 127

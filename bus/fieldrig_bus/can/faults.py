@@ -1,8 +1,8 @@
-"""Faults of a CAN bus: what they may be told, and which of them strikes what.
+"""Faults that can be injected into a CAN bus: their settings, and the frames that they apply to.
 
-A fault says where (identifier, node), what, when and how long (`start_ms` after it was given, `duration_ms`) and how
-often (`count`, `probability`).  In a rig file it stands under `faults:` of its bus; a running rig takes the same by
-`add_fault`, as `given_fault` reads it.  Chance goes by which frame of whom it is.
+A fault says where (identifier, node), what, when and for how long (`start_ms` after it was added, `duration_ms`) and
+how often (`count`, `probability`).  In a rig file it is listed under `faults:` of its bus; a running rig takes the same
+by `add_fault`, as `given_fault` reads it.  Chance depends on the frame and its sender.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ def _hex(text: str) -> str:
     try:
         bytes.fromhex(text)
     except ValueError as cause:
-        raise ValueError(f"{text!r} are no bytes: write them in hex, such as '01 A0'") from cause
+        raise ValueError(f"{text!r} are not bytes: expected hex digits, such as '01 A0'") from cause
     return text
 
 
@@ -29,20 +29,23 @@ Hex = Annotated[str, AfterValidator(_hex)]
 
 
 class _FrameFault(Timed):
-    identifier: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="left out: of any")
+    identifier: int | None = Field(
+        default=None, ge=0, le=EXTENDED_MASK, description="identifier of the frames; left out: any"
+    )
     mask: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="bits of the identifier that count")
-    extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or any")
+    extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or both")
     node: str | None = Field(default=None, description="the sender; left out: any")
-    count: int | None = Field(default=None, ge=1, description="frames that it strikes; left out: any number")
-    probability: float = Field(default=1.0, gt=0, le=1, description="of striking a frame that fits")
+    count: int | None = Field(default=None, ge=1, description="number of frames; left out: any number")
+    probability: float = Field(default=1.0, gt=0, le=1, description="probability for each frame")
 
     @model_validator(mode="after")
     def _check_mask(self) -> "_FrameFault":
         if self.mask is not None and self.identifier is None:
-            raise ValueError("mask: only beside an identifier")
+            raise ValueError("mask: expected an identifier beside it")
         return self
 
     def fits(self, sender: str, frame: CanFrame) -> bool:
+        """True if the fault concerns this frame, apart from time and chance."""
         if self.node is not None and sender != self.node:
             return False
         if self.extended is not None and frame.is_extended is not self.extended:
@@ -56,97 +59,100 @@ class _FrameFault(Timed):
 
 
 class Drop(_FrameFault):
-    """The frame is on the wire and acknowledged, but `receivers` (all, if left out) don't get it."""
+    """The frame is on the wire and acknowledged, but `receivers` (all, if left out) do not get it."""
 
     what: Literal["drop"]
-    receivers: list[str] | None = Field(default=None, description="who loses it; left out: all")
+    receivers: list[str] | None = Field(default=None, description="members that lose the frame; left out: all")
 
 
 class Delay(_FrameFault):
-    """The frame takes part in arbitration later, and what its sender asks for after it, too."""
+    """The frame takes part in arbitration later, and so do the frames that its sender asks for after it."""
 
     what: Literal["delay"]
     delay_ms: float = Field(gt=0, le=LONGEST_MS)
 
     @property
     def delay_ns(self) -> int:
+        """The delay in nanoseconds."""
         return round(self.delay_ms * MS)
 
 
 class Duplicate(_FrameFault):
-    """The frame goes over the bus once more."""
+    """The frame is sent a second time."""
 
     what: Literal["duplicate"]
 
 
 class Replace(_FrameFault):
-    """Others get other data than was sent, with a right CRC."""
+    """Receivers get different data than was sent, with a valid CRC."""
 
     what: Literal["replace"]
     data: Hex | None = Field(default=None, description="hex; as many bytes as the frame has are used")
-    xor: Hex | None = Field(default=None, description="hex; bits to turn over, from the first byte on")
+    xor: Hex | None = Field(default=None, description="hex; bits to flip, from the first byte on")
 
     @model_validator(mode="after")
     def _check_there_is_one(self) -> "Replace":
         if (self.data is None) == (self.xor is None):
-            raise ValueError("give either data or xor")
+            raise ValueError("expected either data or xor")
         return self
 
     def of(self, frame: CanFrame) -> CanFrame:
+        """The frame that receivers get."""
         return replace(frame, data=self._replaced(frame.data))
 
     def _replaced(self, data: bytes) -> bytes:
         given = bytes.fromhex(self.data if self.data is not None else self.xor or "")
         if self.data is not None:
             return given[: len(data)] + data[len(given) :]
-        return bytes(byte ^ turned for byte, turned in zip(data, given.ljust(len(data), b"\0"), strict=False))
+        return bytes(byte ^ flipped for byte, flipped in zip(data, given.ljust(len(data), b"\0"), strict=False))
 
 
 class Corrupt(_FrameFault):
-    """One bit is turned over on the wire: an error frame, and the sender tries again."""
+    """One bit is flipped on the wire, which causes an error frame; the sender tries again."""
 
     what: Literal["corrupt"]
     bit: int | None = Field(
-        default=None, ge=0, description="0: start of frame; left out: by chance, behind arbitration"
+        default=None, ge=0, description="0: start of frame; left out: a random bit after arbitration"
     )
 
 
 class ErrorFrame(_FrameFault):
-    """Six dominant bits are pressed on the wire, as somebody's error flag does."""
+    """Six dominant bits are forced onto the bus, like an error flag."""
 
     what: Literal["error_frame"]
     bit: int | None = Field(
-        default=None, ge=0, description="the first of them; left out: by chance, behind arbitration"
+        default=None, ge=0, description="the first of these bits; left out: a random bit after arbitration"
     )
 
 
 class Short(Timed):
-    """The wire is held dominant, or recessive, whatever anybody sends."""
+    """The wire is held dominant, or recessive, regardless of what members send."""
 
     what: Literal["short"]
     level: Literal["dominant", "recessive"] = "dominant"
 
 
 class WrongBitRate(Timed):
-    """One member's bit rate is wrong: others see errors in its frames, and it in theirs."""
+    """The bit rate of one member is wrong: others see errors in its frames, and it sees errors in theirs."""
 
     what: Literal["wrong_bit_rate"]
     node: str
-    bitrate: int = Field(ge=1_000, le=10_000_000, description="bit/s that it has instead")
+    bitrate: int = Field(ge=1_000, le=10_000_000, description="its wrong bit rate, in bit/s")
 
 
 class Babble(Timed):
-    """A member sends one frame over and over: a babbling idiot."""
+    """A member sends the same frame again and again: a babbling idiot."""
 
     what: Literal["babble"]
     node: str
     identifier: int = Field(ge=0, le=EXTENDED_MASK)
     extended: bool | None = Field(default=None, description="29 bits; left out: as the identifier needs")
     data: Hex = Field(default="", max_length=23, description="hex")
-    period_ms: float = Field(default=0, ge=0, le=LONGEST_MS, description="0: one after the other")
-    count: int | None = Field(default=None, ge=1, description="frames; left out: any number")
+    period_ms: float = Field(default=0, ge=0, le=LONGEST_MS, description="period; 0: one frame directly after another")
+    count: int | None = Field(default=None, ge=1, description="number of frames; left out: any number")
 
     def frame(self) -> CanFrame:
+        """The frame that the member sends."""
         is_extended = self.identifier > STANDARD_MASK if self.extended is None else self.extended
         return CanFrame(self.identifier, bytes.fromhex(self.data)[:8], is_extended)
 
@@ -156,30 +162,35 @@ CanFault = Annotated[
     Field(discriminator="what"),
 ]
 PACED: Final = (Corrupt, ErrorFrame, Short, WrongBitRate, Babble)
-"""They need bit times."""
+"""Faults that need bit times."""
 
 
 class Fault(faults.Fault[CanFault]):
+    """One injected fault of a CAN bus."""
+
     __slots__ = ("is_framed",)
 
     def __init__(self, number: int, settings: CanFault, now_ns: int, salt: int) -> None:
         super().__init__(number, settings, now_ns, salt)
         self.is_framed = isinstance(settings, Drop | Duplicate | Replace | Corrupt | ErrorFrame)
-        """It strikes frames on the wire."""
+        """It applies to frames on the wire."""
 
-    def strikes(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> bool:
+    def applies(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> bool:
+        """True if it applies to this frame now; `key` is the key of chance."""
         settings = self.settings
         assert isinstance(settings, _FrameFault)
         return self.is_on(now_ns) and settings.fits(sender, frame) and self.happens(key)
 
     def delay_ns(self, now_ns: int, sender: str, frame: CanFrame, key: int) -> int:
-        """By how much this one keeps a frame back that is asked for now."""
-        if not isinstance(self.settings, Delay) or not self.strikes(now_ns, sender, frame, key):
+        """The delay that it causes for a frame that is asked for now, in nanoseconds."""
+        if not isinstance(self.settings, Delay) or not self.applies(now_ns, sender, frame, key):
             return 0
         self.applied += 1
         return self.settings.delay_ns
 
 
 class Faults(faults.Faults[Fault]):
+    """The injected faults of one CAN bus."""
+
     def __init__(self, random: Random | None = None) -> None:
         super().__init__(Fault, random)

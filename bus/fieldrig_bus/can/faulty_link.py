@@ -47,7 +47,7 @@ class FaultyLink:
         key, frames = self._count << 1, [message]
         for fault in self._faults.of(Drop, Delay, Duplicate, Replace):
             settings = fault.settings
-            if (isinstance(settings, Drop) and settings.receivers is not None) or not fault.strikes(
+            if (isinstance(settings, Drop) and settings.receivers is not None) or not fault.applies(
                 now_ns, member, message, key
             ):
                 continue
@@ -78,7 +78,7 @@ class FaultyLink:
     def _send(self, now_ns: int, frame: CanFrame) -> None:
         if now_ns >= self._held_until_ns:
             self.inner.send(frame)
-        else:  # in order: the clock keeps that of asking
+        else:  # in order: the clock calls actions of the same instant in the order of asking
             self._at.clock.call_at(self._held_until_ns, lambda: self.inner.send(frame))
 
     def _is_lost(self, frame: CanFrame) -> bool:
@@ -87,8 +87,8 @@ class FaultyLink:
         for fault in self._faults.of(Drop):
             settings = fault.settings
             if not isinstance(settings, Drop) or settings.receivers is None or settings.node is not None:
-                continue  # an end of a foreign medium does not know the sender of a frame
-            if member in settings.receivers and fault.strikes(now_ns, "", frame, self._count << 1 | 1):
+                continue  # the sender of a frame is not known here
+            if member in settings.receivers and fault.applies(now_ns, "", frame, self._count << 1 | 1):
                 fault.applied += 1
                 self._note(fault, f"dropped for {member}")
                 return True

@@ -18,7 +18,7 @@ from fieldrig.settings import Settings
 from fieldrig_bus.can.model_bus import CanModelBus, CanSettings
 from fieldrig_bus.net import Address, HubSettings
 
-# The Lawicel command S0 to S8, by bit rate: what slcand's -s takes.
+# The Lawicel commands S0 to S8 by bit rate, as option -s of slcand takes them.
 LAWICEL_SPEED = {
     10_000: 0,
     20_000: 1,
@@ -32,28 +32,32 @@ LAWICEL_SPEED = {
 }
 
 
-AWAKE_NS = 100_000  # longer than a node takes to answer
+AWAKE_NS = 100_000  # longer than a node needs to answer
 
 
 class SlcanSettings(Settings):
+    """Settings of the Lawicel ASCII protocol."""
+
     path: str | None = Field(default=None, min_length=1, description="a pty's link, relative to the run folder")
     listen: Address | None = Field(default=None, description="host:port")
 
     @model_validator(mode="after")
     def _check_there_is_a_way_in(self) -> Self:
         if self.path is None and self.listen is None:
-            raise ValueError("give a path (a pty), listen (host:port), or both")
+            raise ValueError("expected a path (a pty), listen (host:port), or both")
         return self
 
 
 class CanHubSettings(HubSettings, CanSettings):
     acknowledge: Literal["members", "always"] = Field(
         default="always",
-        description="who acknowledges: the hub too, as outsiders come and go, or other members only, as on a bare bus",
+        description="which members acknowledge frames; `always` includes the hub, so that a lone client can transmit",
     )
     socketcand: Address | None = Field(default=None, description="host:port for the socketcand protocol (python-can)")
     channel: str | None = Field(
-        default=None, pattern=r"^[^\s<>]+$", description="name of the bus for socketcand; that of the bus if left out"
+        default=None,
+        pattern=r"^[^\s<>]+$",
+        description="name of the bus for clients of socketcand; left out: the name in the rig file",
     )
     slcan: SlcanSettings | None = Field(default=None, description="the Lawicel ASCII protocol (slcand, python-can)")
 
@@ -69,13 +73,13 @@ class CanHub(CanModelBus):
 
     @property
     def awake_ns(self) -> int:
-        """Without frame times to hide behind, the waking of a core is what a round trip consists of."""
+        """The hub stays awake on an unpaced bus, where waking up a core would take most of a round trip."""
         return AWAKE_NS if self.settings.bitrate is None else 0
 
     def ports(self) -> Sequence[Port]:
         settings, ports = self.settings, list[Port]()
         if settings.socketcand is not None:
-            from fieldrig_bus.can.socketcand import SocketcandPort  # only the hub's own process has ports
+            from fieldrig_bus.can.socketcand import SocketcandPort  # only the process of the hub needs it
 
             ports.append(SocketcandPort(settings.socketcand, self._channel))
         if settings.slcan is not None:
@@ -85,7 +89,7 @@ class CanHub(CanModelBus):
         return ports
 
     def python_can(self) -> dict[str, object] | None:
-        """By socketcand, else by Lawicel over TCP; a pty's path is known only with the run folder (see `tools`)."""
+        """Arguments for socketcand, otherwise for Lawicel over TCP.  `tools` has the path of a pty."""
         if self.settings.socketcand is not None:
             host, port = _reachable(self.settings.socketcand)
             return {"interface": "socketcand", "channel": self._channel, "host": host, "port": port}
@@ -114,6 +118,6 @@ class CanHub(CanModelBus):
 
 
 def _reachable(address: str) -> tuple[str, int]:
-    """Where a client on this machine finds what listens there."""
+    """Host and port by which a client on this machine reaches a listening address."""
     host, port = split_address(address)
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port

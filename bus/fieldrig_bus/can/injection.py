@@ -23,7 +23,7 @@ ENDLESS: Final = 1 << 40  # bits
 
 @dataclass(slots=True)
 class Injection:
-    """What the injected faults do to one frame on the wire, or to the idle bus."""
+    """The effect of the injected faults on one frame on the wire, or on the idle bus."""
 
     faults: list[tuple[Fault, str]] = field(default_factory=list)
     """The faults that apply, and what each one does."""
@@ -95,19 +95,19 @@ class Injector:
             if isinstance(fault.settings, Short | WrongBitRate):
                 if fault.start_ns <= end_ns and not fault.is_over(now_ns):
                     return True
-            elif fault.is_framed and fault.strikes(now_ns, member.name, request.frame, key):
+            elif fault.is_framed and fault.applies(now_ns, member.name, request.frame, key):
                 return True
         return False
 
     def of_frame(self, start: int, request: Request, wire: Stream) -> Injection:
-        """What the faults do to this frame, which starts at tick `start` and is `wire` as it should be."""
+        """The effect of the faults on this frame, which starts at tick `start`; `wire` is the undisturbed frame."""
         medium, member = self._medium, request.member
         injection = Injection()
         key = _key_of(member)
         if not member.copy:
             kinds = (Drop, Replace, Corrupt, ErrorFrame, *((Duplicate,) if member.is_first(request) else ()))
             for fault in medium.faults.of(*kinds):
-                if fault.strikes(start // medium.per_ns, member.name, request.frame, key):
+                if fault.applies(start // medium.per_ns, member.name, request.frame, key):
                     injection.add(fault, request.frame, wire, key)
         for fault in medium.faults.of(Short):
             self._add_short(injection, start, fault, wire)

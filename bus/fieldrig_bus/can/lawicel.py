@@ -1,13 +1,13 @@
 """The Lawicel ASCII protocol: a CAN bus as a CAN232 adapter on a pty or over TCP.
 
 Source: Lawicel CAN232 manual, version 3.0.  Each command ends with CR and is answered by CR, or by BELL where the
-manual says so: unknown, malformed, or not active while the channel is as it is.  `slcand` and python-can's `slcan`
-join.
+manual says so: if it is unknown, malformed, or not active in the present state of the channel.  `slcand` and the
+`slcan` interface of python-can join in this way.
 
-Deviations.  Auto Poll (X) is what the EEPROM says; this adapter comes with it switched on, as neither slcand nor
-python-can ever does so.  The bit rate is that of the bus: S and s take any and change nothing, and O, L, W, M and m
-need none before them; likewise U.  FD frames as with CANable's firmware: d and D, with switched bit rate b and B; Y
-sets the data bit rate.
+Deviations.  Auto Poll (X) is stored in the EEPROM; this adapter starts with it switched on, because neither slcand nor
+python-can ever switches it on.  The bit rate is that of the bus: S and s accept any bit rate and change nothing, O, L,
+W, M and m don't need one before them, and neither does U.  FD frames follow the CANable firmware: d and D, or b and B
+with a switched bit rate; Y sets the data bit rate.
 Left out: Q (opening the channel at power up).
 """
 
@@ -26,7 +26,7 @@ from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, STATE
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
-from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import Connection, TcpServer, join_as_client
 from fieldrig_bus.pty import Pty
 
 log = logging.getLogger(__name__)
@@ -34,11 +34,11 @@ log = logging.getLogger(__name__)
 CR: Final = b"\r"
 BELL: Final = b"\a"
 
-VERSION: Final = b"V1325\r"  # hardware 1.3, software 2.5: one that knows X, W and Z
+VERSION: Final = b"V1325\r"  # hardware 1.3, software 2.5: the version that has X, W and Z
 SERIAL_NUMBER: Final = b"NF001\r"
 LONGEST_COMMAND: Final = 1 + 8 + 1 + 2 * 64
 MOST_WAITING: Final = 32
-"""Frames kept for P and A while Auto Poll is off."""
+"""Number of frames kept for P and A while Auto Poll is off."""
 TIMESTAMPS_END_MS: Final = 60_000  # manual, Z: 0x0000 to 0xEA5F
 
 RECEIVE_FIFO_FULL: Final = 0x01
@@ -71,7 +71,7 @@ LETTERS: Final = {form: letter for letter, form in FORMS.items()}
 
 
 def encode(frame: CanFrame) -> bytes:
-    """A frame as a command, without its CR: `tiiildd..`, `Tiiiiiiiildd..`, `riiil`, `Riiiiiiiil`."""
+    """A frame as a command without its CR: `tiiildd..`, `Tiiiiiiiildd..`, `riiil`, `Riiiiiiiil`."""
     identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
     length = frame.remote_length if frame.is_remote else FD_LENGTHS.index(len(frame.data))
     letter = LETTERS[Form(frame.is_extended, frame.is_remote, frame.is_fd, frame.is_bit_rate_switched)]
@@ -82,18 +82,18 @@ def decode(command: bytes) -> CanFrame:
     """The inverse of `encode`.  ValueError for anything else."""
     form = FORMS.get(command[:1].decode("latin-1"))
     if form is None:
-        raise ValueError("no command with a frame")
+        raise ValueError("not a command with a frame")
     digits = 8 if form.is_extended else 3
     identifier = int.from_bytes(unhexlify(command[1 : 1 + digits].rjust(8, b"0")), "big")
     length, data = command[1 + digits : 2 + digits], unhexlify(command[2 + digits :])
     size = FD_LENGTHS[unhexlify(b"0" + length)[0]]
     if len(data) != (0 if form.is_remote else size):
-        raise ValueError("the length is not that of the data")
+        raise ValueError("the length is not the length of the data")
     return check(CanFrame(identifier, data, form.is_extended, form.is_remote, size * form.is_remote, *form[2:]))
 
 
 class When(Flag):
-    """States of the channel, and sets of them in which a command is active."""
+    """States of the channel, and the sets of states in which a command is active."""
 
     CLOSED = auto()
     OPEN = auto()
@@ -103,7 +103,7 @@ class When(Flag):
 
 
 class Adapter:
-    """One adapter: commands in, answers and frames out, an end of the bus."""
+    """One adapter: it executes the commands of one client with an end of the bus."""
 
     def __init__(
         self, clock: Clock, link: Link[CanFrame | Notice], write: Callable[[bytes], None], bus_name: str = ""
@@ -120,13 +120,13 @@ class Adapter:
 
     def receive(self, data: bytes) -> None:
         *lines, rest = (self._rest + data).split(CR)
-        self._rest = rest[: LONGEST_COMMAND + 1]  # what is too long stays so until its CR comes
+        self._rest = rest[: LONGEST_COMMAND + 1]  # a command that is too long remains so until its CR
         for line in lines:
             self._write(self._answer(line))
 
     def _answer(self, line: bytes) -> bytes:
         if not line:
-            return CR  # a session begins with two or three CR that empty what was there before
+            return CR  # a session begins with two or three CR that flush earlier input
         command = COMMANDS.get(line[:1])
         if command is None or self._state not in command.when or len(line) > LONGEST_COMMAND:
             return BELL
@@ -254,7 +254,7 @@ class Adapter:
 
 class Command(NamedTuple):
     when: When
-    parameters: int | None  # characters; None: the handler knows
+    parameters: int | None  # characters; None: the handler checks it
     handler: Callable[[Adapter, bytes], bytes]
 
 
@@ -282,10 +282,10 @@ COMMANDS: Final = {
 
 
 def _choice(line: bytes, count: int) -> int:
-    """The digit behind the command's letter, 0 to `count - 1`."""
+    """The digit after the command's letter, 0 to `count - 1`."""
     choice = line[1] - ord("0")
     if not 0 <= choice < count:
-        raise ValueError(f"0 to {count - 1}")
+        raise ValueError(f"expected 0 to {count - 1}")
     return choice
 
 
@@ -296,7 +296,7 @@ class _Client(Connection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._member, link = join_as_outsider(self._hub, "lawicel")
+        self._member, link = join_as_client(self._hub, "lawicel")
         self._adapter = Adapter(self._hub.clock, link, self.write, self._bus_name)
 
     def data_received(self, data: bytes) -> None:
@@ -308,7 +308,7 @@ class _Client(Connection):
 
 
 class LawicelPort(Port):
-    """An adapter on a pty at `path` in the run folder, and one for each TCP client at `listen`."""
+    """One adapter on a pty at `path` in the run folder, and one for each TCP client at `listen`."""
 
     def __init__(self, bus_name: str, path: str | None = None, listen: str | None = None) -> None:
         self._bus_name, self._path, self._listen = bus_name, path, listen
@@ -318,7 +318,7 @@ class LawicelPort(Port):
 
     @property
     def port(self) -> int:
-        """The TCP port that is listened at, once open."""
+        """The TCP port on which it listens, once it is open."""
         assert self._server is not None
         return self._server.port
 
@@ -330,7 +330,7 @@ class LawicelPort(Port):
             await self._server.open()
 
     def _open_pty(self, hub: Hub, pty: Pty) -> None:
-        member, link = join_as_outsider(hub, "lawicel")
+        member, link = join_as_client(hub, "lawicel")
         self._pty, self._leave = pty, lambda: hub.leave(member)
         pty.open(Adapter(hub.clock, link, pty.write, self._bus_name).receive)
 

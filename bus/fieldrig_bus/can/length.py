@@ -1,9 +1,9 @@
-"""How many bits a frame takes on the wire, stuff bits and intermission included.
+"""The number of bits that a frame takes on the wire, including stuff bits and intermission.
 
-Source: ISO 11898-1:2015 (frame formats, CRC, bit stuffing).  Counted is from the start of
-frame up to and including the three bits of intermission.  In an FD frame with a switched bit rate the bits from ESI
-to the CRC delimiter count at the data bit rate: the rate switches at the sample points of BRS and CRC delimiter, so
-with the same sample point in both rates the parts that are over and short cancel out exactly.
+Source: ISO 11898-1:2015 (frame formats, CRC, bit stuffing).  The count goes from the start of frame to the last of the
+three bits of intermission.  In an FD frame with a switched bit rate, the bits from ESI to the CRC delimiter count at
+the data bit rate: the rate switches at the sample points of BRS and CRC delimiter, so with the same sample point in
+both rates the surplus and the deficit cancel out exactly.
 
 Left out on purpose: suspend transmission of error-passive nodes, error and overload frames.
 """
@@ -19,8 +19,8 @@ INTERMISSION_BITS: Final = 3
 _TAIL_BITS: Final = 1 + 1 + 1 + 7 + INTERMISSION_BITS
 _CRC15_POLYNOMIAL: Final = 0x4599
 
-# A state of bit stuffing is the last bit on the wire and how often it stood there in a row (1 to 4; at 5 the
-# complement is stuffed, which is a row of 1): `bit << 2 | row - 1`.
+# A state of bit stuffing is the last bit on the wire and its number in a row (1 to 4; at 5 the complement is stuffed,
+# which is a row of 1): `bit << 2 | row - 1`.
 _RECESSIVE_ONCE: Final = 0b1_00
 _DOMINANT_TWICE: Final = 0b0_01
 
@@ -35,7 +35,7 @@ def _stuff_bit(state: int, bit: int) -> tuple[int, int]:
 
 
 def _stuff(state: int, bits: int, width: int) -> tuple[int, int]:
-    """The state after `width` more bits, highest first, and how many stuff bits came in."""
+    """The state after `width` more bits, highest first, and the number of stuff bits."""
     stuffed = 0
     for position in range(width - 1, -1, -1):
         state, extra = _stuff_bit(state, bits >> position & 1)
@@ -51,7 +51,7 @@ def _crc15_of_byte(byte: int) -> int:
 
 
 def _stuff_of_bytes(state: int) -> tuple[tuple[int, int], ...]:
-    """What `_stuff` gives for each byte, made bit by bit: a row for n bits is twice that for n - 1."""
+    """The result of `_stuff` for each byte.  It is built bit by bit: the row for n bits is twice that for n - 1."""
     row = [(state, 0)]
     for _ in range(8):
         row = [
@@ -70,14 +70,14 @@ _STUFF: Final = tuple(_stuff_of_bytes(state) for state in range(8))
 def _head(fields: int, width: int) -> tuple[int, int, int]:
     """CRC-15, state and stuff bits after a start of frame and `width` bits of `fields`."""
     crc = 0
-    for byte in fields.to_bytes(5, "big"):  # zeros in front, the start of frame among them, leave the CRC at 0
+    for byte in fields.to_bytes(5, "big"):  # leading zeros, such as the start of frame, leave the CRC at 0
         crc = (crc << 8 & 0x7FFF) ^ _CRC15[crc >> 7 ^ byte]
     state, stuffed = _stuff(_RECESSIVE_ONCE, fields, width + 1)  # the bus was idle: recessive
     return crc, state, stuffed
 
 
 def classical_bits(frame: CanFrame) -> int:
-    """Bits of a frame in classical base or extended format."""
+    """The number of bits of a frame in classical base or extended format."""
     data = frame.data
     remote, dlc = (1, frame.remote_length) if frame.is_remote else (0, len(data))
     identifier = frame.identifier
@@ -95,7 +95,7 @@ def classical_bits(frame: CanFrame) -> int:
         crc = (crc << 8 & 0x7FFF) ^ crcs[crc >> 7 ^ byte]
         state, extra = steps[state][byte]
         stuffed += extra
-    # The CRC's 15 bits in two bytes; the 16th is the complement of the last one, so it can't cause a stuff bit.
+    # The 15 bits of the CRC in two bytes; the 16th is the complement of the last bit, so it can't cause a stuff bit.
     state, extra = steps[state][crc >> 7]
     stuffed += extra + steps[state][crc << 1 & 0xFF | ~crc & 1][1]
     return bits + 8 * len(data) + stuffed
@@ -103,12 +103,12 @@ def classical_bits(frame: CanFrame) -> int:
 
 @lru_cache(maxsize=32)
 def _fd_control(is_switched: bool, length: int) -> tuple[int, int]:
-    """State and stuff bits after ESI (dominant) and DLC, which follow BRS; before it stand FDF 1 and res 0."""
+    """State and stuff bits after ESI (dominant) and DLC, which follow BRS; FDF 1 and res 0 precede it."""
     return _stuff(_RECESSIVE_ONCE if is_switched else _DOMINANT_TWICE, FD_LENGTHS.index(length), 1 + 4)
 
 
 def fd_bits(frame: CanFrame) -> tuple[int, int]:
-    """Bits of an FD frame: at the nominal bit rate, and at the data bit rate (0 unless it switches)."""
+    """The number of bits of an FD frame at the nominal bit rate, and at the data bit rate (0 unless it switches)."""
     data, identifier, brs = frame.data, frame.identifier, int(frame.is_bit_rate_switched)
     if frame.is_extended:
         # base identifier 11, SRR, IDE, identifier extension 18, RRS, FDF, res, BRS
@@ -123,7 +123,7 @@ def fd_bits(frame: CanFrame) -> tuple[int, int]:
         stuffed += extra
     last_bit = (data[-1] if data else FD_LENGTHS.index(len(data))) & 1
     if state >> 2 != last_bit:
-        stuffed -= 1  # a stuff bit would be due where the first fixed one stands: there is only that one
+        stuffed -= 1  # a stuff bit that would be due at the place of the first fixed one is left out
     # ESI, DLC 4, data; stuff count 4 and CRC 17 or 21 with a fixed stuff bit before every 4 bits; CRC delimiter
     switched = 1 + 4 + 8 * len(data) + stuffed + (4 + 17 + 6 if len(data) <= 16 else 4 + 21 + 7) + 1
     nominal += _TAIL_BITS - 1

@@ -1,4 +1,4 @@
-"""What the bus model keeps about each member, and about each frame that waits."""
+"""The records of the bus model: one for each member, and one for each frame that waits."""
 
 from collections import deque
 from fractions import Fraction
@@ -14,7 +14,7 @@ from fieldrig_bus.can.notices import BusState, CanState
 
 
 class Controller(Settings):
-    """How the CAN controller of one member is set up."""
+    """The setup of one member's CAN controller."""
 
     one_shot: bool = Field(default=False, description="a frame that meets an error or loses arbitration is given up")
     listen_only: bool = Field(default=False, description="it receives, but neither sends nor acknowledges")
@@ -42,7 +42,7 @@ class Member:
         self.is_gone = False
         """It has left the bus, and its frame is still on the wire."""
         self.skew: Fraction | None = None
-        """Its bit time relative to that of the bus, if it has declared a different bit rate."""
+        """The bit time of the member relative to that of the bus, if it has declared a different bit rate."""
 
         # error handling, from here on
         self.tec = self.rec = 0

@@ -29,13 +29,14 @@ from fieldrig.bus import BusModel, Delivery
 from fieldrig_bus.can.acceptance import ERRORS, STATE, filters_of, passes, received, wants, wants_own
 from fieldrig_bus.can.arbitration import priority
 from fieldrig_bus.can.bus_off import BusOff
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.faults import PACED, CanFault, Delay, Faults
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.given_fault import fault_of
 from fieldrig_bus.can.length import classical_bits
 from fieldrig_bus.can.medium import Medium
 from fieldrig_bus.can.member import Controller, Member, Request
-from fieldrig_bus.can.notices import BitRate, CanControl, CanState, Notice
+from fieldrig_bus.can.notices import BitRate, CanControl, CanState
 from fieldrig_bus.can.stepwise import Stepwise
 
 log = logging.getLogger(__name__)
@@ -45,8 +46,6 @@ LONGEST_QUEUE: Final = 10_000
 _MOST_CACHED: Final = 4096  # identifiers per sender
 _PLAIN: Final = Controller()
 UNPACED_REMEDY: Final = "give the bus one; drop, delay, duplicate and replace need none"
-
-CanMessage = CanFrame | Notice
 
 
 class CanBusModel(BusModel[CanMessage]):

@@ -10,12 +10,13 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import ModelBus
 from fieldrig.settings import Settings
-from fieldrig_bus.can import acceptance, codec
+from fieldrig_bus.can.codec import CanMessage
+from fieldrig_bus.can.family import CanFamily
 from fieldrig_bus.can.faults import PACED, CanFault
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.given_fault import MODELS
 from fieldrig_bus.can.member import Controller
-from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model import CanBusModel
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, FaultNote
 
 
@@ -53,19 +54,12 @@ class CanSettings(Settings):
         return self
 
 
-class CanModelBus(ModelBus[CanMessage]):
+class CanModelBus(CanFamily, ModelBus[CanMessage]):
     """A CAN bus whose medium is `CanBusModel`."""
 
-    family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame, CanError, BusState, FaultNote, CanControl, BitRate)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: CanSettings
-
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
-    check = staticmethod(codec.check_sent)
-    check_interest = staticmethod(acceptance.check_interest)
 
     @staticmethod
     def standing_of(message: CanMessage) -> str | None:

@@ -1,18 +1,18 @@
-"""What a CAN controller tells its member beside frames, and what a member tells its controller.
+"""Notices: messages between a member and its own CAN controller, beside the frames.
 
-A controller's word goes to members that ask for it in their interest: "errors" for `CanError`, "state" for
-`BusState`; both stand in the trace in any case, with the member whose controller it is as the sender.  SocketCAN has
-the same as error frames (linux/can/error.h; see `socketcan_errors`).
+A controller's notices go to members whose interest asks for them: "errors" for `CanError`, "state" for `BusState`.
+Both are in the trace in any case, with the controller's member as the sender.  SocketCAN has the same as error frames
+(linux/can/error.h; see `socketcan_errors`).
 
 Named after FMI-LS-BUS 1.0 (its network abstraction for CAN):
 
     Transmit                a CanFrame that is sent
-    Confirm                 the own frame that comes back to who asks for "own"
+    Confirm                 the own frame that comes back to a member that asks for "own"
     Bus Error               CanError; the codes of ErrorKind are those of the standard
-    Arbitration Lost        CanError with ARBITRATION_LOST, of a one-shot member; others just try again
+    Arbitration Lost        CanError with ARBITRATION_LOST, for a one-shot member; others try again
     Status                  BusState
     Configuration           the settings of the bus (bit rates), BitRate, CanControl (arbitrationLostBehavior: one-shot)
-    Wake-up, Format Error   have no counterpart: nobody sleeps, and a frame is sound when it is made
+    Wake-up, Format Error   have no counterpart: no controller sleeps, and a frame is valid once it is constructed
 """
 
 import struct
@@ -24,7 +24,7 @@ from fieldrig.link import Link
 from fieldrig_bus.can.bits import Place
 
 NOTICE: Final = 0x6000_0000
-"""Remote and FD at once, as no frame is: the first word of a notice in bytes, with its number below."""
+"""The flags remote and FD together, which no frame has.  With the number of the notice it is the first word."""
 
 
 class ErrorKind(IntEnum):
@@ -37,7 +37,7 @@ class ErrorKind(IntEnum):
 
 
 class CanState(IntEnum):
-    """Of a controller; the counters say which (ISO 11898-1:2015, 12.1.4), WARNING is the interface chips' own."""
+    """State of a controller by its error counters (ISO 11898-1:2015, 12.1.4).  Interface chips have added WARNING."""
 
     ACTIVE = 1
     WARNING = 2
@@ -47,10 +47,10 @@ class CanState(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class CanError:
-    """A controller saw an error, or as a one-shot transmitter lost arbitration.
+    """A controller has seen an error, or has lost arbitration as a one-shot transmitter.
 
     `identifier` is that of the frame on the wire, with the flags of `acceptance`; `bit` counts from 0, the start of
-    frame; the counters stand as they are after it.  `is_given_up`: the transmitter will not try this frame again.
+    frame; the counters are those after the error.  `is_given_up`: the transmitter will not try this frame again.
     """
 
     WIRE: ClassVar = struct.Struct("<BBHIBHB")
@@ -76,7 +76,7 @@ class BusState:
 
 @dataclass(frozen=True, slots=True)
 class FaultNote:
-    """A fault was applied; the sender of its line in the trace is the member that it struck."""
+    """An injected fault was applied; the sender of its line in the trace is the member that was affected."""
 
     WIRE: ClassVar = struct.Struct("<I")
     fault: int
@@ -85,7 +85,7 @@ class FaultNote:
 
 @dataclass(frozen=True, slots=True)
 class CanControl:
-    """A member to its controller.  What is None stays as it is; `recover` asks a controller out of bus-off."""
+    """A member changes the setup of its controller.  None leaves a setting as it is; `recover` ends bus-off."""
 
     is_one_shot: bool | None = None
     is_listen_only: bool | None = None
@@ -94,10 +94,10 @@ class CanControl:
 
 @dataclass(frozen=True, slots=True)
 class BitRate:
-    """A member to its controller: this is its bit rate from now on.  Until it says so, a member has that of the bus.
+    """A member sets the bit rate of its controller.  Until then a member has the bit rate of the bus.
 
-    With another one it hears nothing, and its frames are errors, where the bus is our model; where the medium is there
-    without us, the bit rate is the medium's.
+    On a model bus, a member with a different bit rate receives nothing, and its frames cause errors.  On a direct bus
+    the bit rate of the medium applies regardless.
     """
 
     WIRE: ClassVar = struct.Struct("<I")
@@ -105,7 +105,7 @@ class BitRate:
 
 
 SLOWEST, FASTEST = 1_000, 10_000_000
-"""Bit rates, in bit/s."""
+"""Lowest and highest bit rate, in bit/s."""
 
 
 def use_bit_rate(can: Link[Any], bit_per_s: int) -> None:
@@ -136,7 +136,7 @@ def encode(notice: Notice) -> bytes:
 
 
 def check_sent(notice: Any) -> None:
-    """TypeError or ValueError for what a member can't tell its controller."""
+    """Raise TypeError or ValueError for a notice that a member can't send to its controller."""
     match notice:
         case CanControl():
             for name in ("is_one_shot", "is_listen_only", "recover"):
@@ -155,7 +155,7 @@ def check_sent(notice: Any) -> None:
 
 
 def decode(data: bytes) -> Notice:
-    """ValueError for anything that `encode` doesn't write."""
+    """The inverse of `encode`.  ValueError for anything else."""
     try:
         return _decode(_WORD.unpack_from(data)[0] & ~NOTICE, data[_WORD.size :])
     except (struct.error, IndexError, KeyError) as cause:
@@ -167,7 +167,7 @@ def _decode(number: int, body: bytes) -> Notice:
         case 1:
             kind, place, bit, identifier, flags, tec, rec = CanError.WIRE.unpack(body)
             if flags > 3:
-                raise ValueError(f"no such flags of a CAN error: {flags:#x}")
+                raise ValueError(f"flags of a CAN error {flags:#x}: expected 0 to 3")
             return CanError(ErrorKind(kind), Place(place), bit, identifier, bool(flags & 1), bool(flags & 2), tec, rec)
         case 2:
             state, tec, rec = BusState.WIRE.unpack(body)

@@ -22,7 +22,7 @@ Nodes = list[tuple[Member | None, Node]]
 
 @dataclass(slots=True)
 class Outcome:
-    """What happens from `start` to `end`, in ticks, and when the bus is free after it."""
+    """The events between the ticks `start` and `end`; the bus is free at tick `free`."""
 
     start: int
     senders: tuple[Request, ...]
@@ -30,7 +30,7 @@ class Outcome:
     """Requests that lose arbitration."""
     nodes: Nodes
     wire: Stream
-    """What is on the bus while nothing is wrong."""
+    """The bits on the bus while nothing is wrong."""
     injection: Injection
     is_smooth: bool = False
     """Nothing is wrong.  Then there are no nodes and no wire, but `touched`: the sender and the receivers."""
@@ -65,7 +65,7 @@ class Outcome:
         return not self.nodes or any(node.is_sent for _, node in self.nodes)
 
     def ticks(self, last: int, nominal: int, switched: int) -> int:
-        """How long it takes, if the nodes are done with bit `last`."""
+        """The duration, if the nodes are done with bit `last`."""
         wire = self.wire
         if self.is_smooth:
             return self.senders[0].ticks - INTERMISSION_BITS * nominal

@@ -1,7 +1,8 @@
 """Any interface of python-can as a direct bus: adapters that have a driver there and no kernel network device.
 
-Source: python-can 4.6, `can.Bus`.  Without a thread: where the interface has a file descriptor the loop watches it,
-elsewhere it is asked every millisecond.  Left out: error frames, filters in the adapter.
+Source: python-can 4.6, `can.Bus`.  There is no thread: where the interface has a file descriptor the event loop watches
+it, elsewhere the interface is polled every millisecond.
+Left out: error frames, filters in the adapter.
 """
 
 import asyncio
@@ -14,9 +15,11 @@ from pydantic import ConfigDict, Field
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.errors import BusError
+from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig_bus.can import acceptance, codec
 from fieldrig_bus.can.acceptance import Filters, filters_of, passes, received
+from fieldrig_bus.can.codec import CanMessage
+from fieldrig_bus.can.family import CanFamily
 from fieldrig_bus.can.frame import CanFrame
 
 if TYPE_CHECKING:
@@ -29,12 +32,12 @@ BURST: Final = 64
 
 
 class PythonCanSettings(Settings):
-    """All other keys go to `can.Bus` as they are."""
+    """Settings of the interface.  All other keys are passed to `can.Bus` unchanged."""
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True)
 
     interface: str = Field(description="name of an interface of python-can, such as pcan or slcan")
-    channel: str | int = Field(description="as this interface names its channels")
+    channel: str | int = Field(description="name or number of the channel, as this interface expects it")
 
 
 class PythonCanEnd:
@@ -96,18 +99,11 @@ class PythonCanEnd:
             self._at.deliver(self._handler, frame)
 
 
-class PythonCan(DirectBus[Any]):
+class PythonCan(CanFamily, DirectBus[CanMessage]):
     about: ClassVar[str] = "any interface of python-can"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
-    family: ClassVar[str] = "can"
     messages: ClassVar[tuple[type, ...]] = (CanFrame,)
     settings: PythonCanSettings
-
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
-    check = staticmethod(codec.check_sent)
-    check_interest = staticmethod(acceptance.check_interest)
 
     def __init__(self, name: str, settings: PythonCanSettings) -> None:
         super().__init__(name, settings)
@@ -116,7 +112,7 @@ class PythonCan(DirectBus[Any]):
     def python_can(self) -> dict[str, object]:
         return self.settings.model_dump()
 
-    async def open(self, at: Attachment) -> PythonCanEnd:
+    async def open(self, at: Attachment) -> Link[Any]:
         import can
 
         arguments: dict[str, Any] = self.python_can()
@@ -125,7 +121,7 @@ class PythonCan(DirectBus[Any]):
         except (can.CanError, OSError, ValueError, TypeError, ImportError) as cause:
             what = f"python-can can't open {arguments}: {cause}"
             raise BusError(
-                what, "`python -m can.viewer -i INTERFACE -c CHANNEL` shows whether it can be had"
+                what, "`python -m can.viewer -i INTERFACE -c CHANNEL` shows whether it is available"
             ) from cause
         end = self._ends[at.member] = PythonCanEnd(at, bus)
         return end

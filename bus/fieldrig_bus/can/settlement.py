@@ -1,4 +1,4 @@
-"""What an outcome changes once its end has come: queues, error counters, states, statistics, and deliveries."""
+"""Settlement: carries an outcome over to queues, error counters, states, statistics, and deliveries."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,17 +1,17 @@
 """One link to a CAN bus for several services, or several nodes, of one device.
 
-Each has an end of its own, a `Link` like any other.  The bus is asked for what all of them want together, and a frame
-finds its receivers by one look into a dictionary: who wants an identifier is worked out when it comes for the first
-time, so filters with masks cost no more than exact ones.  Ends may be shared again.
+Each has an end of its own, a `Link` like any other.  The interest in the bus is that of all ends together, and a frame
+finds its receivers by one look into a dictionary: the ends that want an identifier are determined when it arrives for
+the first time, so filters with masks cost no more than exact ones.  Ends may be shared again.
 
-A controller doesn't hear itself, so ends hear nothing of what others of the same device send.  Where a master and
-slaves live in one device that would be wrong: an NMT command or a SYNC of the master is for the device's own slaves
-too.  An end that `hears_others` gets such frames when they have been on the wire, as the slaves of other devices do
-(the bus gives the device its own frames back, with the word "own" in `acceptance`), so nothing is heard from a
-controller in bus-off, and nobody is called from within `send`.
+A controller does not receive its own frames, so ends normally don't receive frames of the other ends of their device.
+Where a master and slaves are in one device that would be wrong: an NMT command or a SYNC of the master is meant for the
+device's own slaves as well.  An end that `hears_others` gets such frames when they have been on the wire, as the slaves
+of other devices do (with the word "own" in `acceptance`, the bus returns the device's own frames).  So it receives
+nothing from a controller in bus-off, and no handler is called from within `send`.
 
-What comes back is told from an equal frame of another device by the order of sending.  Sent twice at the same time by
-two devices, the two may be taken for each other; everybody hears as many of them as he should.
+A frame that comes back is told from an equal frame of another device by the order of sending.  If two devices send
+equal frames at the same time, the two may be confused; each end still receives the right number of them.
 """
 
 from collections import deque
@@ -24,7 +24,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BusState, CanError, CanState
 
 _MOST_CACHED: Final = 4096  # identifiers
-_MOST_UNDER_WAY: Final = 10_000  # frames; the bus doesn't queue more of one member
+_MOST_UNDER_WAY: Final = 10_000  # frames; the bus queues no more than that for one member
 
 _Handler = Callable[[Any], None]
 
@@ -52,20 +52,22 @@ class Share:
 
 
 class SharedLink:
+    """A link of one device that several ends share."""
+
     def __init__(self, can: Link[CanFrame]) -> None:
         self._can = can
         self._shares: list[Share] = []
         self._interest: list[Any] | None = []
         self._routes: dict[int, tuple[_Handler, ...]] = {}
-        """Who hears a frame of another device, by its identifier as `received` has it."""
+        """Handlers for a frame of another device, by its identifier as `received` returns it."""
         self._listens_to_itself = False
         self._under_way: deque[tuple[Share, CanFrame]] = deque(maxlen=_MOST_UNDER_WAY)
-        """What was sent and has not come back yet, if anybody waits for that."""
+        """Frames that were sent and have not come back yet, if an end waits for them."""
         self._own: set[int] = set()
-        """Identifiers that were ever among it."""
+        """Identifiers of all frames that have ever been under way."""
 
     def share(self, *, hears_others: bool = False) -> Link[CanFrame]:
-        """A further end.  `hears_others`: also what the other ends send, as far as it is of interest."""
+        """A further end.  With `hears_others` it also gets frames of the other ends that are of interest."""
         share = Share(self, hears_others)
         self._shares.append(share)
         return share
@@ -77,7 +79,7 @@ class SharedLink:
         self._can.send(message)
 
     def connect(self) -> None:
-        """Somebody's interest has changed."""
+        """Update the interest in the bus after that of an end has changed."""
         self._routes.clear()
         self._listens_to_itself = any(
             share.wants(OWN) or (share.hears_others and share.filters != ()) for share in self._shares
@@ -125,7 +127,7 @@ class SharedLink:
         return handlers
 
     def _sender_of(self, frame: CanFrame) -> Share | None:
-        """Whose frame has come back; None if it is another device's.  What was sent before it was lost."""
+        """The end whose frame has come back; None if it is another device's.  Frames sent before it were lost."""
         under_way = self._under_way
         for place, (sender, sent) in enumerate(under_way):
             if sent == frame:
@@ -145,7 +147,7 @@ class SharedLink:
 
     def _on_notice(self, notice: Any) -> None:
         if isinstance(notice, BusState) and notice.state is CanState.BUS_OFF:
-            self._under_way.clear()  # the controller has given up what waited
+            self._under_way.clear()  # the controller has given up all waiting frames
         word = {BusState: STATE, CanError: ERRORS}.get(type(notice))
         for share in tuple(self._shares):
             if word is not None and share.wants(word) and share.handler is not None:

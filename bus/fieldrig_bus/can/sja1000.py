@@ -1,7 +1,7 @@
-"""The acceptance filter of the SJA1000, as adapters that carry this controller hand it to their users.
+"""The acceptance filter of the SJA1000, as adapters with this controller offer it to their users.
 
-Source: Philips SJA1000 data sheet (2000 Jan 04), 6.4.15, PeliCAN mode.  The registers ACR0 to ACR3 are one number
-here, ACR0 highest; so are AMR0 to AMR3, where a bit of 1 means "don't care".
+Source: Philips SJA1000 data sheet (2000 Jan 04), 6.4.15, PeliCAN mode.  The registers ACR0 to ACR3 form one number
+here, with ACR0 highest; so do AMR0 to AMR3, where a bit of 1 means "don't care".
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from fieldrig_bus.can.frame import CanFrame
 EVERYTHING: Final = 0xFFFF_FFFF
 
 Image = tuple[int, int]
-"""A frame as the registers see it, and which of these bits there are to be compared."""
+"""A frame as the registers see it, and the bits of it that are compared."""
 
 
 @dataclass(slots=True)
 class AcceptanceFilter:
     is_single: bool = False
-    """One filter of four bytes; otherwise two of two bytes, either of which lets a frame pass."""
+    """True if a frame passes: one filter of four bytes, or otherwise either of two filters of two bytes."""
     code: int = 0
     mask: int = EVERYTHING
 
@@ -30,7 +30,10 @@ class AcceptanceFilter:
 
 
 def single_image(frame: CanFrame) -> tuple[Image]:
-    """Standard: ID.28-18, RTR, 4 unused, data bytes 1 and 2.  Extended: ID.28-0, RTR, 2 unused (figures 9, 10)."""
+    """Bits for a single filter (figures 9, 10).
+
+    Standard: ID.28-18, RTR, 4 unused, data bytes 1 and 2.  Extended: ID.28-0, RTR, 2 unused.
+    """
     remote, data = int(frame.is_remote), frame.data[:2]
     if frame.is_extended:
         return ((frame.identifier << 3 | remote << 2, 0xFFFF_FFFC),)
@@ -39,7 +42,10 @@ def single_image(frame: CanFrame) -> tuple[Image]:
 
 
 def dual_images(frame: CanFrame) -> tuple[Image, Image]:
-    """Standard: each ID.28-18 and RTR, the first also data byte 1.  Extended: each ID.28-13 (figures 11, 12)."""
+    """Bits for two filters (figures 11, 12).
+
+    Standard: ID.28-18 and RTR for each, data byte 1 for the first one.  Extended: ID.28-13 for each.
+    """
     if frame.is_extended:
         high = frame.identifier >> 13
         return (high << 16, 0xFFFF_0000), (high, 0x0000_FFFF)

@@ -1,7 +1,7 @@
-"""What nodes make of each other's bits when one of them has a wrong bit rate.
+"""The bits of a node as other nodes see them when one of them has a wrong bit rate.
 
-A node samples each of its own bits at three quarters.  Resynchronisation is left out: it copes with deviations of a
-per cent or so, and a wrong bit rate is none of these.
+A node samples each of its own bits at three quarters.  Resynchronisation is left out: it compensates deviations of
+about one per cent, and a wrong bit rate deviates more.
 """
 
 from fractions import Fraction
@@ -15,7 +15,10 @@ NEVER_STUFFED = 1 << 40  # bits
 
 @lru_cache(maxsize=256)
 def seen_of(wire: Stream, bit_time: Fraction) -> Stream:
-    """What the bus sees of a sender whose bits take `bit_time` of the bus's.  Only rows of six are wrong in it."""
+    """The bits that the bus sees from a sender whose bit time is `bit_time` times that of the bus.
+
+    Only six equal bits in a row are wrong in it.
+    """
 
     def at(bit: int) -> int:
         return min(int((bit + Fraction(3, 4)) / bit_time), len(wire.bits) - 1)
@@ -36,7 +39,7 @@ def seen_of(wire: Stream, bit_time: Fraction) -> Stream:
 
 @lru_cache(maxsize=256)
 def blind_at(wire: Stream, bit_time: Fraction) -> tuple[int, ErrorKind]:
-    """The bit of `wire` in which a receiver whose bits take `bit_time` sees an error."""
+    """The bit of `wire` in which a receiver with a bit time of `bit_time` times that of the bus sees an error."""
     last, row, own_bit = 1, 0, 0
     while (bit := int((own_bit + Fraction(3, 4)) * bit_time)) < wire.delimiter:
         row = row + 1 if wire.bits[bit] == last else 1

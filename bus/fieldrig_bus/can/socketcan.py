@@ -1,9 +1,9 @@
 """`can.socketcan`: a CAN bus of the Linux kernel, vcan or a real adapter.
 
-Source: Linux, Documentation/networking/can.rst, 4.1 (raw sockets), and include/uapi/linux/can.h.  What a member doesn't
-want is kept from it by the kernel, so it pays nothing for it.  The bit rate is that of the network device.  Its error
-frames come as notices to who asks for "errors" or "state".
-Left out: setting devices up (it takes root: the errors say how).
+Source: Linux, Documentation/networking/can.rst, 4.1 (raw sockets), and include/uapi/linux/can.h.  The kernel filters
+what a member is not interested in, so it costs the member nothing.  The bit rate is that of the network device.  Its
+error frames become notices for members that ask for "errors" or "state".
+Left out: setting devices up, which needs root (the error messages say how).
 """
 
 import errno
@@ -30,7 +30,7 @@ HEAD: Final = struct.Struct("=IBB2x")
 FILTER: Final = struct.Struct("=II")  # struct can_filter
 ERROR: Final = 0x2000_0000  # CAN_ERR_FLAG; in a filter CAN_INV_FILTER
 BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS
-ERROR_FILTER: Final = 2  # CAN_RAW_ERR_FILTER; Python names it only where its headers had it
+ERROR_FILTER: Final = 2  # CAN_RAW_ERR_FILTER; Python has the name only if its headers had it
 MOST_FILTERS: Final = 512  # CAN_RAW_FILTER_MAX
 RECEIVE_BUFFER: Final = 1 << 20
 
@@ -39,11 +39,11 @@ NO_CAN: Final = "on Linux load it with `sudo modprobe can-raw vcan`; kind: can.h
 
 class CanSocketcanSettings(CanDirectSettings):
     channel: str = Field(pattern=r"^[^\s/]{1,15}$", description="network device, such as vcan0 or can0")
-    fd: bool = Field(default=False, description="also CAN FD frames; the device must be set up for them")
+    fd: bool = Field(default=False, description="carry CAN FD frames as well; the device must be set up for them")
 
 
 def to_wire(frame: CanFrame) -> bytes:
-    """As struct can_frame, or canfd_frame."""
+    """A frame as struct can_frame, or canfd_frame."""
     word, data = frame.identifier, frame.data
     if frame.is_extended:
         word |= EXTENDED
@@ -55,23 +55,23 @@ def to_wire(frame: CanFrame) -> bytes:
 
 
 def from_wire(data: bytes) -> CanFrame | None:
-    """None for an error frame.
+    """The inverse of `encode`; None for an error frame.
 
-    The kernel hands over what a program sent to a vcan as it is; a controller would send something that a bus can
-    carry, and this is what comes of it here: an identifier of its 11 or 29 bits, an FD frame filled up with zeros to
-    the next length that a DLC can say (as drivers do by `can_fd_len2dlc`), at most 8 bytes asked for.
+    The kernel hands over unchanged what a program sent to a vcan.  A controller would send something that a bus can
+    carry, and so it is decoded: an identifier of 11 or 29 bits, an FD frame padded with zeros to the next length that
+    a DLC can encode (as drivers do by `can_fd_len2dlc`), and at most 8 bytes requested.
     """
     word, length, flags = HEAD.unpack_from(data)
     payload = data[HEAD.size : HEAD.size + length]
     is_fd = len(data) == FD.size
-    if word <= STANDARD_MASK and not is_fd:  # most frames
+    if word <= STANDARD_MASK and not is_fd:  # as most frames are
         return CanFrame(word, payload)
     if word & ERROR:
         return None
     is_extended = bool(word & EXTENDED)
     identifier = word & (EXTENDED_MASK if is_extended else STANDARD_MASK)
     if is_fd:
-        full = next(one for one in FD_LENGTHS if one >= len(payload))
+        full = next(length for length in FD_LENGTHS if length >= len(payload))
         is_switched = bool(flags & BIT_RATE_SWITCH)
         return CanFrame(identifier, payload.ljust(full, b"\0"), is_extended, False, 0, True, is_switched)
     if word & REMOTE:
@@ -80,20 +80,20 @@ def from_wire(data: bytes) -> CanFrame | None:
 
 
 def kernel_filters(filters: Filters | None) -> bytes:
-    """As an array of struct can_filter.  Bit 29 means other things there; here it never stands in an identifier."""
+    """Filters as an array of struct can_filter.  Bit 29 means something else there; no identifier here contains it."""
     if filters is None:
         return FILTER.pack(0, 0)
     return b"".join(FILTER.pack(wanted, mask & ~ERROR) for wanted, mask in filters if not wanted & ERROR)
 
 
 def error_mask(notices: frozenset[str]) -> int:
-    """The classes of error frames that the kernel lets pass."""
+    """Classes of error frames that the kernel passes."""
     mask = (socketcan_errors.ERRORS if ERRORS in notices else 0) | (socketcan_errors.STATES if STATE in notices else 0)
     return int(mask)
 
 
 def notice_from_wire(data: bytes) -> CanError | BusState | None:
-    """Of an error frame; None if we have no word for it."""
+    """The notice that corresponds to an error frame; None if there is none."""
     word, _, _ = HEAD.unpack_from(data)
     return socketcan_errors.notice_of(word & EXTENDED_MASK, data[HEAD.size :])
 
@@ -108,13 +108,13 @@ class SocketcanEnd(DirectEnd):
         try:
             self.socket.send(to_wire(frame))
         except OSError as fault:
-            # a full transmit queue; anything else, such as a device that is down, loses the frame as a loose plug does
+            # a full transmit queue; any other error, such as a device that is down, loses the frame
             return fault.errno not in (errno.ENOBUFS, errno.EAGAIN)
         self.at.heard(self.at.member, frame)
         return True
 
     def listen(self, filters: Filters | None, with_own: bool) -> None:
-        """Own frames pass the kernel's filters or not, as others do; so with them, and with many, we filter here."""
+        """Set the filters: in the kernel, or here with "own" (the kernel filters own frames too) or too many."""
         filters_here = with_own or (filters is not None and len(filters) > MOST_FILTERS)
         self._filters, self._with_own = (filters if filters_here else None), with_own
         self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, int(with_own))
@@ -158,7 +158,7 @@ class CanSocketcan(CanDirectBus):
 
 
 def open_socket(channel: str, fd: bool) -> socket.socket:
-    """A raw CAN socket that hears nothing yet.  BusError, with its remedy, if there is none."""
+    """A raw CAN socket that receives nothing yet.  BusError, with its remedy, if it can't be opened."""
     if not hasattr(socket, "AF_CAN"):
         raise BusError("this system has no SocketCAN", NO_CAN)
     try:
@@ -173,7 +173,7 @@ def open_socket(channel: str, fd: bool) -> socket.socket:
         _check_device(sock, channel, fd)
     except OSError as cause:
         sock.close()
-        raise BusError(f"no CAN network device {channel}: {cause.strerror}", _set_up(channel)) from cause
+        raise BusError(f"there is no CAN network device {channel}: {cause.strerror}", _set_up(channel)) from cause
     except BusError:
         sock.close()
         raise

@@ -1,8 +1,8 @@
-"""Notices of a controller as SocketCAN's error frames, and back.
+"""Notices of a controller as error frames of SocketCAN, and back.
 
-Source: Linux, include/uapi/linux/can/error.h.  An error frame has a class in place of the identifier, and eight bytes;
-the last two are the counters (CAN_ERR_CNT).  Which bits of a kernel's frame stand for no notice of ours (time-outs,
-transceiver status) is left out.
+Source: Linux, include/uapi/linux/can/error.h.  An error frame has a class instead of the identifier, and eight bytes of
+data; the last two are the error counters (CAN_ERR_CNT).
+Left out: the bits that correspond to no notice here (time-outs, transceiver status).
 """
 
 from enum import IntFlag
@@ -15,7 +15,7 @@ LENGTH: Final = 8  # CAN_ERR_DLC
 
 
 class Class(IntFlag):
-    """CAN_ERR_*"""
+    """The class of an error frame, CAN_ERR_*."""
 
     LOST_ARBITRATION = 0x002
     CONTROLLER = 0x004
@@ -32,14 +32,14 @@ STATES: Final = Class.CONTROLLER | Class.BUS_OFF | Class.RESTARTED
 
 SENDING: Final = 0x80  # CAN_ERR_PROT_TX
 PROTOCOL: Final = {ErrorKind.BIT: 0x01, ErrorKind.FORM: 0x02, ErrorKind.STUFF: 0x04}
-"""CAN_ERR_PROT_*, in byte 2; a CRC error is known by its place, in byte 3."""
+"""CAN_ERR_PROT_* in byte 2.  A CRC error is identified by its place in byte 3."""
 # CAN_ERR_CRTL_*, in byte 1: by state for the receive and for the transmit counter
 CONTROLLER: Final = {CanState.WARNING: (0x04, 0x08), CanState.PASSIVE: (0x10, 0x20)}
 ACTIVE: Final = 0x40
 
 
 def error_frame(notice: CanError | BusState) -> tuple[int, bytes]:
-    """Class (without CAN_ERR_FLAG) and data."""
+    """The class (without CAN_ERR_FLAG) and the data of the error frame for a notice."""
     kind, head = _error(notice) if isinstance(notice, CanError) else _state(notice)
     return kind | Class.COUNTERS, head.ljust(6, b"\0") + bytes([min(notice.tec, 255), min(notice.rec, 255)])
 
@@ -63,7 +63,7 @@ def _state(notice: BusState) -> tuple[Class, bytes]:
 
 
 def notice_of(word: int, data: bytes) -> CanError | BusState | None:
-    """None for what we have no word for.  Any data will do; what is missing is 0."""
+    """The notice for an error frame; None if there is none.  Data may have any length; missing bytes are 0."""
     data = data.ljust(LENGTH, b"\0")
     tec, rec = (data[6], data[7]) if word & Class.COUNTERS else (0, 0)
     if word & Class.BUS_OFF:

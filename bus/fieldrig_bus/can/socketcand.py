@@ -1,13 +1,14 @@
-"""The socketcand protocol: outsiders join a CAN bus over TCP, in ASCII.
+"""The socketcand protocol: outside clients join a CAN bus over TCP, in ASCII.
 
-Source: github.com/linux-can/socketcand, doc/protocol.md, and its daemon where the document is silent: a command that
-nobody knows is answered by `< error unknown command >`, one with wrong parameters is dropped without a word, a wrong
-bus ends the connection.  Clocked by the hub, stamped with the time of day.  Each connection is a member of the bus.
+Source: github.com/linux-can/socketcand, doc/protocol.md, and its daemon where the document is silent: an unknown
+command is answered by `< error unknown command >`, one with wrong parameters is dropped silently, and a wrong bus name
+ends the connection.  Time stamps are the time of day, by the hub's clock.  Each connection is a member of the bus.
 
-Deviations.  Commands are found across TCP segments, whatever stands between them is skipped, and white space in them
-doesn't matter (the daemon ends the connection).  `< statistics >` counts what this connection heard and sent.
-Left out: the UDP beacon (it is a broadcast, and traffic stays on this machine), bit timing and control mode bits (the
-rig's configuration says them), ISO-TP mode (an unknown command, as in a daemon without it).
+Deviations: a command may be spread over several TCP segments, bytes between commands are skipped, and the amount of
+white space does not matter (the daemon ends the connection).  `< statistics >` counts what this connection has received
+and sent.
+Left out: the UDP beacon (it is a broadcast, and traffic stays on this machine), bit timing and control mode bits (they
+are part of the rig's configuration), ISO-TP mode (an unknown command, as in a daemon without it).
 """
 
 import asyncio
@@ -26,13 +27,13 @@ from fieldrig_bus.can.broadcast_manager import CyclicJob, Subscription
 from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.can.notices import BusState, CanError, Notice
 from fieldrig_bus.can.socketcan_errors import error_frame
-from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import Connection, TcpServer, join_as_client
 
 log = logging.getLogger(__name__)
 
 LONGEST_COMMAND: Final = 8192  # bytes; a muxfilter of 257 tuples takes 6200
-SHORTEST_STATISTICS_NS: Final = 10 * MS  # the daemon's own grain
-SHORTEST_CYCLE_NS: Final = 50 * US  # about what the shortest frame takes at 1 Mbit/s
+SHORTEST_STATISTICS_NS: Final = 10 * MS  # the resolution of the daemon
+SHORTEST_CYCLE_NS: Final = 50 * US  # about the duration of the shortest frame at 1 Mbit/s
 HOLD_NS: Final = 20 * MS
 
 _EXACTLY: Final = EXTENDED_MASK | EXTENDED | REMOTE
@@ -46,7 +47,7 @@ class Mode(Enum):
 
 
 class Session:
-    """One client: bytes in, bytes out, an end of the bus."""
+    """One client: it turns commands into frames of its end of the bus, and frames into text."""
 
     def __init__(
         self,
@@ -57,7 +58,7 @@ class Session:
         close: Callable[[], None],
         epoch_ns: int = 0,
     ) -> None:
-        """`epoch_ns` is the time of day at the clock's zero."""
+        """`epoch_ns` is the time of day at instant 0 of the clock."""
         self._clock, self._link, self._channel = clock, link, channel.encode()
         self._write, self._close, self._epoch_ns = write, close, epoch_ns
         self._mode = Mode.NO_BUS
@@ -67,7 +68,7 @@ class Session:
         self._jobs: dict[int, CyclicJob] = {}
         self._subscriptions: dict[int, Subscription] = {}
         self._timer: Timer | None = None
-        self._counts = [0, 0, 0, 0]  # bytes and frames heard, bytes and frames sent
+        self._counts = [0, 0, 0, 0]  # bytes and frames received, bytes and frames sent
         write(b"< hi >")
 
     def receive(self, data: bytes) -> None:
@@ -91,7 +92,7 @@ class Session:
                 position = stop + 1
 
     def end(self) -> None:
-        """The client is gone."""
+        """The client has disconnected."""
         self._is_closed = True
         self._leave_mode()
 
@@ -126,7 +127,7 @@ class Session:
 
     def _on_rawmode(self, words: list[bytes]) -> None:
         self._enter(Mode.RAW)
-        # python-can takes a frame that comes along with the `< ok >` for a wrong answer.
+        # python-can mistakes a frame that arrives together with the `< ok >` for a wrong answer.
         self._held = []
         self._timer = self._clock.call_at(self._clock.now_ns() + HOLD_NS, self._let_go)
         self._link.on_receive(self._on_message, [EVERYTHING, ERRORS, STATE])
@@ -145,7 +146,7 @@ class Session:
         self._write(b"< ok >")
 
     def _leave_mode(self) -> None:
-        """Jobs and subscriptions end with the mode they were made in, as with a broadcast manager's socket."""
+        """Leave a mode.  Its jobs and subscriptions end with it, as with a broadcast manager's socket."""
         for job in self._jobs.values():
             job.stop()
         for subscription in self._subscriptions.values():
@@ -245,22 +246,22 @@ class Session:
             subscription.hear(frame)
 
     def _tell_subscribed(self, frame: CanFrame) -> None:
-        self._write(text.told(frame, self._time_ns(), " "))
+        self._write(text.frame_text(frame, self._time_ns(), " "))
 
     # raw mode
 
     def _on_message(self, message: CanFrame | Notice) -> None:
         if isinstance(message, CanFrame):
             self._count(message)
-            self._tell(text.told(message, self._time_ns()))
+            self._write_or_hold(text.frame_text(message, self._time_ns()))
         elif isinstance(message, CanError | BusState):
-            self._tell(text.told_error(error_frame(message)[0], self._time_ns()))
+            self._write_or_hold(text.error_text(error_frame(message)[0], self._time_ns()))
 
-    def _tell(self, told: bytes) -> None:
+    def _write_or_hold(self, line: bytes) -> None:
         if self._held is None:
-            self._write(told)
+            self._write(line)
         else:
-            self._held.append(told)
+            self._held.append(line)
 
     def _time_ns(self) -> int:
         return self._epoch_ns + self._clock.now_ns()
@@ -329,7 +330,7 @@ class _Client(Connection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         clock = self._hub.clock
-        self._member, link = join_as_outsider(self._hub, "socketcand")
+        self._member, link = join_as_client(self._hub, "socketcand")
         epoch_ns = time.time_ns() - clock.now_ns()
         self._session = Session(clock, link, self._channel, self.write, self.transport.close, epoch_ns)
 
@@ -343,7 +344,7 @@ class _Client(Connection):
 
 
 class SocketcandPort(Port):
-    """Listens at `listen`; clients open the bus as `channel`."""
+    """Listens at the address `listen`; clients open the bus under the name `channel`."""
 
     def __init__(self, listen: str, channel: str) -> None:
         self._listen, self._channel = listen, channel
@@ -351,7 +352,7 @@ class SocketcandPort(Port):
 
     @property
     def port(self) -> int:
-        """The TCP port that is listened at, once open."""
+        """The TCP port on which it listens, once it is open."""
         assert self._server is not None
         return self._server.port
 

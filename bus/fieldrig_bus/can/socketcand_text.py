@@ -1,6 +1,7 @@
-"""The words of the socketcand protocol as values, and frames as it tells them.  See `socketcand` for the source.
+"""The words of the socketcand protocol as values, and frames as its text.  `socketcand` names the source.
 
-Whatever takes words raises ValueError for wrong ones.  An identifier of eight digits has 29 bits, else 11.
+Every function that takes words raises ValueError for invalid ones.  An identifier of eight digits has 29 bits, any
+other has 11.
 """
 
 from collections.abc import Sequence
@@ -16,15 +17,15 @@ BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS of linux/can.h
 
 
 def number(word: bytes, base: int = 10) -> int:
-    if not word.isalnum():  # int() would take signs and underscores
-        raise ValueError(f"{word!r} is no number")
+    if not word.isalnum():  # int() would accept signs and underscores
+        raise ValueError(f"{word!r} is not a number")
     return int(word, base)
 
 
 def bytes_of(words: Sequence[bytes]) -> bytes:
-    """Of one or two hexadecimal digits each."""
+    """Bytes from words of one or two hexadecimal digits each."""
     if words and not b"".join(words).isalnum():
-        raise ValueError(f"{words!r} are no bytes")
+        raise ValueError(f"{words!r} are not bytes")
     return bytes([int(word, 16) for word in words])
 
 
@@ -38,24 +39,24 @@ def key(identifier: bytes) -> int:
 
 
 def data_frame(words: Sequence[bytes]) -> CanFrame:
-    """`can_id can_dlc [data]*`"""
+    """The frame of the words `can_id can_dlc [data]*`."""
     identifier, length, *data = words
     if len(data) != number(length):
-        raise ValueError("the length is not that of the data")
+        raise ValueError("the length is not the length of the data")
     return check(CanFrame(number(identifier, 16), bytes_of(data), len(identifier) == 8))
 
 
 def remote_frame(words: Sequence[bytes]) -> CanFrame:
-    """`can_id can_dlc`"""
+    """The remote frame of the words `can_id can_dlc`."""
     identifier, length = words
     return check(CanFrame(number(identifier, 16), b"", len(identifier) == 8, True, number(length)))
 
 
 def fd_frame(words: Sequence[bytes]) -> CanFrame:
-    """`can_id flags length [data]*`, filled up with zeros to a length that a DLC can say"""
+    """The FD frame of the words `can_id flags length [data]*`, padded with zeros to a length that a DLC can encode."""
     identifier, flags, length, *data = words
     if len(data) != number(length) or len(data) > FD_LENGTHS[-1]:
-        raise ValueError("the length is not that of the data")
+        raise ValueError("the length is not the length of the data")
     size = next(each for each in FD_LENGTHS if each >= len(data))
     frame = CanFrame(
         number(identifier, 16),
@@ -68,28 +69,28 @@ def fd_frame(words: Sequence[bytes]) -> CanFrame:
 
 
 def masks(words: Sequence[bytes]) -> list[bytes]:
-    """`nframes [data]+`, eight bytes each"""
+    """The masks of the words `nframes [data]+`, eight bytes each."""
     count, *data = words
     if not 2 <= number(count) <= MOST_MASKS or len(data) != 8 * number(count):
-        raise ValueError(f"2 to {MOST_MASKS} tuples of 8 bytes")
+        raise ValueError(f"expected 2 to {MOST_MASKS} tuples of 8 bytes")
     return [bytes_of(data[start : start + 8]) for start in range(0, len(data), 8)]
 
 
-def told(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
-    """A frame that was heard, its data with `between` in between: raw mode has none, BCM mode a space."""
+def frame_text(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
+    """A received frame, with `between` between its data bytes: nothing in raw mode, a space in BCM mode."""
     seconds, microseconds = divmod(time_ns // US, 1_000_000)
-    who = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
+    identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
     when = f"{seconds}.{microseconds:06}"
     if frame.is_remote:
-        return f"< rtr {who} {when} {frame.remote_length} >".encode()
+        return f"< rtr {identifier} {when} {frame.remote_length} >".encode()
     data = (frame.data.hex(between) if between else frame.data.hex()).upper()
     if frame.is_fd:
         flags = BIT_RATE_SWITCH if frame.is_bit_rate_switched else 0
-        return f"< fdframe {who} {flags:02X} {when} {data} >".encode()
-    return f"< frame {who} {when} {data} >".encode()
+        return f"< fdframe {identifier} {flags:02X} {when} {data} >".encode()
+    return f"< frame {identifier} {when} {data} >".encode()
 
 
-def told_error(kind: int, time_ns: int) -> bytes:
-    """An error frame, by its class; the daemon tells no data."""
+def error_text(kind: int, time_ns: int) -> bytes:
+    """An error frame with its class; the daemon does not send its data."""
     seconds, microseconds = divmod(time_ns // US, 1_000_000)
     return f"< error {kind:03X} {seconds}.{microseconds:06} >".encode()

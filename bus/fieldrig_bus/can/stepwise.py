@@ -9,7 +9,7 @@ A step is worked out before it happens, from what is known by then, and done whe
 changes nothing, so it does not matter how often `next_ns` is called.
 
 A lone transmitter retransmits for ever.  Once it is error passive nothing about it changes any more.  Its attempts are
-then no steps: they are counted when somebody asks, and a rig in virtual time comes to its end.
+then no steps: they are counted on demand, and a rig in virtual time comes to its end.
 """
 
 from collections.abc import Callable, Iterable, Mapping

@@ -1,10 +1,10 @@
-"""`can.udp`: a CAN bus as UDP multicast, for rigs and tests that already use python-can's `udp_multicast`.
+"""`can.udp`: a CAN bus over UDP multicast, for rigs and tests that already use python-can's `udp_multicast`.
 
-Source: python-can 4.6, can/interfaces/udp_multicast: a datagram is one message as a msgpack map.  Like there, neither
-order nor delivery is promised, and there is no bit rate and no arbitration.  Stays on the loopback interface unless
-`interface` says otherwise; python-can itself joins on the default interface, so a route must lead the group to `lo`
-before it meets this bus there (see `tools`).
-Left out: groups of IPv6, error frames, the kernel's filters (a bystander pays for every frame: use can.hub).
+Source: python-can 4.6, can/interfaces/udp_multicast: a datagram is one message as a msgpack map.  As there, neither
+order nor delivery is guaranteed, and there is no bit rate and no arbitration.  Traffic stays on the loopback interface
+unless `interface` names another one.  python-can itself joins on the default interface, so a route must lead the group
+to `lo` before it meets this bus there (see `tools`).
+Left out: IPv6 groups, error frames, filters in the kernel (every member pays for every frame; can.hub avoids that).
 """
 
 import errno
@@ -39,7 +39,7 @@ def _group(text: str) -> str:
     except AddressValueError:
         is_group = False
     if not is_group:
-        raise ValueError(f"{text!r} is no IPv4 multicast address: write one such as 239.74.163.2")
+        raise ValueError(f"{text!r} is not an IPv4 multicast address: expected one such as 239.74.163.2")
     return text
 
 
@@ -47,9 +47,9 @@ def _interface(text: str) -> str:
     try:
         address = IPv4Address(text)
     except AddressValueError as cause:
-        raise ValueError(f"{text!r} is no IPv4 address of this machine: write one such as 127.0.0.1") from cause
+        raise ValueError(f"{text!r} is not an IPv4 address of this machine: expected one such as 127.0.0.1") from cause
     if address.is_unspecified or address.is_multicast:
-        raise ValueError(f"{text} names no interface: write its address, such as 127.0.0.1")
+        raise ValueError(f"{text} is not the address of an interface: expected one such as 127.0.0.1")
     return text
 
 
@@ -59,10 +59,11 @@ class CanUdpSettings(CanDirectSettings):
     )
     port: int = Field(default=43113, ge=1, le=65535, description="UDP port")
     interface: Annotated[str, AfterValidator(_interface)] = Field(
-        default="127.0.0.1", description="IPv4 address of the network card; traffic leaves the machine by another one"
+        default="127.0.0.1",
+        description="IPv4 address of the network interface; traffic leaves this machine by any but 127.0.0.1",
     )
-    hop_limit: int = Field(default=1, ge=0, le=255, description="networks that a datagram may cross; 0: none")
-    fd: bool = Field(default=True, description="also CAN FD frames")
+    hop_limit: int = Field(default=1, ge=0, le=255, description="number of networks that a datagram may cross; 0: none")
+    fd: bool = Field(default=True, description="carry CAN FD frames as well")
 
 
 def to_wire(frame: CanFrame, time_s: float) -> bytes:
@@ -85,7 +86,7 @@ def to_wire(frame: CanFrame, time_s: float) -> bytes:
 
 
 def from_wire(datagram: bytes) -> CanFrame | None:
-    """None for an error frame.  ValueError for what is no message."""
+    """The frame in a datagram; None for an error frame.  ValueError if the datagram is not a message."""
     match msgpack.unpackb(datagram):
         case {"is_error_frame": True}:
             return None
@@ -101,13 +102,13 @@ def from_wire(datagram: bytes) -> CanFrame | None:
             data = data or b""
             frame = CanFrame(identifier, data, is_extended, is_remote, length * is_remote, is_fd, is_switched)
             if not is_remote and length != len(data):
-                raise ValueError("the length is not that of the data")
+                raise ValueError("the length is not the length of the data")
             return check(frame)
     raise ValueError("not a message of python-can")
 
 
 class UdpEnd(DirectEnd):
-    """Sends from a port of its own, by which it knows its own datagrams when they come back."""
+    """One member's link.  It recognises its own datagrams, when they come back, by the port that it sends from."""
 
     def __init__(
         self, at: Attachment, settings: CanUdpSettings, receiver: socket.socket, sender: socket.socket
@@ -122,7 +123,7 @@ class UdpEnd(DirectEnd):
         try:
             self._sender.sendto(to_wire(frame, time.time()), self._destination)
         except OSError as fault:
-            # no room in the socket's buffer; anything else, such as a network that is down, loses the frame
+            # no room in the socket's buffer; any other error, such as a network that is down, loses the frame
             return fault.errno not in (errno.ENOBUFS, errno.EAGAIN)
         self.at.heard(self.at.member, frame)
         return True
@@ -186,10 +187,10 @@ def _receiver(settings: CanUdpSettings) -> socket.socket:
     try:
         sock.setblocking(False)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if hasattr(socket, "SO_REUSEPORT"):  # python-can sets it too, and then all must
+        if hasattr(socket, "SO_REUSEPORT"):  # python-can sets it, and then every socket must
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
-        if sys.platform == "linux":  # else also what others of this machine joined on other interfaces
+        if sys.platform == "linux":  # receive only groups joined on this interface
             sock.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
         sock.bind(("" if sys.platform == "win32" else settings.group, settings.port))
         member = socket.inet_aton(settings.group) + socket.inet_aton(settings.interface)
@@ -217,5 +218,5 @@ def _sender(settings: CanUdpSettings) -> socket.socket:
 def _bus_error(settings: CanUdpSettings, cause: OSError) -> BusError:
     what = f"can't join {settings.group}:{settings.port} on {settings.interface}: {cause.strerror}"
     if cause.errno in (errno.ENODEV, errno.EADDRNOTAVAIL):
-        return BusError(what, "interface: is the address of a network card of this machine, such as 127.0.0.1")
+        return BusError(what, "interface: expected the address of an interface of this machine, such as 127.0.0.1")
     return BusError(what, "choose another group or port, or use kind: can.hub, which needs no multicast")

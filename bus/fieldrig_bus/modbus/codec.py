@@ -1,9 +1,9 @@
-"""A Modbus message as bytes, for other processes and traces, and as a line for a person.
+"""A Modbus message as bytes, for other processes and traces, and as a line of text.
 
-Bytes, little endian: what it is (1), the unit (1), the exchange (4), on a serial line its state (8), the PDU.  The PDU
-stays bytes all the way: pymodbus' PDU classes would cost 40 us a request and answer wrong quantities with function
-code 0x80, so pymodbus is here the foreign client of the tests, not the codec.  Of a connection: unit and exchange 0,
-and the address as text.
+Bytes, little endian: kind (1), unit (1), exchange (4), state of the serial line if there is one (8), PDU.  The PDU is
+bytes throughout: the PDU classes of pymodbus would cost 40 us per request and answer wrong quantities with function
+code 0x80, so pymodbus is the foreign client of the tests and not the codec.  A connection has unit and exchange 0, and
+its address as text.
 """
 
 import ipaddress
@@ -69,7 +69,7 @@ def encode(message: ModbusEvent) -> bytes:
 
 
 def decode(data: bytes) -> ModbusEvent:
-    """ValueError for anything that `encode` doesn't write."""
+    """The inverse of `encode`.  ValueError for anything else."""
     try:
         kind, unit, exchange = _HEAD.unpack_from(data)
         if kind == RESPONSE:
@@ -87,7 +87,7 @@ def decode(data: bytes) -> ModbusEvent:
 
 
 def show(message: ModbusEvent) -> str:
-    """`unit 1 ask  read holding registers 03 00 6b 00 03`"""
+    """A message as one line, such as `unit 1 ask  read holding registers 03 00 6b 00 03`."""
     if isinstance(message, ClientConnected):
         return f"connection from {message.peer}"
     pdu = message.pdu
@@ -108,5 +108,5 @@ def _address(data: bytes) -> str:
 
 def _pdu(data: bytes, start: int) -> bytes:
     if not 1 <= len(data) - start <= LONGEST_PDU:
-        raise ValueError(f"not a Modbus message, its length is wrong: {data.hex(' ')}")
+        raise ValueError(f"not a Modbus message, because its length is wrong: {data.hex(' ')}")
     return data[start:]

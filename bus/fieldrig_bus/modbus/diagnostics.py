@@ -1,8 +1,8 @@
-"""Function 8: what a server knows of its serial port, and listen only mode.
+"""Function 8: the diagnostics of a server's serial port, and listen only mode.
 
 Source: Modbus application protocol V1.1b3, 6.8, and Modbus over serial line V1.02, 4 (the counters).  Negative
-acknowledge, busy and overrun never happen here and count 0.  On TCP there is no port to be silenced or given another
-delimiter: sub-functions 3 and 4 are not there (01); 3 is there on ASCII only.
+acknowledge, busy and overrun never occur here, so their counters are 0.  On TCP there is no port that could be silenced
+or get another delimiter, so sub-functions 3 and 4 are refused (01); sub-function 3 exists on ASCII only.
 """
 
 from collections.abc import Callable
@@ -23,12 +23,12 @@ class Diagnostics:
 
     def __init__(self) -> None:
         self.server_messages = 0
-        """Addressed to this unit, or broadcast; the counted one included."""
+        """Messages addressed to this unit or broadcast, including the one that is being answered."""
         self.no_responses = 0
         self.exception_responses = 0
         self.is_listening_only = False
         self.line: LineState | None = None
-        """As it came with the request that is being answered."""
+        """The state of the line that came with the request that is being answered."""
         self._since = NO_LINE
         self._counters: dict[int, Callable[[], int]] = {
             REGISTER: lambda: 0,  # no contents are defined
@@ -43,7 +43,7 @@ class Diagnostics:
         }
 
     def answer(self, pdu: bytes) -> bytes | None:
-        """None in place of an answer to `force listen only mode`."""
+        """The response to function 8; None for `force listen only mode`, which is not answered."""
         if len(pdu) < 3:
             raise ModbusError(ILLEGAL_DATA_VALUE)
         line = self.line
@@ -73,7 +73,7 @@ class Diagnostics:
         return pdu
 
     def hear_in_listen_only(self, pdu: bytes) -> None:
-        """Nothing is acted on but `restart communications`, which ends the mode (6.8.1, sub-function 1)."""
+        """Listen only mode: the only request that is executed is `restart communications` (6.8.1, sub-function 1)."""
         self.no_responses += 1
         if pdu in (b"\x08\x00\x01" + KEEP_LOG, b"\x08\x00\x01" + CLEAR_LOG):
             self.is_listening_only = False

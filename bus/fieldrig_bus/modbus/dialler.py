@@ -1,19 +1,18 @@
-"""A TCP connection to an address outside that is made when it is wanted, and made again with growing pauses.
+"""A TCP connection to an outside address that is opened when it is needed, and reopened with increasing pauses.
 
 Source: Modbus messaging on TCP/IP implementation guide V1.0b, 4.2: a client opens a connection when it has something to
-say, and keeps it.  After a failure it waits 0.25 s, then twice as long each time, up to 8 s; `worked` says that
-the connection did what it is for.
+send, and keeps it.  After a failure it waits 0.25 s, then twice as long each time, up to 8 s, until `worked` reports
+that the connection has served its purpose.
 """
 
 import asyncio
-import contextlib
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 from fieldrig.net import split_address
-from fieldrig_bus.net import Connection, TcpServer
+from fieldrig_bus.net import Connection, TcpServer, cancel
 
 log = logging.getLogger(__name__)
 
@@ -23,19 +22,19 @@ CONNECT_S: Final = 5.0
 
 
 def pause_s(failures: int) -> float:
-    """Before the next try, after so many failures in a row."""
+    """The pause before the next attempt, after this number of failures in a row."""
     return min(FIRST_PAUSE_S * 2.0 ** (failures - 1), LONGEST_PAUSE_S) if failures else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Handlers:
-    """What is done with a connection."""
+    """The user of the connection."""
 
     opened: Callable[[], None]
     received: Callable[[bytes], None]
     closed: Callable[[], None]
     is_wanted: Callable[[], bool]
-    """Whether it is to be made (again) without a further `want`."""
+    """True if the connection is to be opened, or reopened, without a further `want`."""
 
 
 class Dialler:
@@ -46,14 +45,14 @@ class Dialler:
         self._dialling: asyncio.Task[None] | None = None
         self._failures = 0
         self._is_told = False
-        """That it can't be reached stands in the log."""
+        """The failure to reach the address has already been logged."""
 
     @property
     def is_open(self) -> bool:
         return self._connection is not None
 
     def want(self) -> None:
-        """Connect, as soon as the pause after the last failure is over."""
+        """Connect as soon as the pause after the last failure is over."""
         if self._connection is None and self._dialling is None:
             self._dialling = asyncio.get_running_loop().create_task(self._dial(pause_s(self._failures)))
 
@@ -65,16 +64,14 @@ class Dialler:
         self._failures = 0
 
     def drop(self, why: str) -> None:
-        """This connection is of no use any more."""
+        """Close this connection because it is no longer usable."""
         if self._connection is not None:
             log.debug("%s: %s", self._name, why)
             self._connection.transport.abort()
 
     async def close(self) -> None:
         if self._dialling is not None:
-            self._dialling.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._dialling
+            await cancel(self._dialling)
             self._dialling = None
         connection, self._connection = self._connection, None
         if connection is not None:
@@ -90,12 +87,12 @@ class Dialler:
             try:
                 async with asyncio.timeout(CONNECT_S):
                     await asyncio.get_running_loop().create_connection(self._place_for_one, host, port)
-            except OSError as fault:  # also TimeoutError, and a name that can't be resolved
+            except OSError as fault:  # includes TimeoutError, and a name that can't be resolved
                 wait_s = self._fail(str(fault) or "no answer")
             else:
                 break
         self._dialling = None
-        if self._connection is None and self.handlers.is_wanted():  # it was closed at once
+        if self._connection is None and self.handlers.is_wanted():  # it was closed immediately
             self.want()
 
     def _place_for_one(self) -> "_Outgoing":
@@ -103,7 +100,7 @@ class Dialler:
 
     def arrived(self, connection: "_Outgoing") -> None:
         get = connection.transport.get_extra_info
-        if get("sockname") == get("peername"):  # TCP lets an end connect to itself where nobody listens
+        if get("sockname") == get("peername"):  # TCP allows an end to connect to itself where no server listens
             self._failures += 1
             connection.transport.abort()
             return
@@ -124,7 +121,7 @@ class Dialler:
 
     def _fail(self, why: str) -> float:
         self._failures += 1
-        (log.debug if self._is_told else log.info)("%s can't be reached: %s; tried again", self._name, why)
+        (log.debug if self._is_told else log.info)("%s can't be reached: %s; trying again", self._name, why)
         self._is_told = True
         return pause_s(self._failures)
 

@@ -9,7 +9,7 @@ SERVER_DEVICE_FAILURE: Final = 0x04
 
 
 class ModbusError(Exception):
-    """The request is answered with this exception code."""
+    """Raised to answer the request with this exception code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"Modbus exception {code:#04x}")

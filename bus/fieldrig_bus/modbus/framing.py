@@ -1,4 +1,4 @@
-"""How long characters take on a serial line, and what a framer is: bytes and time in, frames out.
+"""The duration of characters on a serial line, and what a framer is: it turns bytes and time into frames.
 
 Source: Modbus over serial line V1.02, 2.5.1 (RTU) and 2.5.2 (ASCII).
 """
@@ -11,7 +11,7 @@ from fieldrig.clock import US, S
 Mode = Literal["rtu", "ascii"]
 
 FAST_BAUD = 19200
-"""Above it the silent intervals of RTU are fixed (2.5.1.1)."""
+"""Above this baud rate the silent intervals of RTU are fixed (2.5.1.1)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,18 +25,18 @@ class LineTiming:
 
     @property
     def gap_ns(self) -> int:
-        """t1.5: the longest silence within an RTU frame."""
+        """t1.5, the longest silence within an RTU frame."""
         return self.characters_ns(1.5) if self.baud <= FAST_BAUD else 750 * US
 
     @property
     def silence_ns(self) -> int:
-        """t3.5: the silence that ends an RTU frame; ASCII frames say themselves where they end."""
+        """t3.5, the silence that ends an RTU frame.  ASCII frames end with a delimiter."""
         if self.mode == "ascii":
             return 0
         return self.characters_ns(3.5) if self.baud <= FAST_BAUD else 1750 * US
 
     def frame_ns(self, pdu_size: int) -> int:
-        """How long a frame with a PDU of this size is on the line."""
+        """The duration of a frame with a PDU of this size on the line."""
         return self.characters_ns(2 * pdu_size + 7 if self.mode == "ascii" else pdu_size + 3)
 
 
@@ -47,13 +47,13 @@ class LineFramer(Protocol):
     errors: int
 
     def feed(self, now_ns: int, data: bytes) -> None:
-        """These bytes were read at `now_ns`."""
+        """Accept bytes that were read at `now_ns`."""
 
     def next_ns(self) -> int | None:
-        """When `take` should be called next, if nothing else arrives; None while the line is idle."""
+        """The instant at which `take` should be called next if nothing else arrives; None while the line is idle."""
 
     def take(self, now_ns: int) -> list[tuple[int, bytes]]:
-        """Unit and PDU of every frame that has ended by `now_ns`."""
+        """Take unit and PDU of every frame that has ended by `now_ns`."""
 
     def frame(self, unit: int, pdu: bytes) -> bytes:
-        """The bytes to send."""
+        """The bytes of a frame."""

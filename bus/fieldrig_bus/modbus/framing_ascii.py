@@ -1,7 +1,7 @@
-"""ASCII: a frame runs from a colon to CR LF, every byte as two hexadecimal digits, with an LRC at its end.
+"""ASCII: a frame goes from a colon to CR LF, with each byte as two hexadecimal digits and an LRC at its end.
 
-Source: Modbus over serial line V1.02, 2.5.2: a colon begins anew at any time; more than a second between two
-characters gives the frame up; digits are 0 to 9 and A to F.  The LF may be replaced by another character (diagnostics,
+Source: Modbus over serial line V1.02, 2.5.2: a colon begins a new frame at any time; a frame is dropped after more than
+a second between two characters; digits are 0 to 9 and A to F.  Another character may replace LF (diagnostics,
 sub-function 3).
 """
 
@@ -17,7 +17,7 @@ LONGEST: Final = 2 * 255  # digits: unit, PDU of 253 bytes, LRC
 
 
 def lrc(data: bytes) -> int:
-    """The LRC of V1.02, 6.2.1: what makes the sum of all bytes 0."""
+    """The LRC of V1.02, 6.2.1, which makes the sum of all bytes 0."""
     return -sum(data) & 0xFF
 
 
@@ -28,7 +28,7 @@ def ascii_frame(unit: int, pdu: bytes, delimiter: int = LF) -> bytes:
 
 
 class AsciiFramer:
-    """`is_burst`: bytes are read ahead of the line's time (pty, TCP) and counted as if they came at its pace."""
+    """If `is_burst`, bytes are read ahead of the line's time (pty, TCP) and timed as if they came at its pace."""
 
     def __init__(self, timing: LineTiming, is_burst: bool = True) -> None:
         self._timing, self._is_burst = timing, is_burst

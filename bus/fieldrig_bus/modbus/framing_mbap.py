@@ -1,14 +1,14 @@
 """MBAP: the seven bytes before a PDU on TCP.
 
-Source: Modbus messaging on TCP/IP implementation guide V1.0b, 3.1.3 and 4.2.2.  A protocol id other than 0 is dropped
-with its bytes; a length that no Modbus message has (over 254) means that the stream is out of step, and nothing after
-it can be understood: the connection has to be closed.
+Source: Modbus messaging on TCP/IP implementation guide V1.0b, 3.1.3 and 4.2.2.  A message with a protocol id other than
+0 is dropped.  A length that no Modbus message has (over 254) means that the stream is out of step and nothing after it
+can be understood: the connection has to be closed.
 """
 
 import struct
 from typing import Final
 
-LONGEST: Final = 254  # what the length field counts: unit and PDU
+LONGEST: Final = 254  # the length field counts unit and PDU
 HEADER: Final = struct.Struct(">HHHB")  # transaction, protocol, length, unit
 
 _unpack, _pack = HEADER.unpack_from, HEADER.pack
@@ -23,16 +23,16 @@ class MbapFramer:
         self._rest = b""
         self.dropped = 0
         self.is_lost = False
-        """The stream is out of step; nothing more comes out."""
+        """True if the stream is out of step; no more messages follow."""
 
     def feed(self, data: bytes) -> list[tuple[int, int, bytes]]:
-        """Transaction, unit and PDU of every message that is whole with `data`."""
+        """Transaction, unit and PDU of every message that `data` completes."""
         if self._rest:
             data = self._rest + data
             self._rest = b""
         messages: list[tuple[int, int, bytes]] = []
         at, size = 0, len(data)
-        if size > 7:  # one whole message, nothing else: the commonest case
+        if size > 7:  # one complete message and nothing else: the most common case
             transaction, protocol, length, unit = _unpack(data, 0)
             if size == 6 + length and protocol == 0 and length <= LONGEST and not self.is_lost:
                 return [(transaction, unit, data[7:])]

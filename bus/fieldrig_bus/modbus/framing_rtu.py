@@ -1,12 +1,12 @@
-"""RTU: a frame is what stands between two silences of 3.5 characters, with a CRC at its end.
+"""RTU: a frame is between two silences of 3.5 characters, with a CRC at its end.
 
-Source: Modbus over serial line V1.02, 2.5.1.  Two ways to keep its gaps:
+Source: Modbus over serial line V1.02, 2.5.1.  There are two ways to treat its gaps:
 
-strict     as written: a silence of more than 1.5 characters spoils the frame, and only one of 3.5 ends it.  Two frames
-           without that silence between them are one frame with a wrong CRC.
-tolerant   for media where the time of reading says little (USB adapters, FIFOs, TCP): a frame that has been read
-           in pieces is whole when its CRC is right, and frames that were read together are separated by their
-           lengths.  A frame that is still incomplete `frame_timeout_ns` after its last byte is dropped.
+strict     as specified: a silence of more than 1.5 characters invalidates the frame, and only one of 3.5 ends it.  Two
+           frames without that silence between them are one frame with a wrong CRC.
+tolerant   for media where the time of reading says little (USB adapters, FIFOs, TCP): a frame that is read in pieces is
+           complete when its CRC is right, and frames that are read together are separated by their lengths.  A frame
+           that is still incomplete `frame_timeout_ns` after its last byte is dropped.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from fieldrig.clock import MS
 from fieldrig_bus.modbus.framing import LineTiming
 
 FRAME_TIMEOUT_NS: Final = 50 * MS
-"""How long a tolerant framer waits for the rest of a frame unless it is told otherwise."""
+"""Default time for which a tolerant framer waits for the rest of a frame."""
 SHORTEST, LONGEST = 4, 256  # bytes of a frame with its CRC
 MOST_KEPT: Final = 8 * LONGEST
 
@@ -31,7 +31,7 @@ _CRC_TABLE: Final = tuple(map(_crc_entry, range(256)))
 
 
 def crc16(data: bytes) -> int:
-    """The CRC of V1.02, 6.2.2; on the line its low byte comes first."""
+    """The CRC of V1.02, 6.2.2; its low byte is first on the line."""
     crc, table = 0xFFFF, _CRC_TABLE
     for byte in data:
         crc = crc >> 8 ^ table[(crc ^ byte) & 0xFF]
@@ -43,13 +43,13 @@ def rtu_frame(unit: int, pdu: bytes) -> bytes:
     return body + crc16(body).to_bytes(2, "little")
 
 
-# Bytes of a request frame by function code: all of them, or up to and with a byte count that stands last in them.
+# Length of a request frame by function code: the whole frame, or up to and including a byte count.
 _FIXED: Final = {1: 8, 2: 8, 3: 8, 4: 8, 5: 8, 6: 8, 7: 4, 8: 8, 11: 4, 12: 4, 17: 4, 22: 10, 24: 6, 43: 7}
 _UP_TO_COUNT: Final = {15: 7, 16: 7, 20: 3, 21: 3, 23: 11}
 
 
 def request_size(data: bytes) -> int | None:
-    """How long the request frame is that `data` begins with; None if that can't be told."""
+    """The length of the request frame at the beginning of `data`; None if it can't be determined."""
     function = data[1] if len(data) > 1 else 0
     head = _UP_TO_COUNT.get(function)
     if head is None:
@@ -57,14 +57,14 @@ def request_size(data: bytes) -> int | None:
     return head + data[head - 1] + 2 if len(data) >= head else None
 
 
-# The same of a response.
+# The same for a response.
 _RESPONSE_FIXED: Final = {5: 8, 6: 8, 7: 5, 8: 8, 11: 8, 15: 8, 16: 8, 22: 10}
 _RESPONSE_COUNTED: Final = frozenset({1, 2, 3, 4, 12, 17, 20, 21, 23})
 _EXCEPTION_SIZE: Final = 5
 
 
 def response_size(data: bytes) -> int | None:
-    """How long the response frame is that `data` begins with; None if that can't be told."""
+    """The length of the response frame at the beginning of `data`; None if it can't be determined."""
     function = data[1] if len(data) > 1 else 0
     if function & 0x80:
         return _EXCEPTION_SIZE
@@ -79,9 +79,9 @@ Size = Callable[[bytes], int | None]
 
 
 class RtuFramer:
-    """`is_burst`: bytes are read ahead of the line's time (pty, TCP) and counted as if they came at its pace.
+    """If `is_burst`, bytes are read ahead of the line's time (pty, TCP) and timed as if they came at its pace.
 
-    A tolerant framer separates frames that were read together by `size_of` (requests, or responses), and drops a
+    A tolerant framer separates frames that were read together by `size_of` (of requests, or of responses), and drops a
     frame that is incomplete `frame_timeout_ns` after its last byte.
     """
 
@@ -97,9 +97,9 @@ class RtuFramer:
         self._size_of, self._frame_timeout_ns = size_of, frame_timeout_ns
         self._gap_ns, self._silence_ns = timing.gap_ns, timing.silence_ns
         self._buffer = bytearray()
-        self._end_ns = 0  # of the last character
+        self._end_ns = 0  # the instant of the last character
         self._wish_ns: int | None = None
-        self._starts = [0]  # where a frame may begin in the buffer: after a silence
+        self._starts = [0]  # positions in the buffer where a frame may begin, which is after a silence
         self._is_spoilt = False
         self._done: list[tuple[int, bytes]] = []
         self.messages = self.errors = 0
@@ -136,7 +136,7 @@ class RtuFramer:
         return rtu_frame(unit, pdu)
 
     def _on_silence(self, now_ns: int) -> None:
-        """The line has been silent for 3.5 characters at least."""
+        """The line has been silent for at least 3.5 characters."""
         if not self._is_spoilt:
             for start in self._starts:
                 frames = self._frames(bytes(self._buffer[start:]))
@@ -155,7 +155,7 @@ class RtuFramer:
             self._wish_ns = given_up_ns
 
     def _frames(self, data: bytes) -> list[bytes]:
-        """The frames in what came between two silences; empty if it is damaged."""
+        """The frames in the bytes between two silences; empty if they are damaged."""
         if is_frame(data):
             return [data]
         return [] if self._is_strict else split(data, self._size_of)
@@ -173,7 +173,7 @@ def is_frame(data: bytes) -> bool:
 
 
 def split(data: bytes, size_of: Size = request_size) -> list[bytes]:
-    """The frames that `data` is made of, with their CRCs; empty if it is not made of whole, right ones."""
+    """The frames of which `data` consists, with their CRCs; empty if it does not consist of complete, valid frames."""
     frames = []
     while data:
         size = size_of(data)

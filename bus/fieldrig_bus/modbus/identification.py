@@ -1,4 +1,4 @@
-"""What a server says of itself: device identification (function 43/14) and server id (17).
+"""The identification of a server: device identification (function 43/14) and server id (17).
 
 Source: Modbus application protocol V1.1b3, 6.13 and 6.21.
 """
@@ -13,7 +13,7 @@ from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ILLEGAL_DATA_VALUE,
 READ_DEVICE_ID: Final = 0x0E
 BASIC, REGULAR, EXTENDED, SPECIFIC = 1, 2, 3, 4
 LAST_OBJECT: Final = {BASIC: 0x02, REGULAR: 0x7F, EXTENDED: 0xFF}
-INDIVIDUAL_TOO: Final = 0x80  # added to the conformity level: objects can also be read one by one
+INDIVIDUAL_TOO: Final = 0x80  # added to the conformity level: objects can also be read individually
 
 LONGEST_PDU: Final = 253
 HEAD_SIZE: Final = 7
@@ -23,7 +23,7 @@ Text = Annotated[str, StringConstraints(max_length=LONGEST_OBJECT, pattern=r"^[\
 
 
 class Identification(Settings):
-    """Objects of ASCII text.  The first three are mandatory; the others are there if they have a value."""
+    """Objects of ASCII text.  The first three are mandatory; each of the others exists if it has a value."""
 
     vendor_name: Text = "fieldrig"
     product_code: Text = "modbus.device"
@@ -33,7 +33,7 @@ class Identification(Settings):
     model_name: Text | None = None
     user_application_name: Text | None = None
     extended: dict[Annotated[int, Field(ge=0x80, le=0xFF)], Text] = Field(
-        default_factory=dict, description="private objects by their ids, 0x80 to 0xFF"
+        default_factory=dict, description="private objects by id, 0x80 to 0xFF"
     )
 
     def objects(self) -> dict[int, bytes]:
@@ -50,7 +50,7 @@ class Identification(Settings):
         return present | {number: self.extended[number].encode("ascii") for number in sorted(self.extended)}
 
     def answer(self, pdu: bytes) -> bytes:
-        """Function 43.  ModbusError for what can't be answered."""
+        """The response to function 43.  ModbusError for a request that can't be answered."""
         if len(pdu) >= 2 and pdu[1] != READ_DEVICE_ID:
             raise ModbusError(ILLEGAL_FUNCTION)
         if len(pdu) != 4:
@@ -64,9 +64,9 @@ class Identification(Settings):
             return _response(code, highest, objects, [first])
         if code not in LAST_OBJECT:
             raise ModbusError(ILLEGAL_DATA_VALUE)
-        # Asked for more than it has, a device answers according to what it has.
+        # A device that is asked for a higher level than it has answers with the level that it has.
         numbers = [number for number in objects if number <= LAST_OBJECT[code]]
-        if first in numbers:  # an unknown one means: from the beginning
+        if first in numbers:  # an unknown object id means that reading starts from the beginning
             numbers = numbers[numbers.index(first) :]
         return _response(code, highest, objects, numbers)
 
@@ -77,7 +77,7 @@ def _level(objects: dict[int, bytes]) -> int:
 
 
 def _response(code: int, level: int, objects: dict[int, bytes], numbers: list[int]) -> bytes:
-    """As many whole objects as fit; `more follows` says with which one to go on."""
+    """The complete objects that fit into one response; `more follows` says with which object to go on."""
     body, count, more, following = b"", 0, 0, 0
     for number in numbers:
         entry = bytes((number, len(objects[number]))) + objects[number]
@@ -90,10 +90,10 @@ def _response(code: int, level: int, objects: dict[int, bytes], numbers: list[in
 
 
 class ServerId(Settings):
-    """What function 17 reports: the id, the run indicator, and what the vendor adds."""
+    """The report of function 17: the id, the run indicator, and additional text of the vendor."""
 
     server_id: str = Field(
-        default="01", pattern=r"^([0-9A-Fa-f]{2}){1,200}$", description="the id as hexadecimal digits, two to a byte"
+        default="01", pattern=r"^([0-9A-Fa-f]{2}){1,200}$", description="the id as hexadecimal digits, two per byte"
     )
     is_running: bool = Field(default=True, description="the run indicator: on (0xFF) or off (0x00)")
     additional: Annotated[str, StringConstraints(max_length=50, pattern=r"^[\x20-\x7E]*$")] = Field(

@@ -1,4 +1,4 @@
-"""What all kinds of Modbus buses have in common, and the settings of a serial line."""
+"""Base of all kinds of Modbus buses, and the settings of a serial line."""
 
 from typing import Any, ClassVar, Literal
 
@@ -28,7 +28,7 @@ class ModbusBus(ModelBus[ModbusEvent]):
 
 
 class CharacterSettings(Settings):
-    """How long a character is."""
+    """The format of a character, and so its duration."""
 
     parity: Literal["N", "E", "O"] = "E"
     stop_bits: Literal[1, 2] = 1

@@ -1,12 +1,13 @@
 """`modbus.rtu` and `modbus.ascii`: devices on a serial line whose outside end is a master, or, with `servers`, servers.
 
-The line is a pty under a stable name, a real port, or a TCP connection that carries its bytes.  Frames take the time
-that the line's baud gives them, both ways (a real port keeps it itself).  What goes out is written in one piece at the
-instant at which its last character would have gone: no program can promise that 1.5 characters never pass between two
-writes, and an outsider that keeps the gaps would drop what is written in pieces.
+The line is a pty under a stable name, a real port, or a TCP connection that carries its bytes.  Frames take the time of
+the line's baud rate in both directions (a real port takes it itself).  A frame is written in one piece at the instant
+at which its last character would have been sent: no program can guarantee that less than 1.5 characters pass between
+two writes, and a strict receiver would drop a frame that is written in pieces.
 
-With `servers` the master is in the rig, and exchanges with its own units take the line's time too, though the outside
-doesn't see them.  Left out: taking back the echo of two-wire adapters.
+With `servers` the master is in the rig.  Its exchanges with units of the rig take the line's time as well, though the
+outside does not see them.
+Left out: removing the echo of two-wire adapters.
 """
 
 import shlex
@@ -117,7 +118,7 @@ class ModbusRtu(_ModbusLine):
         settings: ModbusRtuSettings = self.settings
         if settings.listen is not None:
             return _over_tcp(settings.listen, "RTU")
-        if settings.pty is None or settings.servers:  # the other end of a real port is on another machine
+        if settings.pty is None or settings.servers:  # the other end of a real port is a different machine
             return []
         form = ["-b", str(settings.baud), "-P", "none", "-s", "1"]
         place = ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]
@@ -147,7 +148,7 @@ class ModbusAscii(_ModbusLine):
 
 
 def _over_pty(path: Path, baud: int, framer: str) -> Tool:
-    """A pty always carries 8 bits without parity, and tcsetattr(3) fails for a client that asks for others."""
+    """Lines to copy.  A pty always carries 8 bits without parity, and tcsetattr(3) fails for any other format."""
     options = f"framer=FramerType.{framer}, baudrate={baud}, parity='N', bytesize=8"
     return _pymodbus("ModbusSerialClient", f"ModbusSerialClient({str(path)!r}, {options})")
 

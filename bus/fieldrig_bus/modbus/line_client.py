@@ -1,8 +1,8 @@
-"""The master's end of one serial line, passive: a clock, and what reads and writes its bytes, are handed in.
+"""The master's end of one serial line.  It is passive: its creator provides the clock and transports the bytes.
 
 Source: Modbus over serial line V1.02, 2.4.1: a response of another server than the one that was asked is ignored, and
-so is one that can't be an answer to what was asked.  That one exchange is open at a time, how long a request takes and
-how long an answer is waited for is up to `line_model`.
+so is a response that can't answer the request.  `line_model` ensures that one exchange is open at a time, and has the
+duration of a request and the response timeout.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from fieldrig_bus.modbus.responses import fits
 
 
 class LineClient:
-    """Requests become bytes out, bytes in become responses."""
+    """Turns requests into bytes, and received bytes into responses."""
 
     def __init__(
         self, clock: Clock, link: Link[Any], write: Callable[[bytes], None], framer: LineFramer, units: list[int]
@@ -25,7 +25,7 @@ class LineClient:
         self._asked: ModbusRequest | None = None
         self._wake: Timer | None = None
         self.foreign = 0
-        """Responses that belonged to nothing."""
+        """Number of responses without a matching request."""
         link.on_receive(self._on_request, units)
 
     def on_bytes(self, data: bytes) -> None:

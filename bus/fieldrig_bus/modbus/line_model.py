@@ -1,11 +1,11 @@
-"""A Modbus serial line as a function of time: one exchange at a time, every frame as long as its characters take.
+"""A Modbus serial line as a function of time: one exchange at a time, and every frame takes the time of its characters.
 
-Source: Modbus over serial line V1.02, 2.1 (the master issues one transaction at a time), 2.4.1 (what a broadcast and a
-missing answer mean) and 2.5.1.1 (3.5 characters of silence between frames).  A request that is asked for while another
-exchange is open waits for its answer, or for the response timeout; an answer that comes after the next request has
-begun is lost.  A client that asks anew has given up what it asked for before.
+Source: Modbus over serial line V1.02, 2.1 (the master issues one transaction at a time), 2.4.1 (the meaning of a
+broadcast and of a missing answer) and 2.5.1.1 (3.5 characters of silence between frames).  A request during another
+exchange waits for its answer or its response timeout; an answer that comes after the next request has begun is lost.  A
+client that sends a new request has given up the previous one.
 
-Where servers stand outside (see `routing`), their answers have had their time on the line when they come in.
+The answers of servers outside (see `routing`) have had their time on the line when they arrive.
 """
 
 import logging
@@ -20,11 +20,11 @@ from fieldrig_bus.modbus.routing import Routing, is_server_outside
 log = logging.getLogger(__name__)
 
 MOST_WANTED = 1_000
-"""Messages that wait for the line; what comes on top is lost, as nobody waits so long for an answer."""
+"""Messages that may wait for the line; any more are lost, as no client waits so long for an answer."""
 
 
 class _Wanted(NamedTuple):
-    """What a member asked to send.  In a comparison of starts the order of asking decides ties."""
+    """A message that waits.  Where two have the same start, the order of asking decides."""
 
     asked_ns: int
     order: int
@@ -36,15 +36,15 @@ class LineModel(BusModel[ModbusEvent]):
     def __init__(
         self, timing: LineTiming, response_timeout_ns: int, turnaround_ns: int = 0, is_paced: bool = True
     ) -> None:
-        """`turnaround_ns`: silence after a broadcast.  `is_paced`: false where a port takes the time of its characters
-        itself, so that a request is heard when it begins."""
+        """`turnaround_ns` is the silence after a broadcast.  `is_paced` is False where a port takes the time of its
+        characters itself, so that a request is heard when it begins."""
         self._timing, self._timeout_ns = timing, response_timeout_ns
         self._turnaround_ns, self._is_paced = turnaround_ns, is_paced
         self._routing = Routing(is_line=True)
         self._wanted: list[_Wanted] = []
         self._ordered = 0
-        self._free_ns = 0  # when the last frame and the silence after it are over
-        self._exchange: int | None = None  # open on the line
+        self._free_ns = 0  # the instant at which the last frame and the silence after it are over
+        self._exchange: int | None = None  # the exchange that is open on the line
         self._client = ""
         self._deadline_ns = 0
         self._messages = self._lost = self._busy_ns = 0
@@ -92,7 +92,7 @@ class LineModel(BusModel[ModbusEvent]):
         }
 
     def _next(self) -> tuple[int, _Wanted] | None:
-        """What goes on the line next, and when it begins."""
+        """The next message on the line, and the instant at which it begins."""
         starts = [(self._start_ns(wanted), wanted.order, wanted) for wanted in self._wanted]
         if not starts:
             return None

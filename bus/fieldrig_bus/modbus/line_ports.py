@@ -1,6 +1,6 @@
-"""A serial line's outside end on a pty, or at the other end of a TCP connection that carries its bytes.
+"""The outside end of a serial line on a pty, or at the other end of a TCP connection that carries its bytes.
 
-What stands there is a master, or, with `servers`, those units: then the line's master is in the rig.
+There is a master, or, with `servers`, those units; then the line's master is in the rig.
 """
 
 from typing import Any
@@ -37,14 +37,14 @@ class PtyPort(Port):
         self._hub = None
 
     def _ask(self, data: bytes) -> None:
-        """A server that opens the pty later must not hear what was asked while nobody listened."""
+        """Discard requests that no server has read, so that a server that opens the pty later does not get them."""
         if self._pty is not None:
             self._pty.forget()
             self._pty.write(data)
 
 
 class TcpLinePort(Port):
-    """RTU or ASCII over TCP, as from a serial device server."""
+    """RTU or ASCII over TCP, like a serial device server."""
 
     def __init__(self, settings: ModbusLineSettings, make_session: MakeSession) -> None:
         self._settings, self._make_session = settings, make_session
@@ -52,7 +52,7 @@ class TcpLinePort(Port):
 
     @property
     def number(self) -> int:
-        """The TCP port that is listened at."""
+        """The TCP port on which it listens."""
         return self._masters.port if self._masters is not None else split_address(self._settings.listen or "")[1]
 
     async def open(self, hub: Hub) -> None:
@@ -96,7 +96,7 @@ class DiallingPort(Port):
         self._session: Session | None = None
 
     async def open(self, hub: Hub) -> None:
-        """Who is dialled may come later."""
+        """Start connecting; the serial server may start later."""
         self._hub = hub
         self._session = self._make_session(hub, hub.join(self._member), self._dialler.write)
         self._dialler.want()
@@ -115,4 +115,4 @@ class DiallingPort(Port):
 
 
 def _pass() -> None:
-    """A line hears nothing of its connection."""
+    """Do nothing: a line does not notice its connection."""

@@ -1,4 +1,4 @@
-"""The far end of one serial line, passive: a clock, and what reads and writes its bytes, are handed in."""
+"""The servers' end of one serial line.  It is passive: its creator provides the clock and transports the bytes."""
 
 from collections import deque
 from collections.abc import Callable
@@ -14,7 +14,7 @@ SET_DELIMITER = b"\x08\x00\x03"
 
 
 class LineSession:
-    """Bytes in become requests, responses become bytes out, at the line's pace."""
+    """Turns received bytes into requests, and responses into bytes, at the pace of the line."""
 
     def __init__(
         self,
@@ -28,7 +28,7 @@ class LineSession:
         self._clock, self._link, self._write = clock, link, write
         self._framer, self._timing, self._is_paced = framer, timing, is_paced
         self._outbound: deque[tuple[int, bytes]] = deque()
-        self._free_ns = 0  # when what was written last is over
+        self._free_ns = 0  # the instant at which the last written frame is over
         self._wake: Timer | None = None
         self._send: Timer | None = None
         link.on_receive(self._on_response, ())

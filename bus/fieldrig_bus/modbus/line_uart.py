@@ -1,4 +1,4 @@
-"""A serial line's outside end at a real port.  One that vanishes is opened again when it is back."""
+"""The outside end of a serial line at a real port.  A port that vanishes is reopened when it is back."""
 
 import asyncio
 import logging
@@ -47,7 +47,7 @@ class UartPort(Port):
         self._hub = None
 
     def _plug_in(self) -> None:
-        """SerialException or ValueError if that can't be done."""
+        """Open the port.  SerialException or ValueError if that fails."""
         settings, open_uart = self._settings, cast(Callable[..., Any], serial_for_url)
         self._serial = open_uart(
             self._device,
@@ -83,7 +83,7 @@ class UartPort(Port):
             written = 0
             log.debug("%s: %s", self._device, fault)
         if written < len(data):
-            log.debug("%s takes no more: a frame of %d bytes is lost", self._device, len(data))
+            log.debug("%s accepts no more data: a frame of %d bytes is lost", self._device, len(data))
 
     def _on_readable(self) -> None:
         if self._serial is None or self._session is None:
@@ -97,7 +97,7 @@ class UartPort(Port):
         if data:
             self._session.on_bytes(data)
         else:
-            log.warning("%s: %s is gone", self._bus, self._device)
+            log.warning("%s: %s has disappeared", self._bus, self._device)
             self._unplug(self._serial)
             self._wait()
 

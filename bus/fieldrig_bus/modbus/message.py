@@ -1,8 +1,7 @@
-"""Modbus messages as devices see them: a unit, a protocol data unit, and which exchange it belongs to.
+"""Modbus messages as devices see them: a unit, a protocol data unit, and the exchange that it belongs to.
 
-Framing (MBAP, RTU, ASCII) is the affair of the bus.  Source: Modbus application protocol V1.1b3, chapter 4.1.
-Nobody changes a message; that they are not `frozen` is because making a frozen one takes 0.5 us instead of 0.15, four
-times a request.
+The bus handles the framing (MBAP, RTU, ASCII).  Source: Modbus application protocol V1.1b3, chapter 4.1.  Messages are
+never changed.  They are not `frozen` because creating a frozen one takes 0.5 us instead of 0.15, four times a request.
 """
 
 import ipaddress
@@ -12,27 +11,27 @@ from typing import Any, NamedTuple
 from fieldrig.bus import words_of
 
 BROADCAST = 0
-"""Unit id of a broadcast on a serial line: every server acts, none answers."""
+"""Unit id of a broadcast on a serial line: every server executes it and none answers."""
 
 
 class LineState(NamedTuple):
-    """What the receiver of a serial line has noticed since it was opened, at the time of one request.
+    """Counters of a serial line's receiver since it was opened, at the time of one request.
 
-    Only the receiver sees what was broken or for others; a server reports it as its diagnostic counters.
+    Only the receiver sees frames that were damaged or for others; a server reports them as its diagnostic counters.
     """
 
     messages: int = 0
-    """Frames without error, for whatever unit."""
+    """Frames without error, for any unit."""
     errors: int = 0
-    """Frames with a wrong checksum, a gap, or characters that may not be there."""
+    """Frames with a wrong checksum, a gap, or invalid characters."""
     is_ascii: bool = False
 
 
 @dataclass(slots=True, unsafe_hash=True)
 class ModbusRequest:
-    """From a client.  `pdu` is function code and data, 1 to 253 bytes; `exchange` ties the response to it.
+    """A request of a client.  `pdu` is function code and data, 1 to 253 bytes; the response has the same `exchange`.
 
-    `line` is None where there is no serial line (TCP): unit 0 is then no broadcast.
+    `line` is None where there is no serial line (TCP); then unit 0 is not a broadcast.
     """
 
     unit: int
@@ -43,7 +42,7 @@ class ModbusRequest:
 
 @dataclass(slots=True, unsafe_hash=True)
 class ModbusResponse:
-    """From a server, with the `exchange` of the request that it answers."""
+    """A response of a server, with the `exchange` of the request that it answers."""
 
     unit: int
     pdu: bytes
@@ -52,28 +51,28 @@ class ModbusResponse:
 
 @dataclass(slots=True, unsafe_hash=True)
 class ClientConnected:
-    """A client outside has opened a TCP connection to this bus.
+    """An outside client has opened a TCP connection to this bus.
 
-    Only members hear it that have `CONNECTIONS` in their interest.  A serial line knows no connections.
+    It is delivered only to members with `CONNECTIONS` in their interest.  A serial line has no connections.
     """
 
     peer: str
-    """Its IP address."""
+    """IP address of the client."""
 
 
 CONNECTIONS = "connections"
 
 LONGEST_PDU = 253
-"""Bytes (application protocol V1.1b3, chapter 4.1)."""
+"""Longest PDU, in bytes (application protocol V1.1b3, chapter 4.1)."""
 _HIGHEST_EXCHANGE = 0xFFFF_FFFF
 
 ModbusMessage = ModbusRequest | ModbusResponse
 ModbusEvent = ModbusMessage | ClientConnected
-"""All that a Modbus bus carries."""
+"""Every message that a Modbus bus carries."""
 
 
 def check_sent(message: Any) -> None:
-    """TypeError or ValueError for what can't be on a Modbus bus."""
+    """Raise TypeError or ValueError for a message that can't be on a Modbus bus."""
     if isinstance(message, ClientConnected):
         if type(message.peer) is not str:
             raise TypeError(f"peer: expected str, found {type(message.peer).__name__}")
@@ -98,7 +97,7 @@ def check_sent(message: Any) -> None:
 
 
 def check_interest(interest: Any) -> None:
-    """TypeError or ValueError for what is not unit ids, and the word `CONNECTIONS`."""
+    """Raise TypeError or ValueError for an interest in anything but unit ids and the word `CONNECTIONS`."""
     for word in words_of(interest):
         if word != CONNECTIONS and not (type(word) is int and 0 <= word <= 255):
             raise ValueError(f'{word!r}: expected a unit id, 0 to 255, or "{CONNECTIONS}"')

@@ -1,7 +1,7 @@
-"""A Modbus medium without a length: TCP, or a line whose port keeps the time.  What is sent arrives at once.
+"""A Modbus medium without delay: TCP, or a line whose port takes the time itself.
 
-A request for a unit that nobody serves is answered as a gateway does (exception 0x0B), or not at all: see
-`unknown_unit` of `modbus.tcp`.
+A request for a unit that no server has is answered as by a gateway (exception 0x0B), or not at all; see `unknown_unit`
+of `modbus.tcp`.
 """
 
 from bisect import insort
@@ -14,7 +14,7 @@ from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequ
 from fieldrig_bus.modbus.routing import Routing
 
 GATEWAY = "gateway"
-"""The sender, in traces, of the answers for units that nobody serves."""
+"""The sender, in traces, of answers for units that no server has."""
 
 GATEWAY_TARGET_FAILED = 0x0B
 
@@ -78,7 +78,7 @@ class ModbusModel(BusModel[ModbusEvent]):
         return {
             "requests": float(self._requests),
             "responses": float(self._responses),
-            "responses nobody waited for": float(self._unasked),
+            "responses without a request": float(self._unasked),
         }
 
     def _add(self, delivery: Delivery[ModbusEvent]) -> None:

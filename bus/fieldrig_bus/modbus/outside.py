@@ -1,7 +1,8 @@
-"""Servers outside the rig that devices on `modbus.tcp` ask: who they are, and the connection to one address.
+"""Servers outside the rig that devices on `modbus.tcp` use: their settings, and the connection to one address.
 
-All units of one address share a connection, as units behind a gateway do.  While it is being made requests wait, up to
-the response timeout.  What gets no response gets none here either: the client that asked has a timeout of its own.
+All units of one address share a connection, as units behind a gateway do.  While it is being established, requests
+wait up to the response timeout.  A request without a response is not answered here either: the client that sent it has
+a timeout of its own.
 """
 
 import ipaddress
@@ -30,10 +31,12 @@ UnitId = Annotated[int, Field(ge=1, le=HIGHEST_UNIT, description="unit id")]
 
 MOST_WAITING: Final = 64
 MOST_SILENCE: Final = 3
-"""Requests in a row without a response, after which a connection counts as dead."""
+"""Consecutive requests without a response, after which a connection is considered dead."""
 
 _LABEL: Final = r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?"
-_HOST: Final = re.compile(rf"(?:{_LABEL}\.)*(?!\d+\Z){_LABEL}", re.IGNORECASE)  # RFC 1123, 2.1; no bare number
+_HOST: Final = re.compile(
+    rf"(?:{_LABEL}\.)*(?!\d+\Z){_LABEL}", re.IGNORECASE
+)  # RFC 1123, 2.1; a plain number is not allowed
 _LONGEST_HOST: Final = 253
 
 
@@ -49,7 +52,7 @@ def _of_a_server(text: str) -> str:
     host, port = split_address(text)
     address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     if text.removeprefix("tcp://").lower() != address or port == 0 or not _is_host(host):
-        raise ValueError(f"{text!r} is no address of a server: right would be HOST:PORT, such as 192.168.1.5:502")
+        raise ValueError(f"{text!r} is not the address of a server: expected HOST:PORT, such as 192.168.1.5:502")
     return address
 
 
@@ -60,12 +63,14 @@ ServerAddress = Annotated[
 
 class OutsideServer(Settings):
     address: ServerAddress
-    unit: int | None = Field(default=None, ge=0, le=255, description="the unit id that it is asked for; null: the same")
+    unit: int | None = Field(
+        default=None, ge=0, le=255, description="unit id of the device at the server; null: the same"
+    )
 
 
 def _of_units(servers: dict[int, Any]) -> dict[int, Any]:
     if wrong := [unit for unit in servers if not 1 <= unit <= HIGHEST_UNIT]:
-        raise ValueError(f"{', '.join(map(str, wrong))}: unit ids from 1 to {HIGHEST_UNIT} would be right")
+        raise ValueError(f"{', '.join(map(str, wrong))}: expected unit ids from 1 to {HIGHEST_UNIT}")
     return servers
 
 
@@ -73,16 +78,16 @@ Servers = Annotated[dict[int, ServerAddress | OutsideServer], AfterValidator(_of
 
 
 def by_address(servers: Servers) -> dict[str, dict[int, int]]:
-    """Units as the rig asks for them, and as their server knows them, by address."""
+    """Unit ids in the rig, with the unit ids at their server, by address."""
     found: dict[str, dict[int, int]] = {}
     for unit, server in servers.items():
-        one = OutsideServer(address=server) if isinstance(server, str) else server
-        found.setdefault(one.address, {})[unit] = unit if one.unit is None else one.unit
+        place = OutsideServer(address=server) if isinstance(server, str) else server
+        found.setdefault(place.address, {})[unit] = unit if place.unit is None else place.unit
     return found
 
 
 class ServersPort(Port):
-    """One address, with its units."""
+    """The connection to one address, with its units."""
 
     def __init__(self, bus: str, address: str, units: Mapping[int, int], response_timeout_ms: int) -> None:
         self._bus, self._address, self._units = bus, address, units
@@ -91,7 +96,7 @@ class ServersPort(Port):
         self._session: _Session | None = None
 
     async def open(self, hub: Hub) -> None:
-        """It is reached when it is asked for the first time."""
+        """Start; the connection is opened for the first request."""
         link = hub.join(f"{SERVER}{self._address}")
         self._hub = hub
         self._session = _Session(hub, link, self._bus, self._address, self._units, self._timeout_ns)
@@ -111,7 +116,7 @@ class _Session:
     ) -> None:
         self._clock, self._link, self._units, self._timeout_ns = hub.clock, link, units, timeout_ns
         self._transactions = Transactions(timeout_ns)
-        self._waiting: deque[tuple[int, ModbusRequest]] = deque()  # until when, in that order
+        self._waiting: deque[tuple[int, ModbusRequest]] = deque()  # by deadline
         self._silence = 0
         self._wake: Timer | None = None
         self._dialler = Dialler(
@@ -142,7 +147,7 @@ class _Session:
         self._wake_up()
 
     def _in_time(self) -> deque[tuple[int, ModbusRequest]]:
-        """What waits, and is still waited for."""
+        """Requests that wait and have not reached their deadline."""
         now_ns = self._clock.now_ns()
         while self._waiting and self._waiting[0][0] <= now_ns:
             self._waiting.popleft()
@@ -154,7 +159,7 @@ class _Session:
             self._dialler.worked()
             self._link.send(response)
         if self._transactions.is_lost:
-            self._dialler.drop("not MBAP, closed")
+            self._dialler.drop("not MBAP; closed")
         else:
             self._go_on()
 
@@ -174,14 +179,14 @@ class _Session:
     def _on_late(self) -> None:
         self._silence += self._transactions.expire(self._clock.now_ns())
         if self._silence >= MOST_SILENCE:
-            self._dialler.drop("it answers no more, closed")
+            self._dialler.drop("no more answers; closed")
         else:
             self._go_on()
             self._wake_up()
 
 
 def listens_at(listen: str, server: str) -> bool:
-    """Whether the address of a server is where the bus itself listens, as far as it can be told."""
+    """True if the address of a server is that on which the bus itself listens, as far as can be determined."""
     (host, port), (other, other_port) = split_address(listen), split_address(server)
     return port == other_port and (host == other or _reaches(host, other))
 

@@ -1,7 +1,7 @@
-"""Whether a response is one to a request.
+"""Checks whether a response matches a request.
 
 Source: Modbus application protocol V1.1b3, chapter 6, and chapter 7 for exceptions.  A serial line has no transaction
-numbers, so what a response looks like is all that tells a late one from the right one.
+numbers, so only the contents distinguish a late response from the right one.
 """
 
 from typing import Final
@@ -12,13 +12,13 @@ EXCEPTION_SIZE: Final = 2
 BITS_READ: Final = frozenset({1, 2})
 REGISTERS_READ: Final = frozenset({3, 4})
 ECHOED: Final = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
-"""How many bytes of the request a write gives back."""
+"""Number of bytes of the request that the response to a write repeats."""
 READ_WRITE: Final = 23
 READ_HEAD: Final = 5
 
 
 def fits(request: bytes, response: bytes) -> bool:
-    """By function code, and by size and echo where the request says what they are.  Both are PDUs."""
+    """True if the PDU of a response matches that of a request: by function code, and by size or echo where possible."""
     function = request[0]
     if response[0] == function | EXCEPTION:
         return len(response) == EXCEPTION_SIZE
@@ -31,7 +31,7 @@ def fits(request: bytes, response: bytes) -> bool:
 
 
 def _size(request: bytes) -> int | None:
-    """Of the data that are asked for, in bytes."""
+    """The size of the requested data, in bytes."""
     function, quantity = request[0], int.from_bytes(request[3:5], "big")
     if len(request) < READ_HEAD:
         return None

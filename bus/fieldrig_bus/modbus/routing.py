@@ -1,10 +1,10 @@
-"""Who hears a request, and whom its response goes back to.
+"""Routing: the servers that receive a request, and the client that receives its response.
 
 A member that listens with unit ids is a server for them (None: for every unit); a client listens with an empty
-interest.  A request goes to the servers of its unit, a response to the client that asked and to nobody else.
+interest.  A request goes to the servers of its unit, and its response only to the client that sent it.
 
-A server outside is a member whose name begins with `SERVER`.  Units of the rig go before it, and clients outside don't
-get to it: the bus is no way from one outsider to another.
+A server outside is a member whose name begins with `SERVER`.  Units of the rig take precedence over it, and outside
+clients can't reach it: the bus does not connect outside programs with each other.
 """
 
 from collections.abc import Sequence
@@ -13,28 +13,28 @@ from typing import Any
 from fieldrig_bus.modbus.message import BROADCAST, CONNECTIONS, LineState, ModbusRequest, ModbusResponse
 
 NOT_SIGNIFICANT = frozenset({0, 255})
-"""Unit ids of a server that its IP address alone says (Modbus messaging on TCP/IP guide V1.0b, chapter 4)."""
+"""Unit ids for a server that its IP address alone identifies (Modbus messaging on TCP/IP guide V1.0b, chapter 4)."""
 
 SERVER = "server:"
 OUTSIDE = ":"
-"""In the name of a member that is no device."""
+"""Separator in the name of a member that is not a device."""
 
 MOST_OPEN = 4096
-"""Exchanges that may wait for an answer; beyond that the oldest is forgotten (a silent server must not fill memory)."""
+"""Exchanges that may wait for an answer.  Beyond that the oldest is dropped: a silent server must not fill memory."""
 
 
 class Routing:
-    """`is_line`: unit 0 is a broadcast.  Otherwise 0 and 255 mean `direct_unit`, without it the only unit there is."""
+    """Unit 0 is a broadcast if `is_line`.  Otherwise 0 and 255 mean `direct_unit`, or without it the only unit."""
 
     def __init__(self, is_line: bool, direct_unit: int | None = None) -> None:
         self._is_line, self._direct_unit = is_line, direct_unit
         self._interests: dict[str, frozenset[int] | None] = {}  # None: every unit
-        self._routes: dict[int, tuple[int, tuple[str, ...]]] = {}  # by unit asked for; made when first needed
+        self._routes: dict[int, tuple[int, tuple[str, ...]]] = {}  # by requested unit; filled on demand
         self._open: dict[int, tuple[str, int, int]] = {}  # client, and the exchange and unit of its response
         self._numbered = 0
         self._has_servers_outside = False
         self.listeners: tuple[str, ...] = ()
-        """Who wants to hear of connections."""
+        """Members that want to be notified of connections."""
 
     def join(self, member: str) -> None:
         self._interests[member] = frozenset()
@@ -57,7 +57,7 @@ class Routing:
             self.listeners += (member,)
 
     def ask(self, client: str, request: ModbusRequest, line: LineState | None) -> tuple[ModbusRequest, tuple[str, ...]]:
-        """The request as its servers see it, and their names.  Its exchange is open from now on."""
+        """The request as its servers see it, and their names.  Its exchange is open after this."""
         unit = request.unit
         target, servers = self._routes.get(unit) or self._find(unit)
         if client in servers:
@@ -72,7 +72,7 @@ class Routing:
         return ModbusRequest(target, request.pdu, exchange, line), servers
 
     def answer(self, response: ModbusResponse) -> tuple[ModbusResponse, tuple[str]] | None:
-        """The response as its client sees it, and the client.  None if nobody waits for it."""
+        """The response as its client sees it, and the client; None if no client waits for it."""
         asked = self._open.pop(response.exchange, None)
         if asked is None:
             return None

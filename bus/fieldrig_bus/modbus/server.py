@@ -1,12 +1,12 @@
-"""The Modbus application protocol: a request in, the response out, over a data model that may be anything.
+"""The Modbus application protocol: it turns a request into its response, over any data model.
 
-Source: Modbus application protocol V1.1b3, chapter 6 (each function's state diagram decides which exception comes
-first: function, then quantity or value, then address, then failure) and chapter 7.  On bytes, not on objects per
-request: that is what keeps it well ahead of pymodbus' server (bench/modbus.py).
+Source: Modbus application protocol V1.1b3, chapter 6 (the state diagram of each function decides which exception comes
+first: function, then quantity or value, then address, then failure) and chapter 7.  It works on bytes and creates no
+objects per request, which makes it much faster than the server of pymodbus (bench/modbus.py).
 
 Left out: file records (20, 21), the event counter and log (11, 12), CANopen over encapsulated transport (43/13); they
-are answered as functions that are not there (01).  Functions 7, 8 and 17 belong to serial lines; they are answered on
-TCP too, as most devices do, unless `serial_functions_on_tcp` says otherwise.
+are answered as unknown functions (01).  Functions 7, 8 and 17 belong to serial lines; they are answered on TCP as well,
+as most devices do, unless `serial_functions_on_tcp` is False.
 """
 
 import struct
@@ -23,7 +23,7 @@ MOST_REGISTERS_READ, MOST_REGISTERS_WRITTEN, MOST_WRITTEN_WITH_READ = 125, 123, 
 MOST_IN_FIFO = 31
 
 BROADCAST_FUNCTIONS: Final = frozenset({5, 6, 15, 16, 22})
-"""Broadcasts are necessarily writing (Modbus over serial line V1.02, 2.1)."""
+"""Functions that may be broadcast, which must be writes (Modbus over serial line V1.02, 2.1)."""
 
 SERIAL_FUNCTIONS: Final = frozenset({7, 8, 17})
 
@@ -35,26 +35,26 @@ _pack_two = _TWO.pack
 
 
 class Bits(Protocol):
-    """Coils or discrete inputs.  Both methods raise ModbusError: 02 outside of what is there, 04 on failure."""
+    """Coils or discrete inputs.  Both methods raise ModbusError: 02 for an address out of range, 04 on failure."""
 
     def read(self, address: int, quantity: int) -> bytes:
-        """Eight to a byte, the first in the lowest bit, the rest of the last byte 0."""
+        """Read bits, packed eight to a byte with the first in the lowest bit; unused bits of the last byte are 0."""
 
     def write(self, address: int, quantity: int, packed: bytes) -> None:
-        """Packed as in `read`; all of them or, when it raises, none."""
+        """Write bits, packed as in `read`: all of them, or none when it raises."""
 
 
 class Registers(Protocol):
-    """Holding or input registers, big endian as on the wire.  ModbusError as for `Bits`."""
+    """Holding or input registers, big endian as on the wire.  They raise ModbusError as `Bits` does."""
 
     def read(self, address: int, quantity: int) -> bytes: ...
 
     def write(self, address: int, data: bytes) -> None:
-        """All of them or, when it raises, none."""
+        """Write registers: all of them, or none when it raises."""
 
 
 class DataModel(Protocol):
-    """What one unit has (chapter 4.3)."""
+    """The data model of one unit (chapter 4.3)."""
 
     @property
     def coils(self) -> Bits: ...
@@ -69,14 +69,14 @@ class DataModel(Protocol):
     def input_registers(self) -> Registers: ...
 
     def fifo(self, address: int) -> list[int]:
-        """What is in the queue with this pointer address.  ModbusError 02 if there is none."""
+        """The contents of the queue with this pointer address.  ModbusError 02 if there is none."""
 
     def exception_status(self) -> int:
-        """Eight bits (function 7)."""
+        """The exception status, eight bits (function 7)."""
 
 
 class ModbusServer:
-    """One unit at one port: what it answers there, with the counters of that port."""
+    """One unit at one port: it answers requests there, with the counters of that port."""
 
     def __init__(
         self,
@@ -109,11 +109,11 @@ class ModbusServer:
         self._functions_on_tcp = {code: handler for code, handler in self._functions.items() if code not in left_out}
 
     def answer(self, request: ModbusRequest) -> bytes | None:
-        """The response PDU; None where the specification is silent (broadcast, listen only mode)."""
+        """The response PDU; None where there is no response (broadcast, listen only mode)."""
         diagnostics, pdu, line = self.diagnostics, request.pdu, request.line
         diagnostics.server_messages += 1
         diagnostics.line = line
-        if line is None:  # the commonest case, without a further call
+        if line is None:  # the most common case, without a further call
             handler = self._functions_on_tcp.get(pdu[0], _not_there)
             try:
                 return handler(pdu)
@@ -244,6 +244,6 @@ def _two_words(pdu: bytes) -> tuple[int, int]:
 
 
 def _check(is_right: bool) -> None:
-    """A wrong length is a wrong value: the implied length is incorrect (chapter 7, code 03)."""
+    """Raise ModbusError 03 for a wrong length: the implied length is incorrect (chapter 7, code 03)."""
     if not is_right:
         raise ModbusError(ILLEGAL_DATA_VALUE)

@@ -1,4 +1,4 @@
-"""Modbus masters on TCP: each connection is a member of the bus, their number is limited, silent ones may be closed."""
+"""Modbus masters on TCP: each connection is a member of the bus.  Their number is limited; idle ones may be closed."""
 
 import asyncio
 import logging
@@ -8,16 +8,16 @@ from typing import Any
 
 from fieldrig.bus import Hub
 from fieldrig.link import Link
-from fieldrig_bus.net import Connection, TcpServer, join_as_outsider
+from fieldrig_bus.net import Connection, TcpServer, join_as_client
 
 log = logging.getLogger(__name__)
 
 HALF_CLOSED_S = 1.0
-"""How long a master that asks no more is given its answers."""
+"""Time for which a master that has finished sending still gets its answers."""
 
 
 class Master(Connection):
-    """One master.  It has to read its answers: until it does, its questions are not read."""
+    """One master.  While it does not read its answers, no further requests are read from it."""
 
     server: "Masters"
 
@@ -26,11 +26,11 @@ class Master(Connection):
         self.hub = hub
         self.member = ""
         self.used = 0
-        """When it spoke last, in words of all masters."""
+        """The number of its last request, counted over all masters."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self.member, link = join_as_outsider(self.hub, "tcp")
+        self.member, link = join_as_client(self.hub, "tcp")
         self.on_open(link)
         self.server.add(self)
 
@@ -46,7 +46,7 @@ class Master(Connection):
         self.on_bytes(data)
 
     def eof_received(self) -> bool:
-        """It will ask no more, as `nc -N` does; what it has asked is still answered (RFC 9293, 3.6)."""
+        """The master has finished sending, as `nc -N` does; its requests are still answered (RFC 9293, 3.6)."""
         asyncio.get_running_loop().call_later(HALF_CLOSED_S, self.transport.close)
         return True
 
@@ -57,17 +57,17 @@ class Master(Connection):
         self.read_on(True)
 
     def on_open(self, link: Link[Any]) -> None:
-        """It is a member; nothing has arrived yet."""
+        """The connection is a member of the bus now; nothing has arrived yet."""
 
     def on_bytes(self, data: bytes) -> None:
         raise NotImplementedError
 
     def on_close(self) -> None:
-        """The connection is gone."""
+        """The connection is closed."""
 
 
 class Masters(TcpServer):
-    """One master more than `most` closes the one that was silent longest; `idle_s` of silence closes any."""
+    """A connection beyond `most` closes the longest idle one; any is closed after `idle_s` without requests."""
 
     def __init__(
         self, address: str, make: Callable[["Masters"], Master], most: int, idle_s: float | None = None
@@ -103,7 +103,7 @@ class Masters(TcpServer):
         self._masters.discard(master)
 
     def _reap(self, idle_s: float) -> None:
-        """Close what has been silent for one to two such periods."""
+        """Close connections that have been idle for one to two such periods."""
         for master in self._masters:
             if master.used <= self._reaped:
                 master.transport.close()

@@ -1,15 +1,16 @@
-"""`modbus.tcp`: devices that any Modbus TCP client reaches.
+"""`modbus.tcp`: devices that any Modbus TCP client can reach.
 
-Source: Modbus messaging on TCP/IP implementation guide V1.0b.  Each connection is a member of the bus; transactions may
-be pipelined and are answered as their answers come.  Unit 0 and 255 mean the device itself as long as it is the only
-unit (or `direct_unit` says which); for a unit that is not there the bus is a gateway to serial devices, and answers
-exception 0x0B (gateway target device failed to respond: "usually means that the device is not present on the network",
-application protocol V1.1b3, chapter 7), or nothing.
+Source: Modbus messaging on TCP/IP implementation guide V1.0b.  Each connection is a member of the bus.  Transactions
+may be pipelined, and each is answered as soon as its answer is there.  Units 0 and 255 mean the device itself if it is
+the only unit (or `direct_unit`).  For a unit that does not exist, the bus acts as a gateway to serial devices: it
+answers with exception 0x0B (gateway target device failed to respond: "usually means that the device is not present on
+the network", application protocol V1.1b3, chapter 7), or not at all.
 
-`servers` are units outside, which devices of the rig ask (see `outside`); masters at `listen` don't get to them.  Left
-out: TLS (Modbus security), access control by address.
+`servers` are outside units that devices of the rig use (see `outside`); masters at `listen` can't reach them.
+Left out: TLS (Modbus security), access control by address.
 
-A request costs one pass from `data_received` to `transport.write` without a task, a queue or a turn of the loop.
+A request is handled in one pass from `data_received` to `transport.write`, without a task, a queue or another iteration
+of the event loop.
 """
 
 import logging
@@ -40,19 +41,24 @@ _pack = HEADER.pack
 class ModbusTcpSettings(HubSettings):
     listen: Address = Field(default="127.0.0.1:5020", description="host:port for clients")
     unknown_unit: Literal["exception", "silence"] = Field(
-        default="exception", description="what a request for a unit that is not there gets: exception 0x0B, or nothing"
+        default="exception", description="response to a request for a unit that does not exist: exception 0x0B, or none"
     )
     direct_unit: int | None = Field(
-        default=None, ge=1, le=247, description="the unit that answers to 0 and 255; null: the only one there is"
+        default=None, ge=1, le=247, description="the unit that answers to 0 and 255; null: the only unit"
     )
-    idle_timeout_s: float | None = Field(default=None, gt=0, description="a silent connection is closed after it")
+    idle_timeout_s: float | None = Field(
+        default=None, gt=0, description="a connection is closed after this time without requests"
+    )
     max_connections: int = Field(
-        default=64, ge=1, le=10_000, description="one more closes the one that was silent longest (guide, 4.2)"
+        default=64,
+        ge=1,
+        le=10_000,
+        description="connections; one more closes the connection that was idle longest (guide, 4.2)",
     )
     servers: Servers = Field(
-        default_factory=dict, description="units outside that devices of the rig ask: 7: host:port"
+        default_factory=dict, description="outside units that devices of the rig use: 7: host:port"
     )
-    response_timeout_ms: int = Field(default=1000, ge=1, le=600_000, description="how long they are waited for")
+    response_timeout_ms: int = Field(default=1000, ge=1, le=600_000, description="response timeout for `servers`")
 
     def leads_to(self, what: str, value: Hashable) -> bool:
         return value in self.servers
@@ -61,12 +67,12 @@ class ModbusTcpSettings(HubSettings):
     def _servers_are_elsewhere(self) -> Self:
         for address in by_address(self.servers):
             if listens_at(self.listen, address):
-                raise ValueError(f"servers: {address} is this bus itself: the address of another server would be right")
+                raise ValueError(f"servers: {address} is this bus itself: expected the address of another server")
         return self
 
 
 class ModbusTcp(ModbusBus):
-    about: ClassVar[str] = "Modbus TCP: any client reaches the devices of this bus"
+    about: ClassVar[str] = "Modbus TCP: any client can reach the devices of this bus"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
 
     def __init__(self, name: str, settings: ModbusTcpSettings) -> None:
@@ -92,7 +98,7 @@ class ModbusTcp(ModbusBus):
         ]
 
     def mbpoll_line(self, label: str, options: Sequence[str], *values: str) -> Tool:
-        """A line for what the options of mbpoll say; `values` are written."""
+        """A line with these options of mbpoll; `values` are written."""
         host, port = split_address(self.settings.listen)
         return Tool(label, shlex.join(["mbpoll", "-m", "tcp", "-p", str(port), *options, host, *values]))
 
@@ -104,7 +110,7 @@ class TcpPort(Port):
 
     @property
     def number(self) -> int:
-        """The TCP port that is listened at."""
+        """The TCP port on which it listens."""
         return self._masters.port if self._masters is not None else split_address(self._settings.listen)[1]
 
     async def open(self, hub: Hub) -> None:
@@ -121,21 +127,21 @@ class TcpPort(Port):
 
 
 class TcpMaster(Master):
-    """The exchange number carries what the response has to repeat: unit and transaction."""
+    """The exchange number contains what the response has to repeat: unit and transaction."""
 
     def on_open(self, link: Link[Any]) -> None:
         self._framer = MbapFramer()
         self._send, self._write = link.send, self.transport.write
         link.on_receive(self._on_response, ())
         peer = self.transport.get_extra_info("peername")
-        if peer is not None:  # None: it is gone already
+        if peer is not None:  # None: the connection is closed already
             link.send(ClientConnected(peer[0]))
 
     def on_bytes(self, data: bytes) -> None:
         for transaction, unit, pdu in self._framer.feed(data):
             self._send(ModbusRequest(unit, pdu, transaction | unit << 16))
         if self._framer.is_lost:
-            log.debug("%s: not MBAP, closed", self.member)
+            log.debug("%s: not MBAP; closed", self.member)
             self.transport.close()
 
     def _on_response(self, response: ModbusResponse) -> None:

@@ -1,8 +1,8 @@
-"""A client's end of one TCP connection: requests out, responses in, matched by their transaction numbers.
+"""A client's end of one TCP connection: it matches responses with requests by their transaction numbers.
 
 Source: Modbus messaging on TCP/IP implementation guide V1.0b, 4.4.1: a response whose number refers to no pending
-transaction is discarded; the unit of one that a server gives itself (255, as 0) is not significant, another one has to
-be that of the request.  What the PDU says is for the client to judge.
+transaction is discarded; the unit is not significant for a request to the server itself (unit 255 or 0), and must
+otherwise be that of the request.  The client checks the PDU.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _NUMBERS: Final = 0x1_0000
 class _Pending:
     request: ModbusRequest
     unit: int
-    """As it was asked."""
+    """The request as the client sent it."""
     deadline_ns: int
 
 
@@ -29,10 +29,10 @@ class Transactions:
     def __init__(self, timeout_ns: int) -> None:
         self._timeout_ns = timeout_ns
         self._number = 0
-        self._pending: dict[int, _Pending] = {}  # in the order of their deadlines
+        self._pending: dict[int, _Pending] = {}  # by deadline
         self._framer = MbapFramer()
         self.foreign = 0
-        """Responses that belonged to nothing."""
+        """Number of responses without a matching request."""
 
     @property
     def is_full(self) -> bool:
@@ -40,18 +40,18 @@ class Transactions:
 
     @property
     def is_lost(self) -> bool:
-        """What comes in is no Modbus: the connection has to be closed."""
+        """True if the received bytes are not Modbus: the connection has to be closed."""
         return self._framer.is_lost
 
     def ask(self, now_ns: int, request: ModbusRequest, unit: int) -> bytes:
-        """What to send for a request that goes to `unit`."""
+        """The bytes to send for a request to `unit`."""
         self._number = number = (self._number + 1) % _NUMBERS
         self._pending.pop(number, None)
         self._pending[number] = _Pending(request, unit, now_ns + self._timeout_ns)
         return tcp_frame(number, unit, request.pdu)
 
     def feed(self, data: bytes) -> list[ModbusResponse]:
-        """The responses that are whole with `data`, as those who asked want them."""
+        """The responses that `data` completes, with the unit and exchange of their requests."""
         responses = []
         for number, unit, pdu in self._framer.feed(data):
             pending = self._pending.get(number)
@@ -63,11 +63,11 @@ class Transactions:
         return responses
 
     def next_ns(self) -> int | None:
-        """When `expire` should be called next."""
+        """The instant at which `expire` should be called next."""
         return next((pending.deadline_ns for pending in self._pending.values()), None)
 
     def expire(self, now_ns: int) -> int:
-        """Forget what has waited too long; how many there were."""
+        """Drop requests past their deadline.  Returns their number."""
         late = [number for number, pending in self._pending.items() if pending.deadline_ns <= now_ns]
         for number in late:
             del self._pending[number]

@@ -15,12 +15,16 @@ from fieldrig_bus.modbus.outside import UnitId
 
 
 class ModbusVirtualSettings(CharacterSettings):
-    baud: int | None = Field(default=None, ge=300, le=10_000_000, description="a serial line; null: instant, as on TCP")
-    mode: Mode = Field(default="rtu", description="what a frame on the line looks like")
-    response_timeout_ms: int = Field(default=1000, ge=1, description="after it the line is free for the next request")
+    baud: int | None = Field(
+        default=None, ge=300, le=10_000_000, description="baud rate of a serial line; null: no delay, as on TCP"
+    )
+    mode: Mode = Field(default="rtu", description="framing on the line")
+    response_timeout_ms: int = Field(
+        default=1000, ge=1, description="response timeout, after which the line is free for the next request"
+    )
     servers: list[UnitId] = Field(
         default_factory=list,
-        description="units that devices of the rig ask and an attached member, such as a test, serves",
+        description="units that devices of the rig use and an attached member, such as a test, serves",
     )
 
     def leads_to(self, what: str, value: Hashable) -> bool:

@@ -1,1 +1,1 @@
-"""The fibre ring: SERCOS telegrams between one master and its drives (IEC 61491)."""
+"""Rings of stations: what they have in common (`topology`, `breaks`, `transport`), and SERCOS (`sercos`)."""

@@ -1,6 +1,6 @@
-"""Serial messages as bytes, for other processes and traces, and as a line for a person.
+"""Serial messages as bytes, for other processes and traces, and as a line of text.
 
-The first byte says which message it is; what follows is little endian.
+The first byte is the kind of message; numbers after it are little endian.
 """
 
 import struct
@@ -24,7 +24,7 @@ def encode(message: SerialMessage) -> bytes:
 
 
 def decode(data: bytes) -> SerialMessage:
-    """ValueError for anything that `encode` doesn't write."""
+    """The inverse of `encode`.  ValueError for anything else."""
     if not data or data[0] > BREAK:
         raise ValueError(f"not a serial message: {data.hex(' ')}")
     if data[0] == DATA:
@@ -76,7 +76,7 @@ def _decode_format(body: bytes) -> Format:
 
 
 def format_of(baud: int, data_bits: int, parity: str, stop_bits: int) -> Format:
-    """A format from numbers that came from outside.  KeyError if there is no such format."""
+    """The format from its numbers in bytes.  KeyError if there is no such format."""
     if baud < 1:
         raise KeyError(baud)
     return Format(baud, _DATA_BITS[data_bits], _PARITIES[parity], _STOP_BITS[stop_bits])

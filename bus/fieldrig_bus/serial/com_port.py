@@ -1,14 +1,14 @@
-"""The server's half of the Telnet COM-PORT-OPTION (RFC 2217), as a function of bytes: between one client and one
-end of a serial line.
+"""The server side of the Telnet COM-PORT-OPTION (RFC 2217) as a function of bytes, between one client and one end of a
+serial line.
 
-A request that can't be granted is answered with the value that stays in force (chapter 2).  So are 1.5 stop bits,
-mark and space parity, inbound hardware flow control, and flow control by DCD, DTR or DSR: this line has none of them.
-Hardware flow control holds the client's data while CTS is off.  XON/XOFF holds it between the device's XOFF and XON;
-inbound, it stops the device while a suspended client's data fill the buffer.  A setting "(outbound/both)" holds for
-both directions until an inbound one follows it.  Of the line states only a break is reported.
+A request that can't be granted is answered with the value that stays in force (chapter 2).  This applies to 1.5 stop
+bits, mark and space parity, inbound hardware flow control, and flow control by DCD, DTR or DSR: this line has none of
+them.  Hardware flow control holds the client's data while CTS is off.  XON/XOFF holds it between the device's XOFF and
+XON; inbound, it stops the device while the data of a suspended client fill the buffer.  A setting "(outbound/both)"
+applies to both directions until an inbound one follows it.  A break is the only line state that is reported.
 
-pyserial's `rfc2217.PortManager` would be the library for it, but bytes from outside raise in it (a SE without SB, a
-short SET-BAUDRATE, an unknown parity), it leaves requests for DTR, RTS and break unanswered, and it polls.
+pyserial has `rfc2217.PortManager` for this, but bytes from outside raise exceptions in it (SE without SB, a short
+SET-BAUDRATE, an unknown parity), it leaves requests for DTR, RTS and break unanswered, and it polls.
 """
 
 import contextlib
@@ -53,7 +53,7 @@ BREAK_DETECTED = 16  # chapter 4, NOTIFY-LINESTATE
 DCD, RI, DSR, CTS, DELTA_DCD, RI_ENDED, DELTA_DSR, DELTA_CTS = (128 >> place for place in range(8))  # -MODEMSTATE
 
 MOST_HELD = 64 * 1024
-"""Bytes kept for a client that suspended us; the oldest stay, as in a receive buffer that overran."""
+"""Bytes kept for a client that has suspended the server; the oldest stay, as in a receive buffer after an overrun."""
 FASTEST_BAUD = 10_000_000
 
 OUR_OPTIONS = frozenset({BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT_OPTION})
@@ -66,16 +66,16 @@ class ComPort:
         self._reader = TelnetReader()
         self._options = Options(OUR_OPTIONS, THEIR_OPTIONS, write)
         self._other_end = ControlLines()
-        self._modem_state = 0  # as it was last told
+        self._modem_state = 0  # as reported last
         self._flow, self._inbound_flow = FLOW_NONE, INBOUND_FLOW_NONE
         self._obedience, self._request = Obedience(), Request(MOST_HELD)
         self._break_began_ns: int | None = None
         self._is_suspended = False
         self._held = bytearray()
-        self._masks = {LINESTATE_MASK: 0, MODEMSTATE_MASK: 255}  # chapter 4: what holds until a client says more
+        self._masks = {LINESTATE_MASK: 0, MODEMSTATE_MASK: 255}  # chapter 4: the value until a client sets it
 
     def start(self, other_end: ControlLines) -> None:
-        """A client has connected; `other_end` is the present state of the other end's lines."""
+        """A client has connected.  `other_end` is the present state of the lines of the other end."""
         self._other_end = other_end
         for agreement, option in (
             (DO, ECHO),
@@ -88,7 +88,7 @@ class ComPort:
             self._options.ask(agreement, option)
 
     def stop(self) -> None:
-        """The client has gone; a break that it left on ends, and a device that was stopped may go on."""
+        """The client has disconnected: a break that it left on ends, and a device that was stopped may go on."""
         if self._break_began_ns is not None:
             self._end_break()
         self._end.send_at_once(self._request.end())
@@ -124,7 +124,7 @@ class ComPort:
 
     def _on_negotiation(self, command: int, option: int) -> None:
         if self._options.negotiate(command, option) and option == COM_PORT_OPTION:
-            self._notify_modem_state(is_asked=True)  # so that a client that asks nothing knows the state at once
+            self._notify_modem_state(is_asked=True)  # so that a client that asks nothing knows the state immediately
 
     def _on_subnegotiation(self, message: Subnegotiation) -> None:
         if message.option != COM_PORT_OPTION or not message.body:
@@ -133,7 +133,7 @@ class ComPort:
         if code in _SETTINGS:
             self._on_setting(code, value)
         elif code == SIGNATURE:
-            if not value:  # else it is the client's own, which wants no answer
+            if not value:  # any other is a notification of the client, which expects no answer
                 self._answer(SIGNATURE, b"fieldrig")
         elif code == SET_CONTROL:
             self._answer(SET_CONTROL, bytes((self._control(value[0] if value else FLOW_ASKED),)))
@@ -151,12 +151,12 @@ class ComPort:
         width, changed, present = _SETTINGS[code]
         number = int.from_bytes(value[:width], "big")
         if number and len(value) >= width:  # 0 asks for the present value
-            with contextlib.suppress(KeyError):  # no such format: it stays, and the answer says so
+            with contextlib.suppress(KeyError):  # no such format: the present one stays, and the answer says so
                 self._end.set_format(changed(self._end.form, number))
         self._answer(code, present(self._end.form).to_bytes(width, "big"))
 
     def _control(self, value: int) -> int:
-        """Chapter 3, SET-CONTROL: do it, and give what is in force after that."""
+        """Execute SET-CONTROL (chapter 3).  Returns the value that is in force after it."""
         end = self._end
         if value in (FLOW_ASKED, FLOW_NONE, FLOW_XON_XOFF, FLOW_HARDWARE, FLOW_DCD, FLOW_DSR):
             if value in (FLOW_NONE, FLOW_XON_XOFF, FLOW_HARDWARE):
@@ -175,7 +175,7 @@ class ComPort:
             if value in (INBOUND_FLOW_NONE, INBOUND_XON_XOFF):
                 self._set_inbound_flow(value)
             return self._inbound_flow
-        return self._flow  # a code that chapter 3 doesn't know
+        return self._flow  # a code that is not in chapter 3
 
     def _set_break(self, value: int) -> None:
         if value == BREAK_ON and self._break_began_ns is None:
@@ -198,14 +198,14 @@ class ComPort:
         self._ask_device()
 
     def _hold_or_send(self) -> None:
-        """Keep the client's data back for as long as the other end is not ready for it."""
+        """Hold the client's data while the other end is not ready for it."""
         is_held = self._obedience.is_stopped
         if self._flow == FLOW_HARDWARE:
             is_held = not inputs_from(self._other_end).cts
         self._end.hold(is_held)
 
     def _ask_device(self) -> None:
-        """Stop the other end while what is held for a suspended client fills the buffer."""
+        """Stop the other end while data held for a suspended client fill the buffer."""
         is_asking = self._inbound_flow == INBOUND_XON_XOFF
         self._end.send_at_once(self._request.at(len(self._held)) if is_asking else self._request.end())
 
@@ -225,7 +225,7 @@ class ComPort:
             self._ask_device()
 
     def _notify_modem_state(self, is_asked: bool = False) -> None:
-        """Chapter 4: the state and what changed in it, within the client's mask, once the option is in force."""
+        """Report the state and its changes (chapter 4), within the client's mask, once the option is in force."""
         if not is_asked and not any(COM_PORT_OPTION in options for options in self._options.in_force.values()):
             return
         mask, before = self._masks[MODEMSTATE_MASK], self._modem_state
@@ -243,7 +243,7 @@ def _modem_state(inputs: ModemInputs) -> int:
 
 
 def _deltas(before: int, now: int) -> int:
-    """Bits 0 to 3 of NOTIFY-MODEMSTATE; the one for RI only at its end ("trailing edge")."""
+    """Bits 0 to 3 of NOTIFY-MODEMSTATE.  The bit for RI is set only at its end ("trailing edge")."""
     changed = (before ^ now) >> 4
     return changed & ~(RI_ENDED if now & RI else 0)
 
@@ -254,7 +254,7 @@ def _with_baud(form: Format, baud: int) -> Format:
     return replace(form, baud=baud)
 
 
-# What a setting changes, row by row as chapter 2 has them: bytes of its value, the changed format, the present value.
+# Settings, row by row as in chapter 2: bytes of the value, the changed format, the present value.
 _SETTINGS: dict[int, tuple[int, Callable[[Format, int], Format], Callable[[Format], int]]] = {
     SET_BAUDRATE: (4, _with_baud, lambda form: form.baud),
     SET_DATASIZE: (

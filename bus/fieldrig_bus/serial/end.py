@@ -1,7 +1,7 @@
-"""An outsider's end of a serial line: what its port knows of it, whichever way the outsider came.
+"""The end of an outside client on a serial line, as its port sees it, regardless of how the client is connected.
 
-What an outsider sends may come far faster than the line takes it.  It is kept here, fed to the line some
-milliseconds ahead as a UART's FIFO would be, and when much of it is waiting the port is told to read no further.
+A client may send data far faster than the line transmits it.  The data are kept here and passed to the line some
+milliseconds ahead, as the FIFO of a UART would be.  When much of it is waiting, the port is asked to stop reading.
 """
 
 from collections.abc import Callable
@@ -12,14 +12,14 @@ from fieldrig.link import Link
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 
 AHEAD_NS = 20 * MS
-"""How far ahead the line is fed; after CTS went off this much is still sent."""
+"""Time by which data are passed to the line ahead.  After CTS has gone off, this much is still sent."""
 MOST_WAITING = 4096
-"""Characters from which on the port should not read further."""
+"""Number of waiting characters from which on the port should stop reading."""
 OFF = ControlLines(dtr=False, rts=False)
 
 
 class LineEnd:
-    """`on_room(False)` is called when the outsider should be held, `on_room(True)` when it may go on."""
+    """`on_room(False)` is called when the client should be stopped, `on_room(True)` when it may go on."""
 
     def __init__(self, link: Link[SerialMessage], clock: Clock, form: Format, is_paced: bool) -> None:
         self._link, self._clock, self._is_paced = link, clock, is_paced
@@ -37,17 +37,17 @@ class LineEnd:
         self._feed()
 
     def send_at_once(self, data: bytes) -> None:
-        """Send `data` ahead of everything that waits, held or not: a flow control character."""
+        """Send `data`, such as a flow control character, ahead of everything that waits, whether held or not."""
         if data:
             self._link.send(data)
 
     def hold(self, is_held: bool) -> None:
-        """Keep what comes to be sent (the other end is not ready), or send it after all."""
+        """Hold the data while the other end is not ready, or send it again."""
         self._is_held = is_held
         self._feed()
 
     def purge(self) -> None:
-        """Forget what is not yet on the line."""
+        """Discard the data that are not yet on the line."""
         self._waiting.clear()
         self._feed()
 
@@ -71,18 +71,18 @@ class LineEnd:
         self._link.send(Break(duration_ms))
 
     def plug_in(self) -> None:
-        """An outsider is there: its lines go on, as when a program opens a serial port."""
+        """A client has connected: its lines go on, as when a program opens a serial port."""
         self.set_lines(ControlLines())
 
     def hang_up(self) -> None:
-        """The outsider has gone: its lines go off, and the format is the configured one again."""
+        """The client has disconnected: its lines go off, and the format is the configured one again."""
         self._is_held = False
         self.purge()
         self.set_format(self._default)
         self.set_lines(OFF)
 
     def _feed(self) -> None:
-        """Hand over as much as the line takes in the next `AHEAD_NS`, and come back for the rest."""
+        """Pass on as much as the line transmits in the next `AHEAD_NS`, and the rest later."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

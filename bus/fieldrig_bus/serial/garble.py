@@ -1,7 +1,8 @@
-"""What a receiver makes of characters that were sent in another format: the line's bits, sampled at its own rate.
+"""The characters that a receiver reads when they were sent in another format: the line's bits, sampled at its own rate.
 
-The receiver looks for the start bit (a falling edge), samples each bit in its middle, and takes the character whatever
-its parity and stop bits say, as a UART hands it over with an error flag.  Each chunk of bytes is sampled by itself.
+The receiver looks for the start bit (a falling edge), samples each bit in its middle, and accepts the character
+regardless of parity and stop bits, as a UART hands it over with an error flag.  Each chunk of bytes is sampled by
+itself.
 """
 
 from fieldrig_bus.serial.message import Format
@@ -12,7 +13,7 @@ def garbled(data: bytes, sent_as: Format, received_as: Format) -> bytes:
 
 
 def _levels(data: bytes, form: Format) -> list[int]:
-    """One level per bit time, least significant data bit first, and an idle character at the end."""
+    """Levels of the line, one per bit time, least significant data bit first, with an idle character at the end."""
     levels: list[int] = []
     for character in data:
         bits = [character >> place & 1 for place in range(form.data_bits)]
@@ -22,7 +23,7 @@ def _levels(data: bytes, form: Format) -> list[int]:
 
 
 def _sampled(levels: list[int], baud: int, form: Format) -> bytes:
-    """Positions count half bit times of the receiver in units of 1 / (2 * baud * form.baud) s, so they are whole."""
+    """Characters in the levels.  Positions are multiples of 1 / (2 * baud * form.baud) s, so they are integers."""
     half_bit, sent_bit = baud, 2 * form.baud
     end = len(levels) * sent_bit
 

@@ -1,6 +1,6 @@
 """Serial lines from device to device: `serial.virtual` in virtual time, `serial.line` in real time through a hub.
 
-Every serial bus is such a line; those of the neighbouring files have a port for an outsider besides.
+Every serial bus is such a line; those of the neighbouring files also have a port for an outside client.
 """
 
 from typing import Any, ClassVar, Literal
@@ -18,18 +18,18 @@ from fieldrig_bus.serial.model import SerialModel
 
 class SerialSettings(Settings):
     baud: int = Field(
-        default=9600, ge=1, le=10_000_000, description="bits a second, for each end until it says otherwise"
+        default=9600, ge=1, le=10_000_000, description="bits per second, for each end until it sets another rate"
     )
     data_bits: Literal[5, 6, 7, 8] = 8
     parity: Literal["N", "E", "O"] = "N"
     stop_bits: Literal[1, 2] = 1
-    paced: bool = Field(default=True, description="bytes take their time; false: they arrive at once")
+    paced: bool = Field(
+        default=True, description="true: bytes take the time of their format; false: they arrive at once"
+    )
     chunk_us: int = Field(
-        default=2000, ge=1, description="bytes are heard in chunks that take this long at most, or singly"
+        default=2000, ge=1, description="longest duration of a chunk in which bytes arrive; a longer byte arrives alone"
     )
-    garbling: bool = Field(
-        default=False, description="an end that expects another format than the sender's hears garbage"
-    )
+    garbling: bool = Field(default=False, description="an end whose format differs from the sender's receives garbage")
 
     @property
     def format(self) -> Format:
@@ -41,7 +41,7 @@ class SerialHubSettings(HubSettings, SerialSettings):
 
 
 class SerialBus(ModelBus[SerialMessage]):
-    """What all serial buses have in common."""
+    """A serial line; all serial buses are subclasses."""
 
     family: ClassVar[str] = "serial"
     messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)

@@ -1,6 +1,6 @@
-"""What goes over a serial line: bytes, the state of the control lines, the format, a break.
+"""Messages of a serial line: bytes, the state of the control lines, the format, a break.
 
-A receiver hears `bytes` only, unless its interest names more: any of "data", "lines", "format", "break".
+A receiver gets `bytes` only, unless its interest names others: any of "data", "lines", "format", "break".
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from fieldrig.bus import words_of
 class ControlLines:
     """The outputs of one end, as that end sets them (TIA-232: DTE side).
 
-    A null-modem line: our DTR is the other end's DSR and DCD, our RTS its CTS.  `ri` lets a modem ring, `dcd`
-    lets it report a carrier of its own (None: follows `dtr`).
+    The line is a null modem: DTR of one end is DSR and DCD of the other, and RTS is CTS.  With `ri` a modem rings, and
+    with `dcd` it reports a carrier of its own (None: it follows `dtr`).
     """
 
     dtr: bool = True
@@ -24,7 +24,7 @@ class ControlLines:
 
 
 class ModemInputs(NamedTuple):
-    """The inputs of one end of a line, as that end reads them (TIA-232: DTE side)."""
+    """The inputs of one end, as that end reads them (TIA-232: DTE side)."""
 
     cts: bool
     dsr: bool
@@ -33,14 +33,14 @@ class ModemInputs(NamedTuple):
 
 
 def inputs_from(other_end: ControlLines) -> ModemInputs:
-    """What an end reads when the other end of its null-modem line has set `other_end`."""
+    """The inputs of an end when the other end of the null-modem line has set `other_end`."""
     dcd = other_end.dtr if other_end.dcd is None else other_end.dcd
     return ModemInputs(cts=other_end.rts, dsr=other_end.dtr, dcd=dcd, ri=other_end.ri)
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """How one end sends and expects characters."""
+    """The format in which one end sends and expects characters."""
 
     baud: int = 9600
     data_bits: Literal[5, 6, 7, 8] = 8
@@ -54,7 +54,7 @@ class Format:
 
 @dataclass(frozen=True, slots=True)
 class Break:
-    """The line was held at space for `duration_ms`."""
+    """A break: the line was held at space for `duration_ms`."""
 
     duration_ms: int
 
@@ -62,9 +62,9 @@ class Break:
 SerialMessage = bytes | ControlLines | Format | Break
 
 KINDS: Final[dict[type, str]] = {bytes: "data", ControlLines: "lines", Format: "format", Break: "break"}
-"""The word of an interest for each."""
+"""The word of an interest for each kind of message."""
 FASTEST: Final = 0xFFFF_FFFF
-"""Baud."""
+"""Lowest and highest rate, in baud."""
 LONGEST_BREAK_MS: Final = 0xFFFF_FFFF
 
 _FORMATS: Final = {
@@ -75,7 +75,7 @@ _FORMATS: Final = {
 
 
 def check_sent(message: Any) -> None:
-    """TypeError or ValueError for what can't be on a serial line."""
+    """Raise TypeError or ValueError for a message that can't be on a serial line."""
     if type(message) is bytes:
         return
     match message:
@@ -99,10 +99,10 @@ def check_sent(message: Any) -> None:
 
 
 def check_interest(interest: Any) -> None:
-    """TypeError or ValueError for what is not the words of `KINDS`."""
+    """Raise TypeError or ValueError for an interest in anything but the words of `KINDS`."""
     for word in words_of(interest):
         if word not in KINDS.values():
-            raise ValueError(f"no such interest on a serial line: {word!r}; there are {list(KINDS.values())}")
+            raise ValueError(f"interest {word!r} on a serial line: expected one of {list(KINDS.values())}")
 
 
 def _check_number(name: str, value: Any, lowest: int, highest: int) -> None:

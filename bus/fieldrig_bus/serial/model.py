@@ -1,12 +1,13 @@
-"""A serial line as a function of time: bytes take as long as the sender's format says.
+"""A serial line as a function of time: bytes take the time of the sender's format.
 
-Two ends, each with a transmitter of its own (full duplex).  With more members it is a party line: everyone hears
-everyone else; what talks at the same time does not collide, as if each had a pair of wires of its own.
+There are two ends, each with a transmitter of its own (full duplex).  With more members it is a party line: each member
+receives all others, and members that send at the same time do not collide, as if each had a pair of wires of its own.
 
 Bytes arrive in chunks of at most `chunk_ns`, each at the instant at which its last character has arrived; a gap
-between characters that is shorter than a chunk can't be seen.  A format holds for what its sender sends after it.
-Control lines and formats are heard at once, and whoever listens later hears the present ones; until a member has said
-something it counts as `ControlLines()`, DTR and RTS on.  Left out: handshaking; an end that honours CTS waits itself.
+between characters that is shorter than a chunk is invisible.  A format applies to what its sender sends after it.
+Control lines and formats arrive at once, and a member that listens later gets the present ones; until a member has set
+its lines they are `ControlLines()`, DTR and RTS on.
+Left out: handshaking; an end that honours CTS waits itself.
 """
 
 import heapq
@@ -22,7 +23,7 @@ from fieldrig_bus.serial.message import KINDS, Break, Format, SerialMessage, che
 log = logging.getLogger(__name__)
 
 LONGEST_BACKLOG_NS = 3600 * S
-"""What one end may have asked for ahead of its line: memory is not without end."""
+"""Transmission time that one end may have asked for ahead of its line, which bounds the memory that it takes."""
 BYTES_ONLY = frozenset({"data"})
 
 
@@ -31,14 +32,14 @@ class _End:
 
     def __init__(self, form: Format) -> None:
         self.form = form
-        self.free_ns = 0  # when its transmitter has sent everything
+        self.free_ns = 0  # the instant at which its transmitter has sent everything
         self.interest: frozenset[str] = frozenset()
-        self.said: dict[str, SerialMessage] = {}  # present lines and format, if it ever said them
+        self.said: dict[str, SerialMessage] = {}  # present lines and format, if it has ever set them
         self.is_gone = False
 
 
 class SerialModel(BusModel[SerialMessage]):
-    """`is_paced` False: everything arrives at once.  `is_garbling`: who expects another format hears garbage."""
+    """Bytes arrive at once unless `is_paced`.  If `is_garbling`, an end in another format receives garbage."""
 
     def __init__(self, form: Format, chunk_ns: int = 2 * MS, is_paced: bool = True, is_garbling: bool = False) -> None:
         self._form, self._chunk_ns, self._is_paced, self._is_garbling = form, chunk_ns, is_paced, is_garbling
@@ -73,7 +74,7 @@ class SerialModel(BusModel[SerialMessage]):
     def submit(self, now_ns: int, member: str, message: SerialMessage) -> None:
         end = self._ends[member]
         if end.free_ns - now_ns > LONGEST_BACKLOG_NS:
-            log.debug("%s has more to send than an hour takes; dropped %r", member, message)
+            log.debug("%s has more than an hour of data to send; dropped %r", member, message)
         elif type(message) is bytes:
             self._characters += len(message)
             self._send_bytes(now_ns, member, end, message)
@@ -133,7 +134,7 @@ class SerialModel(BusModel[SerialMessage]):
     def _garbled(
         self, time_ns: int, sender: str, data: bytes, receivers: tuple[str, ...]
     ) -> list[Delivery[SerialMessage]]:
-        """What each receiver makes of `data` in the format that it expects itself; one delivery for like ones."""
+        """The characters that each receiver reads in its own format; one delivery for receivers that read the same."""
         sent_as = self._ends[sender].form
         heard: dict[bytes, list[str]] = {} if receivers else {data: []}
         for receiver in receivers:

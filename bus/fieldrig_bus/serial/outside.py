@@ -1,28 +1,31 @@
-"""What the ports of serial buses to TCP have in common: one outsider on the line at a time.
+"""Base of the TCP ports of serial buses: one outside client is on the line at a time.
 
-A second client waits for `GRACE_S`, so that one who closes and opens again gets the line whichever of the two is seen
-first; then it is refused by closing its connection.  A client whose machine vanished is found by TCP's keepalive.
+A second client waits for `GRACE_S`, so that a client that closes and reopens its connection gets the line regardless of
+which event is seen first; after that its connection is closed.  TCP keepalive detects a client whose machine is gone.
 """
 
 import asyncio
-import contextlib
 import logging
 import socket
 from collections.abc import Callable
 from typing import Protocol
 
 from fieldrig.net import split_address
-from fieldrig_bus.net import Connection, TcpServer
+from fieldrig_bus.net import Connection, TcpServer, cancel
 
 log = logging.getLogger(__name__)
 
 GRACE_S = 0.5
 RETRY_S = 1.0
-KEEPALIVE = {"TCP_KEEPIDLE": 10, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}  # seconds, seconds, probes; where there is such
+KEEPALIVE = {
+    "TCP_KEEPIDLE": 10,
+    "TCP_KEEPINTVL": 5,
+    "TCP_KEEPCNT": 3,
+}  # seconds, seconds, probes; where the system has them
 
 
 class Client(Protocol):
-    """What a port makes of one connection."""
+    """The object that a port creates for one connection."""
 
     def started(self) -> None: ...
     def received(self, data: bytes) -> None: ...
@@ -30,9 +33,9 @@ class Client(Protocol):
 
 
 class ClientPlace:
-    """The place that one outsider at a time has; `make` makes a client of its connection.
+    """The place on the line, which one client at a time has; `make` creates a client for its connection.
 
-    The address is listened at, or with `is_dialling` dialled, again whenever the other side has closed.
+    It listens at the address, or, with `is_dialling`, connects to it again whenever the other side has closed.
     """
 
     def __init__(self, address: str, make: Callable[[Connection], Client], is_dialling: bool = False) -> None:
@@ -40,16 +43,16 @@ class ClientPlace:
         self._address, self._is_dialling = address, is_dialling
         self._server = TcpServer(address, self._connection)
         self._dialling: asyncio.Task[None] | None = None
-        self._current: _Outsider | None = None
-        self._waiting: list[_Outsider] = []
+        self._current: _Connection | None = None
+        self._waiting: list[_Connection] = []
 
     @property
     def port(self) -> int:
-        """Where it listens."""
+        """The port on which it listens."""
         return self._server.port
 
     async def open(self) -> None:
-        """BusError, with its remedy, if the address can't be had; who is dialled may come later."""
+        """Open the port.  BusError, with its remedy, if it can't listen; the server that it dials may start later."""
         if self._is_dialling:
             self._dialling = asyncio.get_running_loop().create_task(self._dial())
         else:
@@ -57,9 +60,7 @@ class ClientPlace:
 
     async def close(self) -> None:
         if self._dialling is not None:
-            self._dialling.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._dialling
+            await cancel(self._dialling)
             self._dialling = None
             if self._current is not None:
                 self._current.transport.abort()
@@ -74,53 +75,53 @@ class ClientPlace:
         if self._current is not None:
             self._current.read_on(is_wanted)
 
-    def arrived(self, outsider: "_Outsider") -> None:
+    def arrived(self, connection: "_Connection") -> None:
         if self._current is None:
-            self._begin(outsider)
+            self._begin(connection)
             return
-        outsider.read_on(False)
-        self._waiting.append(outsider)
-        asyncio.get_running_loop().call_later(GRACE_S, self._refuse, outsider)
+        connection.read_on(False)
+        self._waiting.append(connection)
+        asyncio.get_running_loop().call_later(GRACE_S, self._refuse, connection)
 
-    def left(self, outsider: "_Outsider") -> None:
-        if outsider in self._waiting:
-            self._waiting.remove(outsider)
-        if outsider is not self._current:
+    def left(self, connection: "_Connection") -> None:
+        if connection in self._waiting:
+            self._waiting.remove(connection)
+        if connection is not self._current:
             return
         self._current = None
-        if outsider.client is not None:
-            outsider.client.ended()
+        if connection.client is not None:
+            connection.client.ended()
         if self._waiting:
             self._begin(self._waiting.pop(0))
 
-    def _connection(self, server: TcpServer) -> "_Outsider":
-        return _Outsider(server, self)
+    def _connection(self, server: TcpServer) -> "_Connection":
+        return _Connection(server, self)
 
-    def _begin(self, outsider: "_Outsider") -> None:
-        self._current = outsider
-        outsider.client = self._make(outsider)
-        outsider.client.started()
-        outsider.read_on(True)
+    def _begin(self, connection: "_Connection") -> None:
+        self._current = connection
+        connection.client = self._make(connection)
+        connection.client.started()
+        connection.read_on(True)
 
-    def _refuse(self, outsider: "_Outsider") -> None:
-        if outsider in self._waiting:
-            log.info("%s: %s refused, %s is on the line", self._address, outsider, self._current)
-            outsider.transport.abort()
+    def _refuse(self, connection: "_Connection") -> None:
+        if connection in self._waiting:
+            log.info("%s: %s refused, %s is on the line", self._address, connection, self._current)
+            connection.transport.abort()
 
     async def _dial(self) -> None:
         loop = asyncio.get_running_loop()
         host, port = split_address(self._address)
         while True:
             try:
-                _, outsider = await loop.create_connection(lambda: _Outsider(self._server, self), host, port)
-                await asyncio.shield(outsider.lost)
+                _, connection = await loop.create_connection(lambda: _Connection(self._server, self), host, port)
+                await asyncio.shield(connection.lost)
             except OSError as fault:
                 log.debug("%s: %s", self._address, fault)
             await asyncio.sleep(RETRY_S)
 
 
-class _Outsider(Connection):
-    """One TCP connection of an outsider."""
+class _Connection(Connection):
+    """One TCP connection of an outside client."""
 
     def __init__(self, server: TcpServer, place: ClientPlace) -> None:
         super().__init__(server)

@@ -1,8 +1,9 @@
 """`serial.pty`: a serial line with one end on a pseudo-terminal, for programs that open a serial device.
 
-The pty has a stable link, `serial/NAME` in the run folder unless `path` says where.  The client's baud rate is followed
-when it sends.  Left out, as a pty hasn't got it: control lines (the other end sees DTR and RTS on), breaks, and
-whether a client is there at all; data bits, parity and stop bits are the configured ones.
+The pty has a stable link, `serial/NAME` in the run folder unless `path` names another place.  The baud rate of the
+client applies from the next time that it sends.
+Left out, because a pty does not have them: control lines (the other end sees DTR and RTS on), breaks, and whether a
+client is connected; data bits, parity and stop bits are the configured ones.
 """
 
 import shlex
@@ -15,7 +16,7 @@ from pydantic import Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool
-from fieldrig_bus.net import join_as_outsider
+from fieldrig_bus.net import join_as_client
 from fieldrig_bus.pty import Pty
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
@@ -23,7 +24,7 @@ from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 
 class SerialPtySettings(SerialHubSettings):
     path: str | None = Field(
-        default=None, description="where the link to the pty is; a relative path is in the run folder"
+        default=None, description="path of the link to the pty; a relative path is in the run folder"
     )
 
 
@@ -60,7 +61,7 @@ class PtyPort(Port):
         pty.open(self._on_client)
         self._pty = pty
         self._is_following = pty.set_baud(self._settings.baud)
-        _, link = join_as_outsider(hub, "pty")
+        _, link = join_as_client(hub, "pty")
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
         self._end.on_room = pty.read_on
         link.on_receive(pty.write)
@@ -75,6 +76,6 @@ class PtyPort(Port):
     def _on_client(self, data: bytes) -> None:
         if self._end is None or self._pty is None:
             return
-        if self._is_following and (baud := self._pty.baud()):  # 0: the client has hung up
+        if self._is_following and (baud := self._pty.baud()):  # 0: the client has closed the pty
             self._end.set_format(replace(self._end.form, baud=baud))
         self._end.send(data)

@@ -1,5 +1,6 @@
-"""`serial.rfc2217`: a serial line with one end on a TCP port that also carries its settings, control lines and breaks
-(RFC 2217), for `rfc2217://` clients and everything that knows serial servers.
+"""`serial.rfc2217`: a serial line with one end on a TCP port that also carries settings, control lines and breaks.
+
+It follows RFC 2217, for `rfc2217://` clients and all programs that can use serial servers.
 """
 
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from pydantic import Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool
-from fieldrig_bus.net import Address, Connection, join_as_outsider
+from fieldrig_bus.net import Address, Connection, join_as_client
 from fieldrig_bus.serial.com_port import ComPort
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
@@ -51,7 +52,7 @@ class Rfc2217Port(Port):
 
     async def open(self, hub: Hub) -> None:
         self._hub = hub
-        _, link = join_as_outsider(hub, "rfc2217")
+        _, link = join_as_client(hub, "rfc2217")
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
         self._end.on_room = self.place.read_on
         self._end.hang_up()
@@ -82,7 +83,7 @@ class Rfc2217Port(Port):
 
 
 class _TelnetClient:
-    """Ties one connection to the line while it lasts."""
+    """Connects one client to the line."""
 
     def __init__(self, port: Rfc2217Port, end: LineEnd, com_port: ComPort) -> None:
         self._port, self._end, self._com_port = port, end, com_port

@@ -1,7 +1,8 @@
 """`serial.tcp`: a serial line with one end on a TCP port, raw bytes both ways, for `socket://` clients and netcat.
 
-It listens, or dials: then it connects to a serial server elsewhere, and again whenever that has gone.  While a client
-is there the other end sees DTR and RTS on.  Left out, as TCP has no way to say it: control lines, formats and breaks.
+It listens, or dials: then it connects to a serial server elsewhere, and reconnects whenever that has closed.  While a
+client is connected, the other end sees DTR and RTS on.
+Left out, because raw TCP can't carry them: control lines, formats and breaks.
 """
 
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool
-from fieldrig_bus.net import Address, Connection, join_as_outsider
+from fieldrig_bus.net import Address, Connection, join_as_client
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 from fieldrig_bus.serial.outside import ClientPlace
@@ -27,7 +28,7 @@ class SerialTcpSettings(SerialHubSettings):
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if (self.listen is None) == (self.dial is None):
-            raise ValueError("give either listen: host:port or dial: host:port")
+            raise ValueError("expected either listen: host:port or dial: host:port")
         return self
 
 
@@ -57,7 +58,7 @@ class TcpPort(Port):
         self._end: LineEnd | None = None
 
     async def open(self, hub: Hub) -> None:
-        _, link = join_as_outsider(hub, "tcp")
+        _, link = join_as_client(hub, "tcp")
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
         self._end.on_room = self.place.read_on
         self._end.hang_up()

@@ -1,7 +1,8 @@
-"""Telnet as a function of bytes: commands told apart from data (RFC 854), options agreed on (RFC 1143 in short).
+"""Telnet as a function of bytes: it separates commands from data (RFC 854) and negotiates options (RFC 1143 in short).
 
-Always in binary: CR stands for itself, NUL and LF after it too (RFC 856); a client that didn't agree to BINARY is
-treated alike, as serial servers do.  Left out: urgent data, and every command that is not about an option.
+Data are always binary: CR is a plain byte, and so are NUL and LF after it (RFC 856).  A client that did not agree to
+BINARY is treated in the same way, as serial servers do.
+Left out: urgent data, and every command that does not concern an option.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,7 +15,7 @@ ECHO = 1  # RFC 857
 SUPPRESS_GO_AHEAD = 3  # RFC 858
 
 LONGEST_COMMAND = 1024
-"""A subnegotiation that is longer is skipped up to its end."""
+"""Longest subnegotiation, in bytes; a longer one is skipped up to its end."""
 
 _END = bytes((IAC, SE))
 
@@ -33,7 +34,7 @@ Event = bytes | Negotiation | Subnegotiation
 
 
 def escape(data: bytes) -> bytes:
-    """Data as it goes over Telnet: IAC doubled."""
+    """Data as Telnet carries it, with IAC doubled."""
     return data.replace(b"\xff", b"\xff\xff") if IAC in data else data
 
 
@@ -42,10 +43,10 @@ def subnegotiation(option: int, body: bytes) -> bytes:
 
 
 class TelnetReader:
-    """Takes bytes as they come, in whatever pieces; nothing in them is an error."""
+    """Parses bytes as they arrive, in pieces of any size; no input is an error."""
 
     def __init__(self) -> None:
-        self._held = b""  # a command whose end is still to come
+        self._held = b""  # a command whose end has not arrived
         self._is_skipping = False  # within a subnegotiation that is too long
 
     def feed(self, data: bytes) -> Iterator[Event]:
@@ -81,7 +82,7 @@ class TelnetReader:
         self._held = command
 
     def _skip(self, data: bytes) -> bytes:
-        """What comes after the end of the long subnegotiation; an IAC at the very end is held."""
+        """The data after the end of a subnegotiation that is too long; an IAC at the very end is held."""
         at = 0
         while 0 <= (at := data.find(IAC, at)) < len(data) - 1:
             if data[at + 1] == SE:
@@ -97,7 +98,7 @@ _UNFINISHED = (None, -1)
 
 
 def _command(data: bytes, at: int) -> tuple[Negotiation | Subnegotiation | None, int]:
-    """The command whose IAC is at `at` (None: of no interest), and where it ends (-1: further on)."""
+    """The command whose IAC is at `at` (None: it is ignored), and its end (-1: it has not arrived)."""
     if at + 1 == len(data):
         return _UNFINISHED
     code = data[at + 1]
@@ -117,28 +118,28 @@ def _subnegotiation(data: bytes, start: int) -> tuple[Subnegotiation | None, int
             body = data[start:at].replace(b"\xff\xff", b"\xff")
             return (Subnegotiation(body[0], body[1:]) if body else None), at + 2
         if data[at + 1] != IAC:
-            return None, at  # RFC 855 allows no command in here: given up, and that command counts
+            return None, at  # RFC 855 allows no command here: give the subnegotiation up and execute the command
         at += 2
     return _UNFINISHED
 
 
 class Options:
-    """Which options are in force, and the answers that agree on more.  No question is ever asked twice."""
+    """The options that are in force, and the answers that agree on more.  No request is sent twice."""
 
     def __init__(self, ours: frozenset[int], theirs: frozenset[int], write: Callable[[bytes], None]) -> None:
         self._write = write
-        # our WILL is their DO, and the other way round: kept by the command with which the other side agrees
+        # WILL of one side corresponds to DO of the other: by the command with which the other side agrees
         self._allowed = {DO: ours, WILL: theirs}
         self._asked: dict[int, set[int]] = {DO: set(), WILL: set()}
         self.in_force: dict[int, set[int]] = {DO: set(), WILL: set()}
 
     def ask(self, agreement: int, option: int) -> None:
-        """Ask for an option; the other side agrees with `agreement` (DO or WILL)."""
+        """Request an option; the other side agrees with `agreement` (DO or WILL)."""
         self._asked[agreement].add(option)
         self._write(bytes((IAC, _YES[agreement], option)))
 
     def negotiate(self, command: int, option: int) -> bool:
-        """Answer as RFC 1143 says.  True if the option came into force by this."""
+        """Answer a command as RFC 1143 says.  True if the option comes into force with it."""
         agreement = _AGREEMENT[command]
         in_force, asked = self.in_force[agreement], self._asked[agreement]
         was_asked = option in asked

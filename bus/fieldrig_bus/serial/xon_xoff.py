@@ -1,4 +1,4 @@
-"""Software flow control at one end of a serial line: XOFF (DC3) stops the other end's data, XON (DC1) lets it go on.
+"""Software flow control at one end of a serial line: XOFF (DC3) stops the data of the other end, XON (DC1) resumes it.
 
 The characters are those of ITU-T T.50, and they are not data: an end that obeys them passes none of them on.
 """
@@ -7,7 +7,7 @@ XON, XOFF = 0x11, 0x13
 
 
 class Obedience:
-    """What the other end has asked of our transmitter."""
+    """The transmitter of this end, which the other end stops and resumes."""
 
     def __init__(self) -> None:
         self.is_stopped = False
@@ -22,13 +22,13 @@ class Obedience:
 
 
 class Request:
-    """What we ask of the other end's transmitter, by how full our receive buffer is."""
+    """The receiver of this end, which stops and resumes the other end by the level of its buffer."""
 
     def __init__(self, size: int) -> None:
         """Ask for a stop at three quarters of `size` bytes, and for more at one quarter."""
         self._high, self._low = 3 * size // 4, size // 4
         self.has_stopped = False
-        """True from our XOFF to our XON."""
+        """True between the XOFF and the XON of this end."""
 
     def at(self, level: int) -> bytes:
         """Return the character to send now that `level` bytes wait; empty if there is nothing to ask for."""
@@ -38,7 +38,7 @@ class Request:
         return self.end() if level <= self._low else b""
 
     def end(self) -> bytes:
-        """Return what releases the other end if we stopped it."""
+        """Return the character that resumes the other end; empty if it was not stopped."""
         if not self.has_stopped:
             return b""
         self.has_stopped = False

@@ -1,5 +1,5 @@
-"""Formats of traces for other programs, found by the entry points `fieldrig.trace_formats`.
+"""Trace formats of other programs, which the entry points `fieldrig.trace_formats` name.
 
-A format is a module with `write(entries, file, start_unix_ns) -> int`, the number of entries written (those of
-families that it has no place for are skipped), and `read(file) -> Iterator[TraceEntry]`.
+A format is a module with `write(entries, file, start_unix_ns) -> int`, which returns the number of entries written
+(entries of families that the format can't represent are skipped), and `read(file) -> Iterator[TraceEntry]`.
 """

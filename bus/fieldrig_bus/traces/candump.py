@@ -1,8 +1,8 @@
-"""candump's log (`candump -L`), for CAN only: what canplayer, log2asc, SavvyCAN and python-can read.
+"""The log format of candump (`candump -L`), for CAN only; canplayer, log2asc, SavvyCAN and python-can read it.
 
-A line has time in microseconds, bus, and frame; no sender.  Lines are read by python-can; they are written here, as
-its writer leaves out how many bytes a remote frame asks for.  Errors and changes of state are written as SocketCAN's
-error frames, and skipped in reading; a fault that was applied has no frame and is left out.
+A line has time in microseconds, bus, and frame, but no sender.  python-can reads the lines; they are written here,
+because its writer omits the number of bytes that a remote frame requests.  Errors and changes of state are written as
+error frames of SocketCAN, and skipped in reading; an injected fault has no frame and is left out.
 """
 
 import io
@@ -24,7 +24,7 @@ _ERROR = 0x2000_0000  # CAN_ERR_FLAG
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
-    """`start_unix_ns` is the time of day at instant 0 of the entries."""
+    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of lines."""
     written = 0
     for entry in entries:
         body = _body(decode(entry.data)) if entry.family == "can" else None
@@ -36,7 +36,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """Entries with the time of day as their instant.  UsageError, with the line, for what is no log of candump."""
+    """Entries with the time of day as their instant.  UsageError, with the line, for a file that is not such a log."""
     lines = _CountedLines(file, encoding="ascii", errors="replace")
     try:
         for message in CanutilsLogReader(lines):
@@ -55,12 +55,12 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
             )
             yield TraceEntry(round(message.timestamp * 1e6) * 1000, str(message.channel), "can", "", encode(frame))
     except (ValueError, OverflowError, IndexError) as cause:  # the reader of python-can raises all of these
-        what = f"line {lines.count} is not one of candump's: {cause}"
+        what = f"line {lines.count} is not a line of candump: {cause}"
         raise UsageError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
 
 
 def _body(message: CanFrame | Notice) -> str | None:
-    """None for what candump has no line for."""
+    """The message as candump shows it; None for a message that candump can't represent."""
     if isinstance(message, CanError | BusState):
         kind, data = error_frame(message)
         return f"{kind | _ERROR:08X}#{data.hex().upper()}"

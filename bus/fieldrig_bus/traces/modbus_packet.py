@@ -1,8 +1,8 @@
-"""Modbus messages as the TCP/IP packets that they would be (Modbus messaging on TCP/IP V1.0b), made up for Wireshark.
+"""Modbus messages as TCP/IP packets (Modbus messaging on TCP/IP V1.0b), constructed for Wireshark.
 
-The addresses are invented: 10.BUS.0.UNIT is a unit's server, 10.BUS.CLIENT.1 a client.  Each client has one connection
-to each unit, without a beginning; that a client has connected is a SYN to 10.BUS.0.0.  A response goes to the client
-whose request it answers: by its unit and function code, as a trace says no more.
+The addresses are invented: 10.BUS.0.UNIT is the server of a unit, 10.BUS.CLIENT.1 a client.  Each client has one
+connection to each unit, without a handshake; a SYN to 10.BUS.0.0 represents a client that connects.  A response is
+addressed to the client whose request it answers, by unit and function code, because a trace contains no more.
 """
 
 import struct
@@ -15,7 +15,7 @@ from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequ
 PORT = 502
 _IP = struct.Struct("!BBHHHBBH4s4s")  # RFC 791, 3.1
 _TCP = struct.Struct("!HHIIHHHH")  # RFC 793, 3.1
-_MBAP = struct.Struct("!HHHB")  # transaction, protocol 0, length of what follows, unit
+_MBAP = struct.Struct("!HHHB")  # transaction, protocol 0, length of the rest, unit
 _TCP_PROTOCOL = 6
 _PUSH_ACK = 5 << 12 | 0x18  # a header of 5 words
 _SYN = 5 << 12 | 0x02
@@ -32,7 +32,7 @@ class _Connection:
 
 
 class _Open(NamedTuple):
-    """A request without an answer so far."""
+    """A request that has not been answered yet."""
 
     client: str
     unit: int
@@ -41,7 +41,7 @@ class _Open(NamedTuple):
 
 
 class PacketMaker:
-    """Packets of one bus, in the order of its trace."""
+    """The packets of one bus, in the order of its trace."""
 
     def __init__(self, bus_number: int) -> None:
         self._net = 10, bus_number & 0xFF
@@ -51,7 +51,7 @@ class PacketMaker:
         self._packets = 0
 
     def make(self, sender: str, message: ModbusEvent) -> bytes:
-        """An IPv4 packet."""
+        """The message as an IPv4 packet."""
         if isinstance(message, ClientConnected):
             connection = self._connection(sender, 0)
             return self._packet(connection.client, connection.server, connection.port, PORT, 0, 0, b"", _SYN)
@@ -73,10 +73,10 @@ class PacketMaker:
         return self._packet(connection.server, connection.client, PORT, connection.port, sequence, acknowledged, adu)
 
     def _asked(self, response: ModbusResponse) -> tuple[str, int, int]:
-        """Client, unit and transaction of the oldest request that this may answer."""
+        """Client, unit and transaction of the oldest request that this response may answer."""
         function = response.pdu[0] & 0x7F
         fitting = [asked for asked in self._open.values() if asked.function == function]
-        # a server that its address says may answer as unit 0 or 255 (guide, chapter 4): then any unit fits
+        # a server identified by its address may answer as unit 0 or 255 (guide, chapter 4): then any unit fits
         asked = next((asked for asked in fitting if asked.unit == response.unit), next(iter(fitting), None))
         if asked is None:
             return "", response.unit, response.exchange & 0xFFFF
@@ -117,7 +117,7 @@ class PacketMaker:
 
 
 def messages_in(packet: bytes) -> Iterator[tuple[str, ModbusRequest | ModbusResponse]]:
-    """Sender, as address and port, and message of each whole ADU in an IPv4 packet; nothing if it has none."""
+    """Sender, as address and port, and message of each complete ADU in an IPv4 packet; nothing if it has none."""
     if len(packet) < 20 or packet[0] >> 4 != 4 or packet[9] != _TCP_PROTOCOL:
         return
     start, end = (packet[0] & 0x0F) * 4, min(int.from_bytes(packet[2:4], "big"), len(packet))
@@ -138,7 +138,7 @@ def messages_in(packet: bytes) -> Iterator[tuple[str, ModbusRequest | ModbusResp
 
 
 def _checksum(data: bytes) -> int:
-    """RFC 1071: the complement of the sum of words in one's complement."""
+    """The Internet checksum (RFC 1071): the complement of the one's complement sum of all words."""
     if len(data) % 2:
         data += b"\0"
     total: int = sum(struct.unpack(f"!{len(data) // 2}H", data))

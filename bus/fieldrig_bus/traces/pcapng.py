@@ -1,11 +1,11 @@
-"""pcapng, for every family: what Wireshark and tshark read, by python-pcapng.
+"""The format pcapng of Wireshark and tshark, for every family, by python-pcapng.
 
-One interface per bus, with its name.  CAN frames are SocketCAN's (LINKTYPE_CAN_SOCKETCAN), errors and states its error
-frames (a fault that was applied: one without a class, with a comment that tells it).  Modbus messages are the TCP/IP
-packets that they would be (`modbus_packet`), everything else the bytes of `Bus.encode` (LINKTYPE_USER0).  The comment
-of a packet is its sender; a second one has the bytes of the message, where the packet alone does not say them.  Times
-are of the day; instant 0 is in the comment of the section, so our own files are read as they were written.  In foreign
-captures CAN and Modbus TCP are found, with times of the day.
+There is one interface per bus, with its name.  CAN frames are those of SocketCAN (LINKTYPE_CAN_SOCKETCAN); errors and
+states are its error frames, and an injected fault is an error frame without a class and with a comment.  Modbus
+messages are TCP/IP packets (`modbus_packet`), and all others are the bytes of `Bus.encode` (LINKTYPE_USER0).  The
+comment of a packet is its sender; a second comment has the bytes of the message where the packet does not contain them.
+Time stamps are the time of day.  The comment of the section has instant 0, so that files of `fieldrig` are read as they
+were written.  In foreign captures CAN and Modbus TCP are read, with the time of day as their instant.
 """
 
 import re
@@ -50,7 +50,7 @@ _MESSAGE = re.compile(r"fieldrig: message ([0-9a-f]*)")
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
-    """`start_unix_ns` is the time of day at instant 0 of the entries."""
+    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of packets."""
     section = SectionHeader(
         options={"opt_comment": f"fieldrig: instant 0 is {start_unix_ns} ns", "shb_userappl": "fieldrig"}
     )
@@ -81,7 +81,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """UsageError for what is no pcapng file, or a damaged one, after what could be read of it."""
+    """Entries of a file.  UsageError for a file that is damaged or not pcapng, after everything that could be read."""
     start_unix_ns = 0
     try:
         for block in _blocks(file):
@@ -89,8 +89,14 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
                 start_unix_ns = _instant_0(block)
             elif isinstance(block, EnhancedPacket):
                 yield from _entries(block, start_unix_ns)
-    except (PcapngException, ValueError, LookupError, TypeError, struct.error) as cause:  # the scanner's, for bad bytes
-        what = f"this is no pcapng file, or a damaged one: {cause}"
+    except (
+        PcapngException,
+        ValueError,
+        LookupError,
+        TypeError,
+        struct.error,
+    ) as cause:  # raised by the scanner for invalid bytes
+        what = f"the file is damaged, or not a pcapng file: {cause}"
         raise UsageError(what, "write traces with `fieldrig trace`, captures with Wireshark or dumpcap") from cause
 
 
@@ -101,7 +107,7 @@ def _blocks(file: BinaryIO) -> Iterator[Any]:
             try:
                 block = next(found, None)
             except OSError as cause:
-                if cause.errno is None:  # not the disk, but the scanner's of an address option that is too short
+                if cause.errno is None:  # raised by the scanner, for an address option that is too short
                     raise ValueError(f"{cause}") from cause
                 raise
         if block is None:
@@ -111,7 +117,7 @@ def _blocks(file: BinaryIO) -> Iterator[Any]:
 
 @contextmanager
 def _unwarned() -> Iterator[None]:
-    """python-pcapng warns of a type in its own table (if_tsresol), and of what is odd in a file that it can read."""
+    """Silence python-pcapng, which warns of a type in its own table (if_tsresol) and of oddities in readable files."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -179,7 +185,7 @@ def _entries(block: Any, start_unix_ns: int) -> Iterator[TraceEntry]:
 
 
 def _can_frame(packet: bytes) -> CanFrame | None:
-    """None for an error frame, and for what no bus carries."""
+    """The frame in a packet; None for an error frame, and for a frame that no bus carries."""
     if len(packet) < _CAN.size:
         return None
     word, length, flags = _CAN.unpack_from(packet)
@@ -202,7 +208,7 @@ def _can_frame(packet: bytes) -> CanFrame | None:
 
 
 def _time_ns(block: Any, resolution: bytes) -> int:
-    """`if_tsresol`: powers of ten, or of two with the top bit (pcapng, 4.2)."""
+    """Ticks per second by `if_tsresol`: a power of ten, or with the top bit a power of two (pcapng, 4.2)."""
     ticks: int = block.timestamp_high << 32 | block.timestamp_low
     power = resolution[0]
     per_second: int = 2 ** (power & 0x7F) if power & 0x80 else 10**power

@@ -21,7 +21,7 @@ REMOTE_FRAME = CanFrame(0x181, is_remote=True)
         ([[0x181, 0x7FF | EXTENDED | REMOTE]], [STANDARD]),
         ([[0x181 | EXTENDED, 0x1FFF_FFFF | EXTENDED]], [EXTENDED_FRAME]),
         ([[0x180, 0x780]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),
-        ([[0x1FF, 0x780]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),  # bits outside of the mask don't count
+        ([[0x1FF, 0x780]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),  # bits outside the mask are ignored
         ([[0x182, 0x7FF]], []),
         ([[0x182, 0x7FF], [0x181, 0x7FF]], [STANDARD, EXTENDED_FRAME, REMOTE_FRAME]),
         (["own"], []),
@@ -40,5 +40,5 @@ def test_own_frames_come_back_only_when_asked_for() -> None:
 
 @pytest.mark.parametrize("interest", [[5], ["mine"], [[1]], [[1, 2, 3]], [[-1, 0]], [[0, 1 << 32]], [["1", 2]], [None]])
 def test_what_is_no_filter_is_refused(interest: list[Any]) -> None:
-    with pytest.raises(ValueError, match="no acceptance filter"):
+    with pytest.raises(ValueError, match="not an acceptance filter"):
         filters_of(interest)

@@ -1,4 +1,4 @@
-"""A member that says its bit rate.  At 1 Mbit/s a bit takes 1 us."""
+"""A member that declares its bit rate.  At 1 Mbit/s a bit takes 1 us."""
 
 import asyncio
 import socket
@@ -13,11 +13,12 @@ from fieldrig.bus import Delivery
 from fieldrig.clock import MS, US, S
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.acceptance import Filters
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.direct import DirectEnd
 from fieldrig_bus.can.faulty_link import FaultyLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
-from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model import CanBusModel
 from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.notices import BitRate, CanControl, CanError, CanState, use_bit_rate
 from fieldrig_bus.can.virtual import CanVirtual
@@ -41,14 +42,14 @@ def heard(deliveries: list[Delivery[CanMessage]]) -> list[tuple[str, tuple[str, 
 
 @pytest.mark.parametrize("bit_per_s", [250_000, 800_000])
 def test_wrong_bit_rate_is_that_of_the_fault(bit_per_s: int) -> None:
-    said, struck = bus(), bus()
-    said.submit(0, "c", BitRate(bit_per_s))
-    struck.add_fault(0, {"what": "wrong_bit_rate", "node": "c", "bitrate": bit_per_s})
-    for model in (said, struck):
+    declared, faulty = bus(), bus()
+    declared.submit(0, "c", BitRate(bit_per_s))
+    faulty.add_fault(0, {"what": "wrong_bit_rate", "node": "c", "bitrate": bit_per_s})
+    for model in (declared, faulty):
         model.submit(0, "a", FRAME)
         model.submit(20 * MS, "c", FRAME)
-    assert said.collect(S) == struck.collect(S)
-    assert said.statistics(S) == struck.statistics(S)
+    assert declared.collect(S) == faulty.collect(S)
+    assert declared.statistics(S) == faulty.statistics(S)
 
 
 def test_member_with_another_bit_rate_hears_nothing_and_its_frames_are_errors() -> None:

@@ -36,7 +36,7 @@ def frames(draw: st.DrawFn) -> CanFrame:
 @settings(max_examples=200, deadline=None)
 @given(frames())
 def test_there_are_as_many_bits_as_the_length_says(frame: CanFrame) -> None:
-    """`length` counts three bits of intermission too."""
+    """`length` also counts the three bits of intermission."""
     wire = stream(frame)
     nominal, switched = fd_bits(frame) if frame.is_fd else (classical_bits(frame), 0)
     assert len(wire.bits) == len(wire.places) == nominal + switched - 3

@@ -34,10 +34,10 @@ def test_a_frame_has_one_form_in_bytes(text: str) -> None:
         "23 01 00 00 01 01 02",
         "00 08 00 00 00",  # 12 bits
         "23 01 00 00 80",  # a switched bit rate without FD
-        "23 01 00 40 09",  # a remote frame that asks for 9
+        "23 01 00 40 09",  # a remote frame that requests 9 bytes
         "23 01 00 40 01 55",  # a remote frame with data
         "23 01 00 60 00",  # remote and FD
-        "23 01 00 20 09" + " 00" * 9,  # no DLC says 9
+        "23 01 00 20 09" + " 00" * 9,  # no DLC encodes 9
         "23 01 00 00 09" + " 00" * 9,
     ],
 )
@@ -99,13 +99,13 @@ def test_a_notice_has_one_form_in_bytes(text: str) -> None:
     [
         "00 00 00 60 00",
         "05 00 00 60 00",
-        "05 00 00 60 00 00 00 00",  # no bit rate is 0
+        "05 00 00 60 00 00 00 00",  # a bit rate of 0
         "05 00 00 60 ff ff ff ff",
         "06 00 00 60 00 00 00 00",
-        "02 00 00 60 05 00 01 ff",  # no such state
+        "02 00 00 60 05 00 01 ff",  # an unknown state
         "02 00 00 60 04 00 01",
-        "01 00 00 60 05 19 29 00 23 01 00 80 04 80 00 07",  # no such flags
-        "03 00 00 60 02 00 00 00 ff",  # no UTF-8
+        "01 00 00 60 05 19 29 00 23 01 00 80 04 80 00 07",  # unknown flags
+        "03 00 00 60 02 00 00 00 ff",  # not UTF-8
         "04 00 00 60 03 00 01",
         "04 00 00 60 02 00 02",
     ],

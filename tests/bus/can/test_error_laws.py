@@ -1,4 +1,4 @@
-"""What holds on any CAN bus with errors and faults, whatever is asked of it."""
+"""Laws of any CAN bus with errors and injected faults, for any frames."""
 
 from random import Random
 from typing import Any, NamedTuple
@@ -8,16 +8,17 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.error_counters import state_of
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model import CanBusModel
 from fieldrig_bus.can.notices import CanState, FaultNote
 
 MEMBERS = ["a", "b", "c"]
 LATER = 20 * S
 
 
-class Wish(NamedTuple):
+class Asked(NamedTuple):
     asked_ns: int
     member: str
     frame: CanFrame
@@ -26,9 +27,9 @@ class Wish(NamedTuple):
 frames = st.builds(CanFrame, st.integers(0, 3), st.binary(max_size=2)) | st.builds(
     lambda identifier, data: CanFrame(identifier, data, is_fd=True), st.integers(0, 3), st.binary(max_size=2)
 )
-wishes = st.lists(
-    st.builds(Wish, st.integers(0, 3000).map(lambda us: us * US), st.sampled_from(MEMBERS), frames), max_size=10
-).map(lambda drawn: sorted(drawn, key=lambda wish: wish.asked_ns))
+asked_frames = st.lists(
+    st.builds(Asked, st.integers(0, 3000).map(lambda us: us * US), st.sampled_from(MEMBERS), frames), max_size=10
+).map(lambda drawn: sorted(drawn, key=lambda asked: asked.asked_ns))
 
 times = {"start_ms": st.sampled_from([0, 0.1, 1]), "duration_ms": st.sampled_from([0.005, 0.1, 2])}
 often = {"count": st.integers(1, 40), "probability": st.sampled_from([0.3, 1])}
@@ -57,17 +58,17 @@ faults = st.lists(
 )
 
 
-def model_with(wishes: list[Wish], faults: list[dict[str, Any]], **options: Any) -> CanBusModel:
+def model_with(asked_frames: list[Asked], faults: list[dict[str, Any]], **options: Any) -> CanBusModel:
     model = CanBusModel(500_000, **options)
     model.begin(0, Random("7/can0"))
     for member in MEMBERS:
         model.join(member)
         model.listen(0, member, ["own", "errors", "state", [0, 0]])
-    model.join("d")  # acknowledges; three that send one frame at once, and nobody else, would do so for ever
+    model.join("d")  # acknowledges; otherwise three members that send the same frame at once would repeat it for ever
     for fault in faults:
         model.add_fault(0, fault)
-    for wish in wishes:
-        model.submit(wish.asked_ns, wish.member, wish.frame)
+    for asked in asked_frames:
+        model.submit(asked.asked_ns, asked.member, asked.frame)
     return model
 
 
@@ -87,46 +88,50 @@ def stepped(model: CanBusModel) -> list[Delivery[CanMessage]]:
 
 
 @settings(max_examples=150, deadline=None)
-@given(wishes, faults)
-def test_counters_keep_to_the_rules_and_time_never_runs_back(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
-    instants = [each.time_ns for each in stepped(model_with(wishes, faults))]
+@given(asked_frames, faults)
+def test_counters_keep_to_the_rules_and_time_never_runs_back(
+    asked_frames: list[Asked], faults: list[dict[str, Any]]
+) -> None:
+    instants = [each.time_ns for each in stepped(model_with(asked_frames, faults))]
     assert instants == sorted(instants)
 
 
 @settings(max_examples=100, deadline=None)
-@given(wishes, faults)
-def test_it_does_not_matter_in_how_many_steps_it_is_collected(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
-    assert stepped(model_with(wishes, faults)) == model_with(wishes, faults).collect(LATER)
+@given(asked_frames, faults)
+def test_it_does_not_matter_in_how_many_steps_it_is_collected(
+    asked_frames: list[Asked], faults: list[dict[str, Any]]
+) -> None:
+    assert stepped(model_with(asked_frames, faults)) == model_with(asked_frames, faults).collect(LATER)
 
 
 @settings(max_examples=150, deadline=None)
-@given(wishes, faults)
-def test_a_frame_is_sent_or_counted_as_lost(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
-    model = model_with(wishes, faults)
+@given(asked_frames, faults)
+def test_a_frame_is_sent_or_counted_as_lost(asked_frames: list[Asked], faults: list[dict[str, Any]]) -> None:
+    model = model_with(asked_frames, faults)
     deliveries = model.collect(LATER)
     sent = model.statistics(LATER)["frames"]
     notes = [each.message.what for each in deliveries if isinstance(each.message, FaultNote)]
     babbled = sum(fault["applied"] for fault in model.all_faults(LATER).values() if fault["what"] == "babble")
-    assert sent - notes.count("duplicated") - babbled + model.statistics(LATER)["lost_frames"] == len(wishes)
+    assert sent - notes.count("duplicated") - babbled + model.statistics(LATER)["lost_frames"] == len(asked_frames)
     assert model.statistics(LATER)["waiting_frames"] == 0
 
 
 @settings(max_examples=60, deadline=None)
-@given(wishes)
-def test_a_quarrel_of_two_about_one_identifier_loses_nothing(wishes: list[Wish]) -> None:
-    """Somebody else is there to acknowledge; then both get through in the end, in the order of asking."""
-    wishes = [wish for wish in wishes if wish.member != "c"]
-    deliveries = model_with(wishes, []).collect(LATER)
+@given(asked_frames)
+def test_a_quarrel_of_two_about_one_identifier_loses_nothing(asked_frames: list[Asked]) -> None:
+    """With another member to acknowledge, both get through in the end, in the order of asking."""
+    asked_frames = [asked for asked in asked_frames if asked.member != "c"]
+    deliveries = model_with(asked_frames, []).collect(LATER)
     for member in MEMBERS:
         assert [
             each.message for each in deliveries if each.sender == member and isinstance(each.message, CanFrame)
-        ] == [wish.frame for wish in wishes if wish.member == member]
+        ] == [asked.frame for asked in asked_frames if asked.member == member]
 
 
 @settings(max_examples=100, deadline=None)
-@given(wishes, faults)
-def test_when_all_is_well_again_the_bus_recovers(wishes: list[Wish], faults: list[dict[str, Any]]) -> None:
-    model = model_with(wishes, faults)
+@given(asked_frames, faults)
+def test_when_all_is_well_again_the_bus_recovers(asked_frames: list[Asked], faults: list[dict[str, Any]]) -> None:
+    model = model_with(asked_frames, faults)
     model.collect(LATER)
     for number in [*model.all_faults(LATER)]:
         model.clear_fault(LATER, number)

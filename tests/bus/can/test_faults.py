@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import Delivery
 from fieldrig.clock import MS, US, S
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.given_fault import MODELS
-from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model import CanBusModel
 from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.notices import BusState, CanError, CanState, FaultNote
 from fieldrig_bus.can.virtual import CanVirtual
@@ -30,7 +31,7 @@ def bus(*faults: dict[str, Any], bitrate: int | None = 1_000_000, seed: int = 7)
 
 
 def heard(model: CanBusModel, until_ns: int = LATER) -> list[tuple[int, str, Any, tuple[str, ...]]]:
-    """Frames: when (us), whose, what, by whom."""
+    """Instant (us), sender, message and receivers of each frame."""
     return [
         (each.time_ns // US, each.sender, each.message, tuple(each.receivers))
         for each in model.collect(until_ns)
@@ -46,7 +47,7 @@ def notes(deliveries: list[Delivery[CanMessage]]) -> list[tuple[int, str, str]]:
     ]
 
 
-def test_a_dropped_frame_is_on_the_wire_but_nobody_gets_it() -> None:
+def test_a_dropped_frame_is_on_the_wire_but_no_member_gets_it() -> None:
     model = bus({"what": "drop", "identifier": 0, "count": 1})
     model.submit(0, "a", SHORT)
     model.submit(0, "a", SHORT)
@@ -71,7 +72,7 @@ def test_a_delayed_frame_keeps_those_behind_it_back() -> None:
     model.submit(0, "a", SHORT)
     model.submit(0, "a", CanFrame(1))
     model.submit(0, "b", CanFrame(2))
-    assert [(who, message.identifier) for _, who, message, _ in heard(model)] == [("b", 2), ("a", 0), ("a", 1)]
+    assert [(party, message.identifier) for _, party, message, _ in heard(model)] == [("b", 2), ("a", 0), ("a", 1)]
 
 
 def test_a_delayed_frame_starts_so_much_later() -> None:
@@ -118,7 +119,7 @@ def test_a_babbling_idiot_holds_up_higher_identifiers() -> None:
     model = bus({"what": "babble", "node": "b", "identifier": 0, "duration_ms": 1})
     model.submit(1, "a", CanFrame(1))
     frames = heard(model)
-    assert {who for _, who, _, _ in frames[:-1]} == {"b"}
+    assert {party for _, party, _, _ in frames[:-1]} == {"b"}
     assert frames[-1][1] == "a"
     assert frames[-1][0] > 1000
 
@@ -145,7 +146,7 @@ def test_a_recessive_wire_takes_its_transmitter_off() -> None:
     model.submit(0, "a", SHORT)
     states = [(each.sender, each.message.state) for each in model.collect(4 * MS) if isinstance(each.message, BusState)]
     assert ("a", CanState.BUS_OFF) in states
-    assert {who for who, _ in states} == {"a"}
+    assert {party for party, _ in states} == {"a"}
 
 
 def test_a_short_without_end_blocks_until_it_is_cleared() -> None:
@@ -157,16 +158,16 @@ def test_a_short_without_end_blocks_until_it_is_cleared() -> None:
     assert heard(model, 2 * LATER) == [(LATER // US + 11 + 50, "a", SHORT, ("a", "b", "c"))]
 
 
-def struck(seed: int) -> list[int]:
+def received_by_a(seed: int) -> list[int]:
     model = bus({"what": "drop", "probability": 0.5}, seed=seed)
     for number in range(200):
         model.submit(number * MS, "a", CanFrame(number))
-    return [message.identifier for _, _, message, who in heard(model) if who == ("a",)]
+    return [message.identifier for _, _, message, party in heard(model) if party == ("a",)]
 
 
 def test_chance_comes_from_the_seed() -> None:
-    assert struck(1) == struck(1) != struck(2)
-    assert 70 < len(struck(1)) < 130
+    assert received_by_a(1) == received_by_a(1) != received_by_a(2)
+    assert 70 < len(received_by_a(1)) < 130
 
 
 def test_faults_come_and_go_at_run_time() -> None:
@@ -177,7 +178,7 @@ def test_faults_come_and_go_at_run_time() -> None:
     }
     for at_ns in (S, S + 2 * MS, S + 4 * MS):
         model.submit(at_ns, "a", SHORT)
-    assert [who for _, _, _, who in heard(model)] == [("a", "b", "c"), ("a",), ("a", "b", "c")]
+    assert [party for _, _, _, party in heard(model)] == [("a", "b", "c"), ("a",), ("a", "b", "c")]
     assert model.all_faults(LATER)[number]["state"] == "over"
     model.clear_fault(LATER, number)
     assert model.all_faults(LATER) == {}
@@ -193,16 +194,16 @@ def test_faults_come_and_go_at_run_time() -> None:
         ({"what": ["drop"]}, "no fault .'drop'"),
         ({}, "what: this key is missing\nthere are: drop"),
         ({"what": "drop", "identifer": 3}, "identifer: there is no such key\ndid you mean identifier"),
-        ({"what": "drop", "mask": 3}, "only beside an identifier"),
-        ({"what": "drop", "probability": "2"}, "probability: 2 doesn't fit\nexpected a number"),
+        ({"what": "drop", "mask": 3}, "expected an identifier beside it"),
+        ({"what": "drop", "probability": "2"}, "probability: 2 .*\n.* a number"),
         ({"what": "drop", "count": "[many"}, "count: '\\[many' is not a value"),
-        ({"what": "delay"}, "delay_ms: this key is missing\nexpected a number"),
-        ({"what": "replace"}, "^give either data or xor"),
-        ({"what": "replace", "data": "xy"}, "write them in hex"),
-        ({"what": "drop", "node": 5}, "node: 5 doesn't fit\nexpected a text"),
+        ({"what": "delay"}, "delay_ms: .*\n.* a number"),
+        ({"what": "replace"}, "^expected either data or xor"),
+        ({"what": "replace", "data": "xy"}, "expected hex digits"),
+        ({"what": "drop", "node": 5}, "node: 5 .*\n.* text"),
     ],
 )
-def test_a_wrong_fault_is_refused_with_what_would_be_right(fault: dict[str, Any], complaint: str) -> None:
+def test_a_wrong_fault_is_refused_with_what_was_expected(fault: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         bus().add_fault(0, fault)
 
@@ -233,7 +234,7 @@ def given_to(what: str) -> st.SearchStrategy[dict[str, Any]]:
 
 @settings(deadline=None, max_examples=300)
 @given(st.sampled_from(sorted(MODELS)).flatmap(given_to))
-def test_whatever_is_given_is_taken_or_refused(fault: dict[str, Any]) -> None:
+def test_any_fault_is_accepted_or_refused(fault: dict[str, Any]) -> None:
     model = bus()
     try:
         model.add_fault(0, fault)
@@ -244,7 +245,7 @@ def test_whatever_is_given_is_taken_or_refused(fault: dict[str, Any]) -> None:
         model.collect(MS)
 
 
-def test_a_short_that_is_over_when_it_begins_holds_nobody_up() -> None:
+def test_a_short_that_is_over_when_it_begins_delays_nothing() -> None:
     model = bus()
     model.add_fault(0, {"what": "short", "start_ms": 0.1, "duration_ms": 1e-9})
     model.submit(0, "a", SHORT)
@@ -262,4 +263,4 @@ def test_without_bit_times_frames_may_still_be_lost() -> None:
     model = bus({"what": "drop", "count": 1}, bitrate=None)
     model.submit(0, "a", SHORT)
     model.submit(0, "a", SHORT)
-    assert [who for _, _, _, who in heard(model)] == [("a",), ("a", "b", "c")]
+    assert [party for _, _, _, party in heard(model)] == [("a",), ("a", "b", "c")]

@@ -1,4 +1,4 @@
-"""Faults at a device's own end of a CAN bus whose medium is not ours."""
+"""Fault injection at a device's own end of a CAN bus whose medium exists outside the rig."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,7 +19,7 @@ ONE, TWO = CanFrame(1, b"\x01"), CanFrame(2)
 
 
 class Bench:
-    """An attachment, and the link that it got."""
+    """An attachment, and its link."""
 
     member, process, rig, seed = "io", "io", "lab", 7
     members: Mapping[str, str] = {"io": "io"}

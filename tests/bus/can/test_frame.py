@@ -27,11 +27,11 @@ def test_a_frame_that_the_standard_knows_passes(frame: CanFrame) -> None:
         (CanFrame(1, bytes(9)), "9 bytes"),
         (CanFrame(1, bytes(9), is_fd=True), "9 bytes"),
         (CanFrame(1, bytes(65), is_fd=True), "65 bytes"),
-        (CanFrame(1, is_fd=True, is_remote=True), "no remote frame in CAN FD"),
+        (CanFrame(1, is_fd=True, is_remote=True), "CAN FD has no remote frames"),
         (CanFrame(1, is_bit_rate_switched=True), "only an FD frame"),
         (CanFrame(1, b"\x00", is_remote=True), "has no data"),
         (CanFrame(1, is_remote=True, remote_length=9), "0 to 8"),
-        (CanFrame(1, remote_length=1), "else 0"),
+        (CanFrame(1, remote_length=1), "and 0 in any other"),
     ],
 )
 def test_any_other_is_refused_with_the_reason(frame: CanFrame, complaint: str) -> None:

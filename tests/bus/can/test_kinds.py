@@ -1,4 +1,4 @@
-"""The kinds `can.virtual` and `can.hub`: their settings, and what they tell of themselves."""
+"""The kinds `can.virtual` and `can.hub`: their settings, tools and ports."""
 
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ def lines(bus: CanHub) -> list[str]:
     return [tool.line for tool in bus.tools(RUN)]
 
 
-def test_a_bus_has_500_kbit_s_unless_told_otherwise() -> None:
+def test_a_bus_has_500_kbit_s_by_default() -> None:
     model = CanVirtual("can0", CanSettings()).model()
     model.join("a")
     model.join("b")
@@ -57,13 +57,13 @@ def test_settings_that_make_sense_are_taken(settings: dict[str, Any]) -> None:
         ({"bitrate": 1_000_001}, "less than or equal to 1000000"),
         ({"bitrate": "500k"}, "valid integer"),
         ({"data_bitrate": 8_000_001}, "less than or equal to 8000000"),
-        ({"bitrate": 500_000, "data_bitrate": 250_000}, "at least as high as bitrate"),
-        ({"bitrate": None, "data_bitrate": 1_000_000}, "only where there is a bitrate"),
+        ({"bitrate": 500_000, "data_bitrate": 250_000}, "at least the bitrate"),
+        ({"bitrate": None, "data_bitrate": 1_000_000}, "only on a bus with a bitrate"),
         ({"socketcand": "29536"}, "write host:port"),
         ({"socketcand": "localhost:99999"}, "write host:port"),
         ({"attach": "udp://localhost:1"}, "write host:port"),
         ({"channel": "can 0"}, "pattern"),
-        ({"slcan": {}}, "give a path"),
+        ({"slcan": {}}, "expected a path"),
         ({"slcan": {"listen": "somewhere"}}, "write host:port"),
         ({"slcan": {"path": ""}}, "at least 1 character"),
         ({"speed": 5}, "Extra inputs"),
@@ -74,12 +74,12 @@ def test_settings_that_make_none_are_refused(settings: dict[str, Any], complaint
         hub(**settings)
 
 
-def test_python_can_is_told_how_to_join_by_socketcand() -> None:
+def test_python_can_joins_by_socketcand() -> None:
     arguments = hub(socketcand="0.0.0.0:29536", slcan={"listen": "127.0.0.1:3333"}).python_can()
     assert arguments == {"interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": 29536}
 
 
-def test_python_can_is_told_how_to_join_by_slcan() -> None:
+def test_python_can_joins_by_slcan() -> None:
     assert hub(slcan={"listen": "127.0.0.1:3333"}).python_can() == {
         "interface": "slcan",
         "channel": "socket://127.0.0.1:3333",
@@ -87,7 +87,7 @@ def test_python_can_is_told_how_to_join_by_slcan() -> None:
 
 
 @pytest.mark.parametrize("bus", [hub(), hub(slcan={"path": "can0"}), CanVirtual("can0", CanSettings())])
-def test_python_can_is_told_when_it_cannot_join(bus: CanHub | CanVirtual) -> None:
+def test_python_can_has_no_arguments_when_it_cannot_join(bus: CanHub | CanVirtual) -> None:
     assert bus.python_can() is None
 
 
@@ -97,7 +97,7 @@ def test_the_lines_for_socketcand_say_to_python_can_what_can_bus_takes() -> None
     log = next(line for line in lines(bus) if line.startswith("python -m can.logger "))
     parsed, more = _parse_logger_args(log.split()[3:])
     assert {"interface": parsed.interface, "channel": parsed.channel, **parsed.bus_kwargs} == bus.python_can()
-    assert more == {}  # python-can 4.6.1 reads --host=... but hands it to nobody
+    assert more == {}  # python-can 4.6.1 reads --host=... but does not use it
 
 
 def test_slcand_gets_the_pty_and_the_speed() -> None:

@@ -1,4 +1,4 @@
-"""Commands and answers of the Lawicel CAN232 manual 3.0, and python-can's client."""
+"""Commands and answers of the Lawicel CAN232 manual 3.0, and the client of python-can."""
 
 import asyncio
 import functools
@@ -276,7 +276,7 @@ lines = st.one_of(
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(lines | st.text(max_size=20), max_size=20))
-def test_whatever_comes_never_raises_and_every_command_is_answered(texts: list[str]) -> None:
+def test_no_input_raises_and_every_command_is_answered(texts: list[str]) -> None:
     bench = Bench("S6\rO\r")
     for text in texts:
         bench.adapter.receive(text.encode() + b"\r")
@@ -344,7 +344,7 @@ async def test_python_can_joins_sends_and_hears(way: str, tmp_path: Path) -> Non
         patience = threading.Timer(10, is_over.set)
         patience.start()
         while len(messages) < 2 and not is_over.is_set():
-            message = bus.recv(0.1)  # None also for each confirmation
+            message = bus.recv(0.1)  # recv returns None for each confirmation too
             messages += [message] if message else []
         patience.cancel()
         bus.shutdown()

@@ -1,4 +1,4 @@
-"""Frame lengths against hand-counted bits, published sums, and a reference that writes every bit down."""
+"""Frame lengths against hand-counted bits, published sums, and a reference that produces every bit."""
 
 import pytest
 from hypothesis import given, settings
@@ -9,7 +9,7 @@ from fieldrig_bus.can.length import classical_bits, fd_bits
 
 
 def crc15(bits: str) -> str:
-    """ISO 11898-1, as the standard's own shift register."""
+    """The CRC of ISO 11898-1, by the shift register of the standard."""
     register = [0] * 15
     for bit in bits:
         feedback = int(bit) ^ register[0]
@@ -46,7 +46,7 @@ def classical_wire(frame: CanFrame) -> str:
 
 
 def fd_wire(frame: CanFrame) -> tuple[str, str, str]:
-    """Up to BRS; from ESI to the CRC delimiter, CRC and stuff count as dots; the rest."""
+    """Bits up to BRS; from ESI to the CRC delimiter, with dots for CRC and stuff count; and the rest."""
     brs = "1" if frame.is_bit_rate_switched else "0"
     if frame.is_extended:
         base, extension = frame.identifier >> 18, frame.identifier % (1 << 18)
@@ -93,7 +93,7 @@ UNSTUFFED = {
 identifiers = st.tuples(st.booleans(), st.integers(0, 0x1FFF_FFFF)).map(
     lambda drawn: (drawn[1] if drawn[0] else drawn[1] & 0x7FF, drawn[0])
 )
-# Data with long runs as well as chance.
+# Data with long runs, and random data.
 bytes_of_data = st.sampled_from([0x00, 0xFF, 0x0F, 0xF0, 0x1F, 0x07, 0xE0, 0x78, 0x87]) | st.integers(0, 255)
 
 

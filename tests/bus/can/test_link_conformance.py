@@ -1,6 +1,6 @@
-"""Every link that carries CAN frames keeps what `can_link_laws` says, whatever is behind it.
+"""Every link that carries CAN frames keeps the laws of `can_link_laws`, regardless of its kind.
 
-A further link gets a backend: a context manager that yields a `Wire`, and a line in `BACKENDS`.
+Another link needs a backend, which is a context manager that yields a `Wire`, and a line in `BACKENDS`.
 The kernel's CAN is in tests/real.
 """
 
@@ -94,7 +94,7 @@ def ends_of_one_link() -> Iterator[Wire]:
 
 @contextmanager
 def ends_of_three_links() -> Iterator[Wire]:
-    """Each shared twice over."""
+    """Each link is shared, and its ends are shared again."""
     wire = VirtualWire()
     yield WireOfEnds(wire, [SharedLink(SharedLink(link).share()).share() for link in (wire.a, wire.b, wire.c)])
 
@@ -136,7 +136,7 @@ class UdpWire(DirectWire):
 
 @contextmanager
 def udp() -> Iterator[Wire]:
-    settings = CanUdpSettings(port=free_port())  # that a TCP port is free keeps runs side by side apart
+    settings = CanUdpSettings(port=free_port())  # a free TCP port separates simultaneous test runs
     with direct_bench(CanUdp("can0", settings)) as bench:
         yield UdpWire(bench, settings)
 

@@ -8,8 +8,9 @@ from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.arbitration import priority
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel, CanMessage
+from fieldrig_bus.can.model import LONGEST_QUEUE, CanBusModel
 
 SHORT = CanFrame(0)  # 53 bits with its 3 of intermission
 SHORT_NS = 53 * US
@@ -59,7 +60,7 @@ def test_nothing_arrives_before_its_instant() -> None:
     assert len(model.collect(end_ns)) == 1
 
 
-# As on the wire, from the one that wins over all others.
+# In the order of arbitration, from the frame that wins over all others.
 ORDER_OF_ARBITRATION = [
     CanFrame(0x000),
     CanFrame(0x0FF, is_remote=True),
@@ -80,7 +81,7 @@ def test_arbitration_compares_as_on_the_wire() -> None:
     assert keys == sorted(set(keys))
 
 
-def test_the_lowest_identifier_goes_first_whoever_asked_first() -> None:
+def test_the_lowest_identifier_wins_regardless_of_the_order_of_asking() -> None:
     members = [f"m{number}" for number in range(len(ORDER_OF_ARBITRATION))]
     model = bus(*members)
     for member, frame in zip(members, reversed(ORDER_OF_ARBITRATION), strict=True):
@@ -96,7 +97,7 @@ def test_a_frame_on_the_wire_is_not_interrupted() -> None:
     assert identifiers(model) == [0x700, 0x100, 0x600]
 
 
-def test_who_asks_during_intermission_takes_part_in_arbitration() -> None:
+def test_a_frame_asked_for_during_intermission_takes_part_in_arbitration() -> None:
     model = bus("a", "b", "c")
     model.submit(0, "a", SHORT)
     model.submit(1, "b", CanFrame(0x200))
@@ -129,7 +130,7 @@ def test_without_bit_times_the_same_identifier_goes_in_order_of_joining() -> Non
     assert [sender for _, sender, _ in heard(model)] == ["first", "second"]
 
 
-def test_late_word_of_an_earlier_wish_still_wins_if_nothing_was_collected() -> None:
+def test_a_late_submission_with_an_earlier_instant_wins_if_nothing_was_collected() -> None:
     model = bus("a", "b")
     model.submit(100, "a", CanFrame(0x100))
     model.submit(40, "b", SHORT)
@@ -183,7 +184,7 @@ def receivers(model: CanBusModel, sender: str, frame: CanFrame) -> Sequence[str]
     return delivery.receivers
 
 
-def test_all_who_listen_hear_but_the_sender_in_order_of_joining() -> None:
+def test_all_listeners_but_the_sender_hear_in_order_of_joining() -> None:
     model = bus("c", "a", "b")
     assert receivers(model, "a", SHORT) == ("c", "b")
 
@@ -207,7 +208,7 @@ def test_a_changed_interest_counts_at_once() -> None:
     assert receivers(model, "a", CanFrame(0x201)) == ()
 
 
-def test_who_joins_later_hears_the_next_frame() -> None:
+def test_a_member_that_joins_later_hears_the_next_frame() -> None:
     model = bus("a")
     assert receivers(model, "a", SHORT) == ()
     model.join("b")
@@ -227,12 +228,12 @@ def test_own_frames_confirm_that_they_were_sent() -> None:
 
 def test_a_wrong_interest_is_refused_and_changes_nothing() -> None:
     model = bus("a", "b")
-    with pytest.raises(ValueError, match="no acceptance filter"):
+    with pytest.raises(ValueError, match="not an acceptance filter"):
         model.listen(0, "b", [[1]])
     assert receivers(model, "a", SHORT) == ("b",)
 
 
-def test_who_leaves_takes_along_what_waits_but_not_what_is_on_the_wire() -> None:
+def test_a_leaving_member_drops_its_queue_but_not_the_frame_on_the_wire() -> None:
     model = bus("a", "b", "c")
     for identifier in (0x100, 0x101, 0x102):
         model.submit(0, "a", CanFrame(identifier))
@@ -242,17 +243,17 @@ def test_who_leaves_takes_along_what_waits_but_not_what_is_on_the_wire() -> None
 
 
 @pytest.mark.parametrize("asked_ns", [0, 1])
-def test_who_leaves_while_another_is_on_the_wire_sends_nothing_more(asked_ns: int) -> None:
+def test_a_member_that_leaves_while_another_sends_sends_nothing_more(asked_ns: int) -> None:
     model = bus("a", "b")
     model.submit(0, "a", SHORT)
     model.submit(asked_ns, "b", CanFrame(0x200))
     model.leave("b")
     assert identifiers(model) == [0]
-    model.submit(0, "b", SHORT)  # its last words came too late
+    model.submit(0, "b", SHORT)  # its last message came too late
     assert model.next_ns() is None
 
 
-def test_who_left_may_join_again() -> None:
+def test_a_member_that_left_may_join_again() -> None:
     model = bus("a", "b")
     model.leave("b")
     assert receivers(model, "a", SHORT) == ()

@@ -1,4 +1,4 @@
-"""What holds on any CAN bus whatever is asked of it, and when it is told."""
+"""Laws of any CAN bus, for any frames and any order of submission."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from fieldrig.bus import Delivery
 from fieldrig.clock import US, S
 from fieldrig_bus.can.arbitration import priority
+from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.length import classical_bits
-from fieldrig_bus.can.model import CanBusModel, CanMessage
+from fieldrig_bus.can.model import CanBusModel
 
 MEMBERS = ["a", "b", "c", "d"]
 BITRATE = 500_000
@@ -21,7 +22,7 @@ INTERMISSION_NS = 3 * BIT_NS
 FOREVER = 1000 * S
 
 
-class Wish(NamedTuple):
+class Asked(NamedTuple):
     asked_ns: int
     member: str
     frame: CanFrame
@@ -32,24 +33,24 @@ frames = st.builds(CanFrame, st.integers(0, 0x7FF), st.binary(max_size=8), is_ex
 )
 
 
-def of_its_own(wish: Wish) -> Wish:
-    """No two members share an identifier: the last bits say who it is.  (`test_error_laws` has the others.)"""
-    identifier = wish.frame.identifier & ~3 | MEMBERS.index(wish.member)
-    return wish._replace(frame=replace(wish.frame, identifier=identifier))
+def of_its_own(asked: Asked) -> Asked:
+    """Members share no identifiers: the last bits are those of the member.  (`test_error_laws` has the other case.)"""
+    identifier = asked.frame.identifier & ~3 | MEMBERS.index(asked.member)
+    return asked._replace(frame=replace(asked.frame, identifier=identifier))
 
 
 instants = st.integers(0, 3000).map(lambda us: us * US)
-wishes = st.lists(st.builds(Wish, instants, st.sampled_from(MEMBERS), frames).map(of_its_own))
-in_time = wishes.map(lambda drawn: sorted(drawn, key=lambda wish: wish.asked_ns))
+asked_frames = st.lists(st.builds(Asked, instants, st.sampled_from(MEMBERS), frames).map(of_its_own))
+in_time = asked_frames.map(lambda drawn: sorted(drawn, key=lambda asked: asked.asked_ns))
 
 
-def model_with(wishes: list[Wish]) -> CanBusModel:
+def model_with(asked_frames: list[Asked]) -> CanBusModel:
     model = CanBusModel(BITRATE)
     for member in MEMBERS:
         model.join(member)
         model.listen(0, member, None)
-    for wish in wishes:
-        model.submit(wish.asked_ns, wish.member, wish.frame)
+    for asked in asked_frames:
+        model.submit(asked.asked_ns, asked.member, asked.frame)
     return model
 
 
@@ -64,34 +65,34 @@ def bits_of(delivery: Delivery[CanMessage]) -> int:
 
 @settings(max_examples=200, deadline=None)
 @given(in_time)
-def test_every_frame_arrives_once_and_first_in_first_out(wishes: list[Wish]) -> None:
-    deliveries = model_with(wishes).collect(FOREVER)
+def test_every_frame_arrives_once_and_first_in_first_out(asked_frames: list[Asked]) -> None:
+    deliveries = model_with(asked_frames).collect(FOREVER)
     for member in MEMBERS:
         assert [each.message for each in deliveries if each.sender == member] == [
-            wish.frame for wish in wishes if wish.member == member
+            asked.frame for asked in asked_frames if asked.member == member
         ]
 
 
 @settings(max_examples=200, deadline=None)
 @given(in_time)
-def test_frames_never_overlap_and_the_winner_is_the_lowest_that_waits(wishes: list[Wish]) -> None:
-    waiting = {member: [wish for wish in wishes if wish.member == member] for member in MEMBERS}
+def test_frames_never_overlap_and_the_winner_is_the_lowest_that_waits(asked_frames: list[Asked]) -> None:
+    waiting = {member: [asked for asked in asked_frames if asked.member == member] for member in MEMBERS}
     free_ns = 0
-    for delivery in model_with(wishes).collect(FOREVER):
+    for delivery in model_with(asked_frames).collect(FOREVER):
         heads = [queue[0] for queue in waiting.values() if queue]
         start = start_ns(delivery)
-        assert start == max(free_ns, min(wish.asked_ns for wish in heads))
-        rivals = [wish for wish in heads if wish.asked_ns <= start]
-        winner = min(rivals, key=lambda wish: (priority(wish.frame), MEMBERS.index(wish.member)))
+        assert start == max(free_ns, min(asked.asked_ns for asked in heads))
+        rivals = [asked for asked in heads if asked.asked_ns <= start]
+        winner = min(rivals, key=lambda asked: (priority(asked.frame), MEMBERS.index(asked.member)))
         assert (winner.member, winner.frame) == (delivery.sender, delivery.message)
         waiting[winner.member].pop(0)
         free_ns = delivery.time_ns + INTERMISSION_NS
 
 
 @settings(max_examples=100, deadline=None)
-@given(wishes, st.integers(0, 4000))
-def test_the_bus_carries_no_more_bits_than_fit(wishes: list[Wish], until_us: int) -> None:
-    model = model_with(wishes)
+@given(asked_frames, st.integers(0, 4000))
+def test_the_bus_carries_no_more_bits_than_fit(asked_frames: list[Asked], until_us: int) -> None:
+    model = model_with(asked_frames)
     deliveries = model.collect(until_us * US)
     busy_bits = sum(bits_of(each) - 3 for each in deliveries)
     assert busy_bits * BIT_NS <= until_us * US
@@ -100,36 +101,36 @@ def test_the_bus_carries_no_more_bits_than_fit(wishes: list[Wish], until_us: int
 
 @settings(max_examples=100, deadline=None)
 @given(in_time)
-def test_it_does_not_matter_in_how_many_steps_it_is_collected(wishes: list[Wish]) -> None:
+def test_it_does_not_matter_in_how_many_steps_it_is_collected(asked_frames: list[Asked]) -> None:
     stepped: list[Delivery[CanMessage]] = []
-    model = model_with(wishes)
+    model = model_with(asked_frames)
     while (next_ns := model.next_ns()) is not None:
         step = model.collect(next_ns)
         assert [each.time_ns for each in step] == [next_ns]
         stepped += step
-    assert stepped == model_with(wishes).collect(FOREVER)
+    assert stepped == model_with(asked_frames).collect(FOREVER)
 
 
 @settings(max_examples=200, deadline=None)
 @given(in_time)
-def test_the_order_in_which_members_tell_does_not_matter(wishes: list[Wish]) -> None:
-    """Told late, but before the collecting: only the order within one member counts."""
-    by_member = sorted(wishes, key=lambda wish: MEMBERS.index(wish.member))
-    assert model_with(by_member).collect(FOREVER) == model_with(wishes).collect(FOREVER)
+def test_the_order_in_which_members_tell_does_not_matter(asked_frames: list[Asked]) -> None:
+    """Submitted late, but before collecting: only the order within one member matters."""
+    by_member = sorted(asked_frames, key=lambda asked: MEMBERS.index(asked.member))
+    assert model_with(by_member).collect(FOREVER) == model_with(asked_frames).collect(FOREVER)
 
 
 @settings(max_examples=200, deadline=None)
-@given(wishes)
-def test_told_late_or_not_time_never_runs_back(wishes: list[Wish]) -> None:
+@given(asked_frames)
+def test_time_never_runs_back_even_with_late_submissions(asked_frames: list[Asked]) -> None:
     model = model_with([])
     ends = [0]
-    for wish in wishes:  # in any order of time, with collecting in between
-        model.submit(wish.asked_ns, wish.member, wish.frame)
+    for asked in asked_frames:  # in any order of time, with collecting in between
+        model.submit(asked.asked_ns, asked.member, asked.frame)
         for delivery in model.collect(1500 * US):
             assert start_ns(delivery) >= ends[-1] + (INTERMISSION_NS if ends[-1] else 0)
             ends.append(delivery.time_ns)
     model.collect(FOREVER)
-    assert model.statistics(FOREVER)["frames"] == len(wishes)
+    assert model.statistics(FOREVER)["frames"] == len(asked_frames)
 
 
 @pytest.mark.parametrize("bitrate", [None, 1_000_000, 83_333])

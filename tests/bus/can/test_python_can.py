@@ -1,4 +1,4 @@
-"""Interfaces of python-can as buses: one without a file descriptor, which is asked again and again."""
+"""Interfaces of python-can as buses: an interface without a file descriptor, which is polled."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""One link for several ends.  That each of them is a link like any other is shown in test_link_conformance."""
+"""One link for several ends.  test_link_conformance shows that each of them is a link like any other."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ ERROR: Any = CanError(ErrorKind.ACK, Place.ACK, 41, 1, True, False, 8, 0)
 
 
 class Bench:
-    """A shared link on one that keeps what was sent; ends are called by letters."""
+    """A shared link on a link that records what is sent; ends are named by letters."""
 
     def __init__(self) -> None:
         self.can = RecordedLink[CanFrame]()
@@ -63,7 +63,7 @@ def test_bus_is_asked_for_what_all_want_together(bench: Bench) -> None:
     assert bench.interest == [[0x701, EXACT], [0x600, 0x780], [0, EXACT]]
 
 
-def test_who_wants_everything_wants_it_for_the_link(bench: Bench) -> None:
+def test_an_end_that_wants_everything_wants_it_for_the_link(bench: Bench) -> None:
     bench.share("a", [[0x701, EXACT]])
     bench.share("b")
     assert bench.interest == EVERYTHING
@@ -80,7 +80,7 @@ def test_bus_is_not_asked_again_for_what_it_gives_already(bench: Bench) -> None:
     assert bench.interest is asked
 
 
-def test_a_frame_goes_to_those_who_want_it(bench: Bench) -> None:
+def test_a_frame_goes_to_the_ends_that_want_it(bench: Bench) -> None:
     bench.share("a", [[0x701, EXACT]])
     bench.share("b", [[0x700, 0x780]])
     bench.share("c", [[0x601, EXACT]])
@@ -104,7 +104,7 @@ def test_end_that_never_listened_hears_nothing(bench: Bench) -> None:
     assert bench.deliver(NMT) == [("b", NMT)]
 
 
-def test_notices_go_to_those_who_ask(bench: Bench) -> None:
+def test_notices_go_to_the_ends_that_ask_for_them(bench: Bench) -> None:
     bench.share("a", ["state"])
     bench.share("b", ["errors", [0, EXACT]])
     bench.share("c")
@@ -122,7 +122,7 @@ def test_everything_sent_reaches_the_bus(bench: Bench) -> None:
     assert bench.heard == []
 
 
-# What others of the same device send
+# Frames of other ends of the same device
 
 
 @pytest.fixture
@@ -141,10 +141,10 @@ def test_master_reaches_slaves_of_its_own_device(device: Bench) -> None:
     assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]
 
 
-def test_who_sends_does_not_hear_itself(device: Bench) -> None:
+def test_a_sender_does_not_hear_itself(device: Bench) -> None:
     device.ends["slave"].send(NMT)
     assert device.deliver(NMT) == [("other slave", NMT)]
-    assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]  # this one is another device's
+    assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]  # this frame is another device's
 
 
 def test_what_was_lost_on_the_way_is_not_waited_for(device: Bench) -> None:
@@ -153,7 +153,7 @@ def test_what_was_lost_on_the_way_is_not_waited_for(device: Bench) -> None:
     assert device.deliver(NMT) == [("other slave", NMT)]
     assert device.deliver(SDO) == []
     device.ends["slave"].send(NMT)
-    device.deliver(OFF)  # the controller gives up what waits
+    device.deliver(OFF)  # the controller gives up waiting frames
     assert device.deliver(NMT) == [("slave", NMT), ("other slave", NMT)]
 
 

@@ -1,4 +1,4 @@
-"""What goes between us and the kernel: bytes as in include/uapi/linux/can.h.  On a real vcan0: tests/real."""
+"""Bytes exchanged with the kernel, as in include/uapi/linux/can.h.  tests/real has a real vcan0."""
 
 import asyncio
 import socket
@@ -50,7 +50,7 @@ def test_error_frames_are_none() -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(st.binary(min_size=16, max_size=16) | st.binary(min_size=72, max_size=72))
-def test_whatever_the_kernel_says_is_a_frame_that_a_bus_can_carry(data: bytes) -> None:
+def test_any_bytes_of_the_kernel_are_a_frame_that_a_bus_can_carry(data: bytes) -> None:
     frame = from_wire(data)
     if frame is not None:
         check_frame(frame)
@@ -59,7 +59,7 @@ def test_whatever_the_kernel_says_is_a_frame_that_a_bus_can_carry(data: bytes) -
 # struct can_frame and canfd_frame (can.h) as a program on a vcan may fill them, and what a controller would send.
 ODD = [
     ("00080000 02000000 0102000000000000", CanFrame(0, b"\x01\x02")),  # 800h without CAN_EFF_FLAG: its 11 bits
-    ("01020040 0f000000 0000000000000000", CanFrame(0x201, is_remote=True, remote_length=8)),  # DLC 15 says 8
+    ("01020040 0f000000 0000000000000000", CanFrame(0x201, is_remote=True, remote_length=8)),  # DLC 15 means 8
     (
         "23010000 0a010000" + "ff" * 10 + "00" * 54,
         CanFrame(0x123, b"\xff" * 10 + bytes(2), False, False, 0, True, True),
@@ -79,7 +79,7 @@ def test_interest_becomes_the_kernels_filters() -> None:
     assert kernel_filters(((0x181, 0x7FF), (0x181 | EXTENDED, 0xFFFFFFFF))) == bytes.fromhex(
         "81010000 ff070000 81010080 ffffffdf"
     )
-    assert kernel_filters(((0x20000001, 0x3FFFFFFF),)) == b""  # no frame can match: bit 29 never stands in it
+    assert kernel_filters(((0x20000001, 0x3FFFFFFF),)) == b""  # no frame can match: bit 29 is never set
 
 
 def opened(channel: str) -> None:
@@ -103,7 +103,7 @@ def test_what_is_not_there_is_named_with_its_remedy() -> None:
     assert "sudo ip link set nowhere0 up" in caught.value.remedy or "modprobe can-raw" in caught.value.remedy
 
 
-def test_system_without_socketcan_is_told_of_can_hub(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_without_socketcan_names_can_hub(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_CAN", raising=False)
     with pytest.raises(BusError, match="no SocketCAN") as caught:
         opened("vcan0")

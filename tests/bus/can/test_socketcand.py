@@ -1,4 +1,4 @@
-"""Commands and answers as in the examples of socketcand's doc/protocol.md, and python-can's client."""
+"""Commands and answers from the examples of socketcand's doc/protocol.md, and the client of python-can."""
 
 import asyncio
 import functools
@@ -26,7 +26,7 @@ FRAME = CanFrame(0x123, bytes.fromhex("11223344"))
 
 
 class Bench:
-    """A session on bus can0, what it wrote, and the hands of a clock that stood at 23.424242 s."""
+    """A session on bus can0, the text that it wrote, and a clock that begins at 23.424242 s."""
 
     def __init__(self, *commands: str) -> None:
         self.clock = VirtualClock()
@@ -315,7 +315,7 @@ commands = st.lists(words, max_size=8).map(lambda each: "< " + " ".join(each) + 
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(commands | st.text(max_size=20), max_size=20))
-def test_whatever_comes_never_raises(texts: list[str]) -> None:
+def test_no_input_raises(texts: list[str]) -> None:
     bench = Bench("< open can0 >")
     for text in texts:
         bench.session.receive(text.encode())

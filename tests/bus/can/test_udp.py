@@ -1,4 +1,4 @@
-"""can.udp and python-can's udp_multicast."""
+"""The bus can.udp, and udp_multicast of python-can."""
 
 import contextlib
 import inspect
@@ -96,10 +96,10 @@ def test_spoilt_messages_are_a_value_error_or_a_frame(which: str, where: int, wh
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ({"group": "10.0.0.1"}, "write one such as 239.74.163.2"),
-        ({"group": "ff15::1"}, "no IPv4 multicast address"),
-        ({"interface": "eth0"}, "write one such as 127.0.0.1"),
-        ({"interface": "0.0.0.0"}, "names no interface"),
+        ({"group": "10.0.0.1"}, "expected one such as 239.74.163.2"),
+        ({"group": "ff15::1"}, "not an IPv4 multicast address"),
+        ({"interface": "eth0"}, "expected one such as 127.0.0.1"),
+        ({"interface": "0.0.0.0"}, "is not the address of an interface"),
         ({"port": 0}, "greater than or equal to 1"),
         ({"hop_limit": 256}, "less than or equal to 255"),
     ],
@@ -149,7 +149,7 @@ def test_each_frame_is_traced_once_by_its_sender() -> None:
 
 
 @pytest.mark.system
-def test_own_frames_come_back_to_who_asks_for_them() -> None:
+def test_own_frames_come_back_on_request() -> None:
     with direct_bench(CanUdp("can0", CanUdpSettings(port=free_port()))) as bench:
         a, b = bench.join("a"), bench.join("b")
         heard: list[CanFrame] = []

@@ -1,6 +1,6 @@
-"""What every Modbus link promises: the answers of the application protocol, whatever carries them.
+"""Every Modbus link keeps the same promises: the answers of the application protocol, regardless of its kind.
 
-A further link gets a backend: a context manager that yields something with `exchange(request, response)`.
+Another link needs a backend: a context manager that yields an object with `exchange(request, response)`.
 """
 
 import tempfile

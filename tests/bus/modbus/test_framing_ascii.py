@@ -51,7 +51,7 @@ def test_a_frame_has_ended_when_its_characters_would_have() -> None:
         (b":1103006B00037E\rX", 1),
         (b":11EF\r\n", 1),  # a unit without a function
         (b":\r\n", 1),
-        (b"1103006B00037E\r\n", 0),  # nobody spoke
+        (b"1103006B00037E\r\n", 0),  # nothing was sent
         (b":" + 512 * b"0" + b"\r\n", 1),
     ],
 )

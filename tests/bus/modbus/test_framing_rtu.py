@@ -144,7 +144,7 @@ def test_tolerant_gives_a_piece_up_in_the_end() -> None:
     assert taken(framer) == [pdu(WRITE)]
 
 
-def test_tolerant_waits_for_the_rest_of_a_frame_as_long_as_it_is_told() -> None:
+def test_tolerant_waits_for_the_rest_of_a_frame_up_to_its_timeout() -> None:
     framer = RtuFramer(SLOW, is_strict=False, frame_timeout_ns=300 * MS)
     framer.feed(T0, READ[:3])
     framer.take(T0 + 20 * MS)
@@ -239,13 +239,13 @@ def test_a_response_says_how_long_it_is(response: str) -> None:
     assert all(response_size(frame[:end]) in (None, len(frame)) for end in range(len(frame)))
 
 
-def test_a_response_that_cannot_be_told_is_none() -> None:
+def test_a_response_of_unknown_length_is_none() -> None:
     assert response_size(bytes.fromhex("07 2B 0E 01")) is None
     assert response_size(b"") is None
 
 
 @pytest.mark.parametrize("late", RESPONSES)
-def test_responses_that_were_read_at_one_go_are_told_apart(late: str) -> None:
+def test_responses_that_were_read_together_are_separated(late: str) -> None:
     framer = RtuFramer(SLOW, is_strict=False, size_of=response_size)
     right = bytes.fromhex("03 02 0001")
     framer.feed(T0, rtu_frame(7, bytes.fromhex(late)) + rtu_frame(7, right))
@@ -254,7 +254,7 @@ def test_responses_that_were_read_at_one_go_are_told_apart(late: str) -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.binary(max_size=40) | st.sampled_from(RESPONSES).map(bytes.fromhex).map(lambda p: rtu_frame(7, p))))
-def test_whatever_a_client_hears_makes_frames_or_none(pieces: list[bytes]) -> None:
+def test_any_bytes_make_frames_or_none(pieces: list[bytes]) -> None:
     framer = RtuFramer(SLOW, is_strict=False, size_of=response_size)
     for number, piece in enumerate(pieces):
         framer.feed(T0 + number * MS, piece)

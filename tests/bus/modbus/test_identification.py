@@ -12,7 +12,7 @@ BASIC = {"vendor_name": "V", "product_code": "P", "revision": "R"}
 
 
 def ask(identification: Identification, code: int, first: int) -> ReadDeviceInformationResponse:
-    """As pymodbus understands the answer."""
+    """The objects in an answer as pymodbus decodes it."""
     pdu = identification.answer(bytes((0x2B, 0x0E, code, first)))
     assert len(pdu) <= 253
     response = ReadDeviceInformationResponse()
@@ -43,17 +43,17 @@ texts = st.text("abc ", max_size=LONGEST_OBJECT)
 
 @settings(max_examples=50, deadline=None)
 @given(st.dictionaries(st.integers(0x80, 0xFF), texts, max_size=12), texts)
-def test_more_follows_until_everything_was_told(extended: dict[int, str], name: str) -> None:
+def test_more_follows_until_everything_was_sent(extended: dict[int, str], name: str) -> None:
     identification = Identification(vendor_name=name, product_code="P", revision="R", extended=extended)
-    told: dict[int, bytes] = {}
+    found: dict[int, bytes] = {}
     first = 0
     while True:
         response = ask(identification, 3, first)
-        told.update(response.information)
+        found.update(response.information)
         if response.more_follows != 0xFF:
             break
         first = response.next_object_id
-    assert {number: bytes(text) for number, text in told.items()} == identification.objects()
+    assert {number: bytes(text) for number, text in found.items()} == identification.objects()
     assert response.next_object_id == 0
 
 

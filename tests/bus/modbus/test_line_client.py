@@ -1,4 +1,4 @@
-"""The master's end of a serial line, on a clock that the test moves."""
+"""The master's end of a serial line, with a clock that the test moves."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ def test_a_response_belongs_to_the_last_request_only() -> None:
     assert bench.client.foreign == 1
 
 
-def test_nobody_answers_a_broadcast() -> None:
+def test_a_broadcast_is_not_answered() -> None:
     bench = Bench()
     bench.link.deliver(ModbusRequest(0, bytes.fromhex("06 0001 0003"), 5))
     bench.client.on_bytes(rtu(0, bytes.fromhex("06 0001 0003")))
@@ -69,7 +69,7 @@ frames = st.builds(rtu, st.sampled_from([7, 8]), answers) | st.builds(ascii_, st
 
 @settings(max_examples=200, deadline=None)
 @given(st.booleans(), st.lists(st.tuples(requests | frames | st.binary(max_size=30), st.integers(0, 60)), max_size=20))
-def test_whatever_comes_each_request_gets_one_fitting_answer_at_most(
+def test_each_request_gets_at_most_one_matching_answer(
     is_ascii: bool, steps: list[tuple[ModbusRequest | bytes, int]]
 ) -> None:
     bench = Bench(is_ascii)

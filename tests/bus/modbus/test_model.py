@@ -1,4 +1,4 @@
-"""Who hears what on a Modbus bus, and when."""
+"""The messages that members of a Modbus bus receive, and their instants."""
 
 from typing import Any
 
@@ -39,13 +39,13 @@ def all_of(model: BusModel[Any], now_ns: int = 10**15) -> list[Delivery[ModbusMe
     return model.collect(now_ns)
 
 
-def test_a_request_goes_to_the_servers_of_its_unit_and_the_response_to_who_asked() -> None:
-    model = joined(ModbusModel(), one=[1], two=[2, 3], all=None, master=[], other=[])
+def test_a_request_goes_to_the_servers_of_its_unit_and_the_response_to_its_client() -> None:
+    model = joined(ModbusModel(), first=[1], second=[2, 3], all=None, master=[], other=[])
     model.submit(5, "master", ModbusRequest(3, READ, 77))
     (asked,) = all_of(model)
-    assert (asked.time_ns, asked.sender, asked.receivers) == (5, "master", ("two", "all"))
-    model.submit(9, "two", ModbusResponse(3, VALUE, asked.message.exchange))
-    assert all_of(model) == [Delivery(9, "two", ModbusResponse(3, VALUE, 77), ("master",))]
+    assert (asked.time_ns, asked.sender, asked.receivers) == (5, "master", ("second", "all"))
+    model.submit(9, "second", ModbusResponse(3, VALUE, asked.message.exchange))
+    assert all_of(model) == [Delivery(9, "second", ModbusResponse(3, VALUE, 77), ("master",))]
 
 
 def test_exchange_numbers_of_two_masters_do_not_mix() -> None:
@@ -59,7 +59,7 @@ def test_exchange_numbers_of_two_masters_do_not_mix() -> None:
     assert [delivery.receivers for delivery in all_of(model)] == [("b",), ("a",)]
 
 
-def test_an_answer_that_nobody_waits_for_is_dropped() -> None:
+def test_an_answer_without_a_request_is_dropped() -> None:
     model = joined(ModbusModel(), drive=[1], master=[])
     model.submit(0, "master", ModbusRequest(1, READ))
     (asked,) = all_of(model)
@@ -68,7 +68,7 @@ def test_an_answer_that_nobody_waits_for_is_dropped() -> None:
     model.submit(1, "drive", answer)
     model.submit(1, "drive", ModbusResponse(1, VALUE, 999))
     assert all_of(model) == []
-    assert model.statistics(0)["responses nobody waited for"] == 2
+    assert model.statistics(0)["responses without a request"] == 2
 
 
 def test_a_server_that_is_silent_fills_no_memory() -> None:
@@ -131,9 +131,9 @@ def test_what_was_asked_for_earlier_arrives_earlier_unless_it_is_too_late() -> N
 
 
 def test_a_broadcast_on_a_line_goes_to_every_server() -> None:
-    model = joined(ModbusModel(is_line=True), one=[1], two=[2], master=[])
+    model = joined(ModbusModel(is_line=True), first=[1], second=[2], master=[])
     model.submit(0, "master", ModbusRequest(0, READ, 0, LineState(1)))
-    assert all_of(model)[0].receivers == ("one", "two")
+    assert all_of(model)[0].receivers == ("first", "second")
 
 
 def test_a_frame_on_a_line_takes_the_time_of_its_characters() -> None:
@@ -179,14 +179,14 @@ def test_an_answer_after_the_next_request_is_lost() -> None:
     assert model.statistics(0)["answers too late"] == 1
 
 
-def test_nobody_answers_a_broadcast_so_nobody_waits() -> None:
+def test_a_broadcast_is_not_answered_so_no_client_waits() -> None:
     model = joined(LineModel(TIMING, 100 * MS), drive=[1], a=[])
     model.submit(0, "a", ModbusRequest(0, READ))
     model.submit(0, "a", ModbusRequest(1, READ))
     assert [delivery.time_ns for delivery in all_of(model)] == [REQUEST_NS, 2 * REQUEST_NS]
 
 
-def test_who_leaves_takes_its_exchange_along() -> None:
+def test_a_client_that_leaves_takes_its_exchange_along() -> None:
     model = joined(LineModel(TIMING, 1 * S), drive=[1], a=[], b=[])
     model.submit(0, "a", ModbusRequest(1, READ))
     model.submit(0, "a", ModbusRequest(1, READ))
@@ -225,9 +225,9 @@ def with_server(model: BusModel[Any], units: list[int], **interests: list[Any] |
     ("unit", "client", "servers"),
     [
         (7, "plc", (SERVER,)),
-        (7, "tcp:1", ()),  # the bus is no way from one outsider to another
+        (7, "tcp:1", ()),  # the bus does not connect outside programs with each other
         (1, "tcp:1", ("drive", "plc")),
-        (1, "drive", ("plc",)),  # units of the rig go before those outside
+        (1, "drive", ("plc",)),  # units of the rig take precedence over those outside
         (1, "plc", ("drive",)),
         (2, "plc", (SERVER,)),
         (2, "tcp:1", ("plc",)),
@@ -278,11 +278,11 @@ def test_a_port_that_keeps_the_time_itself_gets_a_request_when_it_begins() -> No
 
 
 @pytest.mark.parametrize("is_line", [False, True])
-def test_only_who_asks_for_connections_hears_of_them(is_line: bool) -> None:
+def test_connections_are_delivered_only_on_request(is_line: bool) -> None:
     model = joined(ModbusModel(is_line=is_line), plc=[1, CONNECTIONS], all=None, drive=[1], master=[])
     model.submit(5, "tcp:1", ClientConnected("10.0.0.9"))
-    told: list[Delivery[Any]] = [*all_of(model)]
-    assert told == [Delivery(5, "tcp:1", ClientConnected("10.0.0.9"), ("plc",))]
+    deliveries: list[Delivery[Any]] = [*all_of(model)]
+    assert deliveries == [Delivery(5, "tcp:1", ClientConnected("10.0.0.9"), ("plc",))]
     model.leave("plc")
     model.submit(6, "tcp:2", ClientConnected("10.0.0.9"))
     model.submit(7, "master", ModbusRequest(1, READ))

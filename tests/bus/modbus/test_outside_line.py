@@ -65,7 +65,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dialler, "FIRST_PAUSE_S", 0.01)
 
 
-@pytest.fixture(params=[(way, make) for way in WAYS for make in FRAMES], ids=lambda one: f"{one[0]} {one[1].__name__}")
+@pytest.fixture(params=[(way, make) for way in WAYS for make in FRAMES], ids=lambda way: f"{way[0]} {way[1].__name__}")
 def line(request: pytest.FixtureRequest) -> Iterator[tuple[OutsideBench, End, Frame]]:
     way, make = request.param
     extra = {"data_bits": 8} if make is ascii_line and way == "port" else {}  # a pty refuses 7
@@ -79,7 +79,7 @@ def hear(end: End, frame: Frame, unit: int = 7, pdu: str = READ) -> None:
 
 
 def say_in_vain(bench: OutsideBench, end: End, data: bytes) -> None:
-    """Wait until it has been heard, and ignored."""
+    """Wait until the bytes have been received, and ignored."""
     session = bench.hub._ports[0]._session
     before = session.foreign + session._framer.errors
     end.write(data)
@@ -104,7 +104,7 @@ def test_what_is_broken_foreign_or_no_answer_is_ignored(line: tuple[OutsideBench
         right[:-3] + bytes((right[-3] ^ 1,)) + right[-2:],  # checksum
         frame(8, bytes.fromhex(ANSWER)),  # another server
         frame(7, bytes.fromhex("04 06 022B 0000 0064")),  # another function
-        frame(7, bytes.fromhex("03 04 022B 0000")),  # less than was asked for
+        frame(7, bytes.fromhex("03 04 022B 0000")),  # less than was requested
     ):
         say_in_vain(bench, end, wrong)
     assert bench.answers() == []
@@ -139,17 +139,17 @@ def test_a_silent_server_holds_the_others_up_until_the_response_timeout() -> Non
         hear(end, rtu)
         hear(end, rtu, 8)
         assert bench.clock.now_ns() - begin_ns >= 100_000_000
-        say_in_vain(bench, end, rtu(7, bytes.fromhex(ANSWER)))  # late: another has been asked
+        say_in_vain(bench, end, rtu(7, bytes.fromhex(ANSWER)))  # late: another request has been sent
         assert bench.answers() == []
 
 
-def test_who_asks_again_does_not_wait_for_what_it_gave_up(line: tuple[OutsideBench, End, Frame]) -> None:
+def test_a_client_that_asks_again_does_not_wait_for_its_previous_request(line: tuple[OutsideBench, End, Frame]) -> None:
     bench, end, frame = line
     bench.ask(7, READ)
     hear(end, frame)
     bench.ask(7, "03 0000 0001")
     hear(end, frame, 7, "03 0000 0001")
-    say_in_vain(bench, end, frame(7, bytes.fromhex(ANSWER)))  # the late one: it has another size
+    say_in_vain(bench, end, frame(7, bytes.fromhex(ANSWER)))  # the late response, which has a different size
     end.write(frame(7, bytes.fromhex("03 02 0001")))
     assert bench.expect() == [(7, 2, "03 02 00 01")]
 
@@ -201,7 +201,7 @@ def test_a_server_that_comes_late_hears_nothing_that_was_asked_before_the_last()
         for register in (1, 2, 3):
             bench.ask(7, f"03 000{register} 0001")
             bench.wait_ms(5)
-        fd = os.open(bench.run / "line", os.O_RDWR | os.O_NOCTTY)  # tty.setraw would throw away what is there
+        fd = os.open(bench.run / "line", os.O_RDWR | os.O_NOCTTY)  # tty.setraw would discard waiting data
         end = End(bench, fd, lambda: os.close(fd))
         hear(end, rtu, 7, "03 0003 0001")
 
@@ -276,9 +276,9 @@ def test_a_master_behind_a_serial_server_is_answered() -> None:
 @pytest.mark.parametrize(
     ("settings", "right"),
     [
-        ({"listen": "127.0.0.1:5021"}, "dial, port or pty would be right beside servers"),
+        ({"listen": "127.0.0.1:5021"}, "expected dial, port or pty beside servers"),
         ({"pty": "a", "dial": "10.0.0.9:4001"}, "exactly one of pty, port, listen and dial"),
-        ({"dial": "10.0.0.9:0"}, "right would be HOST:PORT"),
+        ({"dial": "10.0.0.9:0"}, "expected HOST:PORT"),
         ({"pty": "a", "servers": [7, 8, 7]}, "each unit once"),
         ({"pty": "a", "servers": [0]}, "greater than or equal to 1"),
         ({"pty": "a", "servers": [248]}, "less than or equal to 247"),

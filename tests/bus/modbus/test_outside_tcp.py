@@ -1,4 +1,4 @@
-"""Servers outside that devices on `modbus.tcp` ask: Modbus messaging on TCP/IP guide V1.0b, 4.2 and 4.4."""
+"""Outside servers that devices on `modbus.tcp` use: Modbus messaging on TCP/IP guide V1.0b, 4.2 and 4.4."""
 
 import logging
 import socket
@@ -43,10 +43,10 @@ def test_a_device_asks_a_server_outside() -> None:
         assert bench.expect() == [(7, exchange, ANSWER)]
 
 
-def test_nothing_goes_out_before_somebody_asks() -> None:
+def test_nothing_is_sent_before_the_first_request() -> None:
     with listener() as at, outside_bench(bus({7: at.address})) as bench:
         bench.ask(8, READ)
-        assert bench.expect() == [(8, 1, "83 0b")]  # a unit that nobody has
+        assert bench.expect() == [(8, 1, "83 0b")]  # a unit that no server has
         bench.wait_ms(30)
         assert not at.is_asked()
 
@@ -100,7 +100,7 @@ def test_a_server_that_dies_is_found_again() -> None:
         at.again()
         exchange = bench.ask(7, READ)
         again = at.accept(bench)
-        again.read(12 * 2)  # the one that waited, and the new one: the numbers begin anew
+        again.read(12 * 2)  # the request that waited, and the new one: the numbers begin anew
         again.write(mbap(2, 7, bytes.fromhex(ANSWER)))
         assert bench.expect() == [(7, exchange, ANSWER)]
 
@@ -125,7 +125,7 @@ def test_what_waits_for_a_connection_is_given_up_after_the_response_timeout() ->
         assert not at.is_asked()
 
 
-def test_a_server_that_is_not_there_is_told_once_and_asked_in_growing_pauses(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_absent_server_is_reported_once_and_tried_with_growing_pauses(caplog: pytest.LogCaptureFixture) -> None:
     with listener() as at, outside_bench(bus({7: at.address}, response_timeout_ms=10_000)) as bench:
         at.shut()
         with caplog.at_level(logging.DEBUG, dialler.__name__):
@@ -204,17 +204,17 @@ def test_masters_at_the_bus_do_not_get_outside() -> None:
 
 
 @pytest.mark.manual("PD-283")
-def test_a_device_is_told_who_connects() -> None:
+def test_a_device_is_notified_of_connections() -> None:
     with outside_bench(bus({})) as bench:
-        told: list[Any] = []
-        bench.hub.join("device").on_receive(told.append, [1, "connections"])
+        notified: list[Any] = []
+        bench.hub.join("device").on_receive(notified.append, [1, "connections"])
         port = bench.hub._ports[0].number
         with socket.create_connection(("127.0.0.1", port)):
-            bench.pump(lambda: len(told) == 1)
+            bench.pump(lambda: len(notified) == 1)
         with socket.create_connection(("127.0.0.1", port)):
-            bench.pump(lambda: len(told) == 2)
-        assert told == [ClientConnected("127.0.0.1")] * 2
-        assert bench.heard == []  # who didn't ask for connections is not told
+            bench.pump(lambda: len(notified) == 2)
+        assert notified == [ClientConnected("127.0.0.1")] * 2
+        assert bench.heard == []  # a member that did not ask for connections is not notified
 
 
 RIGHT = ["192.168.1.5:502", "plc-1.example.com:502", "tcp://PLC_2:1502", "[::1]:502", "localhost:65535"]
@@ -238,7 +238,7 @@ def test_what_is_no_address_of_a_server_is_refused(address: object) -> None:
 
 
 def test_a_refused_address_says_what_would_be_right() -> None:
-    with pytest.raises(ValidationError, match=r"right would be HOST:PORT, such as 192\.168\.1\.5:502"):
+    with pytest.raises(ValidationError, match=r"expected HOST:PORT, such as 192\.168\.1\.5:502"):
         ModbusTcpSettings.model_validate({"servers": {7: "plc:0"}})
 
 
@@ -263,5 +263,5 @@ def test_another_port_or_host_is_another_server() -> None:
 
 @pytest.mark.parametrize("unit", [0, 248, -1])
 def test_unit_ids_of_servers_are_1_to_247(unit: int) -> None:
-    with pytest.raises(ValidationError, match=f"{unit}: unit ids from 1 to 247 would be right"):
+    with pytest.raises(ValidationError, match=f"{unit}: expected unit ids from 1 to 247"):
         ModbusTcpSettings.model_validate({"servers": {unit: "plc:502"}})

@@ -1,4 +1,4 @@
-"""Which response is one to which request: Modbus application protocol V1.1b3, chapter 6, with its own examples."""
+"""Responses that match a request: Modbus application protocol V1.1b3, chapter 6, with its own examples."""
 
 import pytest
 from hypothesis import given
@@ -25,8 +25,8 @@ EXAMPLES = [
 ODD = [
     ("03 006B 0003", "04 06 022B 0000 0064"),  # another function
     ("03 006B 0003", "03 04 022B 0000"),  # too few registers
-    ("03 006B 0003", "03 06 022B 0000"),  # less than it says
-    ("03 006B 0003", "03 06 022B 0000 0064 00"),  # more than it says
+    ("03 006B 0003", "03 06 022B 0000"),  # less than its byte count
+    ("03 006B 0003", "03 06 022B 0000 0064 00"),  # more than its byte count
     ("03 006B 0003", "03"),
     ("01 0013 0013", "01 02 CD6B"),
     ("06 0001 0003", "06 0001 0004"),  # another value
@@ -60,6 +60,6 @@ pdus = st.binary(min_size=1, max_size=253)
 
 
 @given(pdus, pdus)
-def test_whatever_comes_is_judged(request: bytes, response: bytes) -> None:
+def test_any_pair_is_judged(request: bytes, response: bytes) -> None:
     if fits(request, response):
         assert response[0] & 0x7F == request[0] & 0x7F

@@ -1,4 +1,4 @@
-"""The application protocol, V1.1b3: whatever comes, the answer is well formed, and that of a plain model."""
+"""The application protocol, V1.1b3: the answer to any request is well formed, and equals that of a plain model."""
 
 import struct
 

@@ -33,11 +33,11 @@ def test_transactions_are_answered_by_their_numbers_and_may_be_pipelined() -> No
 
 def test_two_masters_may_use_the_same_transaction() -> None:
     with real_bench(tcp_bus(), turnaround_ms=1.0) as bench:
-        one, two = bench.connect(), bench.connect()
-        one.write(mbap(7, 1, READ))
-        two.write(mbap(7, 1, bytes.fromhex("03 0001 0001")))
-        assert one.read(15) == mbap(7, 1, ANSWER)
-        assert two.read(11) == mbap(7, 1, bytes.fromhex("03 02 0000"))
+        first, second = bench.connect(), bench.connect()
+        first.write(mbap(7, 1, READ))
+        second.write(mbap(7, 1, bytes.fromhex("03 0001 0001")))
+        assert first.read(15) == mbap(7, 1, ANSWER)
+        assert second.read(11) == mbap(7, 1, bytes.fromhex("03 02 0000"))
 
 
 @pytest.mark.parametrize("unit", [0, 1, 255])
@@ -102,7 +102,7 @@ def test_a_master_that_does_not_read_is_not_read_either() -> None:
 
 
 def flood(bench: RealBench, wire: Wire, most: int) -> None:
-    """Ask, up to `most` bytes of questions, and don't listen."""
+    """Send up to `most` bytes of requests without reading any answer."""
     questions, sent = mbap(1, 1, bytes.fromhex("03 03E8 007D")) * 500, 0
     while sent < most:
         sent += os.write(wire.fd, questions)

@@ -16,7 +16,7 @@ ANSWER = "03 06 022B 0000 0064"
 
 
 def asked(unit: int = 7) -> Transactions:
-    """Transaction 1 is open."""
+    """A client whose transaction 1 is open."""
     transactions = Transactions(TIMEOUT_NS)
     assert transactions.ask(0, READ, unit) == bytes.fromhex("0001 0000 0006") + bytes((unit,)) + READ.pdu
     return transactions
@@ -30,11 +30,11 @@ def asked(unit: int = 7) -> Transactions:
         (7, f"0001 0000 0009 00 {ANSWER}"),
         (255, f"0001 0000 0009 FF {ANSWER}"),
         (1, f"0001 0000 0009 01 {ANSWER}"),  # it is 7 for the rig, 1 for its server
-        (7, f"0009 0000 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # a foreign one before it
+        (7, f"0009 0000 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # another transaction before it
         (7, f"0001 0001 0009 07 {ANSWER} 0001 0000 0009 07 {ANSWER}"),  # another protocol before it
     ],
 )
-def test_a_response_goes_to_who_asked(unit: int, frame: str) -> None:
+def test_a_response_goes_to_its_client(unit: int, frame: str) -> None:
     responses = asked(unit).feed(bytes.fromhex(frame))
     assert responses == [ModbusResponse(7, bytes.fromhex(ANSWER), 0xABCD)]
 
@@ -48,7 +48,7 @@ def test_a_response_goes_to_who_asked(unit: int, frame: str) -> None:
         f"0001 0000 0009 08 {ANSWER}",  # another unit behind a gateway
         f"0001 0001 0009 07 {ANSWER}",  # another protocol
         "0001 0000 0001 07",  # no PDU
-        f"0001 0000 0009 07 {ANSWER}"[:-2],  # not whole
+        f"0001 0000 0009 07 {ANSWER}"[:-2],  # incomplete
     ],
 )
 def test_other_responses_are_discarded_and_the_right_one_is_still_waited_for(frame: str) -> None:
@@ -117,7 +117,7 @@ frames = st.builds(head, st.integers(0, 4), st.integers(0, 1), st.integers(6, 8)
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(frames | st.binary(max_size=30), max_size=12).map(b"".join), st.lists(st.integers(0, 400), max_size=6))
-def test_whatever_comes_is_answered_once_at_most(stream: bytes, cuts: list[int]) -> None:
+def test_any_stream_gives_at_most_one_answer_per_request(stream: bytes, cuts: list[int]) -> None:
     transactions = Transactions(TIMEOUT_NS)
     for number in (1, 2, 3):
         transactions.ask(0, ModbusRequest(7, READ.pdu, number), 7)

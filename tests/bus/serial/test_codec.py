@@ -1,4 +1,4 @@
-"""Serial messages as bytes, and as a line for a person."""
+"""Serial messages as bytes, and as a line of text."""
 
 import pytest
 from hypothesis import given
@@ -17,7 +17,7 @@ FORMATS = st.builds(
 )
 MESSAGES = st.binary() | LINES | FORMATS | st.builds(Break, st.integers(0, 1 << 31))
 
-# One of each, laid out by hand from the docstrings of codec.py.
+# One message of each kind, laid out by hand from the docstrings of codec.py.
 EXAMPLES: list[tuple[SerialMessage, str]] = [
     (b"AT\r", "00 41 54 0d"),
     (ControlLines(), "01 03"),
@@ -40,7 +40,7 @@ def test_every_message_comes_back(message: SerialMessage) -> None:
 
 
 @given(st.binary(max_size=12))
-def test_whatever_decodes_is_written_the_same(data: bytes) -> None:
+def test_any_decoded_message_encodes_to_the_same_bytes(data: bytes) -> None:
     try:
         message = decode(data)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The server of RFC 2217, bytes in and bytes out.  Expected bytes are put together from the tables of the RFC."""
+"""The server of RFC 2217 as bytes in and bytes out.  Expected bytes are from the tables of the RFC."""
 
 import pytest
 from hypothesis import given
@@ -14,7 +14,7 @@ INVITATION = "ff fb 01 ff fb 03 ff fb 00 ff fd 03 ff fd 00 ff fd 2c"  # WILL ech
 
 
 class Bench:
-    """One client's bytes on one side, a line on the other."""
+    """The bytes of one client on one side, a line on the other."""
 
     def __init__(self) -> None:
         self.clock = VirtualClock()
@@ -27,7 +27,7 @@ class Bench:
         self._written += data
 
     def start(self, lines: ControlLines | None = None) -> "Bench":
-        """Connected, and the client has said WILL COM-PORT-OPTION."""
+        """A session whose client has sent WILL COM-PORT-OPTION."""
         self.port.start(ControlLines() if lines is None else lines)
         self.port.from_client(bytes.fromhex("ff fb 2c"))
         self.written()
@@ -38,7 +38,7 @@ class Bench:
         return self.written()
 
     def com_port(self, body: str) -> str:
-        """The body of the one answer to a subnegotiation of option 44."""
+        """The body of the only answer to a subnegotiation of option 44."""
         answer = bytes.fromhex(self.client(f"ff fa 2c {body} ff f0"))
         assert answer[:3] == bytes.fromhex("ff fa 2c")
         assert answer[-2:] == bytes.fromhex("ff f0")
@@ -54,7 +54,7 @@ def bench() -> Bench:
     return Bench().start()
 
 
-def test_client_is_invited_and_told_the_modem_state_when_it_agrees() -> None:
+def test_client_is_invited_and_gets_the_modem_state_when_it_agrees() -> None:
     bench = Bench()
     bench.port.start(ControlLines(rts=False))
     assert bench.written() == INVITATION
@@ -81,7 +81,7 @@ def test_data_passes_both_ways_with_iac_doubled(bench: Bench) -> None:
 SETTINGS = [
     ("01 00 00 4b 00", "65 00 00 4b 00", Format(19200)),
     ("01 00 00 00 00", "65 00 00 25 80", Format()),  # asks
-    ("01 ff ff ff ff ff ff ff ff", "65 00 00 25 80", Format()),  # no such rate: what stays in force
+    ("01 ff ff ff ff ff ff ff ff", "65 00 00 25 80", Format()),  # no such rate: the present one stays in force
     ("01", "65 00 00 25 80", Format()),
     ("02 07", "66 07", Format(data_bits=7)),
     ("02 00", "66 08", Format()),
@@ -89,7 +89,7 @@ SETTINGS = [
     ("03 01", "67 01", Format()),
     ("03 02", "67 02", Format(parity="O")),
     ("03 03", "67 03", Format(parity="E")),
-    ("03 04", "67 01", Format()),  # mark, which this line has not
+    ("03 04", "67 01", Format()),  # mark, which this line does not have
     ("04 02", "68 02", Format(stop_bits=2)),
     ("04 03", "68 01", Format()),  # 1.5
     ("04 00", "68 01", Format()),
@@ -116,7 +116,7 @@ CONTROL = [
     ("0c", "0c"),
     ("0d", "0e"),  # inbound flow control: none
     ("0f", "0f"),  # XON/XOFF
-    ("10", "0e"),  # hardware, which this line has not
+    ("10", "0e"),  # hardware, which this line does not have
     ("11", "01"),
     ("12", "0e"),
     ("13", "01"),
@@ -300,7 +300,7 @@ def test_nothing_but_the_two_characters_is_lost_under_xon_xoff(device: list[byte
     assert b"".join(piece for piece in bench.line.take() if isinstance(piece, bytes)) == b"".join(client)
 
 
-def test_signature_is_told_when_asked(bench: Bench) -> None:
+def test_signature_is_sent_on_request(bench: Bench) -> None:
     assert bytes.fromhex(bench.com_port("00")) == b"\x64fieldrig"
     assert bench.client("ff fa 2c 00 70 79 ff f0") == ""
 

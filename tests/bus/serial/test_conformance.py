@@ -1,7 +1,7 @@
-"""What every serial bus promises, asked of each kind: at the near end a device, at the far one a device or a client.
+"""Every kind of serial bus keeps the same promises, with a device at the near end and a device or a client at the far.
 
-The far end of `serial.pty` is a program that opens a device, of `serial.tcp` a plain socket, and of `serial.rfc2217`
-pyserial's client.
+The far end of `serial.pty` is a program that opens a serial device, that of `serial.tcp` a plain socket, and that of
+`serial.rfc2217` the client of pyserial.
 """
 
 import asyncio
@@ -32,7 +32,7 @@ LIMIT_S = 20.0
 
 
 class Bench(ABC):
-    """A line with a device at its near end, `near`, and a far end of the kind's own sort."""
+    """A line with a device at its near end, `near`, and a far end that depends on the kind."""
 
     has_lines: ClassVar[bool] = True
     has_breaks: ClassVar[bool] = True
@@ -40,7 +40,7 @@ class Bench(ABC):
     def __init__(self, baud: int, run: Path) -> None:
         self.baud, self.run = baud, run
         self.near: list[SerialMessage] = []
-        """What the near end has heard."""
+        """Messages that the near end has received."""
 
     @abstractmethod
     async def open(self) -> None: ...
@@ -132,7 +132,7 @@ class Virtual(FarDevice):
 
 
 class Real(Bench):
-    """The line is run by a hub in this process, with the kind's port."""
+    """A hub in this process runs the line, with the port of the kind."""
 
     @abstractmethod
     def bus(self) -> SerialBus: ...

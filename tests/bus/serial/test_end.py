@@ -1,4 +1,4 @@
-"""An outsider's bytes are fed to the line as it takes them."""
+"""The bytes of an outside client are passed to the line as it transmits them."""
 
 import pytest
 from hypothesis import given
@@ -37,7 +37,7 @@ def test_line_is_fed_a_little_ahead(bench: Bench) -> None:
     assert bench.sent().endswith(b"x")
 
 
-def test_outsider_is_held_while_much_is_waiting(bench: Bench) -> None:
+def test_client_is_held_while_much_is_waiting(bench: Bench) -> None:
     bench.end.send(bytes(MOST_WAITING + 100))
     assert bench.room == [False]
     bench.clock.advance_to(5 * S)
@@ -67,7 +67,7 @@ def test_slow_line_is_fed_character_by_character() -> None:
     assert bench.link.take() == [b"a", b"b", b"c"]
 
 
-def test_outsider_who_leaves_takes_lines_and_format_and_waiting_bytes_along(bench: Bench) -> None:
+def test_client_that_leaves_takes_lines_and_format_and_waiting_bytes_along(bench: Bench) -> None:
     bench.end.plug_in()
     bench.end.set_format(Format(300))
     bench.end.send(bytes(100))

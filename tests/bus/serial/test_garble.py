@@ -1,4 +1,4 @@
-"""Characters received in a format they were not sent in.  Expected values were drawn by hand, bit by bit."""
+"""Characters received in another format than they were sent in.  Expected values were derived by hand, bit by bit."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""A serial line takes the time that its format says."""
+"""Characters on a serial line take the time of their format."""
 
 import itertools
 from typing import Any
@@ -102,7 +102,7 @@ def test_without_interest_only_bytes_are_heard() -> None:
     assert [message for _, _, message, to in heard(model) if to] == [b"x"]
 
 
-def test_who_does_not_listen_hears_nothing() -> None:
+def test_an_end_that_does_not_listen_gets_nothing() -> None:
     model = SerialModel(AT_1000_BAUD)
     model.join("a")
     model.join("b")
@@ -111,7 +111,7 @@ def test_who_does_not_listen_hears_nothing() -> None:
 
 
 def test_interest_in_something_else_is_refused() -> None:
-    with pytest.raises(ValueError, match="no such interest on a serial line"):
+    with pytest.raises(ValueError, match="on a serial line: expected one of"):
         line("a").listen(0, "a", ["modem"])
 
 
@@ -125,7 +125,7 @@ def test_late_listener_hears_the_present_lines_and_format_only() -> None:
     assert heard(model) == [(2 * S, "a", ControlLines(rts=False), ("b",)), (2 * S, "a", Format(300), ("b",))]
 
 
-def test_end_that_said_nothing_is_not_told_of() -> None:
+def test_an_end_that_set_nothing_is_not_reported() -> None:
     model = line("a", "b")
     assert model.next_ns() is None
 
@@ -198,7 +198,7 @@ def test_every_byte_arrives_once_in_order_and_not_faster_than_the_line(
             assert time - before >= len(chunk) * 10 * S // baud - 1
 
 
-def test_garbling_line_gives_garbage_to_who_expects_another_format() -> None:
+def test_garbling_line_gives_garbage_to_an_end_in_another_format() -> None:
     model = line("a", "b", "c", is_garbling=True)
     model.submit(0, "b", Format(2000))
     model.submit(0, "a", b"\x55")

@@ -1,4 +1,4 @@
-"""What each way into a serial line does beyond what they all promise."""
+"""The specific behaviour of each port of a serial line, beyond what all of them promise."""
 
 import asyncio
 import os
@@ -30,7 +30,7 @@ ON = ControlLines()
 
 
 class Bench:
-    """A device that hears everything on one line, run by a hub."""
+    """A device that receives everything on one line, which a hub runs."""
 
     def __init__(self, run: Path) -> None:
         self.run = run
@@ -62,7 +62,7 @@ class Bench:
 
 
 def on_both_loops(test: Callable[..., Coroutine[Any, Any, None]]) -> Any:
-    """Called with a `Bench` and fixtures, once by asyncio and once by uvloop, which the rig's processes run on."""
+    """Run a test with a `Bench` and fixtures, once with asyncio and once with uvloop, as a rig's processes do."""
 
     @pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, uvloop.new_event_loop], ids=["asyncio", "uvloop"])
     def run(new_loop: Any, tmp_path: Path, free_port: int) -> None:
@@ -95,7 +95,7 @@ async def read(client: socket.socket, count: int) -> bytes:
 async def is_hung_up(client: socket.socket) -> bool:
     try:
         return await read(client, 1) == b""
-    except ConnectionResetError:  # what it had sent was not read any more
+    except ConnectionResetError:  # the data that it had sent were not read any more
         return True
 
 
@@ -204,7 +204,7 @@ async def test_flood_into_a_pty_is_held_up_and_not_lost(bench: Bench, free_port:
 
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")  # in pyserial
 @on_both_loops
-async def test_pyserial_sets_the_format_and_is_told_of_the_modem_lines(bench: Bench, free_port: int) -> None:
+async def test_pyserial_sets_the_format_and_gets_the_modem_lines(bench: Bench, free_port: int) -> None:
     await bench.open(SerialRfc2217("com1", SerialRfc2217Settings(listen=f"127.0.0.1:{free_port}")))
     bench.send(ControlLines(dtr=True, rts=False))
     url = f"rfc2217://127.0.0.1:{free_port}"
@@ -214,7 +214,7 @@ async def test_pyserial_sets_the_format_and_is_told_of_the_modem_lines(bench: Be
         assert (port.cts, port.dsr, port.cd, port.ri) == (False, True, True, False)
         await asyncio.to_thread(setattr, port, "baudrate", 300)
         await bench.until(lambda: Format(300, 7, "E", 2) in bench.heard)
-        await asyncio.to_thread(setattr, port, "rtscts", True)  # held: our RTS is off
+        await asyncio.to_thread(setattr, port, "rtscts", True)  # held, as RTS of this end is off
         await asyncio.to_thread(port.write, b"held")
         bench.send(ControlLines(ri=True))
         await bench.until(lambda: port.cts and port.ri)
@@ -227,7 +227,7 @@ async def test_pyserial_sets_the_format_and_is_told_of_the_modem_lines(bench: Be
 
 
 @on_both_loops
-async def test_rfc2217_port_takes_whatever_bytes_come(bench: Bench, free_port: int) -> None:
+async def test_rfc2217_port_accepts_any_bytes(bench: Bench, free_port: int) -> None:
     await bench.open(SerialRfc2217("com1", SerialRfc2217Settings(listen=f"127.0.0.1:{free_port}", paced=False)))
     with connect(free_port) as client:
         client.sendall(b"\xff\xf0\xff\xfa\xff\xf0\xff\xfa\x2c\x01\xff\xf0\xff\xfa\x2c\x05\x05\xff\xf0\xff\xfc\xf1")

@@ -1,4 +1,4 @@
-"""Telnet commands told apart from data (RFC 854), options agreed on (RFC 1143)."""
+"""Separation of Telnet commands and data (RFC 854), and negotiation of options (RFC 1143)."""
 
 import pytest
 from hypothesis import given
@@ -22,7 +22,7 @@ from fieldrig_bus.serial.telnet import (
 
 
 def read(*pieces: bytes) -> list[Event]:
-    """Events, with data that came in several pieces put together."""
+    """Events, with consecutive pieces of data joined."""
     reader = TelnetReader()
     events: list[Event] = []
     for event in (event for piece in pieces for event in reader.feed(piece)):
@@ -42,14 +42,17 @@ STREAMS: list[tuple[str, list[Event]]] = [
     ("61 ff f1 62 ff f6 63", [b"abc"]),  # NOP and AYT are of no interest
     ("ff fa 2c 01 00 00 25 80 ff f0 61", [Subnegotiation(44, bytes.fromhex("01 00 00 25 80")), b"a"]),
     ("ff fa 2c 0b ff ff ff f0", [Subnegotiation(44, b"\x0b\xff")]),
-    ("ff fa ff f0 61", [b"a"]),  # an empty one says nothing
+    ("ff fa ff f0 61", [b"a"]),  # an empty one has no effect
     ("ff f0 61", [b"a"]),  # an end without a beginning
-    ("ff fa 2c 01 ff fd 00 61", [Negotiation(DO, BINARY), b"a"]),  # a command where none may be: the first is given up
+    (
+        "ff fa 2c 01 ff fd 00 61",
+        [Negotiation(DO, BINARY), b"a"],
+    ),  # a command that is not allowed there: the first is given up
 ]
 
 
 @pytest.mark.parametrize(("stream", "events"), STREAMS)
-def test_stream_is_told_apart(stream: str, events: list[Event]) -> None:
+def test_stream_is_separated(stream: str, events: list[Event]) -> None:
     data = bytes.fromhex(stream)
     assert read(data) == events
     assert read(*(data[at : at + 1] for at in range(len(data)))) == events
@@ -80,7 +83,7 @@ def test_subnegotiation_comes_back(option: int, body: bytes) -> None:
 
 
 class Wire:
-    """Options with BINARY for both sides, and what they answered."""
+    """Options with BINARY for both sides, and their answers."""
 
     def __init__(self) -> None:
         self.written = b""

@@ -1,4 +1,4 @@
-"""candump's log.  The lines are from `candump -L` and the manual page of can-utils' log formats."""
+"""Log files of candump.  The lines are from `candump -L` and the manual page of can-utils' log formats."""
 
 import contextlib
 import io
@@ -78,7 +78,7 @@ def test_error_frames_are_skipped() -> None:
 
 @pytest.mark.parametrize("line", ["hello", "(x) can0 123#", "(1.0) can0 123#zz", "(1.0) can0 123", "(1) can0 FFF#01"])
 def test_wrong_line_is_named(line: str) -> None:
-    with pytest.raises(RigError, match="line 2 is not one of candump's"):
+    with pytest.raises(RigError, match="line 2 is not a line of candump"):
         read(f"(1.0) can0 123#01\n{line}\n")
 
 

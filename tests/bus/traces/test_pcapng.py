@@ -135,7 +135,7 @@ def test_modbus_message_is_a_tcp_segment() -> None:
 
 
 def ones_complement_sum(data: bytes) -> int:
-    """With its checksum in place, what is right adds up to all ones (RFC 1071)."""
+    """With a correct checksum in place, the sum of all words is all ones (RFC 1071)."""
     total = sum(data[0::2]) * 256 + sum(data[1::2])
     while total > 0xFFFF:
         total = (total & 0xFFFF) + (total >> 16)
@@ -179,7 +179,7 @@ def test_foreign_captures_are_read() -> None:
         block = section.new_member(
             blocks.EnhancedPacket,
             interface_id=interface.interface_id,
-            timestamp_low=1_500_000,  # microseconds, where nothing else is said
+            timestamp_low=1_500_000,  # microseconds by default
             packet_data=packet,
         )
         entries = list(pcapng._entries(block, 0))
@@ -214,7 +214,7 @@ def test_damaged_file_is_no_fault_of_ours(at: int, patch: bytes) -> None:
 
 @pytest.mark.parametrize("data", [b"hello, world", FILE[:-5], b"\xd4\xc3\xb2\xa1" + bytes(20)])
 def test_what_is_no_capture_is_said_to_be_none(data: bytes) -> None:
-    with pytest.raises(RigError, match="no pcapng file, or a damaged one"):
+    with pytest.raises(RigError, match="damaged, or not a pcapng file"):
         read(data)
 
 
@@ -230,7 +230,7 @@ def test_every_modbus_message_comes_back(sent: list[tuple[ModbusMessage, str]]) 
     assert read(written(*entries)) == entries
 
 
-def test_an_address_option_that_is_too_short_is_told() -> None:
+def test_an_address_option_that_is_too_short_is_reported() -> None:
     """pcapng, 4.2: the option if_IPv4addr (4) has 8 octets, here 4."""
     section = "0a0d0d0a 1c000000 4d3c2b1a 01000000 ffffffffffffffff 1c000000"
     interface = "01000000 20000000 e3000000 00000000 0400 0400 7f000001 00000000 20000000"

@@ -13,8 +13,8 @@ from fieldrig_bus.ring.transport.wire import HEAD, SEQUENCES
 
 CYCLE_HEAD: Final = struct.Struct("<IHB")
 """After the head of every ring: number, where the MST ends in the message, and 0 if the MDT is all that follows."""
-_MORE: Final = struct.Struct("<HH?")  # lengths of MDT and answers, and whether stations are listed behind them
-_LISTED: Final = struct.Struct("<BB")  # what it hears, length of its name
+_MORE: Final = struct.Struct("<HH?")  # lengths of MDT and answers, and whether a list of stations follows
+_LISTED: Final = struct.Struct("<BB")  # telegrams that it hears, length of its name
 _START: Final = HEAD.size + CYCLE_HEAD.size
 _MST, _MDT = 1, 2
 
@@ -26,7 +26,7 @@ class Spread(NamedTuple):
     instant_ns: int
     """The instant by the clock of the master's machine."""
     heard: Sequence[Heard]
-    """What stations hear; without names, all stations hear it."""
+    """Cycles with the stations that hear them; without names, all stations hear the cycle."""
     answers: bytes
     """The `Answers` of the cycle, encoded, if any member observes."""
 
@@ -55,7 +55,7 @@ def _listed(heard: Sequence[Heard]) -> bytes:
 
 
 def decode_spread(data: bytes) -> Spread:
-    """ValueError for anything that `encode_spread` doesn't write."""
+    """The inverse of `encode_spread`.  ValueError for anything else."""
     try:
         sequence, instant_ns = HEAD.unpack_from(data)
         number, mst_end, is_more = CYCLE_HEAD.unpack_from(data, HEAD.size)
@@ -83,7 +83,7 @@ def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
         hears, length = _LISTED.unpack_from(rows, start)
         start += _LISTED.size + length
         if start > len(rows):
-            raise ValueError("in a cycle the name of a station is cut short")
+            raise ValueError("the name of a station in a cycle is cut short")
         groups.setdefault(hears, []).append(rows[start - length : start].decode())
     return [
         (Cycle(number, mst if hears & _MST else b"", mdt if hears & _MDT else b""), names)

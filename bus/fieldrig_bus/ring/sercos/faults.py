@@ -1,7 +1,7 @@
-"""Faults of a fibre ring: what they may be told.
+"""Faults that can be injected into a SERCOS ring, and their settings.
 
-A fault says where (a segment, by the station that it leaves; or a station), what, when and how long (`start_ms`,
-`duration_ms`) and how often (`count`, `probability`).  Healing is clearing the fault, or its end.
+A fault says where (a segment, by the station that it leaves; or a station), what, when and for how long (`start_ms`,
+`duration_ms`) and how often (`count`, `probability`).  It ends when it is cleared, or after its duration.
 """
 
 from collections.abc import Mapping
@@ -14,27 +14,29 @@ from fieldrig.faults import Timed
 from fieldrig_bus.ring.breaks import Break, Off
 
 
-class _Struck(Timed):
-    count: int | None = Field(default=None, ge=1, description="telegrams that it strikes; left out: any number")
-    probability: float = Field(default=1.0, gt=0, le=1, description="of striking a telegram that fits")
+class _TelegramFault(Timed):
+    count: int | None = Field(default=None, ge=1, description="number of telegrams; left out: any number")
+    probability: float = Field(default=1.0, gt=0, le=1, description="probability for each telegram")
 
 
-class Distort(_Struck):
-    """Telegrams come with a wrong FCS, and so not at all."""
+class Distort(_TelegramFault):
+    """Telegrams have a wrong FCS, so they do not arrive."""
 
     what: Literal["distort"]
-    after: str | None = Field(default=None, description="a segment: MST and MDT behind it, ATs from before it")
-    station: str | None = Field(default=None, description="one station: what it hears, and its AT")
-    telegram: Literal["mst", "mdt", "at"] | None = Field(default=None, description="left out: any")
+    after: str | None = Field(
+        default=None, description="a segment: it concerns MST and MDT behind it, and ATs from before it"
+    )
+    station: str | None = Field(default=None, description="one station: it concerns what the station hears, and its AT")
+    telegram: Literal["mst", "mdt", "at"] | None = Field(default=None, description="the telegram; left out: any")
 
     @model_validator(mode="after")
     def _check_place(self) -> "Distort":
         if (self.after is None) == (self.station is None):
-            raise ValueError("where: give either after, a segment, or station")
+            raise ValueError("where: expected either after (a segment) or station")
         return self
 
 
-class Late(_Struck):
+class Late(_TelegramFault):
     """A station's AT is not ready when its slot comes."""
 
     what: Literal["late"]

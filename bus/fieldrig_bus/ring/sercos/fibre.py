@@ -127,12 +127,16 @@ class Fibre:
     def listen(self, name: str, interest: Sequence[Any] | None) -> None:
         """`["master"]`; `[["drive", ADDRESS], ...]`; None: hear everything, without being a station."""
         words = [] if interest is None else list(interest)
-        station = self.stations[name]
-        station.addresses = tuple(word[1] for word in words if word != MASTER)
-        station.address = station.addresses[0] if station.addresses else -1
         if MASTER in words:
             self._topology.master = name
-        if interest is None and name not in self.observers:
+        self.answer_at(name, None if interest is None else [word[1] for word in words if word != MASTER])
+
+    def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
+        """The member is a station with these addresses from now on; None: it observes."""
+        station = self.stations[name]
+        station.addresses = tuple(addresses or ())
+        station.address = station.addresses[0] if station.addresses else -1
+        if addresses is None and name not in self.observers:
             self.observers.append(name)
         self._layout = None
 
@@ -236,7 +240,7 @@ class Fibre:
         ]
 
     def _spoilt(self, now_ns: int, number: int, telegram: str) -> list[Distort]:
-        """Where this telegram of the master is distorted."""
+        """The faults that distort this telegram of the master."""
         places = []
         for fault in self._on(now_ns, Distort):
             if fault.settings.telegram in (None, telegram) and fault.happens(number << 16 ^ _KIND[telegram]):
@@ -245,14 +249,14 @@ class Fibre:
         return places
 
     def _is_at_distorted(self, now_ns: int, number: int, station: Station) -> bool:
-        is_struck = False
+        is_distorted = False
         for fault in self._on(now_ns, Distort):
             if fault.settings.telegram not in (None, _AT) or not self._lies_at(fault.settings, station, _AT):
                 continue
             if fault.happens(number << 16 ^ station.place << 2 ^ _KIND[_AT]):
                 fault.applied += 1
-                is_struck = True
-        return is_struck
+                is_distorted = True
+        return is_distorted
 
     def _lies_at(self, settings: Distort, station: Station, telegram: str) -> bool:
         if settings.station is not None:

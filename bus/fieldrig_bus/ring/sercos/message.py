@@ -1,9 +1,9 @@
-"""What a ring carries, as the interface chips at both ends of the fibre report it.
+"""Telegrams of a SERCOS ring, as the interface chips at both ends of the fibre report them.
 
-Source: IEC 61491 (SERCOS I/II) by its public facts.  Between the fibre and a station's program stands a chip (SERCON):
-it repeats what passes, checks the FCS, and sends the AT that lies in its buffer in its slot after the next MST.  So a
-drive has one event a cycle, and leaves one AT.  Telegrams are bytes as on the fibre, address first; delimiters,
-stuffing and FCS are the chip's affair: a telegram with a wrong FCS does not arrive.
+Source: IEC 61491 (SERCOS I/II) by its public facts.  Between the fibre and a station's program is a chip (SERCON): it
+repeats what passes, checks the FCS, and sends the AT from its buffer in its slot after the next MST.  So a drive has
+one event per cycle, and leaves one AT.  Telegrams are bytes as on the fibre, address first.  The chip handles
+delimiters, stuffing and FCS: a telegram with a wrong FCS does not arrive.
 """
 
 import struct
@@ -18,25 +18,25 @@ BROADCAST: Final = 0xFF
 
 @dataclass(frozen=True, slots=True)
 class Mst:
-    """Master: begin a cycle.  The ATs follow, as `Answers`, and then the master's MDT."""
+    """The master begins a cycle.  The ATs follow, as `Answers`, and then the master's MDT."""
 
     number: int
-    """Counts cycles; it is not on the fibre."""
+    """Number of the cycle, which is not on the fibre."""
     data: bytes
     """Address FFh and the phase."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mdt:
-    """Master: the MDT of the cycle that it began, after it has heard the ATs; b"" if there is none."""
+    """The master sends the MDT of the cycle that it began, after it has heard the ATs; b"" if there is none."""
 
     data: bytes
-    """Address and data records: of one drive in CP1 and CP2, of all from CP3 on."""
+    """Address and data records: those of one drive in CP1 and CP2, those of all drives from CP3 on."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """To drives, at the end of the MDT: one communication cycle as they heard it.  A telegram that failed is b""."""
+    """One communication cycle as drives heard it, delivered at the end of the MDT.  A telegram that failed is b""."""
 
     number: int
     mst: bytes
@@ -45,35 +45,35 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """To the master: the ATs of one cycle, in the order of the ring; those that failed are not there."""
+    """The ATs of one cycle in the order of the ring, for the master.  ATs that failed are missing."""
 
     number: int
     ats: tuple[bytes, ...]
     ring_closed: bool
-    """Whether the master's own MST came round."""
+    """True if the master's own MST came round."""
     errors: int = 0
-    """Telegrams that came with a wrong FCS."""
+    """Telegrams that arrived with a wrong FCS."""
     late: int = 0
-    """Stations whose AT was not ready in time: the ring knows, the real master would see them missing."""
+    """Stations whose AT was not ready in time.  The ring knows them; a real master would see the ATs missing."""
 
 
 At = bytes
-"""Drive to its chip: address and data, sent once, after the next MST."""
+"""A drive's AT for its chip: address and data, sent once, after the next MST."""
 
 RingMessage = Mst | Mdt | Cycle | Answers | bytes
 
 _CYCLE, _ANSWERS, _AT, _MST, _MDT = range(5)
-_HEAD: Final = struct.Struct("<BIBH")  # sort, number, length of the MST, length of the MDT
-_MST_HEAD: Final = struct.Struct("<BI")  # sort, number
-_ANSWERS_HEAD: Final = struct.Struct("<BI?HH")  # sort, number, ring closed, errors, late
+_HEAD: Final = struct.Struct("<BIBH")  # kind, number, length of the MST, length of the MDT
+_MST_HEAD: Final = struct.Struct("<BI")  # kind, number
+_ANSWERS_HEAD: Final = struct.Struct("<BI?HH")  # kind, number, ring closed, errors, late
 
 
 LONGEST: Final = 0xFFFF
-"""Bytes of a telegram: what a length in a record can say, and more than a ring has time for in a cycle."""
+"""Largest telegram, in bytes: what the length in a record can express, and more than a cycle has time for."""
 
 
 def check_sent(message: Any) -> None:
-    """TypeError or ValueError for what no station can send.  `Cycle` and `Answers` are the ring's own words."""
+    """Raise TypeError or ValueError for what no station can send.  Only the ring sends `Cycle` and `Answers`."""
     if type(message) is bytes:
         data, shortest = message, 0
     elif type(message) is Mdt:
@@ -83,7 +83,7 @@ def check_sent(message: Any) -> None:
         if type(message.number) is not int:
             raise TypeError(f"number: expected int, found {type(message.number).__name__}")
         if message.number < 0:
-            raise ValueError(f"number {message.number}: expected one that counts")
+            raise ValueError(f"number {message.number}: expected 0 or more")
     else:
         raise TypeError(f"expected an Mst, Mdt, or the bytes of an AT, found {type(message).__name__}")
     if type(data) is not bytes:
@@ -93,7 +93,7 @@ def check_sent(message: Any) -> None:
 
 
 def check_interest(interest: Any) -> None:
-    """`["master"]`; `[["drive", ADDRESS], ...]`; None.  TypeError or ValueError for anything else."""
+    """Raise TypeError or ValueError for any interest but `["master"]`, `[["drive", ADDRESS], ...]` and None."""
     for word in words_of(interest):
         match word:
             case "master":
@@ -118,18 +118,18 @@ def encode(message: RingMessage) -> bytes:
 
 
 def decode(data: bytes) -> RingMessage:
-    """ValueError for anything that `encode` doesn't write."""
-    sort = data[:1]
+    """The inverse of `encode`.  ValueError for anything else."""
+    kind = data[:1]
     try:
-        if sort == bytes((_AT,)):
+        if kind == bytes((_AT,)):
             return data[1:]
-        if sort == bytes((_MDT,)):
+        if kind == bytes((_MDT,)):
             return Mdt(data[1:])
-        if sort == bytes((_MST,)):
+        if kind == bytes((_MST,)):
             return Mst(_MST_HEAD.unpack_from(data)[1], data[_MST_HEAD.size :])
-        if sort == bytes((_CYCLE,)):
+        if kind == bytes((_CYCLE,)):
             return _decoded_cycle(data)
-        if sort == bytes((_ANSWERS,)):
+        if kind == bytes((_ANSWERS,)):
             return _decoded_answers(data)
     except struct.error as cause:
         raise ValueError(f"a ring message is cut short: {data.hex(' ')}") from cause
@@ -140,7 +140,7 @@ def _decoded_cycle(data: bytes) -> Cycle:
     _, number, mst, mdt = _HEAD.unpack_from(data)
     start = _HEAD.size
     if len(data) != start + mst + mdt:
-        raise ValueError(f"a cycle of {len(data)} bytes says it has {start + mst + mdt}")
+        raise ValueError(f"a cycle of {len(data)} bytes: expected {start + mst + mdt}, as its lengths say")
     return Cycle(number, data[start : start + mst], data[start + mst :])
 
 

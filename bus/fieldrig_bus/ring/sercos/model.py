@@ -1,6 +1,6 @@
-"""The fibre ring as a function of time: when what `fibre` says is heard.
+"""The SERCOS ring as a function of time: the instants at which the telegrams of `fibre` are heard.
 
-A drive hears of a cycle at the end of the MDT, the master at the end of the last AT's slot.
+A drive hears a cycle at the end of the MDT, and the master hears the ATs at the end of the last slot.
 """
 
 import logging
@@ -17,18 +17,21 @@ from fieldrig_bus.ring.sercos.message import Mdt, Mst, RingMessage
 log = logging.getLogger(__name__)
 
 RING: Final = "ring"
-"""Who sends the `Answers`."""
+"""The sender of `Answers` in traces."""
 
 
 class RingModel(BusModel[RingMessage]):
+    """One SERCOS ring."""
+
     def __init__(
         self, order: Sequence[str], mbaud: int, bypassed: Iterable[str] = (), faults: Iterable[RingFault] = ()
     ) -> None:
-        """`order` names the stations; those that it doesn't name follow as they join."""
+        """`order` names stations; stations that it does not name follow in the order of joining."""
         self.fibre = Fibre(order, mbaud, bypassed, faults)
         self._due: list[Delivery[RingMessage]] = []
         self._over_ns = 0
-        """When the last cycle that has ended is heard: a master that begins the next before doesn't overtake it."""
+        """The instant at which the last cycle that has ended is heard.  A master that begins the next one earlier can't
+        overtake it."""
 
     def begin(self, now_ns: int, random: Random) -> None:
         self.fibre.begin(now_ns, random)
@@ -46,7 +49,7 @@ class RingModel(BusModel[RingMessage]):
         fibre = self.fibre
         if message.__class__ is bytes:
             station = fibre.stations[member]
-            if message and message[0] == station.address:  # as `lay` does; there are many
+            if message and message[0] == station.address:  # as `lay` does, without the call
                 station.at = message
             else:
                 station.lay(message)
@@ -55,7 +58,7 @@ class RingModel(BusModel[RingMessage]):
         elif isinstance(message, Mst):
             self._end_cycle(now_ns, b"")
             answers = fibre.begin_cycle(now_ns, message)
-            self._tell(fibre.until_ns, RING, answers, (member,))
+            self._schedule(fibre.until_ns, RING, answers, (member,))
         elif isinstance(message, Mdt):
             self._end_cycle(now_ns, message.data)
 
@@ -63,7 +66,7 @@ class RingModel(BusModel[RingMessage]):
         return self._due[0].time_ns if self._due else None
 
     def collect(self, now_ns: int) -> list[Delivery[RingMessage]]:
-        due = [one for one in self._due if one.time_ns <= now_ns]
+        due = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
         del self._due[: len(due)]
         return due
 
@@ -73,12 +76,12 @@ class RingModel(BusModel[RingMessage]):
         if heard:
             self._over_ns = max(self._over_ns, fibre.until_ns)
         for cycle, names in heard:
-            self._tell(self._over_ns, fibre.master or "", cycle, names)
+            self._schedule(self._over_ns, fibre.master or "", cycle, names)
 
-    def _tell(self, when_ns: int, sender: str, message: RingMessage, receivers: Sequence[str]) -> None:
+    def _schedule(self, when_ns: int, sender: str, message: RingMessage, receivers: Sequence[str]) -> None:
         observers = self.fibre.observers
         delivery = Delivery(when_ns, sender, message, (*receivers, *observers) if observers else receivers)
-        insort(self._due, delivery, key=lambda one: one.time_ns)
+        insort(self._due, delivery, key=lambda due: due.time_ns)
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         return self.fibre.add_fault(now_ns, fault)

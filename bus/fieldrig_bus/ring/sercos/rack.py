@@ -12,7 +12,7 @@ class DriveRack(Rack["Cycle | tuple[Spread, RingMessage | None]"]):
     """The rack of one process.  A cycle that all drives hear alike, which nearly all are, takes a short way."""
 
     def read(self, data: bytes) -> "Cycle | tuple[Spread, RingMessage | None]":
-        """The cycle that all drives hear; otherwise who hears what, and the master's answers for observers."""
+        """The cycle that all drives hear; otherwise what each station hears, and the answers for observers."""
         if len(data) >= _START:
             number, mst_end, is_more = CYCLE_HEAD.unpack_from(data, HEAD.size)
             if not is_more and _START <= mst_end <= len(data):

@@ -1,7 +1,7 @@
-"""`ring.virtual`: the fibre ring in virtual time.  What the medium does is in `model`."""
+"""`ring.virtual`: the SERCOS ring in virtual time.  `model` is the medium."""
 
-from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Collection, Hashable, Iterator, Sequence
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -9,24 +9,26 @@ from fieldrig.bus import ModelBus, Time
 from fieldrig.settings import Settings, WrongKey
 from fieldrig.wording import closest
 from fieldrig_bus.ring.breaks import MASTER
-from fieldrig_bus.ring.sercos import message
-from fieldrig_bus.ring.sercos.faults import MODELS, RingFault, place_of
-from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage
+from fieldrig_bus.ring.sercos.family import SercosFamily
+from fieldrig_bus.ring.sercos.faults import RingFault, place_of
+from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.ring.sercos.model import RingModel
 
 
 class RingSettings(Settings):
-    mbaud: Literal[2, 4, 8, 16] = Field(default=4, description="MBaud on the fibre")
+    """Settings that every SERCOS ring has."""
+
+    mbaud: Literal[2, 4, 8, 16] = Field(default=4, description="bit rate on the fibre, in Mbit/s")
     order: list[str] = Field(
-        default=[], description="drives as the fibre passes them; those left out follow in the order of the file"
+        default=[], description="drives in the order of the fibre; drives left out follow in the order of the file"
     )
     bypassed: list[str] = Field(
         default=[], description="stations with an optical bypass: without power they don't open the ring"
     )
-    faults: list[RingFault] = Field(default=[], description="that the ring has from the start")
+    faults: list[RingFault] = Field(default=[], description="faults that the ring has from the start")
 
     def leads_to(self, what: str, value: Hashable) -> bool:
-        """A fibre has no end outside the rig."""
+        """Return False: a fibre has no end outside the rig."""
         return False
 
     def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
@@ -50,19 +52,10 @@ def _wrong_name(path: tuple[str | int, ...], name: str, known: Sequence[str]) ->
         yield WrongKey(path, f'this ring has no station "{name}"', closest(name, list(known)))
 
 
-class RingVirtual(ModelBus[RingMessage]):
+class RingVirtual(SercosFamily, ModelBus[RingMessage]):
     about: ClassVar[str] = "SERCOS fibre ring, in virtual time"
     times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
-    family: ClassVar[str] = "ring"
-    messages: ClassVar[tuple[type, ...]] = (Mst, Mdt, Cycle, Answers, bytes)
-    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: RingSettings
-
-    encode = staticmethod(message.encode)
-    decode = staticmethod(message.decode)
-    show = staticmethod(message.show)
-    check = staticmethod(message.check_sent)
-    check_interest = staticmethod(message.check_interest)
 
     def __init__(self, name: str, settings: RingSettings) -> None:
         super().__init__(name, settings)

@@ -1,1 +1,1 @@
-"""What the rings in real time have in common: how cycles and answers get from process to process."""
+"""Transport of cycles and answers between processes, for rings of any kind in real time."""

@@ -1,4 +1,4 @@
-"""What the rings in real time have in common: the master's process hosts the centre, the others reach it.
+"""Base of the rings in real time: the master's process hosts the centre, and the others reach it.
 
 A process becomes the master's when a device in it begins to listen as master.  Until then, and whenever that process is
 gone, stations hear nothing; their own supervision detects it.
@@ -48,7 +48,7 @@ class Line(Protocol):
 
 
 class Carrier(Protocol):
-    """What connects the processes of a ring: shared memory, or Zenoh."""
+    """The connection between the processes of a ring: shared memory, or Zenoh."""
 
     def reach(self, at: Attachment, rack: Rack[Any]) -> Line:
         """Begin to look for the centre in another process."""
@@ -63,7 +63,7 @@ class StarEnd(Generic[M]):
     def __init__(self, bus: "StarBus[M]", at: Attachment) -> None:
         self._bus, self.at = bus, at
         self.patience_ns = bus.settings.patience_ms * MS
-        """How long late answers are tolerated (`PatientLink`)."""
+        """Time for which late answers are tolerated (`PatientLink`)."""
         self._rack, self._member = bus.rack(at), at.member
 
     def send(self, message: M) -> None:

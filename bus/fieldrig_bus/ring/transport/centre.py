@@ -11,7 +11,7 @@ import logging
 import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
 from fieldrig.bus import Attachment
@@ -50,8 +50,8 @@ class Ring(Protocol):
     def leave(self, name: str) -> None:
         """A member leaves."""
 
-    def listen(self, name: str, interest: list[Any] | None) -> None:
-        """What the member hears from now on, in the words of the bus."""
+    def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
+        """The member is a station with these addresses from now on; None: it observes."""
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Counters by name with unit."""
@@ -67,13 +67,13 @@ class Ring(Protocol):
 
 
 class Spokes(Protocol):
-    """What carries the messages between the centre and other processes."""
+    """The centre's side of the transport to other processes."""
 
     def spread(self, message: bytes, hung: Collection[str]) -> None:
         """Send to all processes but those that stand still.  It never blocks."""
 
     def gather(self) -> Iterable[tuple[str, bytes]]:
-        """What has come back since the last call: the process, and its message."""
+        """Take the messages that have come back since the last call, each with its process."""
 
     def close(self) -> None:
         """Disconnect from all processes."""
@@ -142,12 +142,12 @@ class Centre(ABC):
 
     # ---- stations
 
-    def announce(self, who: str, stations: Stations) -> None:
-        """The process `who` has these stations, and no others."""
+    def announce(self, process_name: str, stations: Stations) -> None:
+        """The process `process_name` has these stations, and no others."""
         if not stations:
-            self.lose(who)
+            self.lose(process_name)
             return
-        process = self._processes.setdefault(who, _Process(self._sequence))
+        process = self._processes.setdefault(process_name, _Process(self._sequence))
         kept = {name for name, _ in stations}
         for name in process.names:
             if name not in kept:
@@ -155,7 +155,7 @@ class Centre(ABC):
         process.names = [name for name, _ in stations]
         for name, addresses in stations:
             if name == self._at.member:
-                log.warning("%s: %s is the master of the ring, and no drive of %s", self._bus, name, who)
+                log.warning("%s: %s is the master of the ring, and no station of %s", self._bus, name, process_name)
                 continue
             former = self._owners.get(name)
             if former is None:
@@ -163,17 +163,17 @@ class Centre(ABC):
             elif former is not process:
                 former.telegrams.pop(self._ring.stations[name], None)
             self._owners[name] = process
-            self._ring.listen(name, None if addresses is None else [["drive", address] for address in addresses])
+            self._ring.answer_at(name, addresses)
         for other in self._processes.values():
             other.stations = [
                 self._ring.stations[name] if self._owners.get(name) is other else None for name in other.names
             ]
 
-    def lose(self, who: str) -> None:
-        """The process `who` is gone."""
-        process = self._processes.pop(who, None)
-        self._hung.pop(who, None)
-        self._awaited.pop(who, None)
+    def lose(self, process_name: str) -> None:
+        """The process `process_name` is gone."""
+        process = self._processes.pop(process_name, None)
+        self._hung.pop(process_name, None)
+        self._awaited.pop(process_name, None)
         if process is not None:
             for name in process.names:
                 self._forget(name, process)
@@ -184,20 +184,20 @@ class Centre(ABC):
             process.telegrams.pop(self._ring.stations[name], None)
             self._ring.leave(name)
 
-    def take(self, who: str, data: bytes) -> None:
-        """Handle what came back from the process `who`."""
-        process = self._processes.get(who)
+    def take(self, process_name: str, data: bytes) -> None:
+        """Handle what came back from the process `process_name`."""
+        process = self._processes.get(process_name)
         if process is None:
             return
         try:
             process.done, instant_ns, telegrams = decode_back(data)
         except ValueError as fault:
-            log.debug("%s: %s: %s", self._bus, who, fault)
+            log.debug("%s: %s: %s", self._bus, process_name, fault)
             return
         if instant_ns > self._done_ns:
             self._done_ns = instant_ns
         if process.done == self._sequence:
-            self._awaited.pop(who, None)
+            self._awaited.pop(process_name, None)
             process.late_ns = None
         stations = process.stations
         for place, telegram in telegrams:
@@ -239,23 +239,23 @@ class Centre(ABC):
 
     def _gather(self) -> None:
         if self._spokes is not None:
-            for who, data in self._spokes.gather():
-                self.take(who, data)
+            for process_name, data in self._spokes.gather():
+                self.take(process_name, data)
 
     def _count_late(self) -> int:
         """Stations whose process is not done with the previous cycle."""
         if self._hung:
             self._look_after_hung()
         late, sequence = 0, self._sequence
-        for who, process in self._awaited.items():
+        for process_name, process in self._awaited.items():
             behind = (sequence - process.done) % SEQUENCES
             self._most_behind = max(self._most_behind, behind)
             for name in process.names:
                 self._late[name] = self._late.get(name, 0) + 1
             late += len(process.names)
-            if who not in self._hung and behind >= MOST_BEHIND:
-                log.debug("%s: %s is %d cycles behind and is sent nothing", self._bus, who, MOST_BEHIND)
-                self._hung[who] = sequence
+            if process_name not in self._hung and behind >= MOST_BEHIND:
+                log.debug("%s: %s is %d cycles behind and is sent nothing", self._bus, process_name, MOST_BEHIND)
+                self._hung[process_name] = sequence
         return late
 
     def _repeat_telegrams(self, is_repeating: bool) -> None:
@@ -273,12 +273,12 @@ class Centre(ABC):
 
     def _look_after_hung(self) -> None:
         """Find the processes that stood still and have now done what they were sent."""
-        for who, sent in tuple(self._hung.items()):
-            process = self._processes[who]
+        for process_name, sent in tuple(self._hung.items()):
+            process = self._processes[process_name]
             if self._is_done(process, sent):
-                log.debug("%s: %s is back", self._bus, who)
-                del self._hung[who]
-                self._awaited.pop(who, None)
+                log.debug("%s: %s is back", self._bus, process_name)
+                del self._hung[process_name]
+                self._awaited.pop(process_name, None)
                 process.done, process.late_ns = self._sequence, None
 
     @staticmethod
@@ -292,7 +292,11 @@ class Centre(ABC):
         """Processes that are not done with what they were sent."""
         self._gather()
         sequence, hung = self._sequence, self._hung
-        return [who for who, process in self._awaited.items() if not self._is_done(process, hung.get(who, sequence))]
+        return [
+            process_name
+            for process_name, process in self._awaited.items()
+            if not self._is_done(process, hung.get(process_name, sequence))
+        ]
 
     @property
     def is_observed(self) -> bool:

@@ -1,8 +1,8 @@
 """Messages in shared memory: one writer, any number of readers, no lock.
 
-A log of the last messages in slots of one size.  A slot holds number, length and CRC of its message; the header holds
-the number of the newest one.  A reader that was overtaken, or reads while the slot is written, sees a wrong number or
-CRC and passes the message over: so it needs no promise of the processor about the order of stores.
+An image is a log of the last messages in slots of equal size.  A slot holds number, length and CRC of its message; the
+header holds the number of the newest message.  A reader that was overtaken, or that reads while the slot is written,
+sees a wrong number or CRC and skips the message, so it does not depend on the processor's order of stores.
 """
 
 import mmap
@@ -15,35 +15,36 @@ from zlib import crc32
 SLOTS: Final = 16
 _NEWEST: Final = struct.Struct("<I")
 _HEAD: Final = struct.Struct("<III")  # number, length, CRC-32
-_START: Final = 64  # of the slots: the header has a cache line of its own
+_START: Final = 64  # of the slots, so that the header has a cache line of its own
 _32: Final = 0xFFFF_FFFF
 
 
 class Image:
-    """Over a file descriptor, which is its own from now on; the file is as long as it has to be."""
+    """A log of messages in the file of a descriptor, which the image owns from now on."""
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
         self._map = mmap.mmap(fd, 0)
         self._slot = (len(self._map) - _START) // SLOTS
         self.number = 0
-        """Of the newest message that was written, or read, here."""
+        """Number of the newest message that was written, or read, by this object."""
 
     @classmethod
     def make(cls, name: str, longest: int) -> "Image":
-        """A new one for messages of at most `longest` bytes.  OSError where the system has no memfd."""
+        """A new image for messages of at most `longest` bytes.  OSError where the system has no memfd."""
         fd = os.memfd_create(name, os.MFD_CLOEXEC)
         os.ftruncate(fd, _START + SLOTS * (_HEAD.size + longest))
         return cls(fd)
 
     def close(self) -> None:
+        """Release the memory and the descriptor."""
         self._map.close()
         os.close(self.fd)
 
     def write(self, message: bytes) -> None:
-        """ValueError if it is too long."""
+        """Write a message.  ValueError if it is too long."""
         if len(message) > self._slot - _HEAD.size:
-            raise ValueError(f"a message of {len(message)} bytes; the longest may have {self._slot - _HEAD.size}")
+            raise ValueError(f"a message of {len(message)} bytes: expected at most {self._slot - _HEAD.size}")
         self.number = number = self.number + 1 & _32
         start = _START + number % SLOTS * self._slot
         self._map[start : start + _HEAD.size + len(message)] = (
@@ -52,7 +53,7 @@ class Image:
         _NEWEST.pack_into(self._map, 0, number)
 
     def read(self) -> Iterator[bytes]:
-        """What was written since the last call, as far as it is still there."""
+        """Messages written since the last call, as far as they are still there."""
         (newest,) = _NEWEST.unpack_from(self._map)
         unread = newest - self.number & _32
         if unread > SLOTS:

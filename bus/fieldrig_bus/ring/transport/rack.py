@@ -27,7 +27,7 @@ class RackStation:
     def __init__(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
         self.at, self.handler = at, handler
         self.addresses = None if interest is None else [int(word[1]) for word in interest]
-        """Its addresses; None if it only observes."""
+        """The addresses of the station; None if it only observes."""
         self.place = 0
 
 

@@ -1,9 +1,9 @@
-"""`ring.shm`: the fibre ring in real time over shared memory, for short cycles with a process per drive (Linux).
+"""A ring over shared memory, for short cycles with a process per station (Linux).
 
-The centre writes each cycle into one image and wakes every process by an eventfd, which the loop there waits for; the
-processes write their ATs into images of their own, where the centre finds them at the next MST: nobody is woken for
-them.  Images and eventfds are handed over a Unix socket in the run folder (SCM_RIGHTS), which also tells who is there:
-its end is the end of the process.
+The centre writes each cycle into one image and wakes every process by an eventfd that its event loop waits for.  The
+processes write their telegrams into images of their own, where the centre finds them at the next cycle without being
+woken.  Images and eventfds are passed over a Unix socket in the run folder (SCM_RIGHTS).  The socket also announces the
+stations of a process; when it closes, the process is gone.
 """
 
 import asyncio
@@ -28,26 +28,27 @@ log = logging.getLogger(__name__)
 LONGEST_OUT: Final = 16 * 1024
 LONGEST_BACK: Final = 8 * 1024
 LONGEST_WORD: Final = 64 * 1024
-"""Of what a process says of its stations."""
+"""Largest announcement of a process's stations, in bytes."""
 RETRY_S: Final = 0.02
-_ONE: Final = (1).to_bytes(8, "little")
+_WAKE: Final = (1).to_bytes(8, "little")
 _NEEDS = "it needs Linux; use ring.zenoh elsewhere"
 
 
 def is_available() -> bool:
+    """True if this system has memfd, eventfd and sequenced packets."""
     return hasattr(os, "memfd_create") and hasattr(os, "eventfd") and hasattr(socket, "SOCK_SEQPACKET")
 
 
 class _Peer:
-    """One process, at the centre."""
+    """One process, as the centre sees it."""
 
     def __init__(
         self, sock: socket.socket, on_word: Callable[["_Peer", Any], None], loop: asyncio.AbstractEventLoop
     ) -> None:
         self.socket = sock
-        self.who: str | None = None
+        self.process: str | None = None
         self.back = Image.make("fieldrig-back", LONGEST_BACK)
-        self.bell = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self.wakeup = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._on_word, self._loop = on_word, loop
         sock.setblocking(False)
         loop.add_reader(sock, self._on_readable)
@@ -59,34 +60,36 @@ class _Peer:
         except BlockingIOError:
             return
         except (OSError, ValueError) as fault:
-            log.debug("%s: %s", self.who, fault)
+            log.debug("%s: %s", self.process, fault)
             self._on_word(self, None)
 
     def close(self) -> None:
         self._loop.remove_reader(self.socket)
         self.socket.close()
         self.back.close()
-        os.close(self.bell)
+        os.close(self.wakeup)
 
 
 class ShmSpokes:
-    """The centre's end.  BusError if the socket can't be had."""
+    """The centre's end.  BusError if the socket is not available."""
 
     def __init__(self, path: Path, centre: Centre) -> None:
         self._path, self._centre = path, centre
         self._image = Image.make("fieldrig-ring", LONGEST_OUT)
         self._peers: dict[str, _Peer] = {}
-        self._strangers: set[_Peer] = set()
+        self._unnamed: set[_Peer] = set()
         self._loop = centre.loop
-        self._door = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._door.setblocking(False)
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._listener.setblocking(False)
         try:
-            _take_address(self._door, path)
+            _take_address(self._listener, path)
         except OSError as cause:
-            self._door.close()
+            self._listener.close()
             self._image.close()
-            raise BusError(f"the ring's socket {path} can't be had: {cause}", "give the rig another `run`") from cause
-        self._loop.add_reader(self._door, self._on_knock)
+            raise BusError(
+                f"the ring's socket {path} is not available: {cause}", "give the rig another `run`"
+            ) from cause
+        self._loop.add_reader(self._listener, self._on_connection)
 
     def spread(self, message: bytes, hung: Collection[str]) -> None:
         try:
@@ -94,58 +97,60 @@ class ShmSpokes:
         except ValueError as fault:
             log.warning("%s: %s", self._path.name, fault)
             return
-        for who, peer in self._peers.items():
-            if who not in hung:
-                os.write(peer.bell, _ONE)
+        for process, peer in self._peers.items():
+            if process not in hung:
+                os.write(peer.wakeup, _WAKE)
 
     def gather(self) -> Iterator[tuple[str, bytes]]:
-        for who, peer in self._peers.items():
+        for process, peer in self._peers.items():
             for message in peer.back.read():
-                yield who, message
+                yield process, message
 
     def close(self) -> None:
-        self._loop.remove_reader(self._door)
-        self._door.close()
+        self._loop.remove_reader(self._listener)
+        self._listener.close()
         self._path.unlink(missing_ok=True)
-        for peer in (*self._strangers, *self._peers.values()):
+        for peer in (*self._unnamed, *self._peers.values()):
             peer.close()
-        self._strangers.clear()
+        self._unnamed.clear()
         self._peers.clear()
         self._image.close()
 
-    def _on_knock(self) -> None:
+    def _on_connection(self) -> None:
         try:
-            sock, _ = self._door.accept()
+            sock, _ = self._listener.accept()
         except OSError as fault:
             log.debug("%s: %s", self._path.name, fault)
             return
-        self._strangers.add(_Peer(sock, self._on_word, self._loop))
+        self._unnamed.add(_Peer(sock, self._on_word, self._loop))
 
     def _on_word(self, peer: _Peer, word: Any) -> None:
         match word:
-            case {"process": str(who), "stations": list(stations)} if peer.who in (None, who) and _are(stations):
-                if peer.who is None:
-                    self._greet(peer, who)
-                self._centre.announce(who, [(name, addresses) for name, addresses in stations])
+            case {"process": str(process), "stations": list(stations)} if peer.process in (None, process) and _are(
+                stations
+            ):
+                if peer.process is None:
+                    self._admit(peer, process)
+                self._centre.announce(process, [(name, addresses) for name, addresses in stations])
             case _:
                 self._lose(peer)
 
-    def _greet(self, peer: _Peer, who: str) -> None:
-        former = self._peers.pop(who, None)
-        if former is not None:  # its end has not been noticed yet
-            self._centre.lose(who)
+    def _admit(self, peer: _Peer, process: str) -> None:
+        former = self._peers.pop(process, None)
+        if former is not None:  # its disconnection has not been noticed yet
+            self._centre.lose(process)
             former.close()
-        peer.who = who
-        self._strangers.discard(peer)
-        self._peers[who] = peer
+        peer.process = process
+        self._unnamed.discard(peer)
+        self._peers[process] = peer
         number = self._image.number.to_bytes(4, "little")
-        socket.send_fds(peer.socket, [number], [self._image.fd, peer.back.fd, peer.bell])
+        socket.send_fds(peer.socket, [number], [self._image.fd, peer.back.fd, peer.wakeup])
 
     def _lose(self, peer: _Peer) -> None:
-        self._strangers.discard(peer)
-        if peer.who is not None and self._peers.get(peer.who) is peer:
-            del self._peers[peer.who]
-            self._centre.lose(peer.who)
+        self._unnamed.discard(peer)
+        if peer.process is not None and self._peers.get(peer.process) is peer:
+            del self._peers[peer.process]
+            self._centre.lose(peer.process)
         peer.close()
 
 
@@ -157,14 +162,14 @@ class ShmLine:
         self._loop = rack.loop
         self._socket: socket.socket | None = None
         self._images: tuple[Image, Image] | None = None
-        self._bell: int | None = None
+        self._wakeup: int | None = None
         self._retry: asyncio.TimerHandle | None = None
         self._connect()
 
     def close(self) -> None:
         if self._retry is not None:
             self._retry.cancel()
-        self._hang_up()
+        self._disconnect()
 
     def _connect(self) -> None:
         self._retry = None
@@ -185,7 +190,7 @@ class ShmLine:
         word = json.dumps({"process": self._process, "stations": stations}).encode()
         try:
             self._socket.send(word)
-        except OSError as fault:  # its end comes to `_on_readable`
+        except OSError as fault:  # `_on_readable` handles the disconnection
             log.debug("%s: %s", self._path.name, fault)
 
     def _reply(self, message: bytes) -> None:
@@ -205,20 +210,20 @@ class ShmLine:
         except OSError:
             word, fds = b"", []
         if self._images is None and len(word) == 4 and len(fds) == 3:
-            self._images, self._bell = (Image(fds[0]), Image(fds[1])), fds[2]
+            self._images, self._wakeup = (Image(fds[0]), Image(fds[1])), fds[2]
             self._images[0].number = int.from_bytes(word, "little")
-            self._loop.add_reader(self._bell, self._on_bell)
+            self._loop.add_reader(self._wakeup, self._on_wakeup)
             return
         for fd in fds:
             os.close(fd)
         if not word:
-            self._hang_up()
+            self._disconnect()
             self._retry = self._loop.call_later(RETRY_S, self._connect)
 
-    def _on_bell(self) -> None:
-        assert self._bell is not None
+    def _on_wakeup(self) -> None:
+        assert self._wakeup is not None
         try:
-            os.read(self._bell, 8)
+            os.read(self._wakeup, 8)
         except BlockingIOError:
             return
         images = self._images
@@ -228,16 +233,16 @@ class ShmLine:
                 if self._images is not images:  # a drive has closed the line
                     return
 
-    def _hang_up(self) -> None:
+    def _disconnect(self) -> None:
         self._rack.disconnect()
         if self._socket is not None:
             self._loop.remove_reader(self._socket)
             self._socket.close()
             self._socket = None
-        if self._bell is not None:
-            self._loop.remove_reader(self._bell)
-            os.close(self._bell)
-            self._bell = None
+        if self._wakeup is not None:
+            self._loop.remove_reader(self._wakeup)
+            os.close(self._wakeup)
+            self._wakeup = None
         if self._images is not None:
             for image in self._images:
                 image.close()
@@ -275,8 +280,8 @@ def _are(stations: list[Any]) -> bool:
     return True
 
 
-def _take_address(door: socket.socket, path: Path) -> None:
-    """The rig's lock says that no living rig owns the folder; but another master of this rig may be there."""
+def _take_address(listener: socket.socket, path: Path) -> None:
+    """Listen at `path`.  The rig's lock excludes other rigs in this folder, but not another master of this rig."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
         try:
             probe.connect(str(path))
@@ -284,5 +289,5 @@ def _take_address(door: socket.socket, path: Path) -> None:
             path.unlink(missing_ok=True)
         else:
             raise OSError("another process of this rig is its master")
-    door.bind(str(path))
-    door.listen(64)
+    listener.bind(str(path))
+    listener.listen(64)

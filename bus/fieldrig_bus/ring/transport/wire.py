@@ -1,4 +1,4 @@
-"""What passes between the centre of a ring and the processes of its stations: one message each way per cycle.
+"""Messages between the centre of a ring and the processes of its stations: one each way per cycle.
 
 Out: `HEAD`, and then the cycle in the words of the kind of ring.  Back: the telegrams that the process has left, and by
 `sequence` the cycle that it is done with, so that the centre sees which process is late and by how much.

@@ -1,12 +1,12 @@
-"""`ring.zenoh`: the fibre ring in real time over Zenoh, also between machines.
+"""A ring over Zenoh, also between machines.
 
-Sessions of its own, in a star on the master's: no scouting, no gossip, no time stamps, no shared memory, one priority,
-low latency.  One put a cycle reaches all processes, on a key that all know: for one with a star in it Zenoh would look
-every time who is meant.  Only while a process stands still each of the others is sent its own.  One comes back from
-each.  A liveliness token tells who is there and which stations it has; it is gone the instant the process is.  At the
-centre what comes back waits in Zenoh for the next MST.  In a drive's process threads of the loop wait for cycles and
-handle them: a sixth less work than to wake the loop, or to be called by Zenoh, which changes threads when a callback
-sends something.
+It has sessions of its own, in a star around the master's: without scouting, gossip, time stamps and shared memory, with
+one priority and low latency.  One put per cycle reaches all processes, on a key that all of them know; for a key with a
+wildcard Zenoh would determine the receivers every time.  Only while a process stands still, the others get a put each.
+One message comes back from each process.  A liveliness token announces a process and its stations; it disappears with
+the process.  At the centre, the messages that come back wait in Zenoh for the next cycle.  In the process of a station,
+threads of the event loop wait for cycles and handle them.  That takes a sixth less work than waking the loop, or
+than being called by Zenoh, which changes threads when a callback sends something.
 """
 
 import asyncio
@@ -34,15 +34,16 @@ log = logging.getLogger(__name__)
 ALL, OUT, BACK, HERE = "all", "out", "back", "here"
 OBSERVER: Final = "observer"
 LONGEST_PATH: Final = 100
-"""Of a Unix socket; the system's limit is 108, and Zenoh adds to it for its lock."""
+"""Longest path of a Unix socket.  The limit of the system is 108, and Zenoh adds some characters for its lock."""
 MOST_OUT: Final = 64
 MOST_BACK: Final = 8_192
-"""Messages that may wait: more than are under way to and from processes that stand still."""
+"""Messages from stations that may wait: more than are under way to and from processes that stand still."""
 TUNED: Final[dict[str, Any]] = {
     "transport/unicast/qos/enabled": False,
     "transport/unicast/lowlatency": True,
-    "transport/link/rx/buffer_size": 2 * 65_535,  # the one that we read, and the next; Zenoh clears what it hasn't
-    "transport/link/tx/lease": 1_000,  # ms: one that stands still must not fill the centre's socket
+    "transport/link/rx/buffer_size": 2
+    * 65_535,  # the message that is read, and the next one; Zenoh clears a buffer that it allocates
+    "transport/link/tx/lease": 1_000,  # ms: a process that stands still must not fill the socket of the centre
 }
 ENVIRONMENT: Final[Mapping[str, str]] = {
     "ZENOH_RUNTIME": "(acc: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
@@ -62,7 +63,7 @@ class ZenohSpokes:
     def __init__(self, session: zenoh.Session, centre: Centre) -> None:
         self._session, self._centre, self._loop = session, centre, centre.loop
         self._here: dict[str, dict[tuple[int, int], Stations]] = {}
-        """Of each process, its tokens by age: the newest holds."""
+        """The tokens of each process by age; the newest one is valid."""
         self._all = self._publisher(ALL)
         self._each: dict[str, zenoh.Publisher] = {}
         self._back = session.declare_subscriber(f"{BACK}/*", zenoh.handlers.FifoChannel(MOST_BACK))
@@ -72,10 +73,10 @@ class ZenohSpokes:
         if not hung:
             self._all.put(message)
             return
-        for who in self._here.keys() - hung:
-            if who not in self._each:
-                self._each[who] = self._publisher(f"{OUT}/{who}")
-            self._each[who].put(message)
+        for process in self._here.keys() - hung:
+            if process not in self._each:
+                self._each[process] = self._publisher(f"{OUT}/{process}")
+            self._each[process].put(message)
 
     def gather(self) -> Iterator[tuple[str, bytes]]:
         while (sample := self._back.try_recv()) is not None:
@@ -88,31 +89,31 @@ class ZenohSpokes:
         return self._session.declare_publisher(key, express=True, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def _on_here(self, key: str, is_alive: bool) -> None:
-        """Tokens that were there before may be told of after newer ones."""
+        """A token has appeared or is gone.  Older tokens may be reported after newer ones."""
         try:
-            _, who, born, turn, stations = key.split("/")
+            _, process, born, turn, stations = key.split("/")
             age = int(born), int(turn)
         except ValueError:
-            log.debug("no token of a ring: %s", key)
+            log.debug("not a token of a ring: %s", key)
             return
-        tokens = self._here.setdefault(who, {})
+        tokens = self._here.setdefault(process, {})
         if is_alive:
             tokens[age] = _stations_of(stations)
         else:
             tokens.pop(age, None)
         if tokens:
-            self._centre.announce(who, tokens[max(tokens)])
+            self._centre.announce(process, tokens[max(tokens)])
         else:
-            del self._here[who]
-            self._centre.lose(who)
+            del self._here[process]
+            self._centre.lose(process)
 
     def _on_life(self, sample: zenoh.Sample) -> None:
-        """On a thread of Zenoh's."""
+        """Called on a thread of Zenoh."""
         _hand_over(self._loop, self._on_here, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
 
 class ZenohLine:
-    """A process's way to the centre.  Zenoh connects, and connects again."""
+    """A process's way to the centre.  Zenoh connects, and reconnects after a failure."""
 
     def __init__(self, session: zenoh.Session, process: str, rack: Rack[Any]) -> None:
         self._session, self._process = session, process
@@ -136,7 +137,7 @@ class ZenohLine:
         endpoint.close(self._session)
 
     def _announce(self, stations: Stations) -> None:
-        """The new token is there before the old one goes."""
+        """Declare the new token before undeclaring the old one."""
         former, self._token = self._token, None
         self._tokens += 1
         if stations:
@@ -178,7 +179,7 @@ class ZenohCarrier:
         self.name, self._endpoint = name, endpoint
 
     def reach(self, at: Attachment, rack: Rack[Any]) -> ZenohLine:
-        # Its own endpoint would be one that others can find.
+        # A listening endpoint of its own could be found by others.
         places = {"listen/endpoints": [], "connect/endpoints": [self._place(at)]}
         return ZenohLine(endpoint.open_session({"mode": "peer", **places, **PATIENT, **TUNED}), at.process, rack)
 
@@ -210,14 +211,14 @@ class ZenohCarrier:
 
 
 def _token_of(stations: Stations) -> str:
-    """Names are of small letters, digits, _ and -; so nothing here is special to Zenoh."""
+    """The stations as part of a key.  Names consist of lower-case letters, digits, _ and -, which Zenoh allows."""
     return ";".join(
         f"{name}={OBSERVER if addresses is None else ','.join(map(str, addresses))}" for name, addresses in stations
     )
 
 
 def _stations_of(token: str) -> Stations:
-    """The inverse; what is not understood is left out."""
+    """The inverse of `_token_of`.  A station that is not understood is left out."""
     stations: list[tuple[str, list[int] | None]] = []
     for station in token.split(";"):
         name, _, addresses = station.partition("=")
@@ -231,7 +232,7 @@ def _stations_of(token: str) -> Stations:
 
 
 def _hand_over(loop: asyncio.AbstractEventLoop, action: Callable[..., None], *arguments: Any) -> None:
-    """At the end of the process the loop may be gone already."""
+    """Call an action in the event loop, which may be closed already at the end of the process."""
     try:
         loop.call_soon_threadsafe(action, *arguments)
     except RuntimeError as fault:
@@ -239,5 +240,5 @@ def _hand_over(loop: asyncio.AbstractEventLoop, action: Callable[..., None], *ar
 
 
 def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
-    """Without a Python thread of its own for every declaration."""
+    """A callback without a Python thread of its own for every declaration."""
     return zenoh.handlers.Callback(callback, indirect=False)

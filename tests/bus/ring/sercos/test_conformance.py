@@ -1,4 +1,4 @@
-"""Every kind of ring keeps the same promises, and carries the same bytes for the same inputs."""
+"""Every kind of SERCOS ring keeps the same promises, and carries the same bytes for the same inputs."""
 
 from collections.abc import Iterator
 
@@ -136,7 +136,7 @@ def test_only_the_master_begins_cycles_and_a_station_answers_for_itself(ring: Ri
 
 
 def script(ring: Ring) -> list[tuple[str, bytes]]:
-    """A life with all that can happen to a ring."""
+    """A sequence with every event that can happen to a ring."""
     for name, address in ADDRESSES.items():
         ring.join(name, address)
     for _ in range(3):
@@ -167,12 +167,12 @@ def test_the_same_inputs_give_the_same_bytes_as_in_virtual_time(kind: str) -> No
         assert script(ring) == expected
 
 
-# -- what only happens in real time
+# -- events that only happen in real time
 
 
 def test_a_process_that_is_not_done_in_time_is_late_and_counted_for_each_station(star: StarRing) -> None:
     star.clock.handle(star.master.begin)
-    star.clock.handle(star.master.begin)  # nobody had the time to react
+    star.clock.handle(star.master.begin)  # no drive had the time to react
     assert star.master.heard[-1] == Answers(2, (), True, late=4)
     star.settle()
     assert addresses(star.cycle()) == [3, 1, 2, 4]
@@ -189,7 +189,7 @@ def test_an_at_that_came_late_is_sent_in_the_next_cycle(star: StarRing) -> None:
 
 
 @pytest.mark.parametrize("kind", STARS)
-def test_a_patient_ring_takes_the_last_at_of_who_is_late_and_counts_it(kind: str) -> None:
+def test_a_patient_ring_repeats_the_last_at_of_a_late_station_and_counts_it(kind: str) -> None:
     with STARS[kind](patience_ms=10_000) as star:
         for name, address in ADDRESSES.items():
             star.join(name, address)
@@ -202,7 +202,7 @@ def test_a_patient_ring_takes_the_last_at_of_who_is_late_and_counts_it(kind: str
         star.kill("rack")
         star.until_there(2)
         star.cycle()
-        assert star.cycle() == Answers(5, (), False), "who is gone is not forgiven"
+        assert star.cycle() == Answers(5, (), False), "the telegrams of a process that is gone are not repeated"
 
 
 @pytest.mark.manual("PD-140")
@@ -218,13 +218,13 @@ def test_a_process_that_dies_opens_the_ring_and_closes_it_when_it_comes_back(sta
     assert star.cycle() == Answers(5, (b"\x03\x05", b"\x01\x01", b"\x02\x02", b"\x04\x05"), True)
 
 
-def test_who_stands_still_is_left_alone_until_it_has_done_what_it_was_sent(star: StarRing) -> None:
-    """The whole bench is one loop: while it is not pumped, all stand still."""
+def test_a_process_that_stands_still_is_sent_nothing_until_it_has_caught_up(star: StarRing) -> None:
+    """The whole bench has one event loop: while it is not pumped, all processes stand still."""
     for _ in range(40):
         star.clock.handle(star.master.begin)
     assert star.master.heard[-1].late == 4
     star.settle()
-    star.clock.handle(star.master.begin)  # notices that they are back
+    star.clock.handle(star.master.begin)  # here the centre notices that they are back
     star.settle()
     star.cycle()
     assert addresses(star.cycle()) == [3, 1, 2, 4]
@@ -249,7 +249,7 @@ def test_a_second_master_is_refused(star: StarRing) -> None:
     assert addresses(star.cycle()) == [3, 1, 2, 4]
 
 
-def test_garbage_from_outside_disturbs_nobody(star: StarRing) -> None:
+def test_garbage_from_outside_has_no_effect(star: StarRing) -> None:
     for garbage in (b"", b"\0", b"\xff" * 40):
         star.star.take("rack", garbage)
         star.buses["rack"].rack(star.at["knife"]).on_spread(garbage)

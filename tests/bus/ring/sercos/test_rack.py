@@ -1,4 +1,4 @@
-"""The drives of one process: whatever comes, they hear what the wire says, and all answer at once."""
+"""The drives of one process: for any message they hear what `cycle_wire` decodes, and all answer together."""
 
 from typing import Any, cast
 
@@ -28,7 +28,7 @@ class _At:
 
 
 class _Process:
-    """A belt and a lift, which leave an AT in every cycle, and somebody who observes."""
+    """A belt and a lift, which leave an AT in every cycle, and an observer."""
 
     def __init__(self, drives: int = 2) -> None:
         self.rack = DriveRack("ring0", cast(Any, None))
@@ -52,11 +52,11 @@ def as_the_wire_says(data: bytes) -> dict[str, list[Any]]:
     except ValueError:
         return {"belt": [], "lift": [], "scope": []}
     if len(spread.heard) == 1 and not spread.heard[0][1]:
-        told = {name: [spread.heard[0][0]] for name in ("belt", "lift")}
+        heard = {name: [spread.heard[0][0]] for name in ("belt", "lift")}
     else:
-        told = {name: [cycle for cycle, names in spread.heard if name in names][-1:] for name in ("belt", "lift")}
+        heard = {name: [cycle for cycle, names in spread.heard if name in names][-1:] for name in ("belt", "lift")}
     cycles = list(dict.fromkeys(cycle for cycle, _ in spread.heard))
-    return {**told, "scope": [Answers(7, (b"\x03\x08\xc0",), True), *cycles] if spread.answers else []}
+    return {**heard, "scope": [Answers(7, (b"\x03\x08\xc0",), True), *cycles] if spread.answers else []}
 
 
 @given(st.lists(st.tuples(BYTES, BYTES), max_size=3), st.sampled_from([b"", ANSWERS]), st.data())
@@ -89,17 +89,17 @@ def test_bytes_that_are_no_cycle_are_passed_over(data: bytes) -> None:
 
 def test_what_the_only_drive_has_left_before_goes_first() -> None:
     process = _Process(1)
-    process.rack._is_coming_back = True  # at the end of this turn of the loop
+    process.rack._is_coming_back = True  # in the next iteration of the event loop
     process.rack.leave("belt", b"\1before")
     for sequence in (9, 10):
         process.rack.on_spread(encode_spread(sequence, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))
-    told = [(sequence, ats) for sequence, _, ats in map(decode_back, process.backs)]
-    assert told == [(9, [(0, b"\1before"), (0, b"\1\x08")]), (10, [(0, b"\1\x08")])]
+    heard = [(sequence, ats) for sequence, _, ats in map(decode_back, process.backs)]
+    assert heard == [(9, [(0, b"\1before"), (0, b"\1\x08")]), (10, [(0, b"\1\x08")])]
     process.rack.on_spread(encode_spread(8, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))
     assert len(process.backs) == 2, "it was overtaken"
 
 
-def test_nobody_is_told_while_there_is_no_centre() -> None:
+def test_no_telegram_is_sent_while_there_is_no_centre() -> None:
     process = _Process(1)
     process.rack.disconnect()
     process.rack.on_spread(encode_spread(9, 2, [(Cycle(5, MST, MDT), ["belt"])], b"", 1))

@@ -1,4 +1,4 @@
-"""Messages in shared memory, and the line over which its ends find each other."""
+"""Messages in shared memory, and the socket over which its ends find each other."""
 
 import mmap
 import os
@@ -24,7 +24,7 @@ ALL_WELL = dict.fromkeys(ADDRESSES, (True, True))
 
 @pytest.fixture
 def images() -> Iterator[tuple[Image, Image]]:
-    """One who writes and one who reads."""
+    """A writer and a reader of one image."""
     writer = Image.make("test", 100)
     reader = Image(os.dup(writer.fd))
     yield writer, reader
@@ -72,7 +72,7 @@ def test_a_message_that_is_only_half_there_is_passed_over(images: tuple[Image, I
 
 
 def test_a_message_that_is_too_long_is_refused(images: tuple[Image, Image]) -> None:
-    with pytest.raises(ValueError, match="101 bytes; the longest may have 100"):
+    with pytest.raises(ValueError, match="101 bytes: expected at most 100"):
         images[0].write(bytes(101))
     assert list(images[1].read()) == []
 
@@ -124,7 +124,7 @@ def test_strangers_at_the_door_are_sent_away(ring: StarRing, word: bytes) -> Non
 
 
 def test_a_process_that_says_its_name_again_takes_its_own_place(ring: StarRing) -> None:
-    """Its old socket's end may be noticed later than its new one's beginning."""
+    """The end of its old socket may be noticed after the beginning of its new one."""
     old = ring.buses.pop("belt")
     ring.drives.pop("belt")
     ring.join("belt", 3)
@@ -141,7 +141,7 @@ def test_a_cycle_too_long_for_the_image_is_not_sent(ring: StarRing) -> None:
 
 def test_a_folder_with_too_long_a_path_is_an_error_with_a_remedy(ring: StarRing, tmp_path: Path) -> None:
     at = StarAt("max4", ring.clock, "max4", tmp_path / ("x" * 120))
-    with pytest.raises(BusError, match="can't be had") as refused:
+    with pytest.raises(BusError, match="is not available") as refused:
         ring.buses["max4"].carrier.hold(at, ring.star)
     assert "run" in refused.value.remedy
 

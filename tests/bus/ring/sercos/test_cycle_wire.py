@@ -1,4 +1,4 @@
-"""What goes between the centre and the processes of its drives."""
+"""The messages between the centre and the processes of its drives."""
 
 import pytest
 from hypothesis import given, settings
@@ -15,7 +15,7 @@ AT = st.tuples(st.integers(0, 46), st.binary(min_size=1, max_size=40))
 
 
 @given(NUMBERS, INSTANTS, NUMBERS, st.binary(max_size=2), st.binary(max_size=300), NAMES, st.binary(max_size=40))
-def test_where_all_hear_the_same_nobody_is_named(
+def test_no_station_is_named_where_all_hear_the_same(
     sequence: int, instant_ns: int, number: int, mst: bytes, mdt: bytes, names: list[str], answers: bytes
 ) -> None:
     cycle = Cycle(number, mst, mdt)
@@ -24,7 +24,7 @@ def test_where_all_hear_the_same_nobody_is_named(
 
 
 @given(NUMBERS, NAMES, st.data())
-def test_who_hears_what_comes_back(number: int, names: list[str], data: st.DataObject) -> None:
+def test_the_stations_of_each_telegram_come_back(number: int, names: list[str], data: st.DataObject) -> None:
     groups: dict[Cycle, list[str]] = {}
     for name in names:
         mst, mdt = data.draw(st.sampled_from([b"", b"\xff\x04"])), data.draw(st.sampled_from([b"", b"\xff\x01\x02"]))

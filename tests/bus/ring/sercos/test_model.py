@@ -1,4 +1,4 @@
-"""What each station hears of a ring of three, and when."""
+"""The telegrams that each station of a ring of three hears, and their instants."""
 
 from collections.abc import Mapping
 from random import Random
@@ -29,7 +29,7 @@ class Bench:
         self.times: dict[str, int] = {}
 
     def cycle(self) -> dict[str, RingMessage]:
-        """Every drive leaves an AT, then the master begins a cycle: what each member hears of it."""
+        """Every drive leaves an AT, then the master begins a cycle.  Returns what each member hears of it."""
         now_ns = self.number * 4 * MS
         for member, address in self.addresses.items():
             self.model.submit(now_ns, member, bytes((address, 0x80)))
@@ -51,7 +51,7 @@ class Bench:
         return heard
 
     def hearing(self) -> dict[str, tuple[bool, bool]]:
-        """Who hears MST and MDT."""
+        """The members that hear MST and MDT."""
         return {
             member: (bool(heard.mst), bool(heard.mdt))
             for member, heard in self.cycle().items()
@@ -101,7 +101,7 @@ def test_an_at_is_sent_once() -> None:
     ("after", "hearing"),
     [("master", []), ("belt", ["belt"]), ("lift", ["belt", "lift"]), ("knife", ["belt", "lift", "knife"])],
 )
-def test_behind_a_break_nothing_is_heard_and_nobody_is_heard_by_the_master(after: str, hearing: list[str]) -> None:
+def test_behind_a_break_nothing_is_heard_and_the_master_hears_nothing(after: str, hearing: list[str]) -> None:
     bench = Bench()
     number = bench.fault(what="break", after=after)
     assert bench.hearing() == {name: (name in hearing, name in hearing) for name in STATIONS}
@@ -200,7 +200,7 @@ def test_chance_is_the_same_for_the_same_seed() -> None:
         ({"what": "late", "station": "master"}, "no station 'master'\nthere are: belt, lift, knife"),
         ({"what": "distort", "station": "max4"}, "no station 'max4'\nthere are: belt, lift, knife"),
         ({"what": "melt"}, "no fault 'melt'"),
-        ({"what": "distort"}, "give either after, a segment, or station"),
+        ({"what": "distort"}, "expected either after .a segment. or station"),
         ({"what": "break"}, "after"),
     ],
 )
@@ -251,7 +251,7 @@ def test_statistics_say_whether_the_ring_is_closed() -> None:
 
 
 def test_master_that_begins_anew_does_not_overtake_its_last_cycle() -> None:
-    """As one that is reset in the middle of a cycle, whose next ones are short."""
+    """A master that is reset in the middle of a cycle has short cycles after that."""
     bench = Bench()
     model = bench.model
     for name, address in bench.addresses.items():
@@ -261,5 +261,5 @@ def test_master_that_begins_anew_does_not_overtake_its_last_cycle() -> None:
     model.submit(0, "max4", Mdt(b""))
     heard: list[int] = []
     while (next_ns := model.next_ns()) is not None:
-        heard += [one.message.number for one in model.collect(next_ns) if isinstance(one.message, Cycle)]
+        heard += [delivery.message.number for delivery in model.collect(next_ns) if isinstance(delivery.message, Cycle)]
     assert heard == [7, 1]

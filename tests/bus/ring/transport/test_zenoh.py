@@ -1,4 +1,4 @@
-"""What is Zenoh's own about a ring over Zenoh."""
+"""The specific behaviour of a ring over Zenoh."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -72,7 +72,7 @@ def test_strangers_say_what_they_like(ring: StarRing) -> None:
         endpoint.close(session)
 
 
-def test_who_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) -> None:
+def test_a_process_that_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) -> None:
     spokes = ring.star._spokes
     assert spokes is not None
     heard = {name: len(drive.heard) for name, drive in ring.drives.items()}

@@ -1,4 +1,4 @@
-"""What a rig file may say of the stations of a ring, for all kinds alike."""
+"""The stations of a ring in a rig file: the same rules for all kinds."""
 
 import re
 from pathlib import Path
@@ -15,7 +15,7 @@ DRIVES = ("belt", "lift", "knife")
 
 
 def rig(kind: str, **settings: Any) -> dict[str, Any]:
-    """A controller, three drives, and one that is on another ring."""
+    """A controller, three drives, and a drive that is on another ring."""
     links = {"max4": "ring0", **dict.fromkeys(DRIVES, "ring0"), "crane": "ring1"}
     devices: dict[str, dict[str, Any]] = {
         name: {"kind": "max4" if name == "max4" else "mc4", "links": {"ring": ring}} for name, ring in links.items()
@@ -33,7 +33,7 @@ def rig(kind: str, **settings: Any) -> dict[str, Any]:
 def refused(kind: str, **settings: Any) -> list[str]:
     with pytest.raises(ConfigError) as caught:
         from_dict(rig(kind, **settings), Path())
-    return [f"{one.key}: {one.what}; {one.remedy}" for one in caught.value.mistakes]
+    return [f"{mistake.key}: {mistake.what}; {mistake.remedy}" for mistake in caught.value.mistakes]
 
 
 @pytest.fixture(params=KINDS)
@@ -89,8 +89,10 @@ def test_a_fault_where_no_station_is_is_refused(kind: str, fault: dict[str, str]
 
 def test_the_master_is_no_station(kind: str) -> None:
     keys = [
-        one.partition(":")[0]
-        for one in refused(kind, order=["max4", "belt"], bypassed=["max4"], faults=[{"what": "off", "station": "max4"}])
+        mistake.partition(":")[0]
+        for mistake in refused(
+            kind, order=["max4", "belt"], bypassed=["max4"], faults=[{"what": "off", "station": "max4"}]
+        )
     ]
     assert keys == ["buses.ring0.order[0]", "buses.ring0.bypassed[0]", "buses.ring0.faults[0].station"]
 
