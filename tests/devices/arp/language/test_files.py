@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from fieldrig.errors import UsageError
 from fieldrig_devices.arp.commands import app
 from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.compiler import compile_text
@@ -194,9 +195,9 @@ def test_a_program_for_one_system_is_not_compiled_for_another(tmp_path: Path) ->
 
 
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
-    code, output = compile_file(tmp_path / "none.I01")
-    assert code == 2
-    assert "can't be read" in output
+    refused = CliRunner().invoke(app, ["compile", str(tmp_path / "none.I01")]).exception
+    assert isinstance(refused, UsageError)
+    assert "can't be read" in str(refused)
 
 
 def test_bytes_that_are_no_text_are_mistakes(tmp_path: Path) -> None:
