@@ -64,7 +64,7 @@ def _row(outcome: Outcome) -> str:
 
 
 def _closing(outcomes: Sequence[Outcome], seconds: float) -> str:
-    """All stages in one line of pytest's form."""
+    """Return the results of all stages in one line of pytest's form."""
     return f"{_counts(outcomes)} in {seconds:.2f}s"
 
 

@@ -28,7 +28,7 @@ class Stage:
     needs: tuple[Need, ...] = ()
     wants: tuple[Need, ...] = ()
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({})
-    """Everything that has to run during the stage; gives variables for its environment."""
+    """The context that must be there while the stage runs; it gives variables for its environment."""
     report: Path | None = None
     """JUnit file that its pytest writes."""
 

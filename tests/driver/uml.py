@@ -36,7 +36,7 @@ TIMED_OUT, INTERRUPTED, GUEST_FAILED = 124, 130, 125
 
 @dataclass(frozen=True, slots=True)
 class Guest:
-    """What the machine inside is like."""
+    """The properties of the virtual machine."""
 
     memory: str = "1G"
     modules: tuple[str, ...] = CAN_MODULES

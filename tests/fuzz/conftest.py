@@ -24,7 +24,7 @@ def fuzz_frames() -> int:
 
 @pytest.fixture
 def inputs_a_target(request: pytest.FixtureRequest) -> int:
-    """Of all inputs, those of one decoder, listener, file or device."""
+    """Return the share of all inputs for one decoder, listener, file or device."""
     all_inputs = int(os.environ.get("FIELDRIG_FUZZ_INPUTS", FEW_INPUTS))
     targets = [item for item in request.session.items if "inputs_a_target" in getattr(item, "fixturenames", ())]
     inputs = math.ceil(all_inputs * _share(request.node) / sum(map(_share, targets)))

@@ -215,7 +215,7 @@ def is_expected(record: logging.LogRecord) -> bool:
 
 
 class Told:
-    """What was sent last, for whoever reads a failure; and the two looks at the node."""
+    """The last frames, for the reader of a failure, and two views of the node."""
 
     def __init__(self, bench: CanopenBench) -> None:
         self._bench = bench

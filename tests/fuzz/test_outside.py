@@ -97,7 +97,7 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
 
 
 def _decode_and_show(bus: Any) -> Callable[[bytes], None]:
-    """What was read can be written again, and shown."""
+    """Decode the bytes, then encode and show the result."""
 
     def look(data: bytes) -> None:
         message = bus.decode(data)
@@ -143,7 +143,7 @@ class Line:
         self.is_over = False
 
     def write(self, data: bytes) -> None:
-        """Nobody reads."""
+        """Drop the text."""
 
     def abort(self) -> None:
         self.is_over = True

@@ -121,7 +121,7 @@ class Listener(Device):
 
 
 class Idle(Device):
-    """Has no constructor of its own."""
+    """A device without a constructor of its own."""
 
 
 class Odd(Device):

@@ -19,7 +19,7 @@ class DiceSettings(Settings):
 
 
 class Loaded(Timed):
-    """Every throw is a six."""
+    """A fault that makes every throw a six."""
 
     what: Literal["loaded"]
 
@@ -84,7 +84,7 @@ class Squabbler(Device):
 
 
 class Brittle(Device):
-    """Has a fault in its code: a wire tells when it shows, at once or later."""
+    """A device with a fault in its code; a wire selects whether it appears at once or later."""
 
     def __init__(self, clock: Clock, wires: Link[Signal]) -> None:
         self._clock = clock

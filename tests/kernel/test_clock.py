@@ -70,7 +70,7 @@ def test_a_watchdog_beyond_never_is_no_wish() -> None:
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(0, 50)), max_size=30))
 def test_watchdogs_and_timers_are_called_in_the_order_of_their_instants(asked: list[tuple[bool, int]]) -> None:
-    """At one instant timers go first."""
+    """Timers go first at the same instant."""
     clock = VirtualClock()
     called: list[tuple[int, bool]] = []
     for is_watchdog, when_ns in asked:
@@ -194,7 +194,7 @@ def test_a_real_watchdog_is_called_once_when_it_is_no_longer_put_off() -> None:
 
 
 def test_looking_is_no_event() -> None:
-    """All that is read at once is of one instant, and a timer that is overdue meanwhile keeps its own."""
+    """Values that are read together are of one instant, and a timer that is overdue meanwhile keeps its own."""
 
     async def look() -> tuple[list[int], list[int], int]:
         clock = RealClock(asyncio.get_running_loop())

@@ -130,7 +130,7 @@ def test_five_mistakes_give_five_messages(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_a_mistake_hides_no_other(refused: Refused) -> None:
-    """What is wrong with a key of every device, and what is wrong with those of its kind."""
+    """Mistakes in common keys and in those of a kind are reported together."""
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nobody, process: RACK}}\n'
     keys = ("process", "on_exit", "node_id")
     assert [[f"devices.io.{key}: " in item for item in refused(text)].count(True) for key in keys] == [1, 1, 1]

@@ -43,7 +43,7 @@ async def until(condition: Callable[[], bool]) -> None:
 
 
 async def until_served(asker: Control, path: str) -> None:
-    """What one session declares takes its time to reach another."""
+    """Wait until what one session declares has reached another."""
     while True:
         try:
             await asker.ask(path, None, 5)

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from in_loop import in_loop
 
 from fieldrig.attach import attach
 from fieldrig.bus import Delivery
@@ -61,170 +62,152 @@ class Listener:
         return self.messages
 
 
-def test_members_here_and_elsewhere_hear_each_other(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        await bench.hub.open()
-        here = bench.hub.join("here")
-        there = await bench.remote("there")
-        at_home, away = Listener(here), Listener(there)
-        here.send(RUN)
-        assert await away.heard(1) == [RUN]
-        there.send(Signal("tank.level", 1.5, "m"))
-        assert await at_home.heard(1) == [Signal("tank.level", 1.5, "m")]
-        assert [delivery.sender for delivery in bench.trace if delivery.receivers] == ["here", "there"]
-        await there.close()
-        await bench.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_members_here_and_elsewhere_hear_each_other(tmp_path: Path) -> None:
+    bench = HubBench(tmp_path)
+    await bench.hub.open()
+    here = bench.hub.join("here")
+    there = await bench.remote("there")
+    at_home, away = Listener(here), Listener(there)
+    here.send(RUN)
+    assert await away.heard(1) == [RUN]
+    there.send(Signal("tank.level", 1.5, "m"))
+    assert await at_home.heard(1) == [Signal("tank.level", 1.5, "m")]
+    assert [delivery.sender for delivery in bench.trace if delivery.receivers] == ["here", "there"]
+    await there.close()
+    await bench.close()
 
 
-def test_who_leaves_may_come_again_and_a_taken_name_is_refused(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        await bench.hub.open()
-        first = await bench.remote("pump")
-        with pytest.raises(BusError, match="already has a member 'pump'"):
-            await bench.remote("pump")
-        await first.close()
-        async with asyncio.timeout(20):
-            while True:  # until the hub has seen the first one leave
-                try:
-                    again = await bench.remote("pump")
-                    break
-                except BusError:
-                    await asyncio.sleep(0)
-        await again.close()
-        await bench.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_who_leaves_may_come_again_and_a_taken_name_is_refused(tmp_path: Path) -> None:
+    bench = HubBench(tmp_path)
+    await bench.hub.open()
+    first = await bench.remote("pump")
+    with pytest.raises(BusError, match="already has a member 'pump'"):
+        await bench.remote("pump")
+    await first.close()
+    async with asyncio.timeout(20):
+        while True:  # until the hub has seen the first one leave
+            try:
+                again = await bench.remote("pump")
+                break
+            except BusError:
+                await asyncio.sleep(0)
+    await again.close()
+    await bench.close()
 
 
-def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        await bench.hub.open()
-        link = await bench.remote("panel")
-        listener = Listener(link, ["pump.run"])
-        await bench.hub.close()
-        async with asyncio.timeout(20):
-            assert "gone" in await bench.lost
-        link.send(RUN)  # into the void: no error
-        second = LocalHub(bench.bus, bench.clock, tmp_path)
-        await second.open()
-        await link.connect()
-        pump = second.join("pump")
-        pump.send(Signal("pump.speed", 1, "%"))
-        pump.send(RUN)
-        assert await listener.heard(1) == [RUN]
-        await link.close()
-        await second.close()
-        await bench.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(tmp_path: Path) -> None:
+    bench = HubBench(tmp_path)
+    await bench.hub.open()
+    link = await bench.remote("panel")
+    listener = Listener(link, ["pump.run"])
+    await bench.hub.close()
+    async with asyncio.timeout(20):
+        assert "gone" in await bench.lost
+    link.send(RUN)  # into the void: no error
+    second = LocalHub(bench.bus, bench.clock, tmp_path)
+    await second.open()
+    await link.connect()
+    pump = second.join("pump")
+    pump.send(Signal("pump.speed", 1, "%"))
+    pump.send(RUN)
+    assert await listener.heard(1) == [RUN]
+    await link.close()
+    await second.close()
+    await bench.close()
 
 
-def test_a_hub_that_is_back_is_told_what_holds(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        await bench.hub.open()
-        pump = await bench.remote("pump")
-        pump.send(Signal("pump.run", False))
-        pump.send(Signal("pump.speed", 50, "%"))
-        await bench.hub.close()
-        await bench.lost
-        pump.send(RUN)  # only the last value of a wire holds
-        second = LocalHub(bench.bus, bench.clock, tmp_path)
-        await second.open()
-        await pump.connect()
-        listener = Listener(second.join("late"))
-        assert await listener.heard(2) == [RUN, Signal("pump.speed", 50, "%")]
-        await pump.close()
-        await second.close()
-        await bench.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_a_hub_that_is_back_is_told_what_holds(tmp_path: Path) -> None:
+    bench = HubBench(tmp_path)
+    await bench.hub.open()
+    pump = await bench.remote("pump")
+    pump.send(Signal("pump.run", False))
+    pump.send(Signal("pump.speed", 50, "%"))
+    await bench.hub.close()
+    await bench.lost
+    pump.send(RUN)  # only the last value of a wire holds
+    second = LocalHub(bench.bus, bench.clock, tmp_path)
+    await second.open()
+    await pump.connect()
+    listener = Listener(second.join("late"))
+    assert await listener.heard(2) == [RUN, Signal("pump.speed", 50, "%")]
+    await pump.close()
+    await second.close()
+    await bench.close()
 
 
-def test_devices_attach_over_tcp_too_and_a_taken_port_is_refused_with_the_remedy(
+@in_loop
+async def test_devices_attach_over_tcp_too_and_a_taken_port_is_refused_with_the_remedy(
     tmp_path: Path, free_port: int
 ) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path / "hub", f"tcp://127.0.0.1:{free_port}")
-        await bench.hub.open()
-        link = await attach(bench.bus, "far", bench.clock, tmp_path / "elsewhere", print)
-        listener = Listener(link)
-        bench.hub.join("here").send(RUN)
-        assert await listener.heard(1) == [RUN]
-        other = LocalHub(bench.bus, bench.clock, tmp_path / "other")
-        with pytest.raises(BusError, match="choose another port"):
-            await other.open()
-        await link.close()
-        await bench.close()
-
-    asyncio.run(scene())
+    bench = HubBench(tmp_path / "hub", f"tcp://127.0.0.1:{free_port}")
+    await bench.hub.open()
+    link = await attach(bench.bus, "far", bench.clock, tmp_path / "elsewhere", print)
+    listener = Listener(link)
+    bench.hub.join("here").send(RUN)
+    assert await listener.heard(1) == [RUN]
+    other = LocalHub(bench.bus, bench.clock, tmp_path / "other")
+    with pytest.raises(BusError, match="choose another port"):
+        await other.open()
+    await link.close()
+    await bench.close()
 
 
-def test_faults_come_and_go_while_the_hub_runs(tmp_path: Path) -> None:
-    async def scene() -> None:
-        clock = RealClock(asyncio.get_running_loop())
-        trace: list[Any] = []
-        bus = CanHub("can0", CanHubSettings(bitrate=None))
-        hub = LocalHub(bus, clock, tmp_path, lambda delivery: trace.append(delivery.message))
-        sender, heard = hub.join("here"), list[CanFrame]()
-        hub.join("there").on_receive(heard.append)
-        number = hub.add_fault({"what": "drop", "count": 1})
-        sender.send(CanFrame(1))
-        assert hub.faults()[number] == {"what": "drop", "count": 1, "state": "over", "applied": 1}
-        sender.send(CanFrame(2))
-        assert heard == [CanFrame(2)]
-        assert trace == [FaultNote(number, "dropped"), CanFrame(1), CanFrame(2)]
+@in_loop
+async def test_faults_come_and_go_while_the_hub_runs(tmp_path: Path) -> None:
+    clock = RealClock(asyncio.get_running_loop())
+    trace: list[Any] = []
+    bus = CanHub("can0", CanHubSettings(bitrate=None))
+    hub = LocalHub(bus, clock, tmp_path, lambda delivery: trace.append(delivery.message))
+    sender, heard = hub.join("here"), list[CanFrame]()
+    hub.join("there").on_receive(heard.append)
+    number = hub.add_fault({"what": "drop", "count": 1})
+    sender.send(CanFrame(1))
+    assert hub.faults()[number] == {"what": "drop", "count": 1, "state": "over", "applied": 1}
+    sender.send(CanFrame(2))
+    assert heard == [CanFrame(2)]
+    assert trace == [FaultNote(number, "dropped"), CanFrame(1), CanFrame(2)]
+    hub.clear_fault(number)
+    assert hub.faults() == {}
+    with pytest.raises(ControlError, match="can0: there is no fault 1\n  there are none"):
         hub.clear_fault(number)
-        assert hub.faults() == {}
-        with pytest.raises(ControlError, match="can0: there is no fault 1\n  there are none"):
-            hub.clear_fault(number)
-        with pytest.raises(ControlError, match=r"can0: there is no fault 'dorp'\n  did you mean drop\?"):
-            hub.add_fault({"what": "dorp"})
-        await hub.close()
-        clock.close()
-
-    asyncio.run(scene())
+    with pytest.raises(ControlError, match=r"can0: there is no fault 'dorp'\n  did you mean drop\?"):
+        hub.add_fault({"what": "dorp"})
+    await hub.close()
+    clock.close()
 
 
-def test_a_fault_that_needs_no_frame_wakes_the_hub(tmp_path: Path) -> None:
-    async def scene() -> None:
-        clock = RealClock(asyncio.get_running_loop())
-        hub = LocalHub(CanHub("can0", CanHubSettings()), clock, tmp_path)
-        hub.join("here")
-        listener = Listener(hub.join("there"))
-        hub.add_fault({"what": "babble", "node": "here", "identifier": 5, "count": 3})
-        assert await listener.heard(3) == [CanFrame(5)] * 3
-        await hub.close()
-        clock.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_a_fault_that_needs_no_frame_wakes_the_hub(tmp_path: Path) -> None:
+    clock = RealClock(asyncio.get_running_loop())
+    hub = LocalHub(CanHub("can0", CanHubSettings()), clock, tmp_path)
+    hub.join("here")
+    listener = Listener(hub.join("there"))
+    hub.add_fault({"what": "babble", "node": "here", "identifier": 5, "count": 3})
+    assert await listener.heard(3) == [CanFrame(5)] * 3
+    await hub.close()
+    clock.close()
 
 
-def test_no_hub_is_an_error_with_a_remedy(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        with pytest.raises(BusError, match="start the process that runs this bus first"):
-            await bench.remote("pump")
-        await bench.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_no_hub_is_an_error_with_a_remedy(tmp_path: Path) -> None:
+    bench = HubBench(tmp_path)
+    with pytest.raises(BusError, match="start the process that runs this bus first"):
+        await bench.remote("pump")
+    await bench.close()
 
 
-def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_their_turn(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        bench.hub.model.next_ns = lambda: 0  # type: ignore[method-assign]
-        bench.hub.carry()
-        for _ in range(3):
-            await asyncio.sleep(0.001)
-        await bench.close()
-
-    asyncio.run(scene())
+@in_loop
+async def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_their_turn(tmp_path: Path) -> None:
+    bench = HubBench(tmp_path)
+    bench.hub.model.next_ns = lambda: 0  # type: ignore[method-assign]
+    bench.hub.carry()
+    for _ in range(3):
+        await asyncio.sleep(0.001)
+    await bench.close()
 
 
 @pytest.mark.parametrize(
@@ -237,25 +220,23 @@ def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_their_turn
         HEADER.pack(Kind.HELLO, 0, 0xFFFFFFFF),
     ],
 )
-def test_a_stranger_that_talks_nonsense_is_put_off_and_the_bus_goes_on(tmp_path: Path, garbage: bytes) -> None:
-    async def scene() -> None:
-        bench = HubBench(tmp_path)
-        await bench.hub.open()
-        reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))
-        writer.write(garbage)
-        async with asyncio.timeout(20):
-            try:
-                while await reader.read(4096):
-                    pass
-            except ConnectionResetError:
+@in_loop
+async def test_a_stranger_that_talks_nonsense_is_put_off_and_the_bus_goes_on(tmp_path: Path, garbage: bytes) -> None:
+    bench = HubBench(tmp_path)
+    await bench.hub.open()
+    reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))
+    writer.write(garbage)
+    async with asyncio.timeout(20):
+        try:
+            while await reader.read(4096):
                 pass
-        writer.close()
-        listener = Listener(await bench.remote("panel"))
-        bench.hub.join("here").send(RUN)
-        assert await listener.heard(1) == [RUN]
-        await bench.close()
-
-    asyncio.run(scene())
+        except ConnectionResetError:
+            pass
+    writer.close()
+    listener = Listener(await bench.remote("panel"))
+    bench.hub.join("here").send(RUN)
+    assert await listener.heard(1) == [RUN]
+    await bench.close()
 
 
 @given(st.lists(st.tuples(st.sampled_from(list(Kind)), st.integers(-(1 << 63), (1 << 63) - 1), st.binary())), st.data())

@@ -191,7 +191,7 @@ def test_a_device_takes_faults_at_run_time_wherever_it_is(processes: str) -> Non
 
 
 def struck_frames(seed: int) -> list[tuple[int, str, bytes]]:
-    """What a rig's CAN bus carries whose faults go by chance."""
+    """Return the frames on a CAN bus whose faults depend on chance."""
     can0 = {"kind": "can.virtual", "faults": [{"what": "corrupt", "probability": 0.3}]}
     lines: list[tuple[int, str, bytes]] = []
 

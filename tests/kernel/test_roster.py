@@ -60,6 +60,12 @@ class Bench:
         self.roster.serve()
         self.joins: dict[str, asyncio.Task[Any]] = {}
 
+    async def make_all_ready(self) -> None:
+        """Let every process join and become ready."""
+        for name in ("w", "one", "two"):
+            await self.join(name)
+            self.line.on_ready(name, {"pid": 1})
+
     async def join(self, name: str, pid: int = 1) -> None:
         self.joins[name] = asyncio.create_task(self.line.answer("join", {"process": name, "pid": pid}))
         await self.settle()
@@ -112,9 +118,7 @@ def test_devices_wait_until_their_hub_is_open_and_those_before_them_are_ready() 
 
 def test_a_process_that_comes_back_waits_for_nobody_who_is_there() -> None:
     async def case(bench: Bench) -> None:
-        for name in ("w", "one", "two"):
-            await bench.join(name)
-            bench.line.on_ready(name, {"pid": 1})
+        await bench.make_all_ready()
         bench.roster.set_state(bench.roster.members["two"], State.DEAD)
         assert bench.roster.status()["state"] == "degraded"
         await bench.join("two", pid=2)
@@ -130,9 +134,7 @@ def test_a_process_that_comes_back_waits_for_nobody_who_is_there() -> None:
 
 def test_one_that_died_for_good_is_not_waited_for() -> None:
     async def case(bench: Bench) -> None:
-        for name in ("w", "one", "two"):
-            await bench.join(name)
-            bench.line.on_ready(name, {"pid": 1})
+        await bench.make_all_ready()
         bench.roster.set_state(bench.roster.members["one"], State.GONE)
         assert bench.roster.status()["state"] == "ready"
         await bench.join("two")
@@ -143,9 +145,7 @@ def test_one_that_died_for_good_is_not_waited_for() -> None:
 
 def test_a_hub_that_is_being_started_again_is_waited_for() -> None:
     async def case(bench: Bench) -> None:
-        for name in ("w", "one", "two"):
-            await bench.join(name)
-            bench.line.on_ready(name, {"pid": 1})
+        await bench.make_all_ready()
         bench.roster.set_state(bench.roster.members["w"], State.DEAD)
         await bench.join("one")
         assert not bench.joins["one"].done()

@@ -24,7 +24,7 @@ def validator(schema: dict[str, Any]) -> Draft202012Validator:
 
 
 def wrong(validator: Draft202012Validator, data: Any) -> list[str]:
-    """Where the schema finds mistakes."""
+    """Return the places where the schema finds mistakes."""
     return sorted("/".join(map(str, error.absolute_path)) for error in validator.iter_errors(data))
 
 

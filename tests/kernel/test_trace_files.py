@@ -109,7 +109,7 @@ def test_a_format_says_what_it_does_not_know(tmp_path: Path) -> None:
 
 
 class Disk:
-    """What `record_file` has as `os`: files that take so many bytes in all, and then no more."""
+    """Stands in for `os` in `record_file`: its files take a number of bytes in all, and then no more."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, room: int) -> None:
         self.room = room

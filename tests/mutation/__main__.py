@@ -36,7 +36,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "mutation.md"
 BUILD = ROOT / "build" / "mutation"
 HERE = "{copy}"
-"""What a parametrized test has in its name where the folder of the copy would be."""
+"""Stands for the folder of the copy in the name of a parametrized test."""
 COPIED = ("emulator", "bus", "devices", "tests", "configs", "docs", "pyproject.toml")
 MARKS = "manual and not system and not real and not docker and not long"
 LIMIT_S = 300

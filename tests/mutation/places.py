@@ -62,7 +62,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One thing that can be done to a file."""
+    """One change of a file."""
 
     line: int
     operator: str
@@ -89,7 +89,7 @@ def chosen(row: str, lines: Lines, count: int, chance: random.Random, folder: Pa
 
 @cache
 def changes_of(text: str) -> list[Change]:
-    """All changes of a module that may matter to a row."""
+    """Return all changes of a module that may matter to a row."""
     tree = get_ast(text)
     nodes = list(ast_nodes(tree))
     useless = list(_useless(ast.parse(text)))

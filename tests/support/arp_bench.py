@@ -120,7 +120,7 @@ class CardBench:
         return self
 
     def told(self, terminal: str) -> bool | float | None:
-        """What the wire of an output told last; None if nothing."""
+        """Return the last value on the wire of an output; None if there is none."""
         return next((item.value for item in reversed(self.wires.sent) if item.name == f"card1.{terminal}"), None)
 
     def get(self, key: str) -> Value:
@@ -152,7 +152,7 @@ class CardBench:
 
     @property
     def line(self) -> int:
-        """Of the instruction that comes next."""
+        """The line of the next instruction."""
         program = self.outside.program
         assert program is not None
         return program.place.line

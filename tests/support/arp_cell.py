@@ -70,7 +70,7 @@ class Plc:
         until(lambda: all(node.sdo[0x2102].raw == wanted for node in (self.line, self.unwinder)))
 
     def speed(self) -> float:
-        """Of the film, in mm/s; one count in 2 ms alone is 62.5."""
+        """Speed of the film in mm/s; a single count in 2 ms is 62.5."""
         raws: list[int] = [self.line.sdo[0x2201][2].raw for _ in range(20)]
         return sum(raws) / len(raws) / 1000
 

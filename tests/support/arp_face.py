@@ -122,7 +122,7 @@ class FaceBench:
         return self.after(0)
 
     def refresh(self) -> list[str]:
-        """One pass of the scheduler; what comes of it."""
+        """Run one pass of the scheduler, and return its results."""
         self.face.refresh()
         return self.after(0)
 
@@ -132,7 +132,7 @@ class FaceBench:
         return self.after(0)
 
     def notice(self, notice: Any) -> None:
-        """What the card's CAN controller says."""
+        """Pass a notice of the card's CAN controller."""
         self.can.deliver(notice)
 
     def after(self, ms: float) -> list[str]:
@@ -146,7 +146,7 @@ class FaceBench:
 
 
 class FaceDevice(Device):
-    """The same in a rig."""
+    """The face as a device in a rig."""
 
     def __init__(self, clock: Clock, name: str, can: Link[CanFrame], store: Store) -> None:
         self._clock = clock

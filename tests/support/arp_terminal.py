@@ -41,7 +41,7 @@ class TerminalBench:
         self.boot = self.send(START)
 
     def send(self, *frames: str) -> list[str]:
-        """What came out at this instant."""
+        """Return what was sent at this instant."""
         for frame in frames:
             self.can.deliver(parse(frame))
         return self.after(0)
@@ -60,7 +60,7 @@ class TerminalBench:
         write_point(self.terminal.points(), key, value)
 
     def press(self, keys: str) -> list[str]:
-        """One after the other; what was sent meanwhile."""
+        """Press keys one after the other, and return what was sent meanwhile."""
         self.set("press", keys)
         return self.after(150 * len(keys.split()))
 
@@ -100,7 +100,7 @@ class CellBench:
         self.rig = Rig(from_dict(_rig(settings)))
         self._node = self.rig.attach("card")
         self.frames: list[str] = []
-        """All on the bus."""
+        """All frames on the bus."""
         self._other = self.rig.attach("other").link("can0")
         self._other.on_receive(lambda frame: self.frames.append(show(frame)))
         self.card = CardAtTerminal()
@@ -149,7 +149,7 @@ class CellBench:
         self.rig.close()
 
     def send(self, frame: str) -> None:
-        """From another node."""
+        """Send a frame from another node."""
         self._other.send(parse(frame))
         self.after(1)
 

@@ -34,7 +34,7 @@ def frame(body: bytes) -> bytes:
 
 
 def bodies(wire: bytes) -> list[bytes]:
-    """Of frames that must all be good."""
+    """Return the bodies of frames, which must all be valid."""
     found = []
     for part in wire.split(b"~"):
         if part:

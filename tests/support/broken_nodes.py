@@ -21,10 +21,10 @@ Frames = Iterator[CanFrame]
 
 
 class Fault:
-    """What is wrong: frames from and to the node pass through here."""
+    """A fault of a node: frames from and to the node pass through here."""
 
     cases: ClassVar[tuple[str, ...]] = ()
-    """That must fail."""
+    """The cases that must fail."""
 
     def __init__(self) -> None:
         self.request = bytes(8)
@@ -310,7 +310,7 @@ class FurtherChannelElsewhere(_Reads):
 
 
 class KeepsChannels(Fault):
-    """What is written to a further SDO server outlasts a reset."""
+    """A further SDO server keeps its settings over a reset."""
 
     cases = ("2.29",)
 
@@ -529,7 +529,7 @@ class SyncTooSlow(_Drops):
 
 
 class SyncNeverEnds(Fault):
-    """It takes a period of 0, and a COB-ID of a consumer, and goes on."""
+    """A period of 0, and a COB-ID of a consumer, are accepted, and SYNC goes on."""
 
     cases = ("6.4",)
 

@@ -97,7 +97,7 @@ class CanFaceBench:
         return self
 
     def boot(self) -> "CanFaceBench":
-        """Until the controller and its ring are up, and drives have read their name plates."""
+        """Run until the controller and its ring are up, and drives have read their name plates."""
         while not self.max4.is_booted:
             self.run(10)
         return self.run(1_500)
@@ -125,7 +125,7 @@ class CanFaceBench:
         return node
 
     def wait_for(self, pdo: Any, timeout: float = 10) -> float | None:
-        """As canopen's own, but time passes."""
+        """Wait as canopen does, while time passes."""
         before = pdo.timestamp
         for _ in range(round(timeout * 1000)):
             if pdo.timestamp != before:

@@ -17,7 +17,7 @@ MARK = CanFrame(0x7FE, b"mark")
 
 
 class Wire(Protocol):
-    """One bus with three members, and the means to let time pass."""
+    """One bus with three members, and a way to let time pass."""
 
     @property
     def a(self) -> Link[CanFrame]: ...
@@ -39,7 +39,7 @@ class Wire(Protocol):
 
 
 def listen(wire: Wire, link: Link[CanFrame], interest: Sequence[Any] | None = None) -> list[CanFrame]:
-    """What the link hears from now on."""
+    """Return a list of what the link receives from now on."""
     heard: list[CanFrame] = []
     link.on_receive(heard.append, interest)
     wire.settle()
@@ -47,7 +47,7 @@ def listen(wire: Wire, link: Link[CanFrame], interest: Sequence[Any] | None = No
 
 
 def sent(wire: Wire, link: Link[CanFrame], frames: Sequence[CanFrame], heard: list[CanFrame]) -> list[CanFrame]:
-    """What is heard until as many frames have come as were sent."""
+    """Return what is received until as many frames have arrived as were sent."""
     for frame in frames:
         link.send(frame)
     wire.pump(lambda: len(heard) >= len(frames))
@@ -55,7 +55,7 @@ def sent(wire: Wire, link: Link[CanFrame], frames: Sequence[CanFrame], heard: li
 
 
 def until_mark(wire: Wire, link: Link[CanFrame], heard: list[CanFrame]) -> list[CanFrame]:
-    """What is heard before a mark that the link sends now."""
+    """Return what is received before a mark that the link sends now."""
     link.send(MARK)
     wire.pump(lambda: MARK in heard)
     return heard[: heard.index(MARK)]

@@ -15,7 +15,7 @@ EDS = Path(__file__).parents[2] / "configs" / "eds"
 IO32, LEVEL_SENSOR = EDS / "io32.eds", EDS / "level-sensor.eds"
 
 Script = list[tuple[str, str]]
-"""What a master sends, and what the node answers, "" for silence."""
+"""Frames of a master and the answers of the node; "" is silence."""
 
 
 class RecordedCan(RecordedLink[CanFrame]):
@@ -53,7 +53,7 @@ class CanopenBench:
         return self.after(0)
 
     def after(self, ms: float) -> list[str]:
-        """What came out until so many milliseconds later."""
+        """Return what was sent up to so many milliseconds later."""
         self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
         return self.take()
 

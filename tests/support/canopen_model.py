@@ -73,7 +73,7 @@ def read(path: Path) -> dict[Key, Described]:
 
 @dataclass
 class Server:
-    """What one SDO server is at, from its client's side."""
+    """The state of one SDO server, as its client sees it."""
 
     index: int
     key: bytes = b""
@@ -83,7 +83,7 @@ class Server:
     block: int = 0
 
     def saw(self, request: bytes, answers: list[bytes], write: Callable[[bytes, bytes], None]) -> None:
-        """One request and all answers to it; `write` is called with a value that the server has taken."""
+        """Take one request and all answers to it; `write` is called with a value that the server has accepted."""
         if self.phase == "upload":
             is_over = answers[0][0] == 0x80 if answers else request[0] & 0xE0 == 0x80 or request[0] & 0xE3 == 0xA1
             if is_over:

@@ -20,7 +20,7 @@ READY, ON, ENABLED = 0x21, 0x23, 0x27
 
 
 class FakeMotor:
-    """It is where it was told in the cycle before.  `lag` holds it back by so many increments."""
+    """A motor at the position commanded in the cycle before, less `lag` increments."""
 
     def __init__(self) -> None:
         self.kinds = frozenset(Kind)
@@ -120,7 +120,7 @@ class Cia402Bench(CanopenBench):
         raise AssertionError("it doesn't come")
 
     def put(self, index: int, value: int, sub: int = 0, axis: int = 0) -> "Cia402Bench":
-        """By SDO; AssertionError with the abort code if it is refused."""
+        """Write an object by SDO; AssertionError with the abort code if it is refused."""
         answer = self.try_put(index, value, sub, axis)
         assert answer == "", answer
         return self
@@ -152,7 +152,7 @@ class Cia402Bench(CanopenBench):
         return self.get(0x6041, axis=axis) & mask
 
     def enabled(self, mode: int) -> "Cia402Bench":
-        """In operation enabled, in this mode."""
+        """Enable operation in this mode."""
         self.put(0x6060, mode).control(0x06).control(0x07).control(0x0F).cycles(1)
         assert self.status(0x6F) == ENABLED
         return self

@@ -28,7 +28,7 @@ class Stack(NamedTuple):
     file: str
     project: str
     ports: Mapping[str, int]
-    """By the part of their variable that tells them apart, such as the name of the bus."""
+    """The ports by the distinguishing part of their variables, such as the name of the bus."""
 
     def compose(self, *arguments: str) -> str:
         environment = {
@@ -41,7 +41,7 @@ class Stack(NamedTuple):
         return done.stdout
 
     def containers(self) -> dict[str, Any]:
-        """What Docker says of each container, by the name of its service."""
+        """Return what Docker reports of each container, by the name of its service."""
         ids = self.compose("ps", "-q").split()
         inspected = json.loads(docker("inspect", *ids).stdout)
         return {item["Config"]["Labels"]["com.docker.compose.service"]: item for item in inspected}
@@ -69,7 +69,7 @@ class Stack(NamedTuple):
             time.sleep(POLL_S)
 
     def until_ready(self) -> None:
-        """Every part says so to the control service."""
+        """Wait until every part is ready."""
         self.until(lambda: self.fieldrig("status", "--ready", "all").returncode == 0, "all parts are ready")
 
     def until_healthy(self) -> None:
@@ -111,7 +111,7 @@ def node_of(network: canopen.Network, node_id: int, eds: Path) -> canopen.Remote
 
 
 def shut_in(container: Mapping[str, Any]) -> bool:
-    """It can do nothing to this machine, and only this machine reaches it."""
+    """Check that a container can do nothing to this machine, and is reachable only from this machine."""
     host = container["HostConfig"]
     bindings = [binding["HostIp"] for bindings in host["PortBindings"].values() for binding in bindings]
     return bool(

@@ -72,7 +72,7 @@ def headings(page: Path) -> list[str]:
 
 
 def anchor(heading: str) -> str:
-    """The anchor that GitHub makes of a heading."""
+    """Return the anchor of a heading as GitHub makes it."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
@@ -100,5 +100,5 @@ def rows(page: Path) -> Iterator[Row]:
 
 
 def code_in(text: str) -> list[str]:
-    """The parts of a text in backticks."""
+    """Return the texts in backticks."""
     return re.findall(r"`([^`]+)`", text)

@@ -25,7 +25,7 @@ TWISTING = {"inertia_kg_m2": 4e-4, "stiffness_nm_per_rad": 40.0, "damping_nm_s_p
 
 @dataclass
 class Swing:
-    """To and fro from where it stood."""
+    """A motion to and fro around the starting position."""
 
     width: float
     cycles_a_turn: float
@@ -128,7 +128,7 @@ def events(line: Line, random: Random) -> list[Callable[[], object]]:
 
 
 def course(seed: int, wires: bool, loads: Sequence[Mapping[str, float]] = (GEARED, {})) -> Line:
-    """What five drives make of it when things happen to them at random."""
+    """Return the trace of five drives during random events."""
     random = Random(seed)
     line = Line(5, wires, loads)
     line.swing(random)

@@ -26,7 +26,7 @@ class Disk:
         self._filler = folder / "filler"
 
     def fill(self, is_full: bool) -> None:
-        """To its last byte."""
+        """Fill the disk to its last byte."""
         if not is_full:
             self._filler.unlink()
             return

@@ -80,7 +80,7 @@ class EncoderBench:
         )
 
     def send(self, data: bytes) -> None:
-        """All of it has arrived now."""
+        """Send bytes that arrive all at this instant."""
         self.encoder.receive(self.clock.now_ns(), data)
 
     def heard(self, within_ms: float = 300.0) -> bytes:

@@ -18,7 +18,7 @@ BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = b"\x00", b"\x04", b"\x05", b"\x
 class Heard(NamedTuple):
     data: bytes
     time_s: float
-    """As the bus says it, not when we came to look."""
+    """The time of the bus, not of the reader."""
 
 
 def until_last(heard: list[Heard], data: bytes) -> None:
@@ -32,7 +32,7 @@ class CanopenMaster:
         self.sensor: Any = network.add_node(SENSOR, str(LEVEL_SENSOR))
 
     def listen(self, cob_id: int) -> list[Heard]:
-        """What is heard of one COB-ID from now on."""
+        """Return a list of frames of one COB-ID from now on."""
         heard: list[Heard] = []
         self.network.subscribe(cob_id, lambda _id, data, time_s: heard.append(Heard(bytes(data), time_s)))
         return heard

@@ -54,13 +54,13 @@ class LabProcess(AskedRig):
         return self.run / "slcan"
 
     def until_ready(self) -> Self:
-        """By the line that a user waits for."""
+        """Wait for the line that tells a user that the rig is ready."""
         until(lambda: self.process.poll() is not None or "\nready in " in self.output())
         assert self.process.poll() is None, self.output()
         return self
 
     def lines(self) -> dict[str, str]:
-        """What `up` has printed to be copied, by part and label, such as "io start it"."""
+        """Return the lines that `up` has printed to be copied, by part and label, such as "io start it"."""
         lines: dict[str, str] = {}
         part = ""
         for text in self.output().splitlines():
@@ -72,7 +72,7 @@ class LabProcess(AskedRig):
         return lines
 
     def do(self, line: str) -> str:
-        """What a shell in the lab's folder prints for a line, which succeeds."""
+        """Return the output of a shell in the lab's folder for a line, which must succeed."""
         done = subprocess.run(
             ["bash", "-c", line], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE_S, check=False
         )
@@ -99,7 +99,7 @@ class LabProcess(AskedRig):
         until(is_back)
 
     def until_true(self, condition: Callable[[], bool]) -> None:
-        """The same as `until`, while the rig may be too busy, or a device may be away."""
+        """Wait as `until` does, while the rig may be busy, or a device absent."""
 
         def is_true() -> bool:
             try:
@@ -110,7 +110,7 @@ class LabProcess(AskedRig):
         until(is_true)
 
     def left_behind(self, pids: dict[str, int]) -> list[str]:
-        """What an ended lab should have taken with it: processes, sockets, links to ptys, ports."""
+        """Return what an ended lab should have removed: processes, sockets, links to ptys, ports."""
         files = [path for path in self.run.rglob("*") if path.is_symlink() or stat.S_ISSOCK(path.lstat().st_mode)]
         ports = (self.modbus_port, self.socketcand_port, self.slcan_port, int(self.endpoint.rpartition(":")[2]))
         return [

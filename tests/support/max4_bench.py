@@ -85,7 +85,7 @@ class Bench:
         return self
 
     def boot(self, ms: float = 20_000) -> "Bench":
-        """Until the boot has finished."""
+        """Run until the boot has finished."""
         end_ns = self.rig.now_ns + round(ms * MS)
         while not self.max4.is_booted and self.rig.now_ns < end_ns:
             self.run(1)
@@ -110,11 +110,11 @@ class Bench:
         return self
 
     def log(self) -> list[str]:
-        """As the tool shows it, newest first."""
+        """Return the log as the tool shows it, newest first."""
         return self.max4.logger.lines()
 
     def codes(self) -> list[int]:
-        """Of the log, oldest first."""
+        """Return the codes of the log, oldest first."""
         return [entry.code for _, entry in self.max4.logger.entries()][::-1]
 
     def enable(self, *names: str) -> "Bench":

@@ -18,12 +18,12 @@ from fieldrig_devices.sercos.ring_drive import Drive, RingEvent
 
 N_MIN_RPM = 10.0
 Speed = Callable[[int], float]
-"""In rpm, by ms."""
+"""A speed in rpm, by ms."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """What can be seen from outside at one instant."""
+    """The state of a drive at one instant, as seen from outside."""
 
     at_ms: int
     brake_closed: bool
@@ -96,7 +96,7 @@ class ChainBench:
         return True
 
     def start(self) -> None:
-        """Until it is controlled; the trace begins anew, at 0 ms."""
+        """Run until the drive is in control; the trace begins again, at 0 ms."""
         self.run(self.times.brake_disconnection_ns // MS + 1)
         assert self.chain.stage is Stage.CONTROLLED
         self.ms = 0
@@ -243,7 +243,7 @@ class DriveBench:
         raise AssertionError("the service channel doesn't answer")
 
     def trace(self, ms: int, *keys: str) -> list[tuple[Any, ...]]:
-        """What these points show from now on, each time that they change; first is the ms since now."""
+        """Return each change of these points from now on, starting with the time in ms."""
         seen: list[tuple[Any, ...]] = []
         begin = self.ms
         for _ in range(ms // 4):

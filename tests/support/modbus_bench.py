@@ -212,7 +212,7 @@ class Master:
 
 
 class VirtualMaster:
-    """The same on `modbus.virtual`."""
+    """A master on `modbus.virtual`."""
 
     def __init__(self, folder: Path, bus: ModbusVirtualSettings, **settings: Any) -> None:
         self.clock = VirtualClock()
@@ -230,7 +230,7 @@ class VirtualMaster:
         self._handlers[member] = handler
 
     def run(self) -> None:
-        """Until nothing is under way."""
+        """Run until nothing is being sent."""
         while True:
             wishes = [wish for wish in (self.model.next_ns(), self.clock.next_ns()) if wish is not None]
             if not wishes:

@@ -39,7 +39,7 @@ class OutsideBench(LoopBench):
         return self._exchange
 
     def in_loop(self, action: Callable[[], None]) -> None:
-        """As everything in a process of a rig is done."""
+        """Run in the loop, as everything in a process of a rig does."""
 
         async def acting() -> None:
             action()
@@ -61,7 +61,7 @@ class OutsideBench(LoopBench):
         return answers
 
     def wait_ms(self, ms: float) -> None:
-        """Where only the clock can say that nothing came."""
+        """Wait, where only the clock shows that nothing came."""
         until_ns = self.clock.now_ns() + round(ms * 1e6)
         self.pump(lambda: self.clock.now_ns() >= until_ns)
 
@@ -73,7 +73,7 @@ class OutsideBench(LoopBench):
 
 
 class End:
-    """One end of a connection or line, of a server outside."""
+    """One end of a connection or line of a server outside the rig."""
 
     def __init__(self, bench: OutsideBench, fd: int, close: Callable[[], None]) -> None:
         self._bench, self._fd, self._close = bench, fd, close
@@ -119,7 +119,7 @@ class End:
 
 
 class Listener:
-    """Where a server outside listens; it can be shut and opened again on its port."""
+    """The listening socket of a server outside the rig, which can be closed and opened again on its port."""
 
     def __init__(self) -> None:
         self._socket = self._open(0)
@@ -169,7 +169,7 @@ class Listener:
 
 
 def open_pty(bench: OutsideBench, name: str) -> End:
-    """As a server does that opens the line's pty as its port."""
+    """Open the line's pty as a server does that uses it as its port."""
     fd = os.open(bench.run / name, os.O_RDWR | os.O_NOCTTY)
     tty.setraw(fd)
     return End(bench, fd, lambda: os.close(fd))

@@ -74,7 +74,7 @@ class CanMaster:
 
 
 class ModbusClient:
-    """One request at a time to one unit."""
+    """A client with one request at a time to one unit."""
 
     def __init__(self, rig: Rig, bus: str, unit: int = 1, member: str = "scada") -> None:
         self._rig, self._unit = rig, unit
@@ -82,7 +82,7 @@ class ModbusClient:
         self._link.on_receive(self._on_message)
         self._answers: list[bytes] = []
         self._exchange = 0
-        """Of the request whose answer is awaited; 0 is of those whose answer is not."""
+        """The exchange whose answer is awaited; 0 for exchanges whose answer is not."""
 
     def write(self, address: int, *words: int) -> None:
         """Registers, function 16.  AssertionError if the unit refuses or doesn't answer."""

@@ -71,7 +71,7 @@ class Ring(Protocol):
         """Senders and messages."""
 
     def cycle(self) -> Answers:
-        """One whole cycle, and the time that every drive needs to leave its AT."""
+        """Run one whole cycle, including the time in which every drive sends its AT."""
 
     def join(self, name: str, address: int) -> Drive: ...
 
@@ -85,7 +85,7 @@ class Ring(Protocol):
 
 
 def hearing(ring: Ring) -> dict[str, tuple[bool, bool]]:
-    """Who hears MST and MDT of one cycle; who hears nothing at all is not there."""
+    """Return the drives that receive MST and MDT of one cycle; others are missing."""
     before = {name: len(drive.heard) for name, drive in ring.drives.items()}
     ring.cycle()
     last = {name: drive.heard[-1] for name, drive in ring.drives.items() if len(drive.heard) > before[name]}
@@ -186,7 +186,7 @@ class StarRing(LoopBench):
         return heard
 
     def kill(self, process: str) -> None:
-        """Its sockets close, as the system closes those of one that was killed."""
+        """Close the sockets, as the system does for a killed process."""
         bus = self.buses.pop(process)
         for name in [name for name, home in self._members.items() if home == process]:
             self.loop.run_until_complete(bus.close(name))

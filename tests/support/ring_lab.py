@@ -23,7 +23,7 @@ RING, LINE = CONFIGS / "ring-virtual.yaml", CONFIGS / "packaging-line-virtual.ya
 DRIVES = ("infeed", "film", "jaw", "outfeed")
 RPM_TO_INCREMENTS = 1_000_000 / 60
 SEEN = ("axis_state", "mc4_state", "brake", "torque_on", "ready", "diag_code")
-"""What the timing diagrams of the manual's chapter 10 show."""
+"""The points in the timing diagrams of the manual's chapter 10."""
 PATIENCE_MS = 30_000
 
 
@@ -80,7 +80,7 @@ class RingLab:
         return self
 
     def boot(self) -> Self:
-        """Until the boot has finished, and a second more for the drives' parameters."""
+        """Run until the boot has finished, and a second longer for the drives' parameters."""
         return self.until(lambda: self.get("booted") is True).run(2_000)
 
     # ---- the controller
@@ -145,7 +145,7 @@ class RingLab:
         return float(self.of(drive, "speed"))
 
     def states(self, drive: str) -> tuple[Value, Value]:
-        """Of the controller's axis object."""
+        """Return the states of the controller's axis object."""
         return self.get(f"{drive}.AxisState"), self.get(f"{drive}.MC4State")
 
     def course(self, drive: str, ms: int) -> list[tuple[Value, ...]]:

@@ -48,7 +48,7 @@ class RingProcess(AskedRig):
         return self.run / "com1"
 
     def do(self, words: str) -> None:
-        """As an operator at the controller."""
+        """Act as an operator at the controller."""
         self.set("max4/command", words)
 
     def fault(self, where: str, *words: str) -> None:

@@ -97,7 +97,7 @@ def spoilt(chance: random.Random, seeds: list[bytes]) -> bytes:
 
 
 def spoilt_file(chance: random.Random, seeds: list[bytes]) -> bytes:
-    """Of a file of `key: value` or `key=value` lines: mostly another value, or lines that are gone or elsewhere."""
+    """Return a damaged version of a file of `key: value` or `key=value` lines: other values, missing or moved lines."""
     if chance.random() < 0.15:
         return spoilt(chance, seeds)
     lines = chance.choice(seeds).decode().splitlines()
@@ -119,7 +119,7 @@ def spoilt_file(chance: random.Random, seeds: list[bytes]) -> bytes:
 
 
 def _with_another_value(chance: random.Random, line: str) -> str:
-    """In YAML a value may be one of several in braces."""
+    """Return the line with another value; in YAML it may be one of several in braces."""
     starts = [place for place, letter in enumerate(line, 1) if letter in ":=[,{"]
     if not starts:
         return chance.choice(WORDS)
@@ -153,7 +153,7 @@ def spoilt_json(chance: random.Random, seeds: list[bytes]) -> bytes:
 
 
 def _places(tree: Any) -> list[tuple[Any, Any]]:
-    """Every container within `tree` with each of its keys."""
+    """Yield every container within `tree` with each of its keys."""
     found: list[tuple[Any, Any]] = []
     waiting = [tree]
     while waiting:

@@ -152,7 +152,7 @@ KINDS: Final[Mapping[str, Callable[[Store], Storing]]] = {
     "sm.encoder": _encoder,
     "terminal.tr": _terminal,
 }
-"""What makes a device of a kind, on its store, and switches it on."""
+"""Functions that build a device of a kind on its store, and switch it on."""
 
 
 @contextmanager

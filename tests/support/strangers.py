@@ -27,7 +27,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 
 def kind_names() -> list[str]:
-    """Every installed kind of bus."""
+    """Return every installed kind of bus."""
     return list(kinds.installed("fieldrig.buses"))
 
 
@@ -37,7 +37,7 @@ def bus_of(kind: str, **more: Any) -> Bus[Any]:
 
 
 def hub_kinds() -> list[str]:
-    """Those with a hub in real time."""
+    """Return the kinds with a hub in real time."""
     return [name for name in kind_names() if _has_hub(kinds.find_bus(name))]
 
 

@@ -67,7 +67,7 @@ def play(rig: Rig) -> None:
 
 
 def trace(overrides: Sequence[str] = ()) -> bytes:
-    """Every message on every bus: when, where, from whom, its bytes, to whom."""
+    """Return every message on every bus: time, bus, sender, bytes, receivers."""
     lines: list[str] = []
 
     def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:

@@ -33,7 +33,7 @@ class Beacon(Device):
 
 
 class Seedling(Device):
-    """Has an end of a bus, and nothing else."""
+    """A device with one end of a bus."""
 
     def __init__(self, soil: Link[Signal]) -> None:
         self._soil = soil

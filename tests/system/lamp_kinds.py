@@ -85,7 +85,7 @@ class Broken(Device):
 
 
 class Fragile(Device):
-    """Has a fault in its code that shows when it is asked to."""
+    """A device with a fault in its code that appears on request."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -121,7 +121,7 @@ class Hanging(Device):
 
 
 class Shy(Device):
-    """Has a fault in its code that shows when it hears that a lamp is switched on."""
+    """A device with a fault in its code that appears when a lamp is switched on."""
 
     def __init__(self, wires: Link[Signal]) -> None:
         wires.on_receive(self._on_signal, ["lamp.on"])

@@ -80,7 +80,7 @@ devices:
         )
 
     def said(self, number: int, *arguments: str) -> str:
-        """By a command that succeeds."""
+        """Return the output of a command that succeeds."""
         found = self.arp(number, *arguments)
         assert found.returncode == 0, found.stderr
         return found.stdout

@@ -21,7 +21,7 @@ LAMP = lamp_rig("after: lamp, ")
 
 @pytest.fixture(autouse=True)
 def token(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For everything that a test starts, and for itself."""
+    """Set the token for this process and everything that a test starts."""
     monkeypatch.setenv("FIELDRIG_TOKEN", "for this test")
 
 

@@ -49,7 +49,7 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 
 def offered(folder: Path, environment: dict[str, str], *words: str) -> list[str]:
-    """What bash offers for the last word, by the function that `--install-completion` gives it."""
+    """Return what bash offers for the last word, by the function that `--install-completion` installs."""
     command = ["bash", "--norc", "-c", SCRIPT, "bash", "fieldrig", *words]
     surroundings = {**os.environ, **environment, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(command, cwd=folder, env=surroundings, capture_output=True, text=True, check=True)
@@ -68,7 +68,7 @@ def at_once(rig: RunningRig, *words: str) -> list[str]:
 
 
 def in_rig(rig: RunningRig, *words: str) -> list[str]:
-    """What is offered sooner or later: a rig on a busy host may not answer in the time that completion allows it."""
+    """Return the offer, and try again while a busy host does not answer within the time limit of completion."""
     found: list[str] = []
 
     def is_offered() -> bool:
@@ -164,7 +164,7 @@ def test_without_a_rig_nothing_is_offered_and_nothing_is_said(tmp_path: Path, wo
 
 
 def test_another_program_at_the_endpoint_is_no_rig(tmp_path: Path) -> None:
-    """It accepts connections, and never says a word."""
+    """The program accepts connections, but never answers."""
     with socket.create_server(("127.0.0.1", 0)) as mute:
         endpoint = f"tcp/127.0.0.1:{mute.getsockname()[1]}"
         assert offered(tmp_path, {"FIELDRIG_CONTROL": endpoint}, "get", "") == []

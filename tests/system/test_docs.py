@@ -29,18 +29,18 @@ PORTS = (
     *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
     *("5024", "5025", "7013", "7452", "29560", "29561", "29562"),
 )
-"""Those of the lab, the ring and the machine, and those that pages give to rigs of their own."""
+"""The ports of the lab, the ring and the machine, and those that pages give to their own rigs."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
-"""What rig files of a page find beside them, as those of configs do."""
+"""The files that the rig files of a page find beside them."""
 PATIENCE_S = 600.0
 """Bounds a block that hangs; the tour of the ring takes 20 s of two free processors, and minutes of a busy host."""
 PROMPT = "$ "
 MAKE_LAB = "make lab"
-"""Its output is that of the lab which is running for the page."""
+"""The command whose output is that of the lab that runs for the page."""
 
 
 class Desk:
-    """Where one page is tried."""
+    """The folder and rigs in which one page is tried."""
 
     def __init__(self) -> None:
         self._temporary = tempfile.TemporaryDirectory(prefix="doc")  # short, as Unix sockets ask for
@@ -138,7 +138,7 @@ class Desk:
         return self._with_known_ports(output)
 
     def _lab_endpoint(self) -> str:
-        """Of the lab of this page, which is started when it is asked for first."""
+        """Return the endpoint of the lab of this page, which is started at its first use."""
         endpoint = f"tcp/127.0.0.1:{self._ports['7447']}"
         if self._lab is not None:
             return endpoint
@@ -197,5 +197,5 @@ def _transcript(block: Block) -> Iterator[tuple[str, list[str]]]:
 
 
 def _plain(text: str) -> str:
-    """One space where there are several, as columns are as wide as what stands in them."""
+    """Replace several spaces by one, as the width of columns depends on their content."""
     return "\n".join(" ".join(line.split()) for line in text.splitlines())

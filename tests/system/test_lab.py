@@ -19,7 +19,7 @@ from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.modbus.message import ModbusResponse
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 
 pytestmark = pytest.mark.system
 
@@ -76,8 +76,18 @@ def test_the_order_of_hashes_changes_nothing(once: bytes, processes: str) -> Non
         assert elsewhere(f"processes={processes}", hash_seed=hash_seed) == once
 
 
+def masters_after(rig: Rig, command: ModbusRequest) -> Masters:
+    """Start all nodes with their analogue events, send the command, and run for a second."""
+    masters = Masters(rig)
+    masters.can.send(START_ALL)
+    masters.can.send(ANALOG_EVENTS_ON)
+    masters.tcp.send(command)
+    rig.run_until(1 * S)
+    return masters
+
+
 def filled_m(seconds: float) -> float:
-    """From 0.5 m with the outlet shut."""
+    """Return the level after filling from 0.5 m with the outlet closed."""
     return 0.5 + PUMP_M3_PER_S / AREA_M2 * seconds
 
 
@@ -101,11 +111,7 @@ def rig(fieldrig_rig: RigMaker) -> Rig:
 
 
 def test_modbus_client_starts_the_pump_and_the_level_rises_as_calculated_up_to_the_tpdos(rig: Rig) -> None:
-    masters = Masters(rig)
-    masters.can.send(START_ALL)
-    masters.can.send(ANALOG_EVENTS_ON)
-    masters.tcp.send(FULL_SPEED)
-    rig.run_until(1 * S)
+    masters = masters_after(rig, FULL_SPEED)
     masters.tcp.send(PUMP_ON)
     rig.run_until(101 * S)
     assert rig.get("tank", "level") == pytest.approx(filled_m(100), abs=1e-9)
@@ -123,11 +129,7 @@ def test_modbus_client_starts_the_pump_and_the_level_rises_as_calculated_up_to_t
 
 
 def test_outlet_opened_by_the_canopen_master_drains_it_as_calculated(rig: Rig) -> None:
-    masters = Masters(rig)
-    masters.can.send(START_ALL)
-    masters.can.send(ANALOG_EVENTS_ON)
-    masters.tcp.send(PUMP_OFF)
-    rig.run_until(1 * S)
+    masters = masters_after(rig, PUMP_OFF)
     masters.can.send(open_outlet(100))
     rig.run_until(1 * S + 10 * MS)
     assert rig.get("tank", "outlet") == 100

@@ -52,7 +52,7 @@ def opened(url: str) -> Any:
 
 
 def asked(port: Any, request: bytes, wanted: bytes) -> None:
-    """What a machine that is busy spoils is asked again."""
+    """Repeat a question that a busy host has disturbed."""
     give_up_s = time.monotonic() + PATIENCE_S
     answer = b""
     while answer != wanted:

@@ -36,8 +36,8 @@ def test_what_is_made_passes_check_and_its_own_test(tmp_path: Path, words: list[
 
 def test_at_a_terminal_it_shows_the_menu_and_asks(tmp_path: Path) -> None:
     with Terminal(" ".join([*FIELDRIG, "new"]), tmp_path) as terminal:
-        terminal.until_shown("packaging-line", "Which one [lab]")
+        terminal.until_shown("packaging-line", "Example [lab]")
         terminal.type("own-device\n")
-        terminal.until_shown("In the folder [own-device]")
+        terminal.until_shown("Folder [own-device]")
         assert terminal.press("bench\n") == 0
     assert (tmp_path / "bench/press.py").is_file()

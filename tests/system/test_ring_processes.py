@@ -79,7 +79,7 @@ def test_a_drive_that_is_killed_opens_the_ring_until_it_is_back(ring: RunningRig
 def test_a_fault_in_the_code_of_a_drive_ends_its_process_and_is_told(ring: RunningRig) -> None:
     ring.ask("device/belt/set", {"values": {"wrong": True}})
     ring.until_back("belt")
-    assert "belt died: exit code 70: a device's own code failed (RuntimeError: lost the count, " in ring.output()
+    assert "belt died: exit code 70: a device's code failed (RuntimeError: lost the count, " in ring.output()
     assert "in device belt, with a message of bus ring0, at " in ring.output()
     assert "Traceback" in ring.log("belt")
     until(lambda: is_whole(ring))

@@ -47,7 +47,7 @@ class Lines(list[Line]):
 
 
 def trace_of(seed: int, processes: str) -> list[Line]:
-    """From power-on to a ring in operation, through distortion by chance, a break and its healing."""
+    """Return the trace from power-on to a ring in operation, with random distortion, and a break and its recovery."""
     lines = Lines()
     with Rig(from_dict(line_of(DRIVES, seed, processes)), lines.on_delivery) as running:
         running.run_until(1_800 * MS)

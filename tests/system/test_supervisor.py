@@ -160,7 +160,7 @@ def test_a_fault_in_a_devices_code_is_in_its_log_and_it_is_started_again() -> No
         rig.until_back("extra")
         assert "RuntimeError: hit too hard" in rig.log("extra")
         assert re.search(
-            r"extra died: exit code 70: a device's own code failed \(RuntimeError: hit too hard, "
+            r"extra died: exit code 70: a device's code failed \(RuntimeError: hit too hard, "
             r"in device extra, in a timer or call of its own, at \d+ ns\); starting it again",
             rig.output(),
         )

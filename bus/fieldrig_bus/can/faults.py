@@ -15,6 +15,7 @@ from fieldrig import faults
 from fieldrig.clock import MS
 from fieldrig.faults import LONGEST_MS, Timed
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
+from fieldrig_bus.can.notices import FASTEST, SLOWEST
 
 
 def _hex(text: str) -> str:
@@ -137,7 +138,7 @@ class WrongBitRate(Timed):
 
     what: Literal["wrong_bit_rate"]
     node: str
-    bitrate: int = Field(ge=1_000, le=10_000_000, description="its wrong bit rate, in bit/s")
+    bitrate: int = Field(ge=SLOWEST, le=FASTEST, description="its wrong bit rate, in bit/s")
 
 
 class Babble(Timed):

@@ -22,14 +22,13 @@ from fieldrig_bus.can import socketcan_errors
 from fieldrig_bus.can.acceptance import ERRORS, EXTENDED, REMOTE, STATE, Filters, passes, received
 from fieldrig_bus.can.direct import CanDirectBus, CanDirectSettings, DirectEnd
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
+from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.notices import BusState, CanError
 
 CLASSICAL: Final = struct.Struct("=IB3x8s")  # struct can_frame
 FD: Final = struct.Struct("=IBB2x64s")  # struct canfd_frame
 HEAD: Final = struct.Struct("=IBB2x")
 FILTER: Final = struct.Struct("=II")  # struct can_filter
-ERROR: Final = 0x2000_0000  # CAN_ERR_FLAG; in a filter CAN_INV_FILTER
-BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS
 ERROR_FILTER: Final = 2  # CAN_RAW_ERR_FILTER; Python has the name only if its headers had it
 MOST_FILTERS: Final = 512  # CAN_RAW_FILTER_MAX
 RECEIVE_BUFFER: Final = 1 << 20

@@ -10,10 +10,10 @@ from typing import Final
 from fieldrig.clock import US, S
 from fieldrig_bus.can.acceptance import received
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH
 
 LONGEST_INTERVAL_NS: Final = 1_000_000_000 * S  # fits every timer
 MOST_MASKS: Final = 257
-BIT_RATE_SWITCH: Final = 0x01  # CANFD_BRS of linux/can.h
 
 
 def number(word: bytes, base: int = 10) -> int:

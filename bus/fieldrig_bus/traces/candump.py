@@ -15,12 +15,11 @@ from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.notices import BusState, CanError, Notice
 from fieldrig_bus.can.socketcan_errors import error_frame
 
 SUFFIX = ".log"
-_BRS = 1  # linux/can.h, CANFD_BRS
-_ERROR = 0x2000_0000  # CAN_ERR_FLAG
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
@@ -63,14 +62,14 @@ def _body(message: CanFrame | Notice) -> str | None:
     """The message as candump shows it; None for a message that candump can't represent."""
     if isinstance(message, CanError | BusState):
         kind, data = error_frame(message)
-        return f"{kind | _ERROR:08X}#{data.hex().upper()}"
+        return f"{kind | ERROR:08X}#{data.hex().upper()}"
     if not isinstance(message, CanFrame):
         return None
     identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"
     if message.is_remote:
         return f"{identifier}#R{message.remote_length or ''}"
     if message.is_fd:
-        return f"{identifier}##{_BRS if message.is_bit_rate_switched else 0}{message.data.hex().upper()}"
+        return f"{identifier}##{BIT_RATE_SWITCH if message.is_bit_rate_switched else 0}{message.data.hex().upper()}"
     return f"{identifier}#{message.data.hex().upper()}"
 
 

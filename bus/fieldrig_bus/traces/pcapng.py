@@ -21,7 +21,9 @@ from pcapng.exceptions import PcapngException
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
+from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.notices import BusState, CanError
 from fieldrig_bus.can.socketcan_errors import LENGTH, error_frame
 from fieldrig_bus.modbus import codec as modbus_codec
@@ -41,8 +43,7 @@ FileWriter: Any = writer.FileWriter
 FileScanner: Any = scanner.FileScanner
 
 _CAN = struct.Struct("!IBBxx")  # identifier with flags, length, flags of an FD frame
-_EXTENDED, _REMOTE, _ERROR = 0x8000_0000, 0x4000_0000, 0x2000_0000
-_FD_SWITCHED, _FD = 0x01, 0x04
+_FD = 0x04  # CANFD_FDF
 _FD_MTU = 72  # bytes of every FD frame from Linux, also where the flag is not set
 
 _INSTANT_0 = re.compile(r"fieldrig: instant 0 is (\d+) ns")
@@ -143,12 +144,12 @@ def _packer(family: str, number: int) -> Callable[[TraceEntry], tuple[bytes, lis
 def _can_packet(entry: TraceEntry) -> tuple[bytes, list[str]]:
     message = can_codec.decode(entry.data)
     if isinstance(message, CanFrame):
-        word = message.identifier | message.is_extended * _EXTENDED | message.is_remote * _REMOTE
-        flags = message.is_fd * _FD | message.is_bit_rate_switched * _FD_SWITCHED
+        word = message.identifier | message.is_extended * EXTENDED | message.is_remote * REMOTE
+        flags = message.is_fd * _FD | message.is_bit_rate_switched * BIT_RATE_SWITCH
         length = message.remote_length if message.is_remote else len(message.data)
         return _CAN.pack(word, length, flags) + message.data, [entry.sender]
     kind, data = error_frame(message) if isinstance(message, CanError | BusState) else (0, bytes(LENGTH))
-    packet = _CAN.pack(kind | _ERROR, len(data), 0) + data
+    packet = _CAN.pack(kind | ERROR, len(data), 0) + data
     return packet, [entry.sender, f"fieldrig: message {entry.data.hex()}", can_codec.show(message)]
 
 
@@ -189,17 +190,17 @@ def _can_frame(packet: bytes) -> CanFrame | None:
     if len(packet) < _CAN.size:
         return None
     word, length, flags = _CAN.unpack_from(packet)
-    is_remote = bool(word & _REMOTE)
-    if word & _ERROR or not (is_remote or len(packet) >= _CAN.size + length):
+    is_remote = bool(word & REMOTE)
+    if word & ERROR or not (is_remote or len(packet) >= _CAN.size + length):
         return None
     frame = CanFrame(
         word & 0x1FFF_FFFF,
         b"" if is_remote else packet[_CAN.size : _CAN.size + length],
-        is_extended=bool(word & _EXTENDED),
+        is_extended=bool(word & EXTENDED),
         is_remote=is_remote,
         remote_length=length if is_remote else 0,
         is_fd=(is_fd := bool(flags & _FD) or len(packet) == _FD_MTU),
-        is_bit_rate_switched=is_fd and bool(flags & _FD_SWITCHED),
+        is_bit_rate_switched=is_fd and bool(flags & BIT_RATE_SWITCH),
     )
     try:
         return check(frame)

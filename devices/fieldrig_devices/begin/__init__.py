@@ -1,1 +1,1 @@
-"""`fieldrig new`: a folder with a rig file, the files that it names, and a test, to begin with."""
+"""`fieldrig new`: creates a folder with a rig file, the files that it names, and a test."""

@@ -1,4 +1,4 @@
-"""`fieldrig new`: make a folder to begin with, from the menu of examples or for an EDS file."""
+"""`fieldrig new`: creates a folder to start from, with one of the examples or for an EDS file."""
 
 import shlex
 import sys
@@ -15,7 +15,7 @@ Content = Mapping[PurePosixPath, bytes]
 
 
 def complete_example(incomplete: str) -> list[tuple[str, str]]:
-    """The examples of the menu with their sentences, for the shell."""
+    """Return the examples with their descriptions, for completion in the shell."""
     from fieldrig_devices.begin.examples import menu
 
     return [(name, about) for name, about in menu().items() if name.startswith(incomplete)]
@@ -54,7 +54,7 @@ def new(
     if eds is None:
         _from_menu(example, folder)
     elif folder is not None:
-        raise typer.BadParameter("with --eds there is no example to name, only the folder")
+        raise typer.BadParameter("expected only the folder with --eds, and no example")
     else:
         from fieldrig_devices.begin.eds_rig import content_for, name_for
 
@@ -69,10 +69,10 @@ def _from_menu(example: str | None, folder: Path | None) -> None:
     if example is None:
         _show(examples)
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
-            typer.echo("\n`fieldrig new EXAMPLE [DIR]` makes one of them, `fieldrig new --eds FILE` a node of yours")
+            typer.echo("\n`fieldrig new EXAMPLE [DIR]` copies an example, `fieldrig new --eds FILE` creates a node")
             return
-        example = typer.prompt("\nWhich one", default="lab")
-        folder = Path(typer.prompt("In the folder", default=example))
+        example = typer.prompt("\nExample", default="lab")
+        folder = Path(typer.prompt("Folder", default=example))
     if example not in examples:
         is_eds = Path(example).suffix.lower() in (".eds", ".dcf")
         remedy = f"write `fieldrig new --eds {example}`" if is_eds else closest(example, list(examples))
@@ -91,7 +91,7 @@ def _make(content: Content, folder: Path) -> None:
     with writing(folder, "name another folder"):
         taken = [str(path) for path, data in content.items() if _is_taken(folder / path, data)]
         if taken:
-            raise UsageError(f"other files are in the place of {', '.join(taken)} in {folder}", "name another folder")
+            raise UsageError(f"{folder} already has other files named {', '.join(taken)}", "name another folder")
         for path, data in content.items():
             file = folder / path
             if not file.exists():
@@ -103,7 +103,7 @@ def _make(content: Content, folder: Path) -> None:
 
 
 def _is_taken(file: Path, data: bytes) -> bool:
-    """Whether the file can't be written without harm to what is there."""
+    """True if writing the file would change something that already exists."""
     if file.exists() or file.is_symlink():
         return not file.is_file() or file.read_bytes() != data
     return any(parent.exists() and not parent.is_dir() for parent in file.parents)

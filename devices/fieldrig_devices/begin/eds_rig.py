@@ -1,4 +1,4 @@
-"""A rig with one CANopen node, made for an EDS or DCF file that is given."""
+"""Creates a rig with one CANopen node from an EDS or DCF file."""
 
 import json
 import re
@@ -12,17 +12,17 @@ from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.source import parse_number
 
 BIT_RATES = (500_000, 250_000, 1_000_000, 125_000, 800_000, 50_000, 20_000, 10_000)
-"""The first that the file names is taken."""
+"""Bit rates in order of preference: the first that the file supports is used."""
 COMMISSIONING = re.compile(r"(?ims)^[ \t]*\[DeviceComm?issioning\](.*?)(?=^[ \t]*\[|\Z)")
 KEY = re.compile(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(\w+)")
 DEVICE_TYPE = 0x1000
 NODE_ID = 1
-"""Taken where the file is no DCF, which names one."""
+"""The node-ID for an EDS file; a DCF file has its own."""
 
 RIG = Template("""\
 # One CANopen node from $eds, on a CAN bus that your own master can join.
 # `fieldrig up $name.yaml` starts it and prints how to reach each part; `fieldrig check $name.yaml` explains mistakes.
-time: real                        # the computer's clock
+time: real                        # the clock of this host
 
 buses:
   can0:
@@ -36,11 +36,11 @@ devices:
     node_id: $node_id
     eds: $eds
     links: {can: can0}
-    objects: {}                   # power-on values other than the file's, such as "1017:00": 1000 for a heartbeat
+    objects: {}                   # power-on values that replace those of the file, such as "1017:00": 1000 (heartbeat)
 """)
 
 VIRTUAL = Template("""\
-# The rig of $name.yaml in virtual time: as fast as the computer can, the same bytes at every run.
+# The rig of $name.yaml in virtual time: as fast as the host allows, with the same bytes in every run.
 extends: $name.yaml
 time: virtual
 speed: max
@@ -84,13 +84,13 @@ def test_a_master_reads_the_device_type_by_sdo(fieldrig_rig: RigMaker) -> None:
 
 
 def name_for(file: Path) -> str:
-    """A name as rig files have them, from that of the EDS file."""
+    """Return a name for the device, made from that of the EDS file so that it is valid in a rig file."""
     name = re.sub(r"[^a-z0-9_-]+", "-", file.stem.lower()).strip("-_")
     return name if re.match(r"[a-z]", name) and name != "can0" else f"node-{name}".rstrip("-")
 
 
 def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
-    """The files of the rig by their paths, the rig file first.  UsageError if the EDS file makes no node."""
+    """Return the files of the rig by path, the rig file first.  Raises UsageError if no node fits the EDS file."""
     try:
         with reading(file, "expected an EDS or DCF file"):
             node_id, bit_rate = _commissioning(file)
@@ -117,7 +117,7 @@ def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
 
 
 def _commissioning(file: Path) -> tuple[int, int | None]:
-    """Node-ID and bit rate as a DCF has them (CiA 306-1 6.2.2); where it doesn't, ours, and None."""
+    """Return node-ID and bit rate of a DCF (CiA 306-1 6.2.2); the defaults are `NODE_ID` and None."""
     text = file.read_text(encoding="latin-1")
     section = COMMISSIONING.search(text)
     keys = dict(KEY.findall(section[1].lower())) if section else {}

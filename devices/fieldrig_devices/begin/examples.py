@@ -1,8 +1,8 @@
-"""The examples that `fieldrig new` copies: the rig files of `configs`, which the wheel carries inside this package.
+"""The examples that `fieldrig new` copies: the rig files of `configs`, which the wheel contains in this package.
 
-An example is a rig file; it is described by the first sentence of the comment that it begins with.  Its variants
-(`lab-virtual.yaml` extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it,
-so a rig file that is added to the folder is in the menu without further ado.
+An example is a rig file, and the first sentence of its opening comment describes it.  Its variants (`lab-virtual.yaml`
+extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it.  A rig file that is
+added to the folder therefore appears in the menu by itself.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,20 +17,20 @@ SUFFIX = ".yaml"
 
 
 def folder() -> Path:
-    """Where the examples are: in the installed package, or in the clone that an editable installation reads."""
+    """Return the folder of the examples: in the installed package, or in the clone of an editable installation."""
     package = Path(str(files("fieldrig_devices")))
     packed = package / "examples"
     return packed if packed.is_dir() else package.parents[1] / "configs"
 
 
 def menu() -> dict[str, str]:
-    """The sentence about each example, by its name."""
+    """Return the description of each example by name."""
     rigs = sorted(folder().glob(f"*{SUFFIX}"))
     return {rig.stem: _sentence(rig) for rig in rigs if not _is_variant(rig)}
 
 
 def content_of(example: str) -> Mapping[PurePosixPath, bytes]:
-    """The files of an example by their paths, the rig file first."""
+    """Return the files of an example by path, the rig file first."""
     root = folder()
     rigs = [root / f"{example}{SUFFIX}", *sorted(root.glob(f"{example}-*{SUFFIX}"))]
     found: dict[Path, None] = {}
@@ -59,7 +59,7 @@ def _is_variant(rig: Path) -> bool:
 
 
 def _follow(file: Path, found: dict[Path, None]) -> None:
-    """Add the file, and all that it leads to."""
+    """Add the file and, recursively, all files that it names."""
     if file in found:
         return
     found[file] = None

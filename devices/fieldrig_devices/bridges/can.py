@@ -1,7 +1,7 @@
-"""Bridge between two CAN buses: carries every frame both ways, or those that filters let through.
+"""Bridge between two CAN buses: forwards all frames in both directions, or those that pass its filters.
 
-A bus never gives a member its own frames back, so what was forwarded doesn't return.  Two bridges between the same two
-buses would carry frames round for ever; one is the rule, as with bridges of iron.
+A bus never delivers a member's own frames to it, so a forwarded frame doesn't return.  Two bridges between the same two
+buses would forward each frame in circles; as with physical bridges, use only one.
 """
 
 from collections.abc import Mapping
@@ -21,13 +21,13 @@ Filter = Annotated[list[Word], Field(min_length=2, max_length=2, description="[i
 class CanBridgeSettings(Settings):
     a_to_b: list[Filter] | None = Field(
         default=None,
-        description="[identifier, mask] pairs as SocketCAN has them (29 bits: 0x80000000 too); default: all",
+        description="filters as [identifier, mask], as in SocketCAN (0x80000000: 29 bits); null forwards all frames",
     )
     b_to_a: list[Filter] | None = Field(default=None, description="the same for the other direction")
 
 
 class CanBridge(Device):
-    about: ClassVar[str] = "carries frames between two CAN buses, all or filtered"
+    about: ClassVar[str] = "forwards frames between two CAN buses, all or filtered"
 
     def __init__(self, a: Link[CanFrame], b: Link[CanFrame], settings: CanBridgeSettings) -> None:
         self._a, self._b = a, b
@@ -37,8 +37,8 @@ class CanBridge(Device):
 
     def points(self) -> Mapping[str, Point]:
         return {
-            "a_to_b": Point(lambda: self._a_to_b, unit="frames", about="carried from a to b"),
-            "b_to_a": Point(lambda: self._b_to_a, unit="frames", about="carried from b to a"),
+            "a_to_b": Point(lambda: self._a_to_b, unit="frames", about="forwarded from a to b"),
+            "b_to_a": Point(lambda: self._b_to_a, unit="frames", about="forwarded from b to a"),
         }
 
     def _on_frame_of_a(self, frame: CanFrame) -> None:

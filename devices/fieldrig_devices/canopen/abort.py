@@ -1,4 +1,4 @@
-"""SDO abort codes, and the exception by which whoever refuses an access names one.
+"""SDO abort codes, and the exception that refuses an access with such a code.
 
 Source: CiA 301 table 22.
 """
@@ -39,8 +39,8 @@ NAMES = {int(code): code.name for code in Code}
 
 
 class Abort(Exception):  # noqa: N818 - the standard's word for it
-    """An access is refused with `code`: one of ours, or whatever another node says."""
+    """An access is refused with `code`, which is one of `Code` or any code that another node has sent."""
 
     def __init__(self, code: int) -> None:
-        super().__init__(f"{code:08X}h {NAMES.get(code, 'a code of its own')}")
+        super().__init__(f"{code:08X}h {NAMES.get(code, 'an unknown code')}")
         self.code = code

@@ -3,4 +3,4 @@
 from typing import Final
 
 BIT_RATES: Final = {0: 1_000_000, 1: 800_000, 2: 500_000, 3: 250_000, 4: 125_000, 6: 50_000, 7: 20_000, 8: 10_000}
-"""Standard table 0: bit/s by index."""
+"""Bit rates in bit/s by index of the standard table 0."""

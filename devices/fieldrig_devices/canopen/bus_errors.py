@@ -1,8 +1,8 @@
-"""What the node makes of its CAN controller's state: errors that it reports, and bus-off as a communication error.
+"""The node's reaction to the state of its CAN controller: EMCY messages, and bus-off as a communication error.
 
-Source: CiA 301 table 26 (8120h, 8140h), 7.5.2.32 (1029h: bus-off).  A node that is the first on its bus gets no
-acknowledgement and turns error passive; that is no error to report before anybody else was heard.  A bus that says
-nothing of the state, as one on UDP, never leaves 'error active'.
+Source: CiA 301 table 26 (8120h, 8140h), 7.5.2.32 (1029h: bus-off).  The first node on a bus gets no acknowledgement and
+becomes error passive; it doesn't report that as an error before it has received a frame.  On a bus that doesn't report
+the state, such as one on UDP, the node stays 'error active'.
 """
 
 from collections.abc import Callable
@@ -14,17 +14,17 @@ from fieldrig_devices.canopen.service import Reset, Service
 
 
 class BusErrors(Service):
-    """Tells `on_bus_off` when the controller has left the bus, and when it is back."""
+    """Reports errors of the controller, and calls `on_bus_off` with True at bus-off and with False after recovery."""
 
     def __init__(self, port: Port, errors: "emcy.Emcy", on_bus_off: Callable[[bool], None]) -> None:
         self._port, self._errors, self._on_bus_off = port, errors, on_bus_off
         self._state = CanState.ACTIVE
         self.times_off = 0
-        """How often the controller has left the bus."""
+        """Number of times that the controller has gone bus-off."""
         port.on_bus_state(self._on_state)
 
     def reset(self, scope: Reset) -> None:
-        """The controller is reset with the node only as far as its errors are concerned: its state is the bus's."""
+        """Report the controller's errors again; its state belongs to the bus and survives a reset of the node."""
         self._report(self._state)
 
     def _on_state(self, notice: BusState) -> None:

@@ -1,7 +1,7 @@
-"""CiA 401, generic I/O modules: what lies between the objects and the screws.
+"""CiA 401, generic I/O modules: polarity, filters and error values between the objects and the I/O terminals.
 
-Source: CiA 401 version 3, chapters 6 and 7.  8-bit digital and 16-bit analog channels; which changes are events is in
-`cia401_events`.  The input filter constant (6003h) has no effect, as inputs don't bounce here.
+Source: CiA 401 version 3, chapters 6 and 7.  Supports 8-bit digital and 16-bit analog channels; `cia401_events` decides
+which changes are events.  The input filter constant (6003h) has no effect because these inputs don't bounce.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ ANALOG_ERROR_MODE, ANALOG_ERROR_VALUE = 0x6443, 0x6444
 
 
 class Cia401(Service):
-    """The profile of a node whose dictionary says that it has it."""
+    """The profile of a node whose device type (1000h) is CiA 401."""
 
     def __init__(self, dictionary: Dictionary) -> None:
         self.terminals: dict[Variable, Terminal] = {}
@@ -49,14 +49,14 @@ class Cia401(Service):
 
     def reset(self, scope: Reset) -> None:
         self._is_lost = False
-        self._set_fault(False)  # outputs follow their objects, which may be at their power-on values now
-        for one in self._inputs:
-            one.reset()
+        self._set_fault(False)  # outputs follow their objects, which a reset may have set to power-on values
+        for digital_input in self._inputs:
+            digital_input.reset()
         for gate in self._gates:
             gate.reset()
 
     def enter(self, state: State) -> None:
-        """6206h: outputs go to their error values in 'stopped', and follow their objects again in 'operational'."""
+        """Set outputs to their error values in 'stopped'; let them follow their objects in 'operational' (6206h)."""
         if state is State.STOPPED:
             self._set_fault(True)
         elif state is State.OPERATIONAL:
@@ -73,39 +73,39 @@ class Cia401(Service):
 
 
 class DigitalInput:
-    """6002h turns bits around."""
+    """One byte of inputs; 6002h inverts its bits."""
 
     def __init__(self, dictionary: Dictionary, variable: Variable) -> None:
         self._variable = variable
         self._polarity = dictionary.get(INPUT_POLARITY, variable.subindex)
-        self._turned = 0
+        self._inverted = 0
         self.watchers: list[Callable[[], None]] = []
         if self._polarity is not None:
-            self._turned = self._polarity.number
+            self._inverted = self._polarity.number
             self._polarity.watchers.append(self.reset)
 
     @property
     def value(self) -> int:
-        return self._variable.number ^ self._turned
+        return self._variable.number ^ self._inverted
 
     def put(self, value: Value) -> None:
-        self._variable.put(int(value) ^ self._turned)
+        self._variable.put(int(value) ^ self._inverted)
 
     def reset(self) -> None:
-        """The polarity may be another: what is felt stays, the object follows."""
+        """Apply the present polarity: the state of the terminal stays, and the object changes."""
         if self._polarity is not None:
-            felt, self._turned = self.value, self._polarity.number
-            self.put(felt)
+            state, self._inverted = self.value, self._polarity.number
+            self.put(state)
 
 
 class DigitalOutput:
-    """6202h turns bits around, 6208h holds them; in a fault 6206h and 6207h say what to do."""
+    """One byte of outputs; 6202h inverts its bits, 6208h holds them, and 6206h and 6207h define the error values."""
 
     def __init__(self, dictionary: Dictionary, variable: Variable) -> None:
         self._variable = variable
         self._number = partial(dictionary.number, subindex=variable.subindex)
         self._is_fault = False
-        self._turned, self._moved = 0, 0xFF
+        self._inverted, self._mask = 0, 0xFF
         self.value = 0
         self.watchers: list[Callable[[], None]] = []
         variable.watchers.append(self._update)
@@ -115,7 +115,7 @@ class DigitalOutput:
                 parameter.watchers.append(self._configure)
 
     def put(self, value: Value) -> None:
-        """Not the screw is felt here but the object: for whoever ties an output as an input."""
+        """Write the object, not the terminal: for a signal that drives an output object (`direction: in`)."""
         self._variable.put(value)
 
     def set_fault(self, is_fault: bool) -> None:
@@ -124,23 +124,23 @@ class DigitalOutput:
 
     def _configure(self) -> None:
         if self._is_fault:
-            self._moved = self._number(ERROR_MODE, default=0)
+            self._mask = self._number(ERROR_MODE, default=0)
         else:
-            self._turned = self._number(OUTPUT_POLARITY, default=0)
-            self._moved = self._number(FILTER_MASK, default=0xFF)
+            self._inverted = self._number(OUTPUT_POLARITY, default=0)
+            self._mask = self._number(FILTER_MASK, default=0xFF)
         self._update()
 
     def _update(self) -> None:
         data = self._variable.data
-        wanted = self._number(ERROR_VALUE, default=0) if self._is_fault else data[0] ^ self._turned
-        value = self.value & ~self._moved | wanted & self._moved
+        wanted = self._number(ERROR_VALUE, default=0) if self._is_fault else data[0] ^ self._inverted
+        value = self.value & ~self._mask | wanted & self._mask
         if value != self.value:
             self.value = value
-            _tell(self.watchers)
+            _notify(self.watchers)
 
 
 class AnalogOutput:
-    """In a fault 6443h and 6444h say what to do."""
+    """One analog output; 6443h and 6444h define its error value."""
 
     def __init__(self, dictionary: Dictionary, variable: Variable) -> None:
         self._variable = variable
@@ -154,7 +154,7 @@ class AnalogOutput:
                 source.watchers.append(self._update)
 
     def put(self, value: Value) -> None:
-        """Not the screw is felt here but the object: for whoever ties an output as an input."""
+        """Write the object, not the terminal: for a signal that drives an output object (`direction: in`)."""
         self._variable.put(value)
 
     def set_fault(self, is_fault: bool) -> None:
@@ -165,7 +165,7 @@ class AnalogOutput:
         value = self._wanted()
         if value != self.value:
             self.value = value
-            _tell(self.watchers)
+            _notify(self.watchers)
 
     def _wanted(self) -> Value:
         if not self._is_fault:
@@ -180,10 +180,10 @@ class AnalogOutput:
 
 
 def _members(dictionary: Dictionary, index: int, data_type: DataType) -> list[Variable]:
-    """The channels of an object, where the file gives them the type that the profile does."""
+    """Return the channels of an object that have the data type of the profile."""
     return [variable for variable in dictionary.members(index) if variable.type is data_type]
 
 
-def _tell(watchers: list[Callable[[], None]]) -> None:
+def _notify(watchers: list[Callable[[], None]]) -> None:
     for watcher in watchers:
         watcher()

@@ -1,7 +1,7 @@
-"""CiA 401: which changes of inputs are events that TPDOs tell of.
+"""CiA 401: decides which changes of inputs are events that trigger TPDOs.
 
 Source: CiA 401 version 3, objects 6005h to 6008h (digital) and 6421h to 6428h (analog).  Readings: limits and deltas
-are in units of 6401h; a delta counts from the value of the last event; limits and deltas both have to agree.
+are in units of 6401h; a delta counts from the value of the last event; a change has to satisfy limits and deltas.
 """
 
 from functools import partial
@@ -14,11 +14,11 @@ TRIGGER_SELECTION, ANALOG_INTERRUPT = 0x6421, 0x6423
 UPPER_LIMIT, LOWER_LIMIT, DELTA, NEGATIVE_DELTA, POSITIVE_DELTA = 0x6424, 0x6425, 0x6426, 0x6427, 0x6428
 
 ABOVE_UPPER, BELOW_LOWER, CHANGED, REDUCED, INCREASED = 0x01, 0x02, 0x04, 0x08, 0x10
-"""Bits of 6421h."""
+"""Bits of the trigger selection, 6421h."""
 
 
 class DigitalGate:
-    """6005h to 6008h: whether a change of an input byte is an event."""
+    """Decides whether a change of an input byte is an event (6005h to 6008h)."""
 
     def __init__(self, dictionary: Dictionary, variable: Variable) -> None:
         self._variable = variable
@@ -44,7 +44,7 @@ class DigitalGate:
 
 
 class AnalogGate:
-    """6421h to 6428h: whether a change of an analog input is an event."""
+    """Decides whether a change of an analog input is an event (6421h to 6428h)."""
 
     def __init__(self, dictionary: Dictionary, variable: Variable) -> None:
         self._variable = variable

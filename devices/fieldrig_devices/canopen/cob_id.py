@@ -1,4 +1,4 @@
-"""COB-IDs as parameters: an identifier with flags in the upper bits, and which changes of it are refused.
+"""COB-IDs as parameters: an identifier with flags in the upper bits, and the rules for changing it.
 
 Source: CiA 301 7.5.2.5 (1005h), 7.5.2.17 (1014h), 7.5.2.33 (1200h), 7.5.2.35 (1400h), table 41 (restricted CAN-IDs).
 """
@@ -9,15 +9,15 @@ from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.variable import Variable
 
 INVALID = 1 << 31
-"""The service doesn't exist (SDO, PDO, EMCY)."""
+"""Set if the service doesn't exist (SDO, PDO, EMCY)."""
 BIT_30 = 1 << 30
-"""No RTR allowed (TPDO); the device generates SYNC (1005h)."""
+"""Set if RTR is not allowed (TPDO), or if the device produces SYNC (1005h)."""
 EXTENDED = 1 << 29
 
 EXTENDED_KEY = 1 << 31
-"""Marks 29-bit identifiers in the words of the CAN link's interest."""
+"""Marks 29-bit identifiers in the `interest` of the CAN link."""
 
-# Table 41: never to be used by a configurable service.
+# CAN-IDs that no configurable service may use (table 41).
 RESTRICTED = (
     range(0x080),
     range(0x101, 0x181),
@@ -29,7 +29,7 @@ RESTRICTED = (
 
 
 def can_key(cob_id: int) -> int:
-    """The CAN identifier in a COB-ID, 29-bit ones marked with bit 31."""
+    """Return the CAN identifier in a COB-ID; bit 31 marks a 29-bit identifier."""
     return cob_id & 0x1FFF_FFFF | EXTENDED_KEY if cob_id & EXTENDED else cob_id & 0x7FF
 
 
@@ -38,20 +38,20 @@ def is_restricted(cob_id: int) -> bool:
 
 
 def is_well_formed(cob_id: int) -> bool:
-    """Whether an 11-bit COB-ID leaves bits 11 to 28 at zero."""
+    """True if bits 11 to 28 of an 11-bit COB-ID are zero."""
     return bool(cob_id & EXTENDED) or not cob_id & 0x1FFF_F800
 
 
 def is_valid(cob_id: int) -> bool:
-    """Of the services whose bit 31 says that they don't exist."""
+    """True if the service of this COB-ID exists, for the services that bit 31 switches off."""
     return not cob_id & INVALID
 
 
 def guard(variable: Variable, is_in_use: Callable[[int], bool] = is_valid, *, is_idle_checked: bool = False) -> None:
     """Let the network change a COB-ID only as the standard allows.
 
-    While it `is_in_use`, bits 0 to 29 stay as they are.  A restricted or ill-formed identifier is not put in use,
-    nor, with `is_idle_checked`, taken for later.
+    While the COB-ID `is_in_use`, bits 0 to 29 can't change.  A restricted or malformed identifier can't be put into
+    use; with `is_idle_checked` it is refused even while it is not in use.
     """
 
     def write(data: bytes) -> None:

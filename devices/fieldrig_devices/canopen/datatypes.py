@@ -1,6 +1,6 @@
-"""Data types of object dictionary variables: what a value is as bytes, and between which limits it lies.
+"""Data types of object dictionary variables: the encoding and the range of their values.
 
-Source: CiA 301 table 44 and chapter 7.1.  Times (000Ch, 000Dh) are taken as plain numbers of 48 bits.
+Source: CiA 301 table 44 and chapter 7.1.  Times (000Ch, 000Dh) are plain numbers of 48 bits.
 """
 
 import math
@@ -12,7 +12,7 @@ LAST_OF_LATIN_1 = 0xFF
 
 
 class DataType(ABC):
-    """One row of the table.  `size` is in bytes, None where any length will do; `bits` is its length in a PDO."""
+    """One row of the table.  `size` is in bytes, None for any length; `bits` is the length in a PDO."""
 
     size: int | None = None
     bits: int | None = None
@@ -24,11 +24,11 @@ class DataType(ABC):
 
     @abstractmethod
     def encode(self, value: Value) -> bytes:
-        """Little endian.  ValueError, saying what would be right, for what this type can't hold."""
+        """Return `value` in little-endian order.  Raises ValueError, with what was expected, if it doesn't fit."""
 
     @abstractmethod
     def decode(self, data: bytes) -> Value:
-        """The value in `data`, which has the right size."""
+        """Return the value in `data`, which must have the right size."""
 
 
 class Integer(DataType):
@@ -45,7 +45,7 @@ class Integer(DataType):
 
     def encode(self, value: Value) -> bytes:
         if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
-            raise ValueError(f"{value!r} is not {self.name}: a whole number from {self.low} to {self.high}")
+            raise ValueError(f"{value!r} is not {self.name}: expected a whole number from {self.low} to {self.high}")
         return value.to_bytes(self.size, "little", signed=self.is_signed)
 
     def decode(self, data: bytes) -> int:
@@ -53,13 +53,13 @@ class Integer(DataType):
 
 
 class Boolean(DataType):
-    """One byte by SDO, one bit in a PDO."""
+    """A truth value: one byte by SDO, one bit in a PDO."""
 
     size, bits, low, high = 1, 1, 0, 1
 
     def encode(self, value: Value) -> bytes:
         if not isinstance(value, int) or value not in (0, 1):
-            raise ValueError(f"{value!r} is not {self.name}: true or false")
+            raise ValueError(f"{value!r} is not {self.name}: expected true or false")
         return b"\x01" if value else b"\x00"
 
     def decode(self, data: bytes) -> bool:
@@ -77,7 +77,7 @@ class Real(DataType):
 
     def encode(self, value: Value) -> bytes:
         if isinstance(value, bool | str):
-            raise ValueError(f"{value!r} is not {self.name}: a number")
+            raise ValueError(f"{value!r} is not {self.name}: expected a number")
         try:
             return self._wire.pack(value)
         except OverflowError as cause:
@@ -95,21 +95,21 @@ class Text(DataType):
 
     def encode(self, value: Value) -> bytes:
         if not isinstance(value, str):
-            raise ValueError(f"{value!r} is not {self.name}: a text")
+            raise ValueError(f"{value!r} is not {self.name}: expected a text")
         try:
             return value.encode(self._encoding)
         except UnicodeEncodeError as cause:
-            raise ValueError(f"{value!r} has characters that {self.name} hasn't") from cause
+            raise ValueError(f"{value!r} has characters that {self.name} can't encode") from cause
 
     def decode(self, data: bytes) -> str:
         return data.decode(self._encoding, "replace")
 
 
 class VisibleString(Text):
-    """Latin-1, or UTF-8 where a text has characters that Latin-1 lacks: many makers keep texts as their editor did.
+    """A text in Latin-1, or in UTF-8 if it has other characters: many makers store whatever their editor wrote.
 
-    CiA 301 allows ASCII only.  Bytes that are UTF-8 for such a character are read as UTF-8, all others as Latin-1, so
-    that every sequence of bytes comes back from its text as it was.
+    CiA 301 allows ASCII only.  Bytes that are UTF-8 with such a character are decoded as UTF-8, and all others as
+    Latin-1, so that every sequence of bytes survives decoding and encoding.
     """
 
     def __init__(self, name: str) -> None:
@@ -130,15 +130,15 @@ class VisibleString(Text):
 
 
 class Octets(DataType):
-    """Bytes without a meaning of their own; for people in hex."""
+    """Bytes without a meaning of their own; as a value they are hex digits."""
 
     def encode(self, value: Value) -> bytes:
         if not isinstance(value, str):
-            raise ValueError(f"{value!r} is not {self.name}: bytes in hex, such as '01 af'")
+            raise ValueError(f"{value!r} is not {self.name}: expected bytes in hex, such as '01 af'")
         try:
             return bytes.fromhex(value)
         except ValueError as cause:
-            raise ValueError(f"{value!r} is not {self.name}: bytes in hex, such as '01 af'") from cause
+            raise ValueError(f"{value!r} is not {self.name}: expected bytes in hex, such as '01 af'") from cause
 
     def decode(self, data: bytes) -> str:
         return data.hex(" ")
@@ -177,7 +177,7 @@ DOMAIN = DATA_TYPES[0x0F]
 
 
 def clamp(value: float, low: float | None, high: float | None) -> float:
-    """`value`, or the limit that it is beyond; None is no limit, and not-a-number the low one."""
+    """Return `value` limited to `low` and `high`.  A limit of None doesn't apply; not-a-number becomes `low`, or 0."""
     if low is not None and not value >= low:
         return low
     if high is not None and value > high:

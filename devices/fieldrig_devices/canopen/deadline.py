@@ -1,4 +1,4 @@
-"""One instant at which something is due, put off as often as you like."""
+"""A deadline that can be postponed any number of times."""
 
 from collections.abc import Callable
 
@@ -6,10 +6,10 @@ from fieldrig.clock import Clock, Timer
 
 
 class Deadline:
-    """Calls `action` once when it is reached.
+    """Calls `action` once when the deadline is reached.
 
-    Putting it off costs nothing: the timer under way is kept, and asks again when it comes too early.
-    A transfer puts its time-out off with each segment; a timer for each would fill the clock.
+    Postponing costs nothing: the running timer is kept, and starts again if it expires before the deadline.  A
+    transfer postpones its time-out with each segment, and a timer for each of them would fill the clock's queue.
     """
 
     __slots__ = ("_action", "_clock", "_timer", "when_ns")

@@ -14,16 +14,16 @@ KEY = re.compile(r"([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})")
 
 
 class Features(NamedTuple):
-    """What the device can do besides its objects (section DeviceInfo of the EDS)."""
+    """Features of the device besides its objects (section DeviceInfo of the EDS)."""
 
     has_lss: bool = False
     has_mpdo: bool = False
     bit_rates: tuple[int, ...] = ()
-    """In bit/s."""
+    """Supported bit rates, in bit/s."""
 
 
 class Dictionary:
-    """All variables; which there are is fixed from the start."""
+    """All variables of a node.  Their number is fixed; only their values change."""
 
     def __init__(
         self,
@@ -36,10 +36,10 @@ class Dictionary:
         for variable in variables:
             self._objects.setdefault(variable.index, {})[variable.subindex] = variable
         self.dummies = dict(dummies or {})
-        """Bits of each data type that RPDOs may map to leave a gap, by its index (CiA 301, dummy mapping)."""
+        """Length in bits of the data types that an RPDO may map as a dummy, by index (CiA 301, dummy mapping)."""
 
     def __iter__(self) -> Iterator[Variable]:
-        """In order of index and sub-index."""
+        """Iterate over the variables in order of index and sub-index."""
         for index in sorted(self._objects):
             members = self._objects[index]
             for subindex in sorted(members):
@@ -52,7 +52,7 @@ class Dictionary:
         return sorted(index for index in self._objects if first <= index <= last)
 
     def find(self, index: int, subindex: int) -> Variable:
-        """Abort, as SDO asks for it, if there is none."""
+        """Return a variable.  Raises Abort with the code of the standard if there is none."""
         members = self._objects.get(index)
         if members is None:
             raise Abort(Code.NO_OBJECT)
@@ -65,35 +65,35 @@ class Dictionary:
         return self._objects.get(index, {}).get(subindex)
 
     def members(self, index: int) -> list[Variable]:
-        """The variables of an object from sub-index 1 on, but for FFh, which tells its structure."""
+        """Return the variables of an object from sub-index 1 on, without FFh, which describes its structure."""
         return [member for sub, member in sorted(self._objects.get(index, {}).items()) if 0 < sub < 0xFF]
 
     def number(self, index: int, subindex: int, default: int = 0) -> int:
-        """The value of an unsigned parameter, or `default` if the node hasn't got it."""
+        """Return the value of an unsigned parameter, or `default` if the node doesn't have it."""
         variable = self.get(index, subindex)
         return default if variable is None else variable.number
 
     def by_key(self, key: str) -> Variable:
-        """The variable `6200:01`.  ValueError, saying what would be right."""
+        """Return the variable for a key such as `6200:01`.  Raises ValueError, with what was expected."""
         match = KEY.fullmatch(key)
         if match is None:
-            raise ValueError(f"{key!r} is no object: index and sub-index in hex would be right, such as '6200:01'")
+            raise ValueError(f"{key!r} is not an object: expected index and sub-index in hex, such as '6200:01'")
         variable = self.get(int(match[1], 16), int(match[2], 16))
         if variable is None:
-            raise ValueError(f"there is no {key} in the EDS; {self._nearest(int(match[1], 16))}")
+            raise ValueError(f"the EDS has no {key}; {self._nearest(int(match[1], 16))}")
         return variable
 
     def _nearest(self, index: int) -> str:
         if index in self._objects:
             subs = ", ".join(f"{index:04X}:{sub:02X}" for sub in sorted(self._objects[index]))
             return f"object {index:04X}h has {subs}"
-        near = sorted(self._objects, key=lambda one: abs(one - index))[:3]
-        return "near it are " + ", ".join(f"{one:04X}h" for one in sorted(near))
+        near = sorted(self._objects, key=lambda known: abs(known - index))[:3]
+        return "the nearest objects are " + ", ".join(f"{known:04X}h" for known in sorted(near))
 
     def restore(self, first: int, last: int) -> None:
-        """Put the power-on values into objects `first` to `last`, but for what the machine says.
+        """Set objects `first` to `last` to their power-on values, except process inputs.
 
-        Nobody is told: who asks for it starts all services anew.
+        No watcher is called: the caller resets all services afterwards.
         """
         for index, members in self._objects.items():
             if first <= index <= last:

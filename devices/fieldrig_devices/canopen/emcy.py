@@ -1,7 +1,7 @@
 """EMCY producer: the errors of the node, its error register (1001h) and its error history (1003h).
 
 Source: CiA 301 7.2.7, 7.5.2.2, 7.5.2.4, 7.5.2.17 (COB-ID 1014h), 7.5.2.18 (inhibit time 1015h).
-The history is not kept over power-off.
+The history doesn't survive power-off.
 """
 
 from collections import deque
@@ -42,7 +42,7 @@ class Error(IntEnum):
 
 
 class Emcy(Service):
-    """Errors are raised and cleared by code, by the device or by another service."""
+    """The error list of the node: the device and its services raise and clear errors by code."""
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary) -> None:
         self._clock, self._port = clock, port
@@ -54,13 +54,13 @@ class Emcy(Service):
         self._count, self._entries = dictionary.get(HISTORY), dictionary.members(HISTORY)
         self._cob_id, self._inhibit_time = dictionary.get(COB_ID), dictionary.get(INHIBIT_TIME)
         self.last_code = NO_ERROR
-        """As sent last, or as it would have been."""
+        """Error code of the last report, whether or not it could be sent."""
         self._connect()
 
     def raise_error(self, code: int, register: int = 0, info: bytes = b"", source: int = 0) -> None:
-        """Report error `code` with its bits of the error register and up to 5 bytes of the manufacturer's.
+        """Report error `code` with its bits of the error register and up to 5 manufacturer-specific bytes.
 
-        An error that is there already is not reported again; one of another `source`, such as an axis, is another.
+        An active error is not reported again.  The same code from another `source`, such as an axis, is another error.
         """
         if (code, source) in self._active:
             return
@@ -69,7 +69,7 @@ class Emcy(Service):
         self._report(code, info)
 
     def clear_error(self, code: int, source: int = 0) -> None:
-        """The error is gone: report 'error reset or no error' with what is left in the register."""
+        """Clear an error, and report 'error reset or no error' with the remaining bits of the register."""
         if self._active.pop((code, source), None) is not None:
             self._report(NO_ERROR, b"")
 
@@ -85,7 +85,7 @@ class Emcy(Service):
         return bits
 
     def reset(self, scope: Reset) -> None:
-        """Errors of the application outlast a reset of communication; those of communication don't."""
+        """Clear communication errors; errors of the application are cleared by a reset of the node only."""
         self._inhibited.cancel()
         self._waiting.clear()
         if scope is Reset.NODE:
@@ -124,7 +124,7 @@ class Emcy(Service):
                 self._inhibited.set(self._clock.now_ns() + inhibit * INHIBIT_UNIT_NS)
 
     def _show(self) -> None:
-        """Put register and history into the dictionary."""
+        """Write register and history into the dictionary."""
         for entry, error in zip(self._entries, self._history, strict=False):
             entry.set(error)
         if self._count is not None:

@@ -1,7 +1,7 @@
 """EMCY consumer: the errors that other nodes report (1028h).
 
-Source: CiA 301 7.2.7, 7.5.2.31.  Sub-index n is for node n.  What is heard is kept to be looked at and does nothing
-else: which error of another node matters is the application's affair.
+Source: CiA 301 7.2.7, 7.5.2.31.  Sub-index n belongs to node n.  A received error is only kept for inspection: the
+application decides which errors of other nodes matter.
 """
 
 from fieldrig_bus.can.frame import CanFrame
@@ -18,17 +18,17 @@ SIZE = 8
 class EmcyConsumer(Service):
     def __init__(self, port: Port, dictionary: Dictionary) -> None:
         self.last = ""
-        """The last error heard: of which node, its code and register, what the manufacturer adds."""
-        self._ears = [_Ear(port, entry, self) for entry in dictionary.members(CONSUMER)]
+        """The last error received, as text: node, error code, error register and manufacturer-specific bytes."""
+        self._receivers = [_Receiver(port, entry, self) for entry in dictionary.members(CONSUMER)]
 
     def reset(self, scope: Reset) -> None:
         self.last = ""
-        for ear in self._ears:
-            ear.configure()
+        for receiver in self._receivers:
+            receiver.configure()
 
 
-class _Ear:
-    """One entry."""
+class _Receiver:
+    """The receiver of one entry of 1028h."""
 
     def __init__(self, port: Port, entry: Variable, consumer: EmcyConsumer) -> None:
         self._port, self._entry, self._consumer = port, entry, consumer

@@ -1,6 +1,6 @@
-"""What the node does when communication with others fails (1029h sub-index 1).
+"""The node's reaction to communication errors (1029h sub-index 1).
 
-Source: CiA 301 7.5.2.32; without the object the node leaves 'operational' for 'pre-operational'.
+Source: CiA 301 7.5.2.32.  Without the object, the node changes from 'operational' to 'pre-operational'.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from fieldrig_devices.canopen.variable import Variable
 ERROR_BEHAVIOUR = 0x1029
 
 REACTIONS = {0: Command.ENTER_PRE_OPERATIONAL, 1: None, 2: Command.STOP}
-"""To values of 1029h; the first holds in 'operational' only."""
+"""NMT commands by value of 1029h; value 0 applies in 'operational' only."""
 
 
 class ErrorBehaviour(Service):
@@ -32,7 +32,7 @@ class ErrorBehaviour(Service):
         self._lost.clear()
 
     def on_lost(self, what: str, is_lost: bool) -> None:
-        """Who watches `what` has lost it, or has it back."""
+        """Handle the loss of a monitored node, or its return; `what` is the service that monitors it."""
         if is_lost:
             self._lost.append(what)
             self._errors.raise_error(emcy.Error.HEARTBEAT, emcy.COMMUNICATION)
@@ -41,16 +41,16 @@ class ErrorBehaviour(Service):
             self._lost.remove(what)
         if not self._lost:
             self._errors.clear_error(emcy.Error.HEARTBEAT)
-        self._tell()
+        self._report()
 
     def on_bus_off(self, is_off: bool) -> None:
-        """The controller has left the bus, or is back."""
+        """Handle bus-off of the CAN controller, or its recovery."""
         self._is_off = is_off
         if is_off:
             self._react()
-        self._tell()
+        self._report()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         self._on_change(bool(self._lost) or self._is_off)
 
     def _react(self) -> None:

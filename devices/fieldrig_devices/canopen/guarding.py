@@ -1,7 +1,7 @@
-"""Node guarding: the answer to the master's remote frame; life guarding: the watch over the master (100Ch, 100Dh).
+"""Node guarding, the answer to the master's remote frame; life guarding, the supervision of the master (100Ch, 100Dh).
 
-Source: CiA 301 7.2.8.2.2.1, 7.2.8.3.2.1, 7.5.2.12, 7.5.2.13.  Heartbeat goes before guarding: while 1017h is not 0
-there is none.  A node answers also with a life time of 0, which only ends its own watch.
+Source: CiA 301 7.2.8.2.2.1, 7.2.8.3.2.1, 7.5.2.12, 7.5.2.13.  Heartbeat takes precedence: while 1017h is not 0,
+there is no guarding.  A life time of 0 only disables life guarding; the node still answers.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ TOGGLE = 0x80
 
 
 class NodeGuarding(Service):
-    """Tells `on_change` when the master has not asked for the life time, and when it asks again."""
+    """Calls `on_change` with True after a life time without a request of the master, and with False at the next one."""
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, on_change: Callable[[bool], None]) -> None:
         self._clock, self._port, self._on_change = clock, port, on_change
@@ -47,11 +47,11 @@ class NodeGuarding(Service):
 
     def _configure(self) -> None:
         is_heartbeat = self._heartbeat_time is not None and self._heartbeat_time.number > 0
-        is_there = self._guard_time is not None and not is_heartbeat
+        is_enabled = self._guard_time is not None and not is_heartbeat
         self._port.listen(
-            self, Object.ERROR_CONTROL, ERROR_CONTROL_ID + self._port.node_id if is_there else None, self._on_frame
+            self, Object.ERROR_CONTROL, ERROR_CONTROL_ID + self._port.node_id if is_enabled else None, self._on_frame
         )
-        if not is_there or self._life_time_ns == 0:
+        if not is_enabled or self._life_time_ns == 0:
             self._life.cancel()
             self._judge(False)
         elif self._life.when_ns is not None:
@@ -64,7 +64,7 @@ class NodeGuarding(Service):
         self._port.send(ERROR_CONTROL_ID + self._port.node_id, bytes((self._toggle | self._port.state,)))
         self._toggle ^= TOGGLE
         life_time_ns = self._life_time_ns
-        if life_time_ns > 0:  # the watch begins with the first request
+        if life_time_ns > 0:  # supervision starts with the first request
             self._life.set(self._clock.now_ns() + life_time_ns)
             self._judge(False)
 

@@ -1,4 +1,4 @@
-"""Heartbeat: the node's own (1017h), and the watch it keeps over those of others (1016h).
+"""Heartbeat: the node's own (1017h), and its supervision of other nodes' heartbeats (1016h).
 
 Source: CiA 301 7.2.8.2.2.3, 7.5.2.19, 7.5.2.20.
 """
@@ -20,7 +20,7 @@ CONSUMER_TIME = 0x1016
 
 
 class HeartbeatProducer(Service):
-    """Sends the NMT state every 1017h milliseconds; a new time holds at once."""
+    """Sends the NMT state every 1017h milliseconds; a new time takes effect at once."""
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary) -> None:
         self._clock, self._port = clock, port
@@ -51,14 +51,14 @@ class HeartbeatProducer(Service):
 
 
 class HeartbeatConsumer(Service):
-    """Watches the producers of 1016h from their first heartbeat on; says which are lost, and back."""
+    """Supervises the producers of 1016h from their first heartbeat on; calls `on_change` when that state changes."""
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, on_change: Callable[[bool], None]) -> None:
         self._clock, self._port, self._on_change = clock, port, on_change
         self._entries = dictionary.members(CONSUMER_TIME)
         self._watches: list[_Watch] = []
         self.is_lost = False
-        """Whether a producer that was heard before has fallen silent."""
+        """True if the heartbeat of a producer has stopped."""
         for entry in self._entries:
             entry.writer = self._writer(entry)
             entry.watchers.append(self._configure)
@@ -88,14 +88,14 @@ class HeartbeatConsumer(Service):
             node_id, time_ms = data[2], int.from_bytes(data[:2], "little")
             others = [_parse(other) for other in self._entries if other is not entry]
             if _is_used(node_id, time_ms) and any(node_id == other and time > 0 for other, time in others):
-                raise Abort(Code.PARAMETER_INCOMPATIBLE)  # 7.5.2.19: one time per node
+                raise Abort(Code.PARAMETER_INCOMPATIBLE)  # 7.5.2.19: only one time per node
             entry.set(data)
 
         return write
 
 
 class _Watch:
-    """The watch over one producer."""
+    """Supervision of one heartbeat producer."""
 
     def __init__(self, clock: Clock, port: Port, node_id: int, time_ns: int, on_change: Callable[[], None]) -> None:
         self._clock, self._port, self._time_ns, self._on_change = clock, port, time_ns, on_change
@@ -108,7 +108,7 @@ class _Watch:
         self._port.listen(self, Object.ERROR_CONTROL, None, self._on_frame)
 
     def _on_frame(self, frame: CanFrame) -> None:
-        # A boot-up message is no heartbeat: the watch begins with the first of those.
+        # A boot-up message is not a heartbeat: supervision starts with the first heartbeat.
         if frame.is_remote or len(frame.data) != 1 or frame.data[0] == State.INITIALISING:
             return
         self._due.set(self._clock.now_ns() + self._time_ns)
@@ -122,10 +122,10 @@ class _Watch:
 
 
 def _parse(entry: Variable) -> tuple[int, int]:
-    """Node-ID, and time in milliseconds."""
+    """Return node-ID and time in milliseconds of an entry of 1016h."""
     return entry.number >> 16 & 0xFF, entry.number & 0xFFFF
 
 
 def _is_used(node_id: int, time_ms: int) -> bool:
-    """True if an entry watches a producer; a time of 0, node-ID 0 or one above 127 is an unused entry (7.5.2.19)."""
+    """True if an entry is in use: node-ID 1 to 127 and a time other than 0 (7.5.2.19)."""
     return 1 <= node_id <= 127 and time_ms > 0

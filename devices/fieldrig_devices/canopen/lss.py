@@ -1,8 +1,8 @@
-"""LSS slave: node-ID and bit timing over the bus, for a node addressed by its identity, or not configured at all.
+"""LSS slave: receives its node-ID and bit timing over the bus, addressed by its identity or as unconfigured node.
 
-Source: CiA 305 version 3.  A new node-ID takes effect with the reset of communication, or at once where the node had
-none.  A bit timing that is activated, or was stored, is that of the node's CAN controller; the bus keeps its own, so
-with another one the node is deaf and a nuisance, as on a wire.  A medium that is there without us has one rate for all.
+Source: CiA 305 version 3.  A new node-ID takes effect with the reset of communication, or at once if the node had none.
+An activated or stored bit timing applies to the node's CAN controller; the bus keeps its own, so that a node with a
+different one receives nothing and disturbs the others, as on a physical bus.  On a direct bus the rate is fixed.
 """
 
 from collections.abc import Callable
@@ -46,24 +46,24 @@ class Command(IntEnum):
 
 
 class State(IntEnum):
-    """As in 'switch state global'."""
+    """States of the LSS slave, with the codes of 'switch state global'."""
 
     WAITING = 0
     CONFIGURATION = 1
 
 
 DONE, NOT_SUPPORTED, NOT_STORED = 0, 1, 2
-"""Error codes."""
+"""Error codes of LSS."""
 
 RESET_SCAN = 0x80
-"""Bit check of fastscan: everyone who is not configured answers."""
+"""Bit check value of fastscan that all unconfigured nodes answer."""
 SCAN = Struct("<BLBBB")
 NUMBER = Struct("<BL3x")
 DELAY = Struct("<xH5x")
 
 
 class LssSlave(Service):
-    """`on_configured` is called when a node without a node-ID has got one."""
+    """The LSS slave of a node; it calls `on_configured` when an unconfigured node has received a node-ID."""
 
     def __init__(
         self,
@@ -79,12 +79,12 @@ class LssSlave(Service):
         self._bit_rates = dictionary.features.bit_rates
         self.state = State.WAITING
         self.bit_timing = self._pending_timing = kept.bit_timing
-        """Index of the table; None: as the bus has it."""
+        """Index of the bit timing table; None if the node uses the rate of the bus."""
         self.pending_node_id = self._persistent
         self._steps = 0
-        """Of a sequence of messages, how many have come that fit."""
+        """Number of matching messages received in the present sequence."""
         self._scanned = 0
-        """Part of the identity that fastscan looks for."""
+        """Part of the identity that fastscan compares next."""
         self._handlers: dict[int, Callable[[bytes], bytes | None]] = {
             Command.SWITCH_GLOBAL: self._switch,
             Command.IDENTIFY_NON_CONFIGURED: self._identify_non_configured,
@@ -106,7 +106,7 @@ class LssSlave(Service):
         return self._setting if self._kept.node_id is None else self._kept.node_id
 
     def node_id_after(self, scope: Reset) -> int:
-        """The node-ID that a reset gives: the pending one; the stored one with all else that is as new."""
+        """Return the node-ID after a reset: the pending one, or after a reset of the node the stored one."""
         if scope is Reset.NODE:
             self.pending_node_id = self._persistent
         return self.pending_node_id
@@ -128,10 +128,10 @@ class LssSlave(Service):
         if answer is not None:
             self._port.send(RESPONSE_ID, answer)
 
-    # Who is meant.
+    # Selection of the node.
 
     def _part(self, number: int) -> int:
-        """Of the identity: vendor, product code, revision, serial number."""
+        """Return part 0 to 3 of the identity: vendor, product code, revision, serial number."""
         return self._dictionary.number(IDENTITY, number + 1)
 
     def _switch(self, request: bytes) -> None:
@@ -156,7 +156,7 @@ class LssSlave(Service):
         return _answer(Command.SELECTED)
 
     def _identify(self, request: bytes) -> bytes | None:
-        """Vendor, product code, then lowest and highest revision and serial number."""
+        """Compare vendor, product code, then lowest and highest revision and serial number."""
         specifier, number = NUMBER.unpack(request)
         step = specifier - Command.IDENTIFY_VENDOR
         part = self._part((0, 1, 2, 2, 3, 3)[step])
@@ -189,7 +189,7 @@ class LssSlave(Service):
             self.state = State.CONFIGURATION
         return _answer(Command.IDENTIFIED)
 
-    # What it is told, and asked.
+    # Configuration and inquiry.
 
     def _configure_node_id(self, request: bytes) -> bytes:
         node_id = request[1]

@@ -1,6 +1,6 @@
 """NMT slave: the state machine of the node, its commands and the boot-up message.
 
-Source: CiA 301 chapter 7.2.8 and 7.3.2; CiA 302-2 for starting on its own (1F80h bit 2; the node is no master).
+Source: CiA 301 chapter 7.2.8 and 7.3.2; CiA 302-2 for starting without a master (1F80h bit 2).
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ class Command(IntEnum):
     RESET_COMMUNICATION = 130
 
 
-# 7.3.2.1, figure 'NMT state diagram': commands lead to the same state from each of the three.
+# 7.3.2.1, figure 'NMT state diagram': a command leads to the same state from all three states.
 NEXT_STATE = {
     Command.START: State.OPERATIONAL,
     Command.STOP: State.STOPPED,
@@ -38,7 +38,7 @@ COMMANDS = {int(command): command for command in Command}
 
 
 class NmtSlave(Service):
-    """Obeys NMT commands.  `restart` brings the parameters and services to their start, `enter` into a state."""
+    """Executes NMT commands.  `restart` resets parameters and services; `enter` takes the services into a state."""
 
     def __init__(
         self, port: Port, dictionary: Dictionary, restart: Callable[[Reset], None], enter: Callable[[State], None]
@@ -54,7 +54,7 @@ class NmtSlave(Service):
         self._port.listen(self, Object.NMT, NMT_ID, self._on_frame)
 
     def command(self, command: Command) -> None:
-        """Do what a master, or the node itself after an error, asks for."""
+        """Execute a command of the master, or of the node itself after an error."""
         scope = RESETS.get(command)
         if scope is not None:
             self.boot(scope)
@@ -62,7 +62,7 @@ class NmtSlave(Service):
             self._go(NEXT_STATE[command])
 
     def boot(self, scope: Reset) -> None:
-        """Initialisation: silent, then the boot-up message, then pre-operational."""
+        """Initialise the node, send the boot-up message, and enter 'pre-operational'."""
         self._go(State.INITIALISING)
         self._restart(scope)
         if self._port.node_id == UNCONFIGURED:

@@ -1,9 +1,9 @@
 """A CANopen node from an EDS or DCF file.
 
-Source: CiA 301 version 4.2, CiA 305 (LSS), CiA 306-1, and CiA 401 for devices that have it.  Left out: being a master,
-or an SDO client.
+Source: CiA 301 version 4.2, CiA 305 (LSS), CiA 306-1, and CiA 401 for devices of that profile.  Left out: the functions
+of a master and the SDO client.
 
-This file puts the services together; each has a file of its own and knows only its parameters and the port.
+This file assembles the services; each has a file of its own and knows only its parameters and the port.
 """
 
 from collections.abc import Callable, Mapping
@@ -92,7 +92,7 @@ class CanopenNode(Device):
         )
         self._tpdos: list[Tpdo] = []
         self._watched: list[tuple[Variable, Callable[[], bytes]]] | None = None
-        """As found; None: something has changed since."""
+        """Cache of `watched`; None after a change."""
         self._services = self._make_services(clock, settings)
         self._points = _points(self.dictionary) | self._own_points()
 
@@ -102,7 +102,7 @@ class CanopenNode(Device):
         self.nmt.boot(Reset.NODE)
 
     def power_off(self) -> None:
-        """Silent and deaf until the next `start`."""
+        """Neither send nor receive until the next `start`."""
         self.nmt.power_off()
 
     def points(self) -> Mapping[str, Point]:
@@ -116,7 +116,7 @@ class CanopenNode(Device):
         return WireSignals(clock, wires, bindings, {} if self._profile is None else self._profile.terminals)
 
     def _make_services(self, clock: Clock, settings: CanopenSettings) -> list[Service]:
-        """In the order in which they are reset and enter a state."""
+        """Create the services in the order in which they are reset and enter a state."""
         port, dictionary = self._port, self.dictionary
         sync = Sync(clock, port, dictionary, self.emcy)
         behaviour = ErrorBehaviour(dictionary, self.emcy, self.nmt, self._on_communication_error)
@@ -124,7 +124,7 @@ class CanopenNode(Device):
         services: list[Service] = [self.nmt, self.emcy, behaviour]
         services.append(self.bus_errors)
         services += [self._lss] if dictionary.features.has_lss else []
-        services += [one for one in (self._profile, self._signals) if one is not None]
+        services += [service for service in (self._profile, self._signals) if service is not None]
         services += [
             SdoServer(clock, port, dictionary, index, settings.sdo_timeout_ms * MS, settings.sdo_block_size)
             for index in sorted(
@@ -143,8 +143,8 @@ class CanopenNode(Device):
         services += [Rpdo(clock, port, dictionary, sync, self.emcy, number) for number in numbers]
         numbers = _numbers(dictionary, tpdo.COMMUNICATION)
         self._tpdos = [Tpdo(clock, port, dictionary, sync, number) for number in numbers]
-        for one in self._tpdos:
-            one.on_change = self._on_pdo_change
+        for pdo in self._tpdos:
+            pdo.on_change = self._on_pdo_change
         return [*services, *self._tpdos]
 
     def _restart(self, scope: Reset) -> None:
@@ -173,12 +173,12 @@ class CanopenNode(Device):
             "emcy.code": Point(
                 lambda: self.emcy.last_code,
                 self._set_error,
-                about="last error code; write one to raise it, 0 to clear all",
+                about="last error code; write a code to raise it, 0 to clear all",
             ),
             "emcy.heard": Point(lambda: self._heard.last, about="last error of another node (1028h)"),
-            "node_id": Point(lambda: self._port.node_id, about="255: none yet"),
-            "lss.state": Point(lambda: self._lss.state.name.lower(), about="of the LSS slave"),
-            "lss.bit_rate": Point(self._bit_rate, unit="bit/s", about="activated by LSS; 0: as the bus has it"),
+            "node_id": Point(lambda: self._port.node_id, about="255 while the node is unconfigured"),
+            "lss.state": Point(lambda: self._lss.state.name.lower(), about="state of the LSS slave"),
+            "lss.bit_rate": Point(self._bit_rate, unit="bit/s", about="rate activated by LSS; 0 for that of the bus"),
             "time": Point(self._time.read, self._time.write, about="the node's clock, which TIME sets"),
         }
 
@@ -187,39 +187,39 @@ class CanopenNode(Device):
         return 0 if timing is None else BIT_RATES[timing]
 
     def attach(self, application: Service) -> None:
-        """Before the start: what the device is for is reset, and enters states, after the services."""
+        """Add the application, which is reset and enters states after the services.  Call this before `start`."""
         self._services.append(application)
 
     def dcf(self) -> str:
-        """The node as it is set now, as a device configuration file (CiA 306)."""
+        """Return the present configuration of the node as a device configuration file (CiA 306)."""
         return write_dcf(EdsSource(self._settings.eds), self.dictionary, self._port.node_id, self.name)
 
     @property
     def watched(self) -> list[tuple[Variable, Callable[[], bytes]]]:
-        """What an application that has put readers into variables keeps present with `set`, with these readers.
+        """Variables that the application has to keep up to date with `set`, each with its reader.
 
-        It is what TPDOs carry; after `read_when_sent` only what those carry that are sent when it changes.
+        These are the variables with readers that TPDOs carry; after `read_when_sent`, only those of event-driven TPDOs.
         """
         if self._watched is None:
             found = dict.fromkeys(variable for tpdo in self._tpdos for variable in tpdo.watched)
-            self._watched = [(one, one.reader) for one in found if one.reader is not None]
+            self._watched = [(variable, variable.reader) for variable in found if variable.reader is not None]
         return self._watched
 
     def read_when_sent(self) -> None:
-        """Ask readers whenever a TPDO is sent at a SYNC or on request, from now on."""
-        for one in self._tpdos:
-            one.reads_when_sent = True
+        """From now on, call the readers whenever a TPDO is sent at a SYNC or on request."""
+        for pdo in self._tpdos:
+            pdo.reads_when_sent = True
 
     def _on_pdo_change(self) -> None:
         self._watched = None
 
     def send_to(self, number: int, node_id: int, index: int, subindex: int) -> None:
-        """Send what TPDO `number`, from 1, has mapped to a variable of another node (destination address mode)."""
+        """Send the variable of TPDO `number`, from 1, to an object of another node (destination address mode)."""
         self._tpdos[number - 1].send_to(node_id, index, subindex)
 
     def _set_error(self, value: Value) -> None:
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 0xFFFF:
-            raise ValueError(f"{value!r} is no error code: a number from 0 to 0xFFFF would be right")
+            raise ValueError(f"{value!r} is not an error code: expected a number from 0 to 0xFFFF")
         if value == 0:
             self.emcy.clear_all()
         else:
@@ -235,7 +235,7 @@ def _profile(dictionary: Dictionary) -> int:
 
 
 def _offer_eds(dictionary: Dictionary, path: Path) -> None:
-    """1021h: the file as it is, comments and all; a value of another type is the maker's own affair."""
+    """Offer the file in 1021h unchanged, with its comments, if that object is a DOMAIN."""
     variable = dictionary.get(STORED_EDS)
     if variable is not None and variable.type is DOMAIN:
         data = path.read_bytes()
@@ -243,7 +243,7 @@ def _offer_eds(dictionary: Dictionary, path: Path) -> None:
 
 
 def _numbers(dictionary: Dictionary, first: int) -> list[int]:
-    """The PDOs that have communication parameters from `first` on."""
+    """Return the numbers, from 0, of the PDOs whose communication parameters start at `first`."""
     return [index - first for index in dictionary.indices(first, first + 511)]
 
 

@@ -19,9 +19,7 @@ SERIAL_NUMBER = "1018:04"
 
 
 class CanopenSettings(Settings):
-    node_id: Annotated[
-        int | None, Field(ge=1, le=127, description="null: none yet, the node waits until it gets one by LSS")
-    ]
+    node_id: Annotated[int | None, Field(ge=1, le=127, description="null: the node is unconfigured and waits for LSS")]
     eds: Annotated[ConfigFile, Field(description="EDS or DCF file, relative to the folder of the configuration")]
     signals: Annotated[
         dict[str, str | SignalSettings],
@@ -32,17 +30,17 @@ class CanopenSettings(Settings):
     ]
     objects: Annotated[
         dict[str, bool | int | float | str],
-        Field(default_factory=dict, description="power-on values other than the EDS's, such as '1017:00': 500"),
+        Field(default_factory=dict, description="power-on values that replace the EDS's, such as '1017:00': 500"),
     ]
     serial_number: Annotated[
-        int | None, Field(ge=0, le=0xFFFF_FFFF, description="in place of the EDS's in 1018h sub-index 4")
+        int | None, Field(ge=0, le=0xFFFF_FFFF, description="replaces the EDS's value of 1018h sub-index 4")
     ] = None
     sdo_timeout_ms: Annotated[int, Field(gt=0, description="how long the SDO server waits for the next segment")] = 1000
     sdo_block_size: Annotated[
         int, Field(ge=1, le=127, description="segments that a client may send in one block of a block download")
     ] = 127
     time_period_ms: Annotated[
-        int, Field(gt=0, description="how often the time is told if 1012h makes the node its producer")
+        int, Field(gt=0, description="period of TIME messages if 1012h makes the node a producer")
     ] = 1000
 
     @model_validator(mode="after")
@@ -54,10 +52,12 @@ class CanopenSettings(Settings):
         try:
             dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
         except EdsError:
-            yield WrongKey(("eds",), _everything(self.eds), "`fieldrig eds check` says the same")
+            yield WrongKey(("eds",), _everything(self.eds), "`fieldrig eds check` gives the same list")
             return
         if self.node_id is None and not dictionary.features.has_lss:
-            yield WrongKey(("node_id",), "null needs LSS, and the EDS says LSS_Supported=0; a number would be right")
+            yield WrongKey(
+                ("node_id",), "null needs LSS, but the EDS has LSS_Supported=0; expected a number from 1 to 127"
+            )
         for key, value in self._start_values().items():
             place = ("objects", key) if key in self.objects else ("serial_number",)
             yield from _tried(place, partial(_start, dictionary, key, value))
@@ -67,8 +67,8 @@ class CanopenSettings(Settings):
     def doubts(self) -> Iterator[Mistake]:
         from fieldrig_devices.canopen.eds.check import check_eds  # only `fieldrig check` needs it
 
-        for one in check_eds(self.eds):
-            yield Mistake(str(self.eds), one.line, one.place, one.what, one.remedy)
+        for finding in check_eds(self.eds):
+            yield Mistake(str(self.eds), finding.line, finding.place, finding.what, finding.remedy)
 
     def claims(self, device: str) -> Iterator[Claim]:
         if self.node_id is not None:
@@ -83,9 +83,9 @@ class CanopenSettings(Settings):
         return {**self.objects, **own}
 
     def dictionary(self, node_id: int | None = None) -> Dictionary:
-        """As these settings describe it, for their own node-ID or another.
+        """Return the object dictionary of these settings, for their own node-ID or another.
 
-        ValueError, with what would be right, if they don't fit the EDS.
+        Raises ValueError, with what was expected, if they don't fit the EDS.
         """
         dictionary = eds.load(self.eds, node_id or self.node_id or UNCONFIGURED)
         for key, value in self._start_values().items():
@@ -94,10 +94,10 @@ class CanopenSettings(Settings):
 
 
 def _everything(path: Path) -> str:
-    """All that is found in a file that is refused, and not only what it is refused for."""
+    """Return all findings in a file that is refused, not only those for which it is refused."""
     from fieldrig_devices.canopen.eds.check import check_eds
 
-    return "\n".join(f"{path.name}:{one}" for one in check_eds(path))
+    return "\n".join(f"{path.name}:{finding}" for finding in check_eds(path))
 
 
 def _tried(place: tuple[str, ...], try_it: Callable[[], object]) -> Iterator[WrongKey]:

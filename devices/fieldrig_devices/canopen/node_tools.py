@@ -1,4 +1,4 @@
-"""Lines to copy that reach a CANopen node with python canopen."""
+"""Shell lines to copy that reach a CANopen node with python-canopen."""
 
 import os.path
 from collections.abc import Mapping
@@ -11,11 +11,11 @@ from fieldrig_devices.canopen.node_settings import CanopenSettings
 
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
 FIRST_ID = 127
-"""Proposed to nodes that have no node-ID yet; it is the reader's to choose another."""
+"""Node-ID that the lines propose for an unconfigured node; the user may choose another."""
 
 
 def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-    """None if its bus can't be reached by python-can."""
+    """Return the lines for a node; none if python-can can't reach its bus."""
     bus = python_can_of(links.get("can"))
     if bus is None:
         return []
@@ -30,7 +30,7 @@ def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool
 
 
 def _lss(settings: CanopenSettings) -> list[str]:
-    """Whoever has none yet is chosen by its identity, so that several may wait."""
+    """Return steps that select an unconfigured node by its identity, so that several of them may be on the bus."""
     dictionary = settings.dictionary()
     identity = ", ".join(str(dictionary.number(IDENTITY, sub)) for sub in range(1, 5))
     return [
@@ -42,7 +42,7 @@ def _lss(settings: CanopenSettings) -> list[str]:
 
 
 def _python_line(bus: Mapping[str, Any], actions: list[str]) -> str:
-    """A shell line that does `actions` on the bus with python canopen."""
+    """Return a shell line that performs `actions` on the bus with python-canopen."""
     reach = ", ".join(f"{key}={value!r}" for key, value in bus.items())
     steps = ["import canopen", "n = canopen.Network()", f"n.connect({reach})", *actions, "n.disconnect()"]
     return python_line("; ".join(steps))

@@ -1,7 +1,7 @@
-"""What the node's store holds: parameters that were stored, and what LSS has configured.
+"""Non-volatile memory of the node: stored parameters, and the configuration by LSS.
 
-One JSON text, so that a person can read it.  Content that the node can't have stored counts as damage; without a usable
-version the node starts with what the EDS says.
+It is one JSON text, so that people can read it.  Content that the node can't have stored counts as damage; without a
+usable version, the node starts with the values of the EDS.
 """
 
 import json
@@ -14,7 +14,7 @@ from fieldrig_devices.canopen.bit_timing import BIT_RATES
 
 VERSION = 1
 NODE_IDS = frozenset((*range(1, 128), 255))
-"""The ones that LSS may configure; 255: none."""
+"""Node-IDs that LSS may configure; 255 is none."""
 
 
 class _Content(NamedTuple):
@@ -25,9 +25,9 @@ class _Content(NamedTuple):
 
 
 class NonVolatile:
-    """Change the attributes, then `save`.
+    """The stored values.  Change the attributes, then call `save`.
 
-    `node_id_setting` is the node-ID of the configuration: a stored one holds only as long as that is not changed.
+    `node_id_setting` is the node-ID of the rig file: once it changes there, a stored node-ID is no longer valid.
     """
 
     def __init__(self, store: Store, node_id_setting: int | None) -> None:
@@ -36,14 +36,14 @@ class NonVolatile:
         """Stored values by key, such as 1017:00."""
         self.node_id: int | None = None
         self.bit_timing: int | None = None
-        """Index of the bit timing table."""
+        """Index of the bit timing table; None if LSS has stored none."""
         content = restore(store, _decode).content
         if content is not None:
             self.objects, self.bit_timing = content.objects, content.bit_timing
             self.node_id = content.node_id if content.in_place_of == node_id_setting else None
 
     def save(self) -> None:
-        """StoreError if it can't be kept."""
+        """Write the values to the store.  Raises StoreError if it fails."""
         content = {
             "version": VERSION,
             "lss": {"node_id": self.node_id, "in_place_of": self._setting, "bit_timing": self.bit_timing},
@@ -53,7 +53,7 @@ class NonVolatile:
 
 
 def _decode(data: bytes) -> _Content:
-    """ValueError for what `save` doesn't write."""
+    """Decode stored content.  Raises ValueError for content that `save` can't have written."""
     content = read_json(data, store_format.LONGEST)
     if (version := field(content, "version", int)) != VERSION:
         raise ValueError(f"it has version {version}, expected {VERSION}")

@@ -1,8 +1,8 @@
-"""Parameters: stored (1010h), restored (1011h), and the date of their configuration (1020h).
+"""Parameters: storing (1010h), restoring (1011h), and the date of their configuration (1020h).
 
-Source: CiA 301 7.5.2.10, 7.5.2.11, 7.5.2.24.  Stored are variables that the network may write, but for process
-outputs, domains, and what a reader gives, since that lives elsewhere; only what differs from the factory's value is
-kept, so a default COB-ID follows the node-ID.  'Load' takes effect with the reset that follows it (1011h).
+Source: CiA 301 7.5.2.10, 7.5.2.11, 7.5.2.24.  All variables that the network may write are stored, except process
+outputs, domains, and variables with a reader, whose value has its place elsewhere.  Only values that differ from the
+default are kept, so that a default COB-ID follows the node-ID.  'Load' takes effect with the next reset (1011h).
 """
 
 import logging
@@ -21,16 +21,16 @@ log = logging.getLogger(__name__)
 STORE, RESTORE, VERIFY = 0x1010, 0x1011, 0x1020
 SAVE, LOAD = b"save", b"load"
 ON_COMMAND = b"\x01\x00\x00\x00"
-"""Read from 1010h and 1011h: it is done when it is asked for."""
+"""Value of 1010h and 1011h: the device stores and restores on command."""
 
-# By sub-index of 1010h and 1011h; from 4 on the manufacturer's.
+# Objects by sub-index of 1010h and 1011h; those from 4 on are manufacturer-specific.
 GROUPS = {1: range(0x1000, 0x1_0000), 2: range(0x1000, 0x2000), 3: range(0x6000, 0xA000)}
 MANUFACTURER = range(0x2000, 0x6000)
 NOT_STORED = (STORE, RESTORE, HISTORY)
 
 
 class Parameters:
-    """Sets where each variable starts: as the factory has it, or as it was stored."""
+    """Sets the power-on value of each variable: the default of the EDS, or the stored value."""
 
     def __init__(self, dictionary: Dictionary, kept: NonVolatile) -> None:
         self._dictionary, self._kept = dictionary, kept
@@ -46,7 +46,7 @@ class Parameters:
                 variable.watchers.append(self._on_change)
 
     def refit(self, factory: Dictionary) -> None:
-        """The node-ID is another: start from the values of `factory`, which has the same variables."""
+        """Take the defaults from `factory`, which has the same variables, after a change of the node-ID."""
         for variable in self._dictionary:
             self._factory[variable] = factory.find(variable.index, variable.subindex).start
         self._apply()
@@ -97,7 +97,7 @@ class Parameters:
         self._apply()
 
     def _on_change(self) -> None:
-        """7.5.2.24: another configuration has no date yet."""
+        """Set the configuration date to 0: any change invalidates it (7.5.2.24)."""
         for entry in self._verified:
             entry.set(bytes(len(entry.data)))
 
@@ -109,8 +109,8 @@ def is_stored(variable: Variable) -> bool:
 
 
 def _fits(variable: Variable, data: bytes) -> bool:
-    """Whether a stored value is one of this variable: the EDS may be another since."""
+    """True if a stored value fits this variable; the EDS may have changed since it was stored."""
     if not is_stored(variable) or variable.type.size not in (None, len(data)) or variable.refusal(data) is not None:
-        log.warning("%s: what is stored doesn't fit the EDS; passed over", variable.key)
+        log.warning("%s: the stored value doesn't fit the EDS and is ignored", variable.key)
         return False
     return True

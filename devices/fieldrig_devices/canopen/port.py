@@ -1,4 +1,4 @@
-"""The node's end of the CAN bus, shared by its services: who hears which identifier, in which NMT state."""
+"""The node's connection to the CAN bus, shared by its services: dispatches frames by identifier and NMT state."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,35 +13,35 @@ from fieldrig_devices.canopen.service import ALLOWED, Object, State
 Handler = Callable[[CanFrame], None]
 
 UNCONFIGURED = 255
-"""The node-ID of a node that has none yet: only LSS reaches it."""
+"""The node-ID of an unconfigured node, which only LSS reaches."""
 
 BASE_MASK = EXTENDED_KEY | 0x7FF
 EXTENDED_MASK = EXTENDED_KEY | 0x1FFF_FFFF
 
 
 class Port:
-    """Sends frames, and hands those that arrive to the services that listen.
+    """Sends frames, and passes received frames to the services that listen.
 
-    The bus is asked for exactly the identifiers that someone listens to, whatever the NMT state: a frame may
-    follow an NMT command closer than a change of interest could reach the bus.
+    The interest in the bus is the set of all identifiers with a listener, in every NMT state: a frame may follow an NMT
+    command faster than a change of the interest could reach the bus.
     """
 
     def __init__(self, can: Link[CanFrame], node_id: int) -> None:
         self._can = can
         self.node_id = node_id
-        """It changes, by LSS, only between the services' resets."""
+        """Node-ID; LSS changes it only between resets of the services."""
         self._listeners: dict[object, tuple[Object, int, Handler]] = {}
         self._routes: dict[int, Handler] = {}
         self._interest: list[int] | None = None
         self._is_batching = False
         self._silences = 0
         self.has_heard = False
-        """Whether anybody else has been on the bus."""
+        """True once a frame of another node has been received."""
         self._on_bus_state: Callable[[BusState], None] | None = None
         self.state = State.INITIALISING
 
     def send(self, key: int, data: bytes) -> None:
-        """Send a data frame; `key` is an identifier, 29-bit ones with bit 31."""
+        """Send a data frame; `key` is the identifier, with bit 31 set for 29 bits."""
         if self._silences > 0:
             return
         if key < EXTENDED_KEY:
@@ -50,7 +50,7 @@ class Port:
             self._can.send(CanFrame(key - EXTENDED_KEY, data, is_extended=True))
 
     def listen(self, owner: object, carried: Object, key: int | None, handler: Handler) -> None:
-        """From now on `owner` hears `key` with `handler`, and nothing else; None: nothing at all."""
+        """Let `owner` receive frames with `key` in `handler`, instead of its previous key; None removes it."""
         wanted = None if key is None else (carried, key, handler)
         if wanted == self._listeners.get(owner):
             return
@@ -66,24 +66,24 @@ class Port:
         self._on_bus_state = handler
 
     def use_bit_rate(self, bit_per_s: int) -> None:
-        """Set up the CAN controller, also while silent."""
+        """Set the bit rate of the CAN controller; this works while silent, too."""
         use_bit_rate(self._can, bit_per_s)
 
     def fall_silent(self) -> None:
-        """Neither send nor hear, until `speak` is called as often."""
+        """Neither send nor receive until `speak` has been called as many times."""
         self._silences += 1
 
     def speak(self) -> None:
         self._silences -= 1
 
     def enter(self, state: State) -> None:
-        """Hear what is allowed in `state`."""
+        """Receive the communication objects that `state` allows."""
         self.state = state
         self._connect_routes()
 
     @contextmanager
     def batch(self) -> Iterator[None]:
-        """Tell the bus once of all changes inside."""
+        """Combine all changes inside the context into one change of the interest."""
         self._is_batching = True
         try:
             yield

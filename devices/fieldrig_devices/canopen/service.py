@@ -1,4 +1,4 @@
-"""What the node's communication is made of: the NMT states, the services each allows, and the services' one contract.
+"""The NMT states, the communication objects that each state allows, and the contract of all services of a node.
 
 Source: CiA 301 chapter 7.3.2, table 'NMT states and communication objects'.
 """
@@ -7,7 +7,7 @@ from enum import Enum, IntEnum, auto
 
 
 class State(IntEnum):
-    """As in the heartbeat; initialisation has no code of its own, the boot-up message carries 0."""
+    """NMT states with their heartbeat codes; 'initialising' has the 0 of the boot-up message."""
 
     INITIALISING = 0
     STOPPED = 4
@@ -16,7 +16,7 @@ class State(IntEnum):
 
 
 class Object(Enum):
-    """Communication objects."""
+    """Communication objects, in the sense of CiA 301."""
 
     PDO = auto()
     SDO = auto()
@@ -32,7 +32,7 @@ _ALWAYS = frozenset({Object.NMT, Object.ERROR_CONTROL, Object.LSS})
 _CONFIGURED = _ALWAYS | {Object.SDO, Object.SYNC, Object.TIME, Object.EMCY}
 
 ALLOWED: dict[State, frozenset[Object]] = {
-    State.INITIALISING: frozenset({Object.LSS}),  # a node without a node-ID waits here for one
+    State.INITIALISING: frozenset({Object.LSS}),  # an unconfigured node waits here for its node-ID
     State.PRE_OPERATIONAL: _CONFIGURED,
     State.OPERATIONAL: _CONFIGURED | {Object.PDO},
     State.STOPPED: _ALWAYS,
@@ -41,23 +41,22 @@ ALLOWED: dict[State, frozenset[Object]] = {
 
 class Reset(Enum):
     NODE = auto()
-    """Power-on and 'reset node': everything is as new."""
+    """Power-on and 'reset node': all objects take their power-on values."""
     COMMUNICATION = auto()
-    """'Reset communication': the parameters 1000h to 1FFFh are."""
+    """'Reset communication': objects 1000h to 1FFFh take their power-on values."""
 
 
 class Service:
-    """One service of the node.  It connects to its parameters when built, and acts from the first reset on.
+    """One service of the node.  It connects to its parameters when it is built, and works from the first reset on.
 
-    Of what is not allowed in a state, nothing arrives (the port sees to it); what a service sends by itself
-    it stops when the state is entered.
+    The port drops frames that the NMT state doesn't allow; a service stops what it sends by itself in `enter`.
     """
 
     def reset(self, scope: Reset) -> None:
-        """The parameters are at their power-on values: forget what was under way, listen anew."""
+        """Drop all activity and listen again; the parameters have taken their power-on values."""
 
     def enter(self, state: State) -> None:
-        """The NMT state has changed, or communication was reset to it."""
+        """Handle a new NMT state; also called with the same state after a reset of communication."""
 
     def on_communication_error(self, is_lost: bool) -> None:
-        """A node that is watched is lost, or the node is in bus-off; or that is over."""
+        """Handle the loss of a monitored node or bus-off (`is_lost`), or its end."""

@@ -1,4 +1,4 @@
-"""Types that CiA 301 gives the communication parameters; the services take them for granted.
+"""Data types that CiA 301 gives the communication parameters; the services rely on them.
 
 Source: CiA 301 chapter 7.5.2.
 """
@@ -8,12 +8,12 @@ from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, DataType
 U8, U16, U32, U64 = DATA_TYPES[0x05], DATA_TYPES[0x06], DATA_TYPES[0x07], DATA_TYPES[0x1B]
 
 STRUCTURE = 0xFF
-"""The sub-index that tells data and object type."""
+"""The sub-index that describes data and object type."""
 
 STORED_EDS = 0x1021
 
 PDO_PARAMETER: dict[int | None, DataType] = {0: U8, 1: U32, 2: U8, 3: U16, 5: U16, 6: U8}
-# Sub-index None: all that are not named.
+# None stands for all sub-indices that are not listed.
 TYPES: list[tuple[range, dict[int | None, DataType]]] = [
     (range(0x1000, 0x1001), {0: U32}),
     (range(0x1001, 0x1002), {0: U8}),

@@ -1,7 +1,7 @@
-"""SYNC: hears it and passes it on to the PDOs (1005h, 1019h), and produces it if told to (1006h).
+"""SYNC: receives it and passes it on to the PDOs (1005h, 1019h), and produces it if so configured (1006h).
 
-Source: CiA 301 7.2.5, 7.5.2.5, 7.5.2.6, 7.5.2.7, 7.5.2.21.  TPDOs go out at the instant of their SYNC, so the window of
-1007h closes for RPDOs only.
+Source: CiA 301 7.2.5, 7.5.2.5, 7.5.2.6, 7.5.2.7, 7.5.2.21.  TPDOs are sent at the instant of their SYNC, so the window
+of 1007h applies to RPDOs only.
 """
 
 from collections.abc import Callable
@@ -20,10 +20,10 @@ COB_ID, PERIOD, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
 MAX_COUNTER = 240
 
 Order = tuple[int, int]
-"""RPDOs (0, n) come before TPDOs (1, n), so that a TPDO carries what its SYNC has put into effect."""
+"""Order of handlers: RPDOs (0, n) precede TPDOs (1, n), so that a TPDO has the values that its SYNC put into effect."""
 
 Handler = Callable[[int | None], None]
-"""Takes the counter, None in a SYNC without."""
+"""Handler of a SYNC; it receives the counter, or None if the SYNC has none."""
 
 
 def is_produced(cob_id: int) -> bool:
@@ -44,18 +44,18 @@ class Sync(Service):
         self._connect()
 
     def subscribe(self, order: Order, handler: Handler | None) -> None:
-        """Call `handler` at each SYNC, in the order of `order`; None: no longer."""
+        """Call `handler` at each SYNC, sorted by `order`; None removes it."""
         if handler == self._subscribers.get(order):
             return
         if handler is None:
             del self._subscribers[order]
         else:
             self._subscribers[order] = handler
-        self._handlers = tuple(self._subscribers[one] for one in sorted(self._subscribers))
+        self._handlers = tuple(self._subscribers[order] for order in sorted(self._subscribers))
 
     @property
     def is_window_open(self) -> bool:
-        """Whether a synchronous RPDO that comes now still counts for the next SYNC."""
+        """True if a synchronous RPDO that arrives now still takes part in the next SYNC."""
         if self._window is None or self._last_ns is None or self._window.number == 0:
             return True
         return self._clock.now_ns() < self._last_ns + self._window.number * US
@@ -66,7 +66,7 @@ class Sync(Service):
         self._configure()
 
     def enter(self, state: State) -> None:
-        """Out of 'stopped' the counter begins anew (7.2.5.2.1)."""
+        """Stop production where SYNC isn't allowed; the counter restarts afterwards (7.2.5.2.1)."""
         if Object.SYNC not in ALLOWED[state]:
             self._counter = 0
             self._due.cancel()

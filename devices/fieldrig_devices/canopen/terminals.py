@@ -1,4 +1,4 @@
-"""The screws of the node: where a variable meets the machine."""
+"""The node's I/O terminals: the boundary between a variable and the machine."""
 
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -8,7 +8,7 @@ from fieldrig_devices.canopen.variable import Variable
 
 
 class Terminal(Protocol):
-    """What an output carries, or an input feels.  A plain variable is its own terminal."""
+    """The state of an output or input.  A variable without a profile is its own terminal."""
 
     watchers: list[Callable[[], None]]
     """Called after each change of `value`."""
@@ -17,8 +17,8 @@ class Terminal(Protocol):
     def value(self) -> Value: ...
 
     def put(self, value: Value) -> None:
-        """Feel `value` from the machine."""
+        """Take `value` from the machine."""
 
 
 Terminals = Mapping[Variable, Terminal]
-"""Those of variables that a profile stands before."""
+"""Terminals of the variables that a profile processes."""

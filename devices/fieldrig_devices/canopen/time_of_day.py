@@ -1,7 +1,7 @@
-"""TIME: the node's clock, set by the time stamp of a producer, or told to others (1012h).
+"""TIME: the node's clock, as a consumer or producer of time stamps (1012h).
 
-Source: CiA 301 7.2.6, 7.5.2.15, 7.1.6.5 (TIME_OF_DAY).  The clock starts at its epoch.  How often a producer tells the
-time is not in the standard: here it is a setting.
+Source: CiA 301 7.2.6, 7.5.2.15, 7.1.6.5 (TIME_OF_DAY).  The clock starts at its epoch.  The standard doesn't define the
+period of a producer: here it is a setting.
 """
 
 from datetime import datetime, timedelta
@@ -18,7 +18,7 @@ from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, St
 
 COB_ID = 0x1012
 CONSUMES, PRODUCES = INVALID, BIT_30
-"""What the upper bits of 1012h say."""
+"""Upper bits of 1012h."""
 
 EPOCH = datetime(1984, 1, 1)  # noqa: DTZ001  the standard knows no time zones
 TIME_OF_DAY = Struct("<LH")
@@ -38,20 +38,20 @@ class TimeOfDay(Service):
 
     @property
     def milliseconds(self) -> int:
-        """Since the epoch."""
+        """Milliseconds since the epoch."""
         return self._at_zero_ms + self._clock.now_ns() // MS
 
     def read(self) -> str:
-        """The time in the form of ISO 8601."""
+        """Return the time in the form of ISO 8601."""
         return (EPOCH + timedelta(milliseconds=self.milliseconds)).isoformat(timespec="milliseconds")
 
     def write(self, value: Value) -> None:
         try:
             time = datetime.fromisoformat(str(value)).replace(tzinfo=None)
         except ValueError as cause:
-            raise ValueError(f"{value!r} is no time: a date would be right, such as 2026-11-21T10:00:00") from cause
+            raise ValueError(f"{value!r} is not a time: expected ISO 8601, such as 2026-11-21T10:00:00") from cause
         if not 0 <= (time - EPOCH).days <= 0xFFFF:
-            raise ValueError(f"{value!r}: a time from 1984-01-01 on, for 65536 days, would be right")
+            raise ValueError(f"{value!r} is out of range: expected a time within 65536 days from 1984-01-01 on")
         self._set((time - EPOCH) // timedelta(milliseconds=1))
 
     def reset(self, scope: Reset) -> None:

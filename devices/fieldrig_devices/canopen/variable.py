@@ -1,8 +1,8 @@
-"""One variable of the object dictionary: its value as bytes, and the rules of access to it.
+"""One variable of the object dictionary: its value as bytes, and the rules for accessing it.
 
-Source: CiA 301 chapter 7.4, CiA 306-1 4.6.3 (access types).  Bytes are kept as they go over the bus, so that SDO and
-PDO only copy them; the application sees values.  What a service makes of an access is the service's affair: it
-puts itself in as `writer` or `reader` of its parameters, or watches them.
+Source: CiA 301 chapter 7.4, CiA 306-1 4.6.3 (access types).  The value is stored as on the bus, so that SDO and PDO
+only copy bytes; the application sees decoded values.  A service that has to act on an access installs itself as
+`writer` or `reader` of the variable, or as a watcher.
 """
 
 from collections.abc import Callable
@@ -12,13 +12,13 @@ from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.datatypes import DOMAIN, DataType, Value
 
 MAX_SIZE = 1 << 20
-"""Bytes that a variable without a size of its own can hold."""
+"""Most bytes that a variable of variable length can hold."""
 
 FIRST_APPLICATION_INDEX = 0x2000
 
 
 class Access(Enum):
-    """Access types of CiA 306: who may do what, and into which PDO a mappable variable may go."""
+    """Access types of CiA 306, which also say into which PDOs a variable can be mapped."""
 
     RO = "ro"
     WO = "wo"
@@ -84,24 +84,24 @@ class Variable:
         self.type, self.access, self.is_mappable = data_type, access, is_mappable
         self.low, self.high = low, high
         self.start = start
-        """What it holds after power-on."""
+        """Value after power-on."""
         self.data = start
         self.is_command = False
-        """It acts with what other variables hold, so of an RPDO that carries them too it is written last."""
+        """True if writing triggers an action that uses other variables; an RPDO writes such a variable last."""
         self.writer: Callable[[bytes], None] | None = None
-        """Takes what the network writes, within limits, in place of `set`; may raise Abort."""
+        """Called instead of `set` with a value that the network writes, if it is within the limits; may raise Abort."""
         self.reader: Callable[[], bytes] | None = None
-        """Gives what the network reads in place of `data`; may raise Abort."""
+        """Called to provide the value that the network reads, instead of `data`; may raise Abort."""
         self.live: Callable[[], bytes] | None = None
-        """Gives the present bytes while the machine moves the value on; `data` is what was sampled last."""
+        """Returns the present value while it follows a moving signal; `data` is the last sample then."""
         self.watchers: list[Callable[[], None]] = []
         """Called after each change."""
         self.events: list[Callable[[], None]] = []
-        """TPDOs that carry it: called after a change that `gate` lets pass."""
+        """Event handlers of the TPDOs that carry the variable, called after a change if `gate` agrees."""
         self.gate: Callable[[], bool] | None = None
 
     def fresh(self) -> "Variable":
-        """Another one of the same description, at its power-on value, that nobody uses yet."""
+        """Return a new variable of the same description with its power-on value, without readers or watchers."""
         return Variable(
             self.index,
             self.subindex,
@@ -124,13 +124,13 @@ class Variable:
 
     @property
     def present(self) -> Value:
-        """The value at this instant, which the network would read; `value` may be an older sample."""
+        """The value at this instant, as the network would read it; `value` may be an older sample."""
         read = self.live or self.reader
-        if read is None or self.type is DOMAIN:  # a domain is a stream, and for people too long
+        if read is None or self.type is DOMAIN:  # a domain is a stream, too long to show
             return self.value
         try:
             return self.type.decode(read())
-        except Abort:  # the network gets no value at present
+        except Abort:  # the network can't read it at present
             return self.value
 
     @property
@@ -140,24 +140,24 @@ class Variable:
 
     @property
     def is_process_input(self) -> bool:
-        """Whether its value comes from the machine and not from a master."""
+        """True if the device, not a master, determines the value."""
         return self.is_mappable and self.access in (Access.RO, Access.RWR) and self.index >= FIRST_APPLICATION_INDEX
 
     @property
     def is_plain(self) -> bool:
-        """Whether the network may put any bytes of the right size into it."""
+        """True if the network may write any bytes of the right size."""
         return self.writer is None and self.low is None and self.high is None and self.type.bits != 1
 
     def put(self, value: Value) -> None:
-        """Set by the application, which may write what the network may not.  ValueError for what it can't hold."""
+        """Set the value from the application, regardless of the access type.  Raises ValueError if it doesn't fit."""
         data = self.type.encode(value)
         refusal = self.refusal(data)
         if refusal is not None:
-            raise ValueError(f"{value!r} is beyond the limits of {self.key}: {self.low} to {self.high}")
+            raise ValueError(f"{value!r} is beyond the limits of {self.key}: expected {self.low} to {self.high}")
         self.set(data)
 
     def set(self, data: bytes) -> None:
-        """Take bytes of the right size and value, and tell who watches."""
+        """Set `data`, whose size and value must be valid, and notify watchers and TPDOs of a change."""
         if data == self.data:
             return
         self.data = data
@@ -168,19 +168,19 @@ class Variable:
                 event()
 
     def read(self) -> bytes:
-        """By the network."""
+        """Read the value for the network.  Raises Abort if it isn't readable."""
         if not self.access.is_readable:
             raise Abort(Code.WRITE_ONLY)
         read = self.live or self.reader
         return self.data if read is None else read()
 
     def sample(self) -> None:
-        """Bring `data` to the present, if the machine moves it on."""
+        """Update `data` if the value follows a moving signal."""
         if self.live is not None:
             self.set(self.live())
 
     def check_writable(self, size: int | None) -> None:
-        """Abort if the network may not write here, or not `size` bytes (None: not known yet)."""
+        """Raise Abort if the network must not write `size` bytes here; None checks the access only."""
         if not self.access.is_writable:
             raise Abort(Code.READ_ONLY)
         if size is None:
@@ -190,14 +190,14 @@ class Variable:
             raise Abort(Code.LENGTH_TOO_LOW)
 
     def check_room(self, size: int) -> None:
-        """Abort if `size` bytes are more than fit."""
+        """Raise Abort if `size` bytes are too many."""
         if self.type.size is not None and size > self.type.size:
             raise Abort(Code.LENGTH_TOO_HIGH)
         if size > MAX_SIZE:
             raise Abort(Code.OUT_OF_MEMORY)
 
     def write(self, data: bytes) -> None:
-        """By the network; Abort if it may not."""
+        """Write a value from the network.  Raises Abort if it is refused."""
         self.check_writable(len(data))
         refusal = None if self.is_plain else self.refusal(data)
         if refusal is not None:
@@ -208,7 +208,7 @@ class Variable:
             self.writer(data)
 
     def refusal(self, data: bytes) -> Code | None:
-        """Which limit the value in `data` breaks."""
+        """Return the abort code for a value beyond its limits, or None."""
         if self.type.bits == 1:
             return Code.VALUE_TOO_HIGH if data[0] > 1 else None
         if self.low is None and self.high is None:
@@ -216,7 +216,7 @@ class Variable:
         value = self.type.decode(data)
         if isinstance(value, str):
             return None
-        # Written so that not-a-number is within no limits.
+        # The comparisons are negated so that not-a-number is beyond every limit.
         if self.high is not None and not value <= self.high:
             return Code.VALUE_TOO_HIGH
         if self.low is not None and not value >= self.low:

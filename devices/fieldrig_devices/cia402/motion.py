@@ -49,7 +49,7 @@ class Motion:
             self.speed = speed = self._end_speed
             way = self._distance + speed * passed
         else:
-            way, self.speed, _ = self._profile.course(seconds)
+            way, self.speed, _ = self._profile.values_at(seconds)
         self.position = self._begin + way
 
     @property

@@ -1,1 +1,1 @@
-"""A conformance suite for any CANopen node on any of our buses, ours or a foreign one (`fieldrig conform`)."""
+"""A conformance suite for any CANopen node, emulated or foreign, on any of our buses (`fieldrig conform`)."""

@@ -1,8 +1,8 @@
-"""A bus as one word on the command line.
+"""The address of a bus on the command line.
 
 can.socketcan:vcan0
-can.udp:239.74.163.2:43113                 without group and port: python-can's own
-can.hub:run/lab/can0                       the bus can0 of a rig that runs in this folder
+can.udp:239.74.163.2:43113                 group and port are optional
+can.hub:run/lab/can0                       the bus can0 of the running rig with this run folder
 can.hub:127.0.0.1:4000/can0                the bus can0 of a hub on another machine
 python-can:interface=pcan,channel=PCAN_USBBUS1,bitrate=500000
 """
@@ -26,21 +26,22 @@ FORMS = (
 class Address(NamedTuple):
     bus: Bus[Any]
     run: Path
-    """The folder of the rig that runs it."""
+    """The run folder of the bus's rig."""
 
 
 def parse(text: str) -> Address:
-    """UsageError, with what would be right, for anything else."""
+    """Parse an address.  Raises UsageError, with what was expected, if it is wrong."""
     kind, _, rest = text.partition(":")
     maker = _MAKERS.get(kind)
     if maker is None or (not rest and kind != "can.udp"):
-        raise UsageError(f"{text!r} is no bus", f"right would be {FORMS}")
+        raise UsageError(f"{text!r} is not the address of a bus", f"expected {FORMS}")
     try:
         return maker(rest)
     except ValidationError as wrong:
         first = wrong.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise UsageError(f"{text!r} is no bus: {where}: {first['msg']}", f"right would be {FORMS}") from wrong
+        what = f"{text!r} is not the address of a bus: {where}: {first['msg']}"
+        raise UsageError(what, f"expected {FORMS}") from wrong
 
 
 def _made(kind: str, name: str, settings: dict[str, Any], run: Path = Path()) -> Address:

@@ -1,8 +1,8 @@
-"""The abort codes that CiA's tool accepts, case by case.
+"""The abort codes that CiA's test tool accepts in each case.
 
-Source: the public log of a run under CTT 3.0.3.10, which prints them wherever a case expects a refusal.  Where the log
-has two sets for one case (PDO 25 and 26: one for sub-index 0, one for the entries), both are accepted.  A case that is
-not listed was skipped in that run, or prints none; then the codes that the case names from CiA 301 hold.
+Source: the public log of a run under CTT 3.0.3.10, which prints them for each case that expects a refusal.  Where the
+log has two sets for one case (PDO 25 and 26: one for sub-index 0, one for the entries), both are accepted.  A case that
+is not listed was skipped in that run, or prints none; then the codes that the case takes from CiA 301 apply.
 """
 
 ALLOWED: dict[str, tuple[int, ...]] = {

@@ -1,7 +1,7 @@
-"""What a case works with: the bus, the node's SDO server, the EDS, and a memory of what has to be put back.
+"""The test bench of a case: the bus, the node's SDO server, the EDS, and a list of changes to undo.
 
-A case reads a parameter before it changes it; when the case is over, changes are undone in reverse order, which is
-also the order that the PDO and SYNC parameters ask for.
+A case reads a parameter before it changes it.  After the case, the changes are undone in reverse order, which is also
+the order that PDO and SYNC parameters require.
 """
 
 from collections.abc import Callable
@@ -13,33 +13,33 @@ from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.allowed import ALLOWED
 from fieldrig_devices.conformance.description import Description, Entry
-from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wish
+from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wait
 from fieldrig_devices.conformance.sdo import MARGIN, Patience, Sdo
 from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable, SdoFault
 
 SDO_REQUEST, SDO_RESPONSE, ERROR_CONTROL = 0x600, 0x580, 0x700
 DEVICE_TYPE = 0x1000
 FIRST_TIMEOUT = 4
-"""Times the usual one."""
+"""Factor by which the first time-out exceeds the usual one."""
 SHORTEST_PERIOD_MS = 100
 SETTLE_MS = 50
-"""After what nothing acknowledges, such as an NMT command, for a node that answers at once."""
+"""Least time for the node to act on unacknowledged messages, such as NMT commands."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
     timeout_ms: int = 500
-    """How long an answer may take; all other times follow from it.  A slower node gets more: see `Sdo`."""
+    """Time-out of an answer, from which all other times are derived.  It adapts to a slower node: see `Sdo`."""
     boot_ms: int = 5000
-    """How long a boot-up may take; no time-out of an answer grows beyond it."""
+    """Time-out of a boot-up, and upper limit of the adapted time-out of an answer."""
     may_store: bool = True
-    """Whether the node's non-volatile memory may be written; it is put back."""
+    """True if the cases may write the node's non-volatile memory, which is restored afterwards."""
     is_alone: bool = False
-    """Whether no other node is on the bus, so that NMT commands to all nodes do no harm."""
+    """True if there is no other node on the bus, so that NMT commands to all nodes are harmless."""
 
     @property
     def first_timeout_ms(self) -> int:
-        """The time-out until the node's first answer tells how fast it is."""
+        """Time-out until the first answer, which shows how fast the node is."""
         return min(self.boot_ms, FIRST_TIMEOUT * self.timeout_ms)
 
 
@@ -56,7 +56,7 @@ class Bench:
         )
         self.undo: list[tuple[int, int, bytes]] = []
         self.has_boot_up = True
-        """False once a reset was not followed by a boot-up message."""
+        """False after a reset without a boot-up message."""
         self.begin()
 
     def begin(self, case_name: str = "") -> None:
@@ -64,39 +64,39 @@ class Bench:
         self.period_ms = max(
             SHORTEST_PERIOD_MS, self.options.timeout_ms // 5, min(ceil(self.sdo.slowest_ms), self.options.boot_ms)
         )
-        """A time for heartbeats, SYNC and event timers that the node and its bus can keep, fixed for the case."""
+        """Period for heartbeats, SYNC and event timers that the node and its bus can keep; constant within a case."""
         self._allowed = ALLOWED.get(case_name)
         self.warnings: list[str] = []
-        """What is doubtful without breaking a rule: with any of them, a case that passes ends as a warning."""
+        """Doubtful behaviour that breaks no rule; it turns the verdict 'passed' into 'warning'."""
         self.remarks: list[str] = []
-        """What a reader of the report should know; the verdict doesn't depend on them."""
+        """Remarks for the reader of the report, without effect on the verdict."""
         self.line.seen.clear()
         self.undo.clear()
         self.is_moved = False
-        """Whether the case sent NMT commands."""
+        """True if the case has sent NMT commands."""
         self.is_stored = False
-        """Whether it wrote to non-volatile memory."""
+        """True if the case has written to non-volatile memory."""
         self.is_upset = False
-        """Whether it caused communication errors, which a reset of communication ends."""
+        """True if the case has caused communication errors, which a reset of communication clears."""
 
     # Times.
 
     @property
     def patience_ms(self) -> float:
-        """How long something that is expected is waited for; it follows the node, as the time-out of SDO does."""
+        """Time-out for an expected frame; it adapts to the node, as the time-out of SDO does."""
         return max(self.options.timeout_ms, self.sdo.within_ms)
 
     @property
     def settle_ms(self) -> float:
-        """How long after a frame of ours the node may still send as if it hadn't come."""
+        """Time after one of our frames during which the node may still act as before."""
         return max(SETTLE_MS, min(MARGIN * self.sdo.slowest_ms, self.options.boot_ms))
 
     def settle(self) -> Steps[None]:
-        """Wait until what the node sent before has come, and what was sent to it has been acted upon."""
+        """Wait until earlier frames of the node have arrived and the node has acted on ours."""
         yield from self.wait(self.settle_ms)
 
     def barrier(self) -> Steps[None]:
-        """Ask by SDO: what the node sent before its answer has come before.  Any answer will do."""
+        """Wait for any SDO answer, after which all earlier frames of the node have arrived, too."""
         try:
             yield from self.sdo.read(DEVICE_TYPE)
         except SdoFault:
@@ -112,32 +112,32 @@ class Bench:
         self.line.send(CanFrame(identifier, data))
 
     def ask(self, identifier: int, length: int = 0) -> None:
-        """A remote frame."""
+        """Send a remote frame."""
         self.line.send(CanFrame(identifier, is_remote=True, remote_length=length))
 
     def expect(self, wanted: int | Matcher, within_ms: float | None = None) -> Steps[CanFrame | None]:
-        """The next data frame with this identifier, or that matches; None if it doesn't come in time."""
+        """Return the next data frame with this identifier, or that matches; None if there is none in time."""
         until_ns = self._in(self.patience_ms if within_ms is None else within_ms)
-        return (yield Wish(_with_identifier(wanted) if isinstance(wanted, int) else wanted, until_ns))
+        return (yield Wait(_with_identifier(wanted) if isinstance(wanted, int) else wanted, until_ns))
 
     def wait(self, ms: float) -> Steps[list[Seen]]:
-        """What the others sent meanwhile."""
+        """Wait, and return the frames that others sent meanwhile."""
         first = len(self.line.seen)
-        yield Wish(None, self._in(ms))
+        yield Wait(None, self._in(ms))
         return [seen for seen in self.line.seen[first:] if not seen.is_ours]
 
     def came(self, identifier: int, first: int) -> list[Seen]:
-        """The data frames with this identifier that others sent since `seen` had a length of `first`."""
+        """Return data frames with this identifier that others have sent since entry `first` of `seen`."""
         return [
-            one
-            for one in self.line.seen[first:]
-            if not one.is_ours and one.frame.identifier == identifier and not one.frame.is_remote
+            seen
+            for seen in self.line.seen[first:]
+            if not seen.is_ours and seen.frame.identifier == identifier and not seen.frame.is_remote
         ]
 
     def gather(self, identifier: int, first: int, count: int, gap_ms: float = 0) -> Steps[list[Seen]]:
-        """As `came`, once there are `count` of them, or one is overdue by more than the patience of `expect`.
+        """Return the frames of `came` once there are `count`, or once the next one is overdue by `patience_ms`.
 
-        `gap_ms` is the time after which the next one is due.
+        `gap_ms` is the time from one frame to the next.
         """
         while len(self.came(identifier, first)) < count:
             frame = yield from self.expect(identifier, gap_ms + self.patience_ms)
@@ -146,7 +146,7 @@ class Bench:
         return self.came(identifier, first)
 
     def silence(self, identifier: int, why: str, ms: float) -> Steps[None]:
-        """Fail if a frame with this identifier comes; `why` it shouldn't."""
+        """Fail if a frame with this identifier arrives; `why` says why it shouldn't."""
         frame = yield from self.expect(identifier, max(ms, self.settle_ms))
         if frame is not None:
             self.fail(f"no frame {identifier:03X}h ({why})", show(frame))
@@ -154,12 +154,12 @@ class Bench:
     # The object dictionary.
 
     def read(self, index: int, sub: int = 0) -> Steps[int]:
-        """An unsigned parameter."""
+        """Read an unsigned parameter."""
         data = yield from self.sdo.read(index, sub)
         return int.from_bytes(data, "little")
 
     def change(self, index: int, sub: int, value: int | bytes) -> Steps[None]:
-        """Write a parameter, and remember what it was."""
+        """Write a parameter, and note its previous value for undoing the change."""
         before = yield from self.sdo.read(index, sub)
         data = value if isinstance(value, bytes) else self._encode(index, sub, value, len(before))
         if data != before:
@@ -167,7 +167,7 @@ class Bench:
             self.undo.append((index, sub, before))
 
     def attempt(self, index: int, sub: int, data: bytes) -> Steps[None]:
-        """Write what should be refused; if it is taken, that is undone after the case."""
+        """Write a value that the node should refuse; if it is accepted, it is undone after the case."""
         try:
             before: bytes | None = yield from self.sdo.read(index, sub)
         except Aborted:
@@ -177,7 +177,7 @@ class Bench:
             self.undo.append((index, sub, before))
 
     def refuses(self, steps: Steps[object], *codes: int, what: str) -> Steps[None]:
-        """Fail unless `steps` end in an abort with one of the codes, or those that CiA's tool allows in this case."""
+        """Fail unless `steps` end in an abort with one of the codes; those of CiA's tool for this case go first."""
         codes = self.accepted(*codes)
         expected = f"{what} to be refused with {' or '.join(f'{code:08X}h' for code in codes)}"
         try:
@@ -186,14 +186,14 @@ class Bench:
             if abort.code not in codes:
                 self.fail(expected, str(abort))
         else:
-            self.fail(expected, "no abort: it was taken")
+            self.fail(expected, "no abort: it was accepted")
 
     def accepted(self, *codes: int) -> tuple[int, ...]:
-        """The codes with which this case accepts a refusal: those of CiA's log, or else `codes`."""
+        """Return the abort codes that this case accepts: those of CiA's log, or else `codes`."""
         return codes if self._allowed is None else self._allowed
 
     def _encode(self, index: int, sub: int, value: int, size: int) -> bytes:
-        """In the size that the EDS gives it, or else that which was read."""
+        """Encode a value in the size that the EDS gives, or else in `size`, as it was read."""
         entry = self.eds.get(index, sub)
         if entry is not None and entry.size is not None:
             size = entry.size
@@ -204,7 +204,7 @@ class Bench:
     # The EDS.
 
     def entry(self, index: int, sub: int = 0, writable: bool = False) -> Entry:
-        """What the EDS has there; not applicable if it has nothing, or nothing writable."""
+        """Return an entry of the EDS; the case is not applicable without it, or if it should be writable and isn't."""
         entry = self.eds.get(index, sub)
         if entry is None:
             self.skip(f"the EDS has no {index:04X}h sub-index {sub:02X}h")
@@ -222,7 +222,7 @@ class Bench:
         raise Failed(expected, came)
 
     def warn(self, doubt: str) -> None:
-        """Note what is doubtful: the case goes on, and ends as a warning at best."""
+        """Note a doubt: the case continues, and its best verdict is 'warning'."""
         self.warnings.append(doubt)
 
     def skip(self, reason: str) -> NoReturn:
@@ -237,6 +237,6 @@ def _with_identifier(identifier: int) -> Matcher:
 
 
 def show(frame: CanFrame) -> str:
-    """`585#43 00 10 00 91 01 0F 00`, `185#remote`."""
+    """Return a frame as text, such as `585#43 00 10 00 91 01 0F 00` or `185#remote`."""
     identifier = f"{frame.identifier:08X}" if frame.is_extended else f"{frame.identifier:03X}"
     return f"{identifier}#{'remote' if frame.is_remote else frame.data.hex(' ').upper()}"

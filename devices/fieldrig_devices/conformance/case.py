@@ -1,4 +1,4 @@
-"""Cases: what each asks of the node, where the standard says so, and how it is tried."""
+"""Cases: the requirement of each, its clause in the standard, and the steps of the test."""
 
 import re
 from collections.abc import Callable
@@ -12,9 +12,9 @@ Try = Callable[[Bench], Steps[None]]
 
 class Case(NamedTuple):
     number: str
-    """`2.7`, as in the public log of a test with CiA's tool."""
+    """Number such as `2.7`, as in the public log of a test with CiA's tool."""
     name: str
-    """`SDO 07`."""
+    """Name such as `SDO 07`."""
     requirement: str
     clause: str
     steps: Try

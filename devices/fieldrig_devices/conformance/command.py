@@ -1,4 +1,4 @@
-"""`fieldrig conform`: tests a CANopen node, and says what it found."""
+"""`fieldrig conform`: tests a CANopen node, and reports the results."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,7 +26,7 @@ BusName = Annotated[
         "--bus",
         metavar="BUS",
         help="can.socketcan:vcan0, can.udp:GROUP:PORT, can.hub:RUNFOLDER/can0, python-can:interface=...,channel=...;"
-        " with --rig the name of one of its buses.",
+        " with --rig, the name of a bus of the rig.",
         show_default=False,
     ),
 ]
@@ -83,8 +83,8 @@ def conform(
     Run 127 named cases; each reports its requirement, the frames seen and a verdict. The suite restores what it changes
     in the node. It resets, starts and stops the node, so never run it on a machine that can move.
         fieldrig conform --bus can.socketcan:vcan0 --node 5 --eds io32.eds
-        fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a rig that runs
-        fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time, at once
+        fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a running rig
+        fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time
         fieldrig conform --bus can.hub:run/lab/can0 --node 5 --eds io32.eds --only 'SDO*' --html out.html
     The exit code is 0 if no case failed, and 8 otherwise.
     """
@@ -102,7 +102,9 @@ def conform(
         raise typer.BadParameter("no node is given; expected --bus and --node, and --eds or --rig")
     out = console()
     options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
-    report = _report(bus, node_id, eds, rig, cases, options, None if as_json else lambda one: show_result(out, one))
+    report = _report(
+        bus, node_id, eds, rig, cases, options, None if as_json else lambda result: show_result(out, result)
+    )
     _write(report, junit, html, markdown)
     if as_json:
         echo_json(as_data(report))
@@ -132,7 +134,7 @@ def _report(
     if rig is None:
         where = address.parse(bus)
         if eds is None:
-            raise typer.BadParameter("--eds FILE: the node's EDS or DCF file")
+            raise typer.BadParameter("expected --eds FILE, the EDS or DCF file of the node, or --rig FILE")
         description = Description(eds, node_id)
         return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
     config = load(rig)
@@ -170,7 +172,7 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
     path = eds or (found.eds if found is not None else None)
     if path is None:
         raise UsageError(
-            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name it by --eds FILE"
+            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name the file with --eds FILE"
         )
     description = Description(path, node_id)
     if found is not None and eds is None:
@@ -198,10 +200,10 @@ def _list(cases: "list[Case]", as_json: bool) -> None:
     if as_json:
         echo_json(
             [
-                {"number": one.number, "name": one.name, "requirement": one.requirement, "clause": one.clause}
-                for one in cases
+                {"number": case.number, "name": case.name, "requirement": case.requirement, "clause": case.clause}
+                for case in cases
             ]
         )
         return
-    for one in cases:
-        typer.echo(f"{one.number:>6} {one.name:30} {one.requirement} ({one.clause})")
+    for case in cases:
+        typer.echo(f"{case.number:>6} {case.name:30} {case.requirement} ({case.clause})")

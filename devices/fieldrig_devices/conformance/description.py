@@ -1,4 +1,4 @@
-"""What the EDS promises, read with the reader that nodes are made with, so that any file of a node can be conformed.
+"""The node according to its EDS, read by the reader of the emulated nodes, so that the suite accepts the same files.
 
 Source: CiA 306-1 4.6, CiA 301 table 44 (data types).
 """
@@ -16,13 +16,13 @@ from fieldrig_devices.canopen.variable import Variable
 
 BOOLEAN, DOMAIN = 0x01, 0x0F
 TIMES = (0x0C, 0x0D)
-"""TIME_OF_DAY and TIME_DIFFERENCE, which are no numbers."""
+"""TIME_OF_DAY and TIME_DIFFERENCE, which are not treated as numbers."""
 NUMBERS = {data_type: number for number, data_type in DATA_TYPES.items()}
-"""Data types of CiA 301 by what the reader makes of them."""
+"""Numbers of the data types of CiA 301."""
 
 LAST_OF_COMMUNICATION = 0x1FFF
 FIRST_SERVER = {"1200:01": 0x600, "1200:02": 0x580}
-"""Always followed by the node-ID (CiA 301 7.5.2.33), also where the file was written for another node."""
+"""COB-IDs of the first SDO server without the node-ID, which is always added (CiA 301 7.5.2.33)."""
 READABLE, WRITABLE = ("ro", "rw", "rwr", "rww", "const"), ("wo", "rw", "rwr", "rww")
 
 
@@ -36,7 +36,7 @@ class Entry:
     type: int
     access: str
     default: bytes | None
-    """As bytes on the bus; None if the EDS has none, or one that can't be made out."""
+    """Default value as on the bus; None if the EDS has none that can be read."""
     low: int | None
     high: int | None
     is_mappable: bool
@@ -47,17 +47,17 @@ class Entry:
 
     @property
     def size(self) -> int | None:
-        """In bytes; None where any length will do."""
+        """Size in bytes; None for any length."""
         return DATA_TYPES[self.type].size
 
     @property
     def pdo_bits(self) -> int:
-        """Its length in a PDO; 0 where the type has none."""
+        """Length in a PDO in bits; 0 if the data type has none."""
         return DATA_TYPES[self.type].bits or 0
 
     @property
     def is_integer(self) -> bool:
-        """True for BOOLEAN too."""
+        """True for integer data types and BOOLEAN."""
         return self.type == BOOLEAN or (isinstance(DATA_TYPES[self.type], Integer) and self.type not in TIMES)
 
     @property
@@ -70,7 +70,7 @@ class Entry:
 
     @property
     def range(self) -> tuple[int, int]:
-        """What an integer type can hold; a BOOLEAN is a byte on the bus."""
+        """Lowest and highest value of an integer type; a BOOLEAN counts as a byte."""
         data_type = DATA_TYPES[self.type]
         return (data_type.low, data_type.high) if isinstance(data_type, Integer) else (0, 0xFF)
 
@@ -82,20 +82,22 @@ class Entry:
 
 class Description:
     def __init__(self, path: Path, node_id: int) -> None:
-        """UsageError if nothing can be made of the file."""
+        """Read the file.  Raises UsageError if it is refused."""
         self.path, self.node_id = path, node_id
         try:
             described = describe(path, node_id)
         except (OSError, EdsError) as cause:
-            raise UsageError(f"{path} is no EDS that can be read: {cause}", "`fieldrig eds check` says more") from cause
-        self.entries = {(one.index, one.subindex): _entry(described, one) for one in described.variables}
+            raise UsageError(f"{path} can't be used as an EDS: {cause}", "`fieldrig eds check` has details") from cause
+        self.entries = {
+            (variable.index, variable.subindex): _entry(described, variable) for variable in described.variables
+        }
         for key, cob_id in FIRST_SERVER.items():
             self.set_default(key, cob_id + node_id)
         self.dummies = described.dummies
-        """Bits of each data type that RPDOs may map to leave a gap, by its index."""
+        """Length in bits of the data types that an RPDO may map as a dummy, by index."""
 
     def set_default(self, key: str, value: bool | int | float | str) -> None:
-        """A power-on value of another source, for an entry such as `1017:00`; what isn't there is passed over."""
+        """Set the default of an entry such as `1017:00`; ignored if there is no such entry."""
         index, _, sub = key.partition(":")
         entry = self.entries.get((int(index, 16), int(sub, 16)))
         if entry is not None:
@@ -106,14 +108,14 @@ class Description:
         return any(entry.index == index for entry in self.entries.values())
 
     def __iter__(self) -> Iterator[Entry]:
-        """In order of index and sub-index."""
+        """Iterate over the entries in order of index and sub-index."""
         return iter([self.entries[key] for key in sorted(self.entries)])
 
     def get(self, index: int, sub: int = 0) -> Entry | None:
         return self.entries.get((index, sub))
 
     def members(self, index: int) -> list[Entry]:
-        """The entries of an object from sub-index 1 on, without the description of its structure (FFh)."""
+        """Return the entries of an object from sub-index 1 on, without the description of its structure (FFh)."""
         return [entry for entry in self if entry.index == index and 0 < entry.sub < 0xFF]
 
     def indices(self, first: int, last: int) -> list[int]:
@@ -137,5 +139,5 @@ def _entry(described: Described, variable: Variable) -> Entry:
 
 
 def _limit(data_type: DataType, limit: float | None) -> int | None:
-    """The limit of a whole number."""
+    """Return the limit of an integer type, or None."""
     return int(limit) if isinstance(data_type, Integer) and limit is not None else None

@@ -1,6 +1,6 @@
-"""Errors that the suite can cause from outside, and the EMCY message that tells of them.
+"""Errors that the suite can cause from outside, and the EMCY messages that report them.
 
-Source: CiA 301 7.2.7, 7.2.2.5 (an RPDO that is too short), 7.2.8.3.2.2 (a heartbeat that is missed).
+Source: CiA 301 7.2.7, 7.2.2.5 (an RPDO that is too short), 7.2.8.3.2.2 (a missing heartbeat).
 """
 
 from typing import NamedTuple
@@ -19,9 +19,9 @@ OPERATIONAL_STATE = b"\x05"
 
 class Forced(NamedTuple):
     frame: CanFrame | None
-    """EMCY; None if the node sent none."""
+    """The EMCY message; None if the node sent none."""
     code: int
-    """What it should have told."""
+    """The expected error code."""
     how: str
 
 
@@ -34,7 +34,7 @@ def emcy_id(bench: Bench) -> Steps[int]:
 
 
 def force(bench: Bench) -> Steps[Forced]:
-    """Cause an error in 'operational'.  Not applicable if the EDS gives no way to."""
+    """Cause an error in 'operational'.  Not applicable if the node of this EDS gives no means to do so."""
     emcy = yield from emcy_id(bench)
     bench.is_upset = True
     for pdo in pdos(bench, is_transmit=False):
@@ -44,22 +44,22 @@ def force(bench: Bench) -> Steps[Forced]:
     entry = bench.eds.get(CONSUMER_TIME, 1)
     if entry is not None and entry.is_writable:
         return (yield from _by_missing_heartbeat(bench, emcy))
-    bench.skip("nothing in the EDS lets an error be caused from outside: no RPDO, no heartbeat consumer")
+    bench.skip("no error can be caused from outside: the EDS has neither an RPDO nor a heartbeat consumer")
 
 
 def latest(bench: Bench) -> Steps[CanFrame]:
-    """The last EMCY message that came in this case, in which there is one."""
+    """Return the last EMCY message of this case; there must be one."""
     emcy = yield from emcy_id(bench)
     return [seen.frame for seen in bench.line.seen if not seen.is_ours and seen.frame.identifier == emcy][-1]
 
 
 def producer_id(bench: Bench) -> int:
-    """The node-ID that the suite takes for its own heartbeat."""
+    """Return the node-ID that the suite uses for its own heartbeat."""
     return 127 if bench.node_id != 127 else 126
 
 
 def watch_us(bench: Bench, consumer_ms: int, producer: int) -> Steps[None]:
-    """Make the node a heartbeat consumer of ours; other entries for the same producer are its owner's affair."""
+    """Let the node supervise our heartbeat, with the first entry of 1016h; other entries stay as they are."""
     yield from bench.change(CONSUMER_TIME, 1, producer << 16 | consumer_ms)
 
 
@@ -70,7 +70,7 @@ def beat(bench: Bench, producer: int, count: int, gap_ms: float) -> Steps[None]:
 
 
 def _by_short_pdo(bench: Bench, emcy: int, pdo: Pdo) -> Steps[Forced | None]:
-    """An RPDO without any data; None if this one can't be used for it."""
+    """Send an RPDO without data; None if this RPDO isn't suitable."""
     cob_id = yield from bench.read(pdo.communication, 1)
     mapped = yield from read_mapping(bench, pdo)
     kind = yield from bench.read(pdo.communication, 2)

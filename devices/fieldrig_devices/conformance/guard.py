@@ -1,4 +1,4 @@
-"""Node guarding as a master does it.
+"""Node guarding from the master's side.
 
 Source: CiA 301 7.2.8.3.2.1.
 """
@@ -12,13 +12,13 @@ LIFE_TIME_FACTOR = 0x100D
 
 
 def check_there(bench: Bench) -> None:
-    """Not applicable if the EDS doesn't have guarding."""
+    """Make the case not applicable if the EDS has no guarding."""
     bench.entry(GUARD_TIME)
     bench.entry(LIFE_TIME_FACTOR)
 
 
 def prepare(bench: Bench) -> Steps[None]:
-    """The node as after a reset, without heartbeat, which would go before guarding."""
+    """Reset the node and switch off its heartbeat, which would take precedence over guarding."""
     check_there(bench)
     yield from nmt.restart(bench)
     if HEARTBEAT_TIME in bench.eds:
@@ -26,7 +26,7 @@ def prepare(bench: Bench) -> Steps[None]:
 
 
 def request(bench: Bench) -> Steps[int]:
-    """The byte of the answer; fails without one."""
+    """Send a request, and return the byte of the answer.  Fails without an answer."""
     bench.ask(bench.boot_up_id, 1)
     frame = yield from bench.expect(bench.boot_up_id)
     if frame is None:

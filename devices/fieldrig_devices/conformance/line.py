@@ -1,7 +1,7 @@
-"""The conformance suite's end of the bus: what it sends and sees, with times, and the player of its steps.
+"""The suite's connection to the bus: records all frames with their times, and runs the steps of the cases.
 
-A step is a generator that yields what it waits for, and is resumed with the frame or, when time is up, with None.  It
-knows no loop and no thread, so the same steps run in virtual and in real time.
+Steps are a generator that yields what it waits for, and resumes with the frame, or with None after a time-out.  As it
+depends on no event loop and no thread, the same steps run in virtual and in real time.
 """
 
 from collections.abc import Callable, Generator
@@ -17,18 +17,18 @@ Matcher = Callable[[CanFrame], bool]
 
 
 @dataclass(slots=True)
-class Wish:
-    """Wait for a frame that is wanted (None: for none), or until an instant."""
+class Wait:
+    """Waits for a frame that `wanted` accepts, or until an instant; None waits for no frame."""
 
     wanted: Matcher | None
     until_ns: int
 
 
-Steps = Generator[Wish, CanFrame | None, T]
+Steps = Generator[Wait, CanFrame | None, T]
 
 
 class Seen(NamedTuple):
-    """A frame on the bus, as this end saw or sent it."""
+    """A frame that this member has received or sent."""
 
     time_ns: int
     is_ours: bool
@@ -40,7 +40,7 @@ class Line:
         self.clock, self._link = clock, link
         self.seen: list[Seen] = []
         self._steps: Steps[None] | None = None
-        self._wish: Wish | None = None
+        self._wait: Wait | None = None
         self._timer: Timer | None = None
         self._on_end: Callable[[Exception | None], None] = _forget
         link.on_receive(self._on_frame)
@@ -50,14 +50,14 @@ class Line:
         self._link.send(frame)
 
     def play(self, steps: Steps[None], on_end: Callable[[Exception | None], None]) -> None:
-        """Go through the steps; `on_end` is called after the last one, or with what went wrong in them."""
+        """Run the steps; `on_end` is called at their end, with the exception if there was one."""
         self._steps, self._on_end = steps, on_end
         self._resume(None)
 
     def _on_frame(self, frame: CanFrame) -> None:
         self.seen.append(Seen(self.clock.now_ns(), False, frame))
-        wish = self._wish
-        if wish is not None and wish.wanted is not None and wish.wanted(frame):
+        wait = self._wait
+        if wait is not None and wait.wanted is not None and wait.wanted(frame):
             self._resume(frame)
 
     def _on_time(self) -> None:
@@ -66,18 +66,18 @@ class Line:
     def _resume(self, frame: CanFrame | None) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        steps, self._wish, self._timer = self._steps, None, None
+        steps, self._wait, self._timer = self._steps, None, None
         if steps is None:
             return
         try:
-            wish = steps.send(frame)
+            wait = steps.send(frame)
         except StopIteration:
             self._end(None)
-        except Exception as fault:  # noqa: BLE001  whoever plays the steps raises it where it can be seen
+        except Exception as fault:  # noqa: BLE001  the caller of `play` raises it in its own context
             self._end(fault)
         else:
-            self._wish = wish
-            self._timer = self.clock.call_at(wish.until_ns, self._on_time)
+            self._wait = wait
+            self._timer = self.clock.call_at(wait.until_ns, self._on_time)
 
     def _end(self, fault: Exception | None) -> None:
         self._steps = None
@@ -85,4 +85,4 @@ class Line:
 
 
 def _forget(fault: Exception | None) -> None:
-    """Nobody plays."""
+    """Do nothing at the end: the handler before the first `play`."""

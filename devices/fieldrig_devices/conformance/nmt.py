@@ -1,6 +1,6 @@
-"""NMT commands, resets and how the suite tells the node's state.
+"""NMT commands, resets, and reading the node's state.
 
-Source: CiA 301 7.2.8, 7.3.2.  The state is read from the node's heartbeat, else from its answer to a guarding request.
+Source: CiA 301 7.2.8, 7.3.2.  The state comes from the node's heartbeat, or else from its answer to a guarding request.
 """
 
 from enum import IntEnum
@@ -39,7 +39,7 @@ COMMAND_FOR = {state: command for command, state in LEADS_TO.items()}
 
 
 def command(bench: Bench, wanted: Command, node_id: int | None = None) -> Steps[None]:
-    """To the node, or another address; and time for it to act."""
+    """Send a command to the node or another address, and wait until the node has acted on it."""
     bench.is_moved = True
     bench.send(NMT_ID, bytes((wanted, bench.node_id if node_id is None else node_id)))
     if wanted in LEADS_TO:
@@ -51,16 +51,16 @@ def enter(bench: Bench, state: State) -> Steps[None]:
 
 
 def reset(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION, node_id: int | None = None) -> Steps[None]:
-    """Reset, and wait for the boot-up message.  Fails without one."""
+    """Reset the node and wait for the boot-up message.  Fails without one."""
     is_there = yield from _reset(bench, wanted, node_id, bench.options.boot_ms)
     name = wanted.name.lower().replace("_", " ")
     bench.check(is_there, f"the boot-up message {bench.boot_up_id:03X}h with one byte 00h after {name}", "none")
 
 
 def restart(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION) -> Steps[None]:
-    """Reset, for the sake of what follows: a node without boot-up message is brought to 'pre-operational' by command.
+    """Reset the node as a preparation: without a boot-up message, it is taken to 'pre-operational' by command.
 
-    So what it lacks is told by the cases that are about it.
+    The missing message is then reported only by the cases that test it.
     """
     boot_ms = bench.options.boot_ms if bench.has_boot_up else bench.patience_ms
     bench.has_boot_up = yield from _reset(bench, wanted, None, boot_ms)
@@ -69,7 +69,7 @@ def restart(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION) -> Step
 
 
 def _reset(bench: Bench, wanted: Command, node_id: int | None, boot_ms: float) -> Steps[bool]:
-    """Whether there was a boot-up message.  Parameters are at their power-on values then."""
+    """Reset the node; True if there was a boot-up message.  Its parameters have their power-on values then."""
     yield from command(bench, wanted, node_id)
     bench.undo.clear()
     frame = yield from bench.expect(is_boot_up(bench), boot_ms)
@@ -82,16 +82,16 @@ def is_boot_up(bench: Bench) -> Matcher:
 
 
 def watch(bench: Bench) -> Steps[None]:
-    """Make the node tell its state: by heartbeat if it has one.  Not applicable if it can't tell."""
+    """Make the node report its state, by heartbeat if it has one.  Not applicable if it has no error control."""
     entry = bench.eds.get(HEARTBEAT_TIME)
     if entry is not None and entry.is_writable:
         yield from bench.change(HEARTBEAT_TIME, 0, bench.period_ms)
     elif GUARD_TIME not in bench.eds:
-        bench.skip("the node has neither heartbeat nor guarding by which it could tell its state")
+        bench.skip("the node has neither heartbeat nor guarding to report its state")
 
 
 def state(bench: Bench) -> Steps[int]:
-    """What the node says; `watch` first.  Fails if it says nothing."""
+    """Return the state that the node reports; call `watch` before.  Fails without a report."""
     frame: CanFrame | None = None
     if HEARTBEAT_TIME in bench.eds:
         frame = yield from bench.expect(bench.boot_up_id, bench.period_ms + bench.patience_ms)
@@ -99,13 +99,13 @@ def state(bench: Bench) -> Steps[int]:
         bench.ask(bench.boot_up_id, 1)
         frame = yield from bench.expect(bench.boot_up_id)
     if frame is None:
-        bench.fail("the node to tell its state by heartbeat or guarding", "nothing")
+        bench.fail("the node's state by heartbeat or guarding", "nothing")
     bench.check(len(frame.data) == 1, "one byte of state", show(frame))
     return frame.data[0] & 0x7F
 
 
 def check_state(bench: Bench, wanted: State, after: str) -> Steps[None]:
-    """Fail unless the node tells this state soon: heartbeats with the state before may still be on their way."""
+    """Fail unless the node soon reports this state; earlier heartbeats may still be in transit."""
     until_ns = bench.line.clock.now_ns() + round((2 * bench.period_ms + bench.settle_ms) * MS)
     came = yield from state(bench)
     while came != wanted and bench.line.clock.now_ns() < until_ns:

@@ -1,4 +1,4 @@
-"""Which objects have rules of their own, so that reading, writing or comparing them says nothing.
+"""Objects with special rules, for which generic tests of reading, writing and comparing are meaningless.
 
 Source: CiA 301 7.5.2, CiA 302-3 (1F50h).
 """
@@ -14,31 +14,31 @@ RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING = (
     range(0x1A00, 0x1C00),
 )
 COMMANDS: tuple[Iterable[int], ...] = ((0x1003, 0x1010, 0x1011), range(0x1023, 0x1027), range(0x1F50, 0x1F58))
-"""Writing them makes something happen: error history, storing, OS commands, program download."""
+"""Objects that trigger an action when written: error history, storing, OS commands, program download."""
 LIVE = (0x1001, 0x1002, 0x1003, 0x1010, 0x1011, 0x1012, 0x1013, 0x1020)
-"""Values that live: errors, capabilities, time, the date of a configuration."""
+"""Objects that change by themselves: errors, capabilities, time, the configuration date."""
 SERIAL_NUMBER = (0x1018, 4)
 INHIBIT_TIME, SYNC_START = 3, 6
 """Sub-indices of PDO communication parameters that may not be written while the PDO is valid."""
 
 
 def is_command(entry: Entry) -> bool:
-    return any(entry.index in one for one in COMMANDS) or entry.type == DOMAIN
+    return any(entry.index in indices for indices in COMMANDS) or entry.type == DOMAIN
 
 
 def is_guarded(entry: Entry) -> bool:
-    """Whether it may be written in the course of a procedure only."""
+    """True if an object may be written only as part of a procedure."""
     if entry.index in RPDO_MAPPING or entry.index in TPDO_MAPPING:
         return True
     return (entry.index in RPDO or entry.index in TPDO) and entry.sub in (INHIBIT_TIME, SYNC_START)
 
 
 def is_plain(entry: Entry) -> bool:
-    """Whether the value it has can be written to it at any time, if it can be written at all."""
+    """True if the present value can be written back at any time, provided that the object is writable."""
     return entry.is_readable and not is_command(entry) and not is_guarded(entry)
 
 
 def is_live(entry: Entry) -> bool:
-    """Whether its value may be another than its default without anybody having written it."""
+    """True if the value may differ from the default without having been written."""
     is_input = entry.is_mappable and entry.access in ("ro", "rwr") and entry.index > LAST_OF_COMMUNICATION
     return is_input or entry.index in LIVE or (entry.index, entry.sub) == SERIAL_NUMBER or entry.type == DOMAIN

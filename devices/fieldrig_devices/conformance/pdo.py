@@ -1,4 +1,4 @@
-"""PDOs as the EDS has them, and how the suite sets them up.
+"""The PDOs of the EDS, and their configuration by the suite.
 
 Source: CiA 301 7.5.2.35 to 7.5.2.38.
 """
@@ -14,17 +14,17 @@ from fieldrig_devices.conformance.verdict import Aborted, NotApplicable
 
 INVALID, NO_RTR, EXTENDED = 1 << 31, 1 << 30, 1 << 29
 COB_ID, TYPE, INHIBIT, EVENT_TIMER, SYNC_START = 1, 2, 3, 5, 6
-"""Sub-indices."""
+"""Sub-indices of PDO communication parameters."""
 EVENT_DRIVEN = 255
 MAX_BITS = 64
 INVALID_VALUE = 0x0609_0030
 FIRST_IDS = {True: 0x180, False: 0x200}
-"""Of the pre-defined connection set, by whether the node transmits."""
+"""First identifiers of the pre-defined connection set; the key is True for TPDOs."""
 
 
 class Pdo(NamedTuple):
     number: int
-    """From 0."""
+    """Number of the PDO, from 0."""
     is_transmit: bool
 
     @property
@@ -66,8 +66,8 @@ def read_mapping(bench: Bench, pdo: Pdo) -> Steps[list[Mapped]]:
 
 
 def size(mapped: list[Mapped]) -> int:
-    """In bytes."""
-    return (sum(one.bits for one in mapped) + 7) // 8
+    """Return the length of a PDO with this mapping, in bytes."""
+    return (sum(variable.bits for variable in mapped) + 7) // 8
 
 
 def identifier(cob_id: int) -> int:
@@ -75,13 +75,13 @@ def identifier(cob_id: int) -> int:
 
 
 def default_cob_id(bench: Bench, pdo: Pdo) -> int:
-    """Of the pre-defined connection set, for the first four; no RTR."""
+    """Return the COB-ID of the pre-defined connection set, for the first four PDOs, without RTR."""
     flag = NO_RTR if pdo.is_transmit else 0
     return flag | FIRST_IDS[pdo.is_transmit] + 0x100 * pdo.number + bench.node_id
 
 
 def invalidate(bench: Bench, pdo: Pdo) -> Steps[int]:
-    """The COB-ID that it has when it is valid again."""
+    """Make the PDO invalid, and return the COB-ID that makes it valid again."""
     cob_id = yield from bench.read(pdo.communication, COB_ID)
     if not cob_id & INVALID:
         yield from bench.change(pdo.communication, COB_ID, cob_id | INVALID)
@@ -93,7 +93,7 @@ def invalidate(bench: Bench, pdo: Pdo) -> Steps[int]:
 def configure(
     bench: Bench, pdo: Pdo, kind: int, *, event_ms: int = 0, sync_start: int = 0, with_rtr: bool = False
 ) -> Steps[int]:
-    """Set a TPDO up; the CAN identifier that it has then.  Not applicable if the EDS or the node doesn't let us."""
+    """Configure a TPDO, and return its CAN identifier.  Not applicable if the EDS or the node doesn't permit it."""
     base = pdo.communication
     bench.entry(base, COB_ID, writable=True)
     bench.entry(base, TYPE, writable=True)
@@ -102,7 +102,7 @@ def configure(
         yield from bench.change(base, TYPE, kind)
     except Aborted as abort:
         if abort.code == INVALID_VALUE:
-            bench.skip(f"{pdo.name} has no transmission type {kind}: the node refuses it with 0609 0030h")
+            bench.skip(f"{pdo.name} doesn't support transmission type {kind}: the node refuses it with 0609 0030h")
         raise
     for sub, value in ((EVENT_TIMER, event_ms), (SYNC_START, sync_start)):
         entry = bench.eds.get(base, sub)
@@ -116,25 +116,25 @@ def configure(
         yield from bench.change(base, COB_ID, cob_id)
     except Aborted as abort:
         if with_rtr and abort.code == INVALID_VALUE:
-            bench.skip(f"{pdo.name} can't be asked for by RTR: the node refuses bit 30 at 0 with 0609 0030h")
+            bench.skip(f"{pdo.name} doesn't support RTR: the node refuses bit 30 at 0 with 0609 0030h")
         raise
     return identifier(cob_id)
 
 
 def usable_tpdos(bench: Bench, at_most: int = 4) -> Steps[list[Pdo]]:
-    """Those with something mapped.  Not applicable without."""
+    """Return the TPDOs with a mapping.  Not applicable if there are none."""
     usable: list[Pdo] = []
     for pdo in pdos(bench, is_transmit=True):
         mapped = yield from read_mapping(bench, pdo)
         if mapped and len(usable) < at_most:
             usable.append(pdo)
     if not usable:
-        bench.skip("the EDS has no TPDO with something mapped")
+        bench.skip("the EDS has no TPDO with a mapped object")
     return usable
 
 
 def mappable(bench: Bench, is_transmit: bool, accesses: tuple[str, ...]) -> list[Entry]:
-    """What may be mapped into such a PDO, of these access types."""
+    """Return the entries with these access types that can be mapped."""
     return [entry for entry in bench.eds if entry.is_mappable and entry.access in accesses and entry.pdo_bits > 0]
 
 
@@ -143,17 +143,17 @@ def as_mapped(entry: Entry) -> Mapped:
 
 
 def changeable(bench: Bench, is_transmit: bool) -> Pdo:
-    """A PDO whose mapping the EDS lets us change.  Not applicable without."""
+    """Return a PDO whose mapping can be changed according to the EDS.  Not applicable if there is none."""
     for pdo in pdos(bench, is_transmit):
         parameters = (bench.eds.get(pdo.mapping, 0), bench.eds.get(pdo.mapping, 1), bench.eds.get(pdo.communication, 1))
-        if all(one is not None and one.is_writable for one in parameters):
+        if all(parameter is not None and parameter.is_writable for parameter in parameters):
             return pdo
     sort = "TPDO" if is_transmit else "RPDO"
     raise NotApplicable(f"the EDS has no {sort} whose mapping can be changed")
 
 
 def map_to(bench: Bench, pdo: Pdo, wanted: list[Mapped]) -> Steps[int]:
-    """The mapping procedure, up to sub-index 0: the PDO is left invalid; the COB-ID that makes it valid."""
+    """Perform the mapping procedure up to sub-index 0, and return the COB-ID that makes the PDO valid."""
     cob_id = yield from invalidate(bench, pdo)
     yield from bench.change(pdo.mapping, 0, 0)
     for sub, mapped in enumerate(wanted, 1):

@@ -1,7 +1,7 @@
-"""Whether the node keeps a period: judged by the mean of several, so that frames that come late decide nothing.
+"""Checks a period by the mean of several, so that single late frames don't matter.
 
-A node that runs on a busy host is late now and then, and so is the suite; both show as one or two intervals that are
-too long and others that are too short, which is no fault of the period.
+A node on a busy host is occasionally late, and so is the suite; both result in one or two intervals that are too long
+and others that are too short, although the period is right.
 """
 
 from fieldrig.clock import MS
@@ -13,11 +13,11 @@ TOLERANCE = 0.1
 
 
 def check_period(bench: Bench, identifier: int, what: str, with_requests: bool = False) -> Steps[list[Seen]]:
-    """Fail unless frames come in `bench.period_ms`; those that came.
+    """Fail unless frames have the period `bench.period_ms`; return the frames.
 
-    The mean of ten periods is right within a tenth, and the time by which the node's answers come late.  What a busy
-    host does to one measurement is excused by the next; a wrong period fails all of them.  With requests, each frame
-    is followed by a remote frame of ours, which shouldn't be answered.
+    The mean of ten periods has a tolerance of a tenth plus the delay of the node's answers.  A measurement that a busy
+    host has spoiled is repeated, while a wrong period fails all of them.  With requests, we send a remote frame after
+    each frame, which the node must not answer.
     """
     start, mean_ms = len(bench.line.seen), 0.0
     for _ in range(TRIES):
@@ -33,7 +33,7 @@ def _measure(bench: Bench, identifier: int, what: str, with_requests: bool) -> S
     for count in range(1, PERIODS + 2):
         frames = yield from bench.gather(identifier, first, count, bench.period_ms)
         if len(frames) < count:
-            bench.fail(f"{what} each {bench.period_ms} ms", f"{len(frames)} of them, and then none")
+            bench.fail(f"{what} each {bench.period_ms} ms", f"only {len(frames)} of them")
         if with_requests:
             bench.ask(identifier, 1)
     return bench.came(identifier, first)

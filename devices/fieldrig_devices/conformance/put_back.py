@@ -1,6 +1,6 @@
-"""The node's parameters before the suite, and how they are put back.
+"""Saves the node's parameters before the suite, and restores them afterwards.
 
-Only what differs is written, PDO parameters by their procedure.
+Only values that differ are written, PDO parameters by their procedure.
 """
 
 from fieldrig_devices.conformance.bench import Bench
@@ -17,7 +17,7 @@ from fieldrig_devices.conformance.pdo import COB_ID, INVALID
 from fieldrig_devices.conformance.verdict import NoAnswer, SdoFault
 
 LATE = (0x1005, 0x1006)
-"""After 1019h, which can't be written while they are in use."""
+"""Objects to write after 1019h, which can't be written while they are in use."""
 MAPPING_OFFSET = 0x200
 
 
@@ -26,7 +26,7 @@ class Snapshot:
         self._values: dict[tuple[int, int], bytes] = {}
 
     def take(self, bench: Bench) -> Steps[None]:
-        """Read everything that can be read and written; what can't be read now has a case of its own."""
+        """Read all values that can be read and written; errors of reading are tested by a case."""
         for entry in bench.eds:
             if entry.is_readable and entry.is_writable and not is_command(entry):
                 try:
@@ -35,14 +35,14 @@ class Snapshot:
                     continue
 
     def put_back(self, bench: Bench) -> Steps[tuple[int, list[str]]]:
-        """How many values were put back, and which could not be.  NoAnswer if the node doesn't."""
+        """Restore the values, and return how many differed and the failures.  Raises NoAnswer for a silent node."""
         differing = yield from self._differing(bench)
         pdos = sorted({_communication(index) for index, _ in differing if _is_pdo(index)})
         others = [key for key in differing if not _is_pdo(key[0])]
         faults: list[str] = []
         if any(index in LATE or index == 0x1019 for index, _ in others):
             faults += yield from _write(bench, 0x1006, 0, bytes(4))
-        for key in sorted(others, key=lambda one: (one[0] in LATE, one)):
+        for key in sorted(others, key=lambda place: (place[0] in LATE, place)):
             faults += yield from _write(bench, *key, self._values[key])
         for index in pdos:
             faults += yield from self._put_back_pdo(bench, index)
@@ -87,12 +87,12 @@ def _write(bench: Bench, index: int, sub: int, value: bytes) -> Steps[list[str]]
     except NoAnswer:
         raise
     except SdoFault as fault:
-        return [f"{entry.key} is not {value.hex(' ')} again: {fault}"]
+        return [f"{entry.key} could not be restored to {value.hex(' ')}: {fault}"]
     return []
 
 
 def _is_pdo(index: int) -> bool:
-    return any(index in one for one in (RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING))
+    return any(index in indices for indices in (RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING))
 
 
 def _communication(index: int) -> int:

@@ -1,4 +1,4 @@
-"""What came of a run: counted, and as plain data for scripts."""
+"""The result of a run: its counts, and plain data for scripts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from fieldrig_devices.conformance.line import Seen
 from fieldrig_devices.conformance.suite import Result, Verdict
 
 MOST_FRAMES = 60
-"""Of one case, that a report shows: the first and the last of them."""
+"""Most frames of a case that a report shows, the first and the last ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,18 +23,18 @@ class Report:
     notes: Sequence[str]
 
     def count(self, verdict: Verdict, family: str | None = None) -> int:
-        return sum(1 for one in self.results if one.verdict is verdict and family in (None, one.case.family))
+        return sum(1 for result in self.results if result.verdict is verdict and family in (None, result.case.family))
 
     @property
     def families(self) -> list[str]:
-        return list(dict.fromkeys(one.case.family for one in self.results))
+        return list(dict.fromkeys(result.case.family for result in self.results))
 
     @property
     def executed(self) -> int:
         return len(self.results) - self.count(Verdict.NOT_APPLICABLE)
 
     def of(self, verdict: Verdict) -> list[Result]:
-        return [one for one in self.results if one.verdict is verdict]
+        return [result for result in self.results if result.verdict is verdict]
 
     @property
     def summary(self) -> str:
@@ -49,7 +49,7 @@ def seconds(result: Result) -> float:
 
 
 def shown_frames(result: Result, most: int = MOST_FRAMES) -> list[str]:
-    """One line each, with the time since the case began; where there are many, not those in the middle."""
+    """Return a line for each frame, with the time since the start of the case; too many are cut in the middle."""
     lines = [_line(seen, result.started_ns) for seen in result.frames]
     if len(lines) <= most:
         return lines
@@ -76,19 +76,19 @@ def as_data(report: Report) -> dict[str, Any]:
         "notes": list(report.notes),
         "cases": [
             {
-                "number": one.case.number,
-                "name": one.case.name,
-                "requirement": one.case.requirement,
-                "clause": one.case.clause,
-                "verdict": one.verdict.value,
-                "reason": one.reason,
-                "expected": one.expected,
-                "came": one.came,
-                "seconds": seconds(one),
-                "notes": one.notes,
-                "remarks": one.remarks,
-                "frames": shown_frames(one),
+                "number": result.case.number,
+                "name": result.case.name,
+                "requirement": result.case.requirement,
+                "clause": result.case.clause,
+                "verdict": result.verdict.value,
+                "reason": result.reason,
+                "expected": result.expected,
+                "came": result.came,
+                "seconds": seconds(result),
+                "notes": result.notes,
+                "remarks": result.remarks,
+                "frames": shown_frames(result),
             }
-            for one in report.results
+            for result in report.results
         ],
     }

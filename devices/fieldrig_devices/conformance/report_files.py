@@ -1,6 +1,7 @@
 """Reports as files: JUnit for build servers, HTML and Markdown for people.
 
-JUnit as Jenkins and GitLab read it: a suite per family, a case with its failure, its reason to be skipped, its frames.
+The JUnit file is for Jenkins and GitLab: a suite per family, with the failure, the reason for skipping, and the frames
+of each case.
 """
 
 from xml.etree import ElementTree as Xml
@@ -22,14 +23,14 @@ def to_junit(report: Report) -> str:
     root = Xml.Element("testsuites", {"name": f"CANopen conformance of node {report.node_id}", **_counts(report)})
     for family in report.families:
         suite = Xml.SubElement(root, "testsuite", {"name": family, **_counts(report, family)})
-        for result in (one for one in report.results if one.case.family == family):
+        for result in (found for found in report.results if found.case.family == family):
             _junit_case(suite, report, result)
     Xml.indent(root)
     return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
 def _counts(report: Report, family: str | None = None) -> dict[str, str]:
-    results = [one for one in report.results if family in (None, one.case.family)]
+    results = [result for result in report.results if family in (None, result.case.family)]
     return {
         "tests": str(len(results)),
         "failures": str(report.count(Verdict.FAILED, family)),
@@ -123,7 +124,7 @@ def to_markdown(report: Report) -> str:
 
 
 def _family_row(report: Report, family: str | None) -> str:
-    total = sum(1 for one in report.results if family in (None, one.case.family))
+    total = sum(1 for result in report.results if family in (None, result.case.family))
     counts = (total, *(report.count(verdict, family) for verdict in Verdict))
     return f"| {family or '**all**'} | {' | '.join(map(str, counts))} |"
 

@@ -21,18 +21,20 @@ from fieldrig_devices.conformance.line import Line
 from fieldrig_devices.conformance.report import Report
 from fieldrig_devices.conformance.suite import Result, Suite
 
-assert _families  # imported to be known
+assert _families  # the import registers the cases
 MEMBER = "conform"
 OnResult = Callable[[Result], None]
 
 
 def choose(patterns: Iterable[str]) -> list[Case]:
-    """The cases whose number, name or family fits any pattern; all of them without.  UsageError if none does."""
+    """Return the cases whose number, name or family matches a pattern, or all.  Raises UsageError if none does."""
     wanted = [pattern.casefold() for pattern in patterns]
     every = sorted(CASES.values(), key=lambda case: case.order)
     chosen = [case for case in every if not wanted or any(_fits(case, pattern) for pattern in wanted)]
     if not chosen:
-        raise UsageError(f"no case fits {' '.join(wanted)}", "such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'")
+        raise UsageError(
+            f"no case matches {' '.join(wanted)}", "expected patterns such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'"
+        )
     return chosen
 
 
@@ -45,7 +47,7 @@ def conform_virtual(
     on_result: OnResult | None = None,
     date: str = "",
 ) -> Report:
-    """Run the cases on a node of a rig in virtual time, which goes on meanwhile."""
+    """Run the cases on a node of a rig in virtual time; the rest of the rig runs, too."""
     node = rig.attach(MEMBER)
     run = _Run(eds, cases, options or Options(), on_result)
     run.start(node.clock, node.link(bus), run.end)
@@ -64,7 +66,7 @@ def conform_real(
     date: str = "",
     bus_text: str = "",
 ) -> Report:
-    """Run the cases on a node of a bus that is there.  BusError if it isn't."""
+    """Run the cases on a node of a real-time bus.  Raises BusError if the bus isn't available."""
     run = _Run(eds, cases, options or Options(), on_result)
     join(bus, folder, MEMBER, run.start)
     return run.report(bus_text or bus.name, date)

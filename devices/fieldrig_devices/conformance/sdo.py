@@ -1,6 +1,6 @@
-"""An SDO client of the suite's own: each protocol can be chosen, and single messages sent that break it.
+"""The suite's SDO client, which can use each protocol and also send single messages that violate it.
 
-Source: CiA 301 7.2.4.3.  Shares nothing with the node's server, so that a misreading there isn't repeated here.
+Source: CiA 301 7.2.4.3.  It shares no code with the node's server, so that a misreading there isn't repeated here.
 """
 
 from collections.abc import Callable
@@ -20,9 +20,9 @@ Expect = Callable[[int, float], Steps[CanFrame | None]]
 
 
 MARGIN = 3
-"""A time-out is so many times the slowest answer seen."""
+"""Ratio of the time-out to the slowest recent answer."""
 FADING = 0.98
-"""With each answer the memory of the slowest one shrinks to this share, so that one bad moment of a host passes."""
+"""Factor applied to the slowest time with each answer, so that a short stall of the host is forgotten."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +35,11 @@ class Patience:
 
 
 class Sdo:
-    """The server that listens at the first of the identifiers, and answers at the second.
+    """Client of a server that receives at the first of the identifiers and answers at the second.
 
-    How long an answer may take adapts to the node: the first time-out is long, and later ones follow the slowest
-    answer seen.  An answer that comes after its time-out is dropped before the next request is sent, so that it isn't
-    taken for the answer to that one.
+    The time-out adapts to the node: the first one is long, and later ones follow the slowest recent answer.  An answer
+    that arrives after its time-out is dropped before the next request is sent, so that it isn't mistaken for the answer
+    to that request.
     """
 
     def __init__(
@@ -55,12 +55,12 @@ class Sdo:
         self._patience = patience
         self.within_ms = patience.first_ms
         self.slowest_ms = 0.0
-        """How long the slowest of the recent answers took."""
+        """Duration of the slowest recent answer."""
         self._asked_ns = 0
         self._is_owed = False
-        """True if the last request ran into its time-out, so that its answer may still come."""
+        """True if the last request timed out, so that its answer may still arrive."""
         self.late: list[str] = []
-        """A note on each answer that came after its time-out; whoever reports them clears the list."""
+        """A note for each answer that arrived after its time-out; the suite reports them and clears the list."""
 
     # Single messages.
 
@@ -69,7 +69,7 @@ class Sdo:
         self._send(self.request_id, request.ljust(8, b"\x00"))
 
     def drain(self) -> Steps[None]:
-        """If an answer is owed, wait for it, and drop it, and the abort of a transfer that it left open."""
+        """Wait for an outstanding answer and drop it, and so with the abort of a transfer that it left open."""
         wait_ms = max(self.within_ms, self._patience.first_ms)
         while self._is_owed:
             frame = yield from self._expect(self.response_id, wait_ms)
@@ -78,12 +78,12 @@ class Sdo:
                 before_ms = self.within_ms
                 took_ms = self._note_time()
                 self.late.append(
-                    f"an answer came {took_ms:.0f} ms after its request and was dropped; the time-out was"
+                    f"an answer arrived {took_ms:.0f} ms after its request and was dropped; the time-out was"
                     f" {before_ms:.0f} ms and is {self.within_ms:.0f} ms from now on"
                 )
 
     def _note_time(self) -> float:
-        """Adapt the time-out to an answer that has just come; how long it took, in milliseconds."""
+        """Adapt the time-out to the answer that has just arrived, and return its duration in milliseconds."""
         took_ms = (self._now_ns() - self._asked_ns) / MS
         self.slowest_ms = max(took_ms, FADING * self.slowest_ms)
         if self.within_ms == self._patience.first_ms:
@@ -92,7 +92,7 @@ class Sdo:
         return took_ms
 
     def answer(self, what: str, within_ms: float | None = None) -> Steps[bytes]:
-        """The 8 bytes that come next.  Aborted, NoAnswer, or Violation for another length."""
+        """Return the next 8 bytes.  Raises Aborted, NoAnswer, or Violation for another length."""
         frame = yield from self._expect(self.response_id, self.within_ms if within_ms is None else within_ms)
         if frame is None:
             self._is_owed = True
@@ -100,7 +100,7 @@ class Sdo:
         if within_ms is None:
             self._note_time()
         if len(frame.data) != 8:
-            raise Violation(f"an answer of {len(frame.data)} bytes to {what}, where 8 are right")
+            raise Violation(f"an answer of {len(frame.data)} bytes to {what}, expected 8")
         if frame.data[0] == ABORT:
             raise Aborted(_ABORT.unpack(frame.data)[0], what)
         return frame.data
@@ -111,13 +111,13 @@ class Sdo:
         return (yield from self.answer(what, within_ms))
 
     def abort(self, index: int, sub: int, code: int = 0x0800_0000) -> None:
-        """End a transfer from this side.  The server doesn't answer it."""
+        """Abort a transfer from this side; the server doesn't answer."""
         self.send(bytes((ABORT,)) + multiplexer(index, sub) + code.to_bytes(4, "little"))
 
     # Upload.
 
     def read(self, index: int, sub: int = 0) -> Steps[bytes]:
-        """Expedited or in segments, as the server chooses."""
+        """Read an object, expedited or in segments, as the server chooses."""
         what = f"reading {key(index, sub)}"
         answer = yield from self.initiate_upload(index, sub)
         if answer[0] & 0x02:
@@ -128,30 +128,30 @@ class Sdo:
         what = f"reading {key(index, sub)}"
         answer = yield from self.ask(b"\x40" + multiplexer(index, sub), what)
         if answer[0] & 0xF0 != 0x40:
-            raise Violation(f"command {answer[0]:02X}h in the answer to {what}, where 41h to 4Fh is right")
+            raise Violation(f"command {answer[0]:02X}h in the answer to {what}, expected 41h to 4Fh")
         _check_multiplexer(answer, index, sub, what)
         return answer
 
     def upload_segments(self, initiated: bytes, what: str) -> Steps[bytes]:
-        """The segments after the answer to the initiation; the toggle bit and the size must be right."""
+        """Read the segments after an initiation.  Raises Violation for a wrong toggle bit or size."""
         data, toggle = bytearray(), 0
         while True:
             answer = yield from self.ask(bytes((0x60 | toggle << 4,)), f"a segment of {what}")
             if answer[0] & 0xF0 != toggle << 4:
-                raise Violation(f"command {answer[0]:02X}h in a segment of {what}, where {toggle << 4:02X}h is right")
+                raise Violation(f"command {answer[0]:02X}h in a segment of {what}, expected {toggle << 4:02X}h")
             data += answer[1 : 8 - (answer[0] >> 1 & 7)]
             toggle ^= 1
             if answer[0] & 1:
                 break
         size = int.from_bytes(initiated[4:], "little")
         if initiated[0] & 1 and size != len(data):
-            raise Violation(f"{len(data)} bytes in the segments of {what}, where {size} were announced")
+            raise Violation(f"{len(data)} bytes in the segments of {what}, but {size} were announced")
         return bytes(data)
 
     # Download.
 
     def write(self, index: int, sub: int, data: bytes, within_ms: float | None = None) -> Steps[None]:
-        """Expedited up to 4 bytes, else in segments."""
+        """Write an object, expedited up to 4 bytes and otherwise in segments."""
         if not 0 < len(data) <= 4:
             yield from self.write_segments(index, sub, data, within_ms)
             return
@@ -184,7 +184,7 @@ def multiplexer(index: int, sub: int) -> bytes:
 
 
 def expedited_data(answer: bytes, what: str) -> bytes:
-    """The data in the answer to an upload request; Violation if its size isn't said."""
+    """Return the data of an expedited answer to an upload request.  Raises Violation if it has no size."""
     if not answer[0] & 1:
         raise Violation(f"no size in the expedited answer to {what}")
     return answer[4 : 8 - (answer[0] >> 2 & 3)]
@@ -192,7 +192,7 @@ def expedited_data(answer: bytes, what: str) -> bytes:
 
 def _check_command(answer: bytes, right: int, mask: int, what: str) -> None:
     if answer[0] & mask != right:
-        raise Violation(f"command {answer[0]:02X}h in the answer to {what}, where {right:02X}h is right")
+        raise Violation(f"command {answer[0]:02X}h in the answer to {what}, expected {right:02X}h")
 
 
 def _check_multiplexer(answer: bytes, index: int, sub: int, what: str) -> None:

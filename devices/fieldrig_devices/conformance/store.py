@@ -8,12 +8,12 @@ from fieldrig_devices.conformance.line import Steps
 
 STORE, RESTORE = 0x1010, 0x1011
 ALL, COMMUNICATION = 1, 2
-"""Sub-indices."""
+"""Sub-indices of 1010h and 1011h."""
 SAVE, LOAD, WRONG = b"save", b"load", b"gnaw"
-"""Signatures, as their bytes go over the bus."""
+"""Signatures as bytes on the bus."""
 ON_COMMAND = 0x01
 PATIENCE = 20
-"""Times the time an answer may take: memories are slow."""
+"""Factor for the time-out of writing to a memory, which is slow."""
 
 
 def check_can_save(bench: Bench, sub: int) -> Steps[None]:
@@ -35,10 +35,10 @@ def restore(bench: Bench, sub: int) -> Steps[None]:
 
 
 def _check_can(bench: Bench, index: int, sub: int, verb: str) -> Steps[None]:
-    """Not applicable if it doesn't, by its EDS or by bit 0 of the object."""
+    """Make the case not applicable if the EDS or bit 0 of the object says that the node doesn't support it."""
     bench.entry(index, sub)
     if not bench.options.may_store:
-        bench.skip("the node's non-volatile memory is not to be written (--no-store)")
+        bench.skip("--no-store forbids writing the node's non-volatile memory")
     capability = yield from bench.read(index, sub)
     if not capability & ON_COMMAND:
         bench.skip(f"{index:04X}h:{sub:02X}h is {capability:08X}h: the node {verb} nothing on command")

@@ -1,4 +1,4 @@
-"""An object that doesn't fit into one SDO message: the transfers of several need one."""
+"""Finds an object that doesn't fit into one SDO message, for the cases of longer transfers."""
 
 from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.description import Entry
@@ -7,14 +7,14 @@ from fieldrig_devices.conformance.verdict import Aborted
 
 
 def long_object(bench: Bench) -> Steps[Entry]:
-    """A readable object of more than four bytes, the longest below 1 kB.  Not applicable if there is none."""
+    """Return the longest readable object of more than four bytes up to 1 KiB.  Not applicable if there is none."""
     found: list[tuple[int, Entry]] = []
     for entry in bench.eds:
         if entry.is_readable and (entry.size is None or entry.size > 4):
             try:
                 initiated = yield from bench.sdo.initiate_upload(entry.index, entry.sub)
             except Aborted:
-                continue  # a case of its own
+                continue  # another case tests this
             if initiated[0] & 0x02:
                 continue
             bench.sdo.abort(entry.index, entry.sub)
@@ -22,5 +22,5 @@ def long_object(bench: Bench) -> Steps[Entry]:
             if size > 4:
                 found.append((size if size <= 1024 else 0, entry))
     if not found:
-        bench.skip("no object of the EDS has more than four bytes")
-    return max(found, key=lambda one: one[0])[1]
+        bench.skip("no readable object of the EDS has more than four bytes")
+    return max(found, key=lambda pair: pair[0])[1]

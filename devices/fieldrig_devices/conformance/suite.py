@@ -1,7 +1,7 @@
-"""Goes through cases, one after the other, and leaves the node as it was.
+"""Runs cases one after the other, and leaves the node as it was.
 
-After each case what it changed is undone, the node brought back to 'pre-operational', and what was stored is stored
-anew as it was before; after the last, everything is compared with what the node had before the first.
+After each case, its changes are undone, the node returns to 'pre-operational', and if the case has stored parameters,
+the previous ones are stored again.  After the last case, all parameters are compared with those before the first.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ TRIES = 3
 class Verdict(Enum):
     PASSED = "passed"
     WARNING = "warning"
-    """It passed, and something about it is doubtful."""
+    """The case passed, with a doubt."""
     FAILED = "failed"
     NOT_APPLICABLE = "not applicable"
 
@@ -33,16 +33,16 @@ class Result:
     case: Case
     verdict: Verdict
     reason: str = ""
-    """Why it is not applicable, or what was expected and what came."""
+    """Reason for the verdict: why the case is not applicable, or what was expected and what came."""
     expected: str = ""
     came: str = ""
     started_ns: int = 0
     ended_ns: int = 0
     frames: list[Seen] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    """What could not be put back afterwards, and answers that came too late."""
+    """Parameters that could not be restored, and answers that arrived too late."""
     remarks: list[str] = field(default_factory=list)
-    """What a reader should know of the case itself, such as what CiA's tool says where its reading differs."""
+    """Remarks on the case itself, such as a different interpretation by CiA's tool."""
 
 
 class Suite:
@@ -51,10 +51,10 @@ class Suite:
         self._snapshot = Snapshot()
         self._put_back = 0
         self.notes: list[str] = []
-        """What became of the node's parameters."""
+        """Notes on the node's parameters at the end of the run."""
 
     def steps(self) -> Steps[None]:
-        """RigError if the node doesn't answer at all."""
+        """Run the suite.  Raises RigError if the node doesn't answer at all."""
         bench = self.bench
         yield from nmt.enter(bench, State.PRE_OPERATIONAL)
         yield from self._find_node()
@@ -65,7 +65,7 @@ class Suite:
         yield from self._finish()
 
     def _find_node(self) -> Steps[None]:
-        """Any answer will do: whether it is right is asked by the cases."""
+        """Wait for any answer of the node; the cases check whether it is right."""
         bench = self.bench
         for _ in range(TRIES):
             try:
@@ -76,7 +76,7 @@ class Suite:
                 pass
             return
         what = f"node {bench.node_id} doesn't answer"
-        raise RigError(what, "is it on this bus, at this bit rate, with this node-ID?")
+        raise RigError(what, "check the bus, the bit rate and the node-ID")
 
     def _run(self, case: Case) -> Steps[None]:
         bench, clock = self.bench, self.bench.line.clock
@@ -102,11 +102,11 @@ class Suite:
         self._on_result(result)
 
     def _tidy(self, has_failed: bool) -> Steps[list[str]]:
-        """What could not be put back."""
+        """Clean up after a case; return notes on failures."""
         bench = self.bench
         try:
             if has_failed:
-                bench.sdo.abort(0, 0)  # whatever transfer the server still waits for
+                bench.sdo.abort(0, 0)  # ends a transfer that may still be open
             if bench.is_moved:
                 yield from nmt.enter(bench, State.PRE_OPERATIONAL)
             notes = yield from self._undo()
@@ -115,14 +115,14 @@ class Suite:
             if bench.is_stored:
                 notes += yield from self._store_again()
         except (SdoFault, Failed) as fault:
-            notes = [f"the node could not be brought back: {fault}"]
+            notes = [f"the node could not be restored: {fault}"]
             bench.send(nmt.NMT_ID, bytes((Command.RESET_NODE, bench.node_id)))
             yield from bench.expect(nmt.is_boot_up(bench), bench.options.boot_ms)
             yield from bench.settle()
         return notes
 
     def _late(self) -> list[str]:
-        """Notes on answers that came after their time-outs since the last call."""
+        """Return the notes on late answers since the last call."""
         late, self.bench.sdo.late = self.bench.sdo.late, []
         return late
 
@@ -135,11 +135,11 @@ class Suite:
             except NoAnswer:
                 raise
             except SdoFault as fault:
-                notes.append(f"{index:04X}h:{sub:02X}h is not {value.hex(' ')} again: {fault}")
+                notes.append(f"{index:04X}h:{sub:02X}h could not be restored to {value.hex(' ')}: {fault}")
         return notes
 
     def _store_again(self) -> Steps[list[str]]:
-        """So that the node's memory holds what it did before the case."""
+        """Store the parameters again that the node's memory had before the case."""
         bench = self.bench
         notes = yield from self._compare()
         for sub in (store.ALL, store.COMMUNICATION):
@@ -151,7 +151,7 @@ class Suite:
                 except SdoFault as fault:
                     notes.append(str(fault))
                 return notes
-        return [*notes, "stored parameters are at their defaults, and the EDS has no 1010h to store them again"]
+        return [*notes, "the stored parameters have their defaults, as the EDS has no 1010h to store them again"]
 
     def _finish(self) -> Steps[None]:
         bench = self.bench
@@ -160,16 +160,16 @@ class Suite:
         try:
             faults = yield from self._compare()
         except SdoFault as fault:
-            self.notes.append(f"the node's parameters could not be compared with what they were: {fault}")
+            self.notes.append(f"the node's parameters could not be compared with those before: {fault}")
             return
-        how = f" ({self._put_back} that a reset had undone were written again)" if self._put_back else ""
+        how = f" ({self._put_back} values that a reset had changed were restored)" if self._put_back else ""
         self.notes += self._late()
-        but = " but for those below" if faults else ""
-        self.notes.append(f"the node's parameters are as they were before{but}{how}; it is pre-operational")
+        but = ", except those below" if faults else ""
+        self.notes.append(f"the node has the same parameters as before{but}{how}; it is pre-operational")
         self.notes += faults
 
     def _compare(self) -> Steps[list[str]]:
-        """Write what differs from before; what could not be written."""
+        """Restore values that differ from those before the suite; return notes on failures."""
         count, faults = yield from self._snapshot.put_back(self.bench)
         self._put_back += count - len(faults)
         return faults

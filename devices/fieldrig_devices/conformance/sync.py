@@ -1,4 +1,4 @@
-"""SYNC, sent by the suite, and the parameters of the node's own.
+"""SYNC messages of the suite, and the node's SYNC parameters.
 
 Source: CiA 301 7.2.5, 7.5.2.5 (1005h), 7.5.2.6 (1006h), 7.5.2.22 (1019h).
 """
@@ -12,11 +12,11 @@ COB_ID, PERIOD, OVERFLOW = 0x1005, 0x1006, 0x1019
 PRODUCES = 1 << 30
 INVALID_VALUE = 0x0609_0030
 GAP_MS = 20
-"""Between two SYNC messages of ours: time for what they set off."""
+"""Time between two of our SYNC messages, for the reactions of the node."""
 
 
 def consume(bench: Bench) -> Steps[int]:
-    """Make the node a SYNC consumer; the CAN identifier of SYNC.  Not applicable without 1005h."""
+    """Make the node a SYNC consumer, and return the CAN identifier of SYNC.  Not applicable without 1005h."""
     bench.entry(COB_ID)
     cob_id = yield from bench.read(COB_ID)
     if cob_id & PRODUCES:
@@ -25,7 +25,7 @@ def consume(bench: Bench) -> Steps[int]:
 
 
 def produce(bench: Bench, period_ms: int) -> Steps[int]:
-    """Make the node produce SYNC; its CAN identifier.  Not applicable if it can't."""
+    """Make the node produce SYNC, and return its CAN identifier.  Not applicable if the node can't."""
     bench.entry(COB_ID, writable=True)
     bench.entry(PERIOD, writable=True)
     yield from bench.change(PERIOD, 0, period_ms * 1000)
@@ -40,21 +40,21 @@ def produce(bench: Bench, period_ms: int) -> Steps[int]:
 
 
 def without_period(bench: Bench) -> Steps[None]:
-    """1006h at 0, as a change of 1019h asks for."""
+    """Set 1006h to 0, which a change of 1019h requires."""
     entry = bench.eds.get(PERIOD)
     if entry is not None and entry.is_writable:
         yield from bench.change(PERIOD, 0, 0)
 
 
 def give(bench: Bench, sync_id: int, count: int, overflow: int = 0) -> Steps[None]:
-    """Send SYNC so often, with a counter from 1 on if there is an overflow value."""
+    """Send `count` SYNC messages, with a counter from 1 on if there is an overflow value."""
     for number in range(count):
         bench.send(sync_id, bytes((number % overflow + 1,)) if overflow else b"")
         yield from bench.wait(GAP_MS)
 
 
 def overflow(bench: Bench) -> Steps[int]:
-    """The overflow value that the node has; 0: no counter."""
+    """Return the node's overflow value; 0 if SYNC has no counter."""
     if bench.eds.get(OVERFLOW) is None:
         return 0
     return (yield from bench.read(OVERFLOW))

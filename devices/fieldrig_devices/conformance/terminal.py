@@ -1,4 +1,4 @@
-"""The report on a terminal: a line a case while it runs, then what failed with its frames, then the sums."""
+"""The report on a terminal: a line per case while it runs, then the failures with their frames, then the totals."""
 
 from rich.console import Console
 from rich.table import Table
@@ -10,7 +10,7 @@ from fieldrig_devices.conformance.suite import Result, Verdict
 STYLES = {Verdict.PASSED: "green", Verdict.WARNING: "yellow", Verdict.FAILED: "bold red", Verdict.NOT_APPLICABLE: "dim"}
 MOST_FRAMES = 20
 WIDTH = 10_000
-"""Where lines go to a file, none is cut."""
+"""Width of the output to a file, where no line is cut."""
 
 
 def console() -> Console:

@@ -1,8 +1,8 @@
-"""How a case can end, other than by passing."""
+"""The ways in which a case can end without passing."""
 
 
-class Failed(Exception):  # noqa: N818  a verdict is no error of ours
-    """The node did something else than the standard asks for."""
+class Failed(Exception):  # noqa: N818  a verdict is not a programming error
+    """The node deviates from the standard."""
 
     def __init__(self, expected: str, came: str) -> None:
         super().__init__(f"expected {expected}; came {came}")
@@ -10,15 +10,15 @@ class Failed(Exception):  # noqa: N818  a verdict is no error of ours
 
 
 class NotApplicable(Exception):  # noqa: N818
-    """The node doesn't claim, by its EDS or by its answer, what the case is about."""
+    """The node doesn't support the subject of the case, according to its EDS or its answer."""
 
 
 class SdoFault(Exception):  # noqa: N818
-    """An SDO transfer didn't come to its end.  Where a case doesn't expect it, the case has failed."""
+    """An SDO transfer failed.  A case that doesn't expect this has failed, too."""
 
 
 class Aborted(SdoFault):
-    """The server aborted with `code`."""
+    """The server aborted the transfer with `code`."""
 
     def __init__(self, code: int, what: str) -> None:
         super().__init__(f"abort {abort_text(code)} for {what}")
@@ -30,7 +30,7 @@ class NoAnswer(SdoFault):
 
 
 class Violation(SdoFault):
-    """An answer that breaks the protocol."""
+    """An answer violates the protocol."""
 
 
 # CiA 301, table 22.

@@ -1,1 +1,1 @@
-"""What the run times of the emulated languages share."""
+"""Shared parts of the run times of the emulated languages."""

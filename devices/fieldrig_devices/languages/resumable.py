@@ -1,20 +1,20 @@
-"""A program as generated Python that gives way by itself, and goes on where it was.
+"""A program as generated Python that returns by itself when its budget is used up, and resumes where it was.
 
 A language lowers each of its routines to a list of instructions: Python lines that run through (`Do`), jumps, calls,
-and places where it waits.  Here they become one Python function per routine, `routine(pc, n, depth) -> (why, pc, n)`:
-`pc` is the instruction to go on with, `n` the instructions it may still run.  All that lasts stands in the tables the
-code was given, so a routine that has returned is nothing but its `pc`: it can be kept, compared, and gone on with by
-another build of the same routine.  A call is Python's own call; if the routine called has to return before its end,
-each of its callers says where it was (`leave`) and returns too, and whoever goes on does so with that stack of places.
+and places where it waits.  This file turns each list into one Python function, `routine(pc, n, depth) -> (why, pc, n)`:
+`pc` is the next instruction, `n` the number of instructions that it may still run.  All lasting state is in the tables
+that the code was given, so a routine that has returned is fully described by its `pc`: it can be stored, compared, and
+resumed by another build of the same routine.  A call is a Python call; if the called routine has to return before its
+end, each of its callers records where it was (`leave`) and returns too, and the task resumes with that stack of places.
 
-Three builds of each routine, made when first asked for:
+Each routine has three builds, made when they are first needed:
 
-    FAST     may be entered at block starts only: jump targets, after calls and waits, and every `LONGEST` instructions.
-             The budget is taken at the end of a block, so a slice runs over by less than a block, and says so (n < 0)
-    WATCHED  the same, but stops in front of each instruction whose flag stands in its table of stops
-    STEPPED  may be entered anywhere; for single steps, and to get from a breakpoint to the next block
+    FAST     can be entered at block starts only: jump targets, after calls and waits, and every `LONGEST` instructions.
+             The budget is charged at the end of a block, so a slice may exceed it by less than a block (n < 0)
+    WATCHED  the same, but stops in front of each instruction whose flag is set in its table of stops
+    STEPPED  can be entered anywhere; for single steps, and to get from a breakpoint to the next block
 
-A block that jumps to its own start is a Python loop of its own; other jumps find their block by a tree of comparisons.
+A block that jumps to its own start becomes a Python loop; other jumps find their block by a tree of comparisons.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,21 +24,21 @@ from typing import Final, NamedTuple
 
 from fieldrig import sandbox
 
-LONGEST = 32  # instructions in a block: what a slice may run over
+LONGEST = 32  # instructions in a block, and so the most by which a slice may exceed its budget
 INDENT = "    "
 
 
-# Why a routine returned.  Plain integers: they are compared after every call and return of the program.
+# Why a routine returned.  These are plain integers because they are compared after every call and return.
 SLICE: Final = 0  # the budget is used up
 CALL: Final = 1  # the instruction at pc is a call; its target is in `calls`
 END: Final = 2
-WAIT: Final = 3  # a Pause or Hold: go on at pc, in another slice
+WAIT: Final = 3  # at a Pause or Hold: resume at pc in another slice
 STOP: Final = 4  # in front of an instruction with a breakpoint
 
 
 @dataclass(frozen=True, slots=True)
 class Do:
-    """Runs through."""
+    """An instruction that runs `python` and continues with the next one."""
 
     line: int
     python: tuple[str, ...]
@@ -46,7 +46,7 @@ class Do:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """Runs `python`, and jumps if `condition` holds then."""
+    """An instruction that runs `python` and then jumps if `condition` holds."""
 
     line: int
     python: tuple[str, ...]
@@ -73,7 +73,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """Runs `python`; if `condition` holds then, the slice is over, and the next one begins behind it."""
+    """An instruction that runs `python`, then ends the slice if `condition` holds; the next one starts after it."""
 
     line: int
     python: tuple[str, ...]
@@ -82,7 +82,7 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """While `condition` holds, the slice is over, and the next one begins with it again."""
+    """An instruction that ends the slice while `condition` holds; the next slice evaluates it again."""
 
     line: int
     condition: str
@@ -93,7 +93,7 @@ Function = Callable[[int, int, int], tuple[int, int, int]]
 
 
 class Left(NamedTuple):
-    """A call that a routine was in when it had to return: `caller` goes on at `pc`."""
+    """A call that was in progress when the routines had to return: `caller` resumes at `pc`."""
 
     called: int
     caller: int
@@ -107,23 +107,27 @@ class Build(IntEnum):
 
 
 class Code:
-    """The routines of one program, and what they see.  `names` are the only names in `python` beside t0, t1, ..."""
+    """The routines of one program.  `python` may use `names` and the local variables t0, t1, ..., and nothing else."""
 
     def __init__(
         self, routines: Mapping[str, Sequence[Instruction]], names: Mapping[str, object], deepest: int
     ) -> None:
-        """`deepest` is how many calls within calls there may be."""
+        """`deepest` is the greatest number of nested calls."""
         self.deepest = deepest
         self.routines = [tuple(instructions) for instructions in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
         self.calls = [
-            {pc: self.numbers[one.routine] for pc, one in enumerate(instructions) if isinstance(one, Call)}
+            {
+                pc: self.numbers[instruction.routine]
+                for pc, instruction in enumerate(instructions)
+                if isinstance(instruction, Call)
+            }
             for instructions in self.routines
         ]
         self.leaders = [frozenset(leaders(instructions)) for instructions in self.routines]
         self.stops = [[0] * len(instructions) for instructions in self.routines]
         self.left: list[Left] = []
-        """The calls that the last run had to leave, innermost first; whoever ran it takes them out."""
+        """Calls that were in progress when the last run ended, innermost first; the task clears the list."""
         own = {"leave": lambda called, caller, pc: self.left.append(Left(called, caller, pc))}
         self.names = {**names, **own, **{f"stops_{number}": stops for number, stops in enumerate(self.stops)}}
         self._built: dict[Build, list[Function]] = {}
@@ -139,30 +143,30 @@ class Code:
         return "\n".join(line for part in parts for line in part) + "\n"
 
     def line(self, routine: int, pc: int) -> int:
-        """The source line of an instruction."""
+        """Return the source line of an instruction."""
         return self.routines[routine][pc].line
 
     def stop_at(self, lines: set[int]) -> set[int]:
-        """Put breakpoints on source lines, and nowhere else; the lines that have an instruction to stop at."""
+        """Replace all breakpoints by these source lines; return those lines that have an instruction to stop at."""
         found = set()
         for instructions, stops in zip(self.routines, self.stops, strict=True):
             before = 0
-            for pc, one in enumerate(instructions):
-                stops[pc] = int(one.line in lines and one.line != before)  # a line stops once
-                before = one.line
-                found |= {one.line} & lines
+            for pc, instruction in enumerate(instructions):
+                stops[pc] = int(instruction.line in lines and instruction.line != before)  # stop once per line
+                before = instruction.line
+                found |= {instruction.line} & lines
         return found
 
 
 def leaders(instructions: Sequence[Instruction]) -> list[int]:
-    """Where blocks begin, in order."""
+    """Return the instructions at which blocks begin, in order."""
     found = {0}
-    for pc, one in enumerate(instructions):
-        if isinstance(one, Branch | Jump):
-            found.add(one.target)
-        if isinstance(one, Call | Pause | Jump):
+    for pc, instruction in enumerate(instructions):
+        if isinstance(instruction, Branch | Jump):
+            found.add(instruction.target)
+        if isinstance(instruction, Call | Pause | Jump):
             found.add(pc + 1)
-        if isinstance(one, Hold):
+        if isinstance(instruction, Hold):
             found.add(pc)
     firm = sorted(pc for pc in found if pc < len(instructions))
     ends = [*firm[1:], len(instructions)]
@@ -170,7 +174,7 @@ def leaders(instructions: Sequence[Instruction]) -> list[int]:
 
 
 class _Writer:
-    """Python source of one build of one routine."""
+    """Writes the Python source of one build of one routine."""
 
     def __init__(self, code: Code, number: int, build: Build) -> None:
         self._code, self._number, self._build = code, number, build
@@ -185,7 +189,7 @@ class _Writer:
         yield f"{INDENT}return {SLICE}, pc, n"
 
     def _tree(self, first: int, end: int, indent: str) -> Iterator[str]:
-        """The blocks from `first` to before `end`, found by halving."""
+        """Yield the blocks from `first` to before `end`, with a binary search over `pc` in front of them."""
         if end - first == 1:
             yield from self._block(first, indent)
             return
@@ -198,7 +202,7 @@ class _Writer:
     def _block(self, index: int, indent: str) -> Iterator[str]:
         first = self._leaders[index]
         end = self._leaders[index + 1] if index + 1 < len(self._leaders) else len(self._instructions)
-        is_loop = any(getattr(one, "target", None) == first for one in self._instructions[first:end])
+        is_loop = any(getattr(instruction, "target", None) == first for instruction in self._instructions[first:end])
         if is_loop:
             yield f"{indent}while n > 0:"
             indent += INDENT
@@ -206,11 +210,11 @@ class _Writer:
             yield from (indent + line for line in self._instruction(pc, first, is_loop))
         last = self._instructions[end - 1]
         if not isinstance(last, Jump | End) and not (isinstance(last, Call) and self._build is Build.STEPPED):
-            count = 0 if isinstance(last, Call) else end - first  # the call has taken all of them
+            count = 0 if isinstance(last, Call) else end - first  # the call has charged all of them
             yield from (indent + line for line in self._leave(end, count, first, is_loop))
 
     def _instruction(self, pc: int, first: int, is_loop: bool) -> Iterator[str]:
-        before = pc - first  # instructions of this block that have run; each costs one
+        before = pc - first  # instructions of this block that have already run; each costs one
         if self._build is Build.WATCHED:
             yield f"if stops_{self._number}[{pc}]:"
             yield f"{INDENT}return {STOP}, {pc}, n - {before}"
@@ -236,7 +240,7 @@ class _Writer:
                 yield f"{INDENT}return {WAIT}, {pc}, n - {before}"
 
     def _call(self, pc: int, count: int) -> Iterator[str]:
-        """Python's own call, unless it is to be seen from outside, or there are too many."""
+        """Yield a Python call; in the STEPPED build, and where the nesting is too deep, return to the task instead."""
         if self._build is Build.STEPPED:
             yield f"return {CALL}, {pc}, n - {count}"
             return

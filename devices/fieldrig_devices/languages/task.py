@@ -1,7 +1,7 @@
-"""One thread of a resumable program: where it stands, and the calls it has to return from.
+"""One thread of a resumable program: its next instruction, and the calls that it has to return from.
 
-`run` spends a budget of instructions and returns what is left; breakpoints and single steps go by the slower builds of
-the same code (see `resumable`), so that a program that nobody looks at pays nothing for them.
+`run` spends a budget of instructions and returns the rest.  Breakpoints and single steps use the slower builds of the
+same code (see `resumable`), so that they cost nothing while a program isn't being debugged.
 """
 
 from enum import Enum, auto
@@ -11,14 +11,14 @@ from fieldrig_devices.languages.resumable import CALL, END, SLICE, STOP, WAIT, B
 
 class TaskState(Enum):
     IDLE = auto()  # not started
-    READY = auto()  # goes on in the next slice
+    READY = auto()  # continues in the next slice
     STOPPED = auto()  # in front of a breakpoint
     ENDED = auto()
-    TOO_DEEP = auto()  # more calls within calls than allowed
+    TOO_DEEP = auto()  # exceeds the allowed number of nested calls
 
 
 AFTER = {CALL: TaskState.TOO_DEEP, END: TaskState.ENDED, STOP: TaskState.STOPPED}
-"""What a task is when it can't follow a call, has nowhere to return to, or stands in front of a breakpoint."""
+"""The state after a call that is nested too deep, a return from the outermost routine, or a breakpoint."""
 
 
 class Task:
@@ -28,11 +28,11 @@ class Task:
         self.routine = 0
         self.pc = 0
         self.stack: list[tuple[int, int]] = []
-        """(routine, pc) to return to, outermost first."""
+        """The places to return to as (routine, pc), outermost first."""
         self.is_watched = False
-        """Whether breakpoints count."""
-        self._is_between = False  # may stand where the fast builds have no entry
-        self._passed: tuple[int, int] | None = None  # the place whose breakpoint doesn't count, until it is left
+        """True if the task stops at breakpoints."""
+        self._is_between = False  # True if `pc` may be a place where the fast builds can't be entered
+        self._passed: tuple[int, int] | None = None  # place whose breakpoint is ignored until the task has left it
 
     def start(self, routine: str) -> None:
         self.routine, self.pc = self._code.numbers[routine], 0
@@ -40,20 +40,20 @@ class Task:
         self.state, self._is_between, self._passed = TaskState.READY, False, None
 
     def stop(self) -> None:
-        """Forget where it was."""
+        """End the task and discard its place."""
         self.stack.clear()
         self.state = TaskState.IDLE
 
     @property
     def line(self) -> int:
-        """The source line of the instruction that comes next."""
+        """Source line of the next instruction."""
         return self._code.line(self.routine, self.pc)
 
     def run(self, budget: int) -> int:
-        """Go on until the budget is used up, or the task waits or is not READY any more.
+        """Run until the budget is used up, or until the task waits or is no longer READY.
 
-        Returns what is left of the budget: nothing or less after a full slice.  A task that waits gives up the
-        rest of its slice, and gets 0 back.
+        Return the rest of the budget: 0 or less after a full slice.  A task that waits gives up the rest of its
+        slice, so the result is 0 or less then too.
         """
         if self._is_between:
             budget = self._run_to_a_block(budget)
@@ -64,9 +64,9 @@ class Task:
         routine, pc = self.routine, self.pc
         while budget > 0:
             why, pc, budget = functions[routine](pc, budget, len(stack))
-            if left:  # it stands in a routine that it has called, innermost first
+            if left:  # the task is inside a routine that it has called; innermost first
                 routine = left[0].called
-                stack += [(one.caller, one.pc) for one in reversed(left)]
+                stack += [(call.caller, call.pc) for call in reversed(left)]
                 left.clear()
             if why == END and stack:
                 routine, pc = stack.pop()
@@ -80,14 +80,14 @@ class Task:
         return budget
 
     def step(self) -> None:
-        """Run one instruction, whatever stops stand there.  One that waits stays where it is, or behind itself."""
+        """Run one instruction, regardless of breakpoints.  A Hold stays in place; a Pause continues after itself."""
         if self.state is TaskState.STOPPED:
             self.state = TaskState.READY
         if self.state is TaskState.READY:
             self._step()
 
     def go_on(self) -> None:
-        """Leave a breakpoint: `run` begins with the instruction it stands in front of, whatever stops are there."""
+        """Continue from a breakpoint: `run` starts with the next instruction even if it has a breakpoint."""
         if self.state in (TaskState.STOPPED, TaskState.READY):
             self.state = TaskState.READY
             self._is_between, self._passed = True, (self.routine, self.pc)

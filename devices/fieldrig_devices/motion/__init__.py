@@ -1,1 +1,1 @@
-"""How axes get from one place or speed to another, for whatever moves them."""
+"""Motion profiles and limits of travel, shared by all devices that move axes."""

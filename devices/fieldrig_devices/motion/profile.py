@@ -1,10 +1,10 @@
-"""How an axis gets from one speed to another, or over a distance to rest: the closed solution, phase by phase.
+"""Motion profiles: change the speed of an axis, or move it over a distance, in closed form, phase by phase.
 
 Source: ASA-RT manual 5.9.3 (ARP digest chapter 12), CiA 402-2 (profile type 0, linear ramp).  Speed, acceleration and
-deceleration are limited, jerk is not; acceleration is what makes the speed's amount grow, deceleration what makes it
-fall.  A profile begins at any speed: one above the limit is brought down to it, and where the distance is too short to
-stop in, the axis overshoots and comes back.  Positions are counted from where the profile begins, time in seconds from
-its start; the unit of length is the caller's.
+deceleration are limited, jerk is not; acceleration increases the magnitude of the speed, deceleration reduces it.  A
+profile may begin at any speed: a speed above the limit is reduced to it, and where the distance is too short to stop,
+the axis overshoots and returns.  Positions count from the start of the profile, and so does the time, in seconds; the
+unit of length is the caller's.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 
 class Limits(NamedTuple):
-    """Each greater than 0."""
+    """Limits of a profile, each greater than 0."""
 
     speed: float
     acceleration: float
@@ -21,7 +21,7 @@ class Limits(NamedTuple):
 
 
 class State(NamedTuple):
-    """Where a profile is at one instant."""
+    """Position, speed and acceleration of a profile at one instant."""
 
     position: float
     speed: float
@@ -29,7 +29,7 @@ class State(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """Constant acceleration, from the state that it begins with."""
+    """A phase of constant acceleration; `position` and `speed` are those at its start."""
 
     begin_s: float
     end_s: float
@@ -39,12 +39,12 @@ class Phase(NamedTuple):
 
 
 class Profile:
-    """Phases in a row; after the last one the end speed is kept for ever."""
+    """Consecutive phases; after the last one the axis keeps its end speed forever."""
 
     __slots__ = ("_phases", "distance", "duration_s", "end_speed")
 
     def __init__(self, speed: float, steps: Iterable[tuple[float, float]], end_speed: float) -> None:
-        """`steps` are seconds and an acceleration."""
+        """`steps` are pairs of a duration in seconds and an acceleration."""
         self._phases: list[Phase] = []
         begin_s = position = 0.0
         for seconds, acceleration in steps:
@@ -59,10 +59,10 @@ class Profile:
         self._phases.append(Phase(begin_s, math.inf, position, end_speed, 0.0))
 
     def at(self, seconds: float) -> State:
-        return State(*self.course(seconds))
+        return State(*self.values_at(seconds))
 
-    def course(self, seconds: float) -> tuple[float, float, float]:
-        """As `at`, without names, for callers that ask in every cycle; at its end speed it costs a multiplication."""
+    def values_at(self, seconds: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration as a plain tuple, for use in every cycle; cheap at the end speed."""
         passed = seconds - self.duration_s
         if passed >= 0:
             return self.distance + self.end_speed * passed, self.end_speed, 0.0
@@ -79,7 +79,7 @@ def keep(speed: float) -> Profile:
 
 
 def change_speed(speed: float, wanted: float, limits: Limits) -> Profile:
-    """Through rest if the sign changes."""
+    """Return the profile from one speed to another; it passes through standstill if the sign changes."""
     steps = []
     if speed * wanted < 0:
         steps.append(_step(speed, 0.0, limits))
@@ -94,9 +94,9 @@ def brake(speed: float, limits: Limits) -> Profile:
 
 
 def move(distance: float, speed: float, limits: Limits) -> Profile:
-    """To rest at `distance`."""
+    """Return the profile that ends at rest at `distance`."""
     stopping = speed * abs(speed) / (2 * limits.deceleration)
-    if (distance - stopping) * speed < 0:  # too near to stop in, or behind: stop, then come back
+    if (distance - stopping) * speed < 0:  # too short to stop, or behind the axis: stop, then return
         steps = [_step(speed, 0.0, limits), *_straight(distance - stopping, 0.0, limits)]
     else:
         steps = _straight(distance, abs(speed), limits)
@@ -104,7 +104,7 @@ def move(distance: float, speed: float, limits: Limits) -> Profile:
 
 
 def pass_through(distance: float, speed: float, limits: Limits) -> Profile:
-    """Over `distance` without a stop: at its end the speed is kept.  Not for a distance behind."""
+    """Return the profile over `distance` that keeps its speed at the end.  `distance` must lie ahead of the axis."""
     top = math.copysign(limits.speed, distance)
     seconds, rate = _step(speed, top, limits)
     ways = (speed + top) / 2 * seconds
@@ -115,19 +115,19 @@ def pass_through(distance: float, speed: float, limits: Limits) -> Profile:
 
 
 def _root(speed: float, rate: float, distance: float) -> float:
-    """When a motion with constant acceleration has covered `distance`."""
+    """Return the time in seconds in which a motion with constant acceleration covers `distance`."""
     return 2 * distance / (speed + math.copysign(math.sqrt(speed * speed + 2 * rate * distance), distance))
 
 
 def _step(speed: float, wanted: float, limits: Limits) -> tuple[float, float]:
-    """From one speed to another of the same sign, or from or to rest."""
+    """Return duration and acceleration of a change of speed that doesn't change the sign."""
     if abs(wanted) > abs(speed):
         return abs(wanted - speed) / limits.acceleration, math.copysign(limits.acceleration, wanted)
     return abs(speed - wanted) / limits.deceleration, -math.copysign(limits.deceleration, speed)
 
 
 def _straight(distance: float, speed: float, limits: Limits) -> list[tuple[float, float]]:
-    """Trapezoid or triangle without a turn; `speed` is its amount, and the distance is long enough to stop in."""
+    """Return the steps of a trapezoid or triangle.  `speed` is a magnitude; the distance must suffice for stopping."""
     top, a, d = limits
     length = abs(distance)
     if speed > top:

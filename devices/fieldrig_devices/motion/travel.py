@@ -1,8 +1,8 @@
-"""How far an axis may go: limit switches, and software limits.
+"""Limits of an axis's travel: limit switches and software limits.
 
-Source: CiA 402-2, 60FDh bits 0 and 1, 607Dh; what limit switches do outside of homing is left to the drive.  Ours:
-whoever moves an axis stops it when it goes onto one; the direction stays barred, also when the switch was overrun,
-until the axis is to go the other way or nowhere.  The unit of length is the caller's.
+Source: CiA 402-2, 60FDh bits 0 and 1, 607Dh; the effect of limit switches outside of homing is left to the drive.  Our
+reading: an axis that runs onto a switch is stopped, and its direction stays barred, even if the axis overruns the
+switch, until the axis is commanded the other way or to stand still.  The unit of length is the caller's.
 """
 
 from typing import Final, Protocol
@@ -10,29 +10,29 @@ from typing import Final, Protocol
 from fieldrig_devices.motion.profile import Limits, Profile, brake, move
 
 NEGATIVE, POSITIVE = 0x1, 0x2
-"""Bits of limit switches, as in 60FDh."""
+"""Bits of the limit switches, as in 60FDh."""
 _SWITCHES: Final = NEGATIVE | POSITIVE
 
 
 class Switches(Protocol):
     @property
     def inputs(self) -> int:
-        """As in 60FDh."""
+        """Active switches as bits, as in 60FDh."""
 
 
 class Travel:
     def __init__(self, switches: Switches) -> None:
         self._switches = switches
         self.held = 0
-        """The bit of the switch that holds the axis."""
+        """Bit of the switch that holds the axis, or 0."""
         self.is_limited = False
-        """A set value is held back by something else."""
+        """True if a limit holds back a set value."""
         self.range: tuple[float, float] | None = None
-        """Software limits."""
+        """Software limits, lower and upper; None if there are none."""
 
     @property
     def is_there(self) -> bool:
-        """Whether anything limits the way at all: a switch that is on, one that has held the axis, or an end."""
+        """True if anything limits the travel: an active switch, a switch that holds the axis, or a software limit."""
         return self.range is not None or self.held != 0 or bool(self._switches.inputs & _SWITCHES)
 
     @property
@@ -40,7 +40,10 @@ class Travel:
         return self.is_limited or self.held != 0
 
     def bars(self, direction: float, others: int = 0) -> bool:
-        """Whether the axis may not go on; its sign counts.  `others` bar like active switches."""
+        """True if the axis must not move in `direction`, of which only the sign counts.
+
+        `others` has further bits that bar the axis like active switches.
+        """
         active = self._switches.inputs & _SWITCHES | self.held | others
         if not active:
             return False
@@ -48,16 +51,17 @@ class Travel:
         return bool(self.held)
 
     def is_barred(self, direction: float, position: float) -> bool:
-        """By a limit switch, or, for who goes by no positions, by a software limit."""
+        """True if a limit switch or, for modes without position control, a software limit bars `direction`."""
         others, ends = 0, self.range
         if ends is not None:
             others = (POSITIVE if position > ends[1] else 0) | (NEGATIVE if position < ends[0] else 0)
         return self.bars(direction, others)
 
     def within(self, position: float, now: float | None = None) -> float:
-        """`position`, or the software limit that it is beyond.
+        """Return `position`, limited to the software limits.
 
-        `now` is for who is to be there in the next moment: an axis that is beyond a limit is not thrown back to it.
+        Pass the present position as `now` if the axis follows at once: an axis that is already beyond a limit stays
+        there instead of jumping back to it.
         """
         ends = self.range
         if ends is None or ends[0] <= position <= ends[1]:
@@ -69,10 +73,12 @@ class Travel:
     def stop_ahead(
         self, position: float, speed: float, wanted: float, limits: Limits, cycle_s: float
     ) -> Profile | None:
-        """For who comes to a speed and keeps it: the way to the software limit ahead, from when it is time for that; to
-        rest, if it lies behind already."""
+        """Return the profile that stops at the software limit ahead, or None while there is no need to brake yet.
+
+        For modes that control the speed.  An axis that is already beyond the limit brakes to rest.
+        """
         ends, direction = self.range, speed or wanted
-        if ends is None or direction == 0 or speed * wanted < 0:  # who turns round stops by himself
+        if ends is None or direction == 0 or speed * wanted < 0:  # an axis that reverses stops anyway
             return None
         way = ends[1] - position if direction > 0 else position - ends[0]
         soon = min(abs(speed) + limits.acceleration * cycle_s, max(abs(speed), abs(wanted)))
@@ -84,5 +90,5 @@ class Travel:
         return move(way if direction > 0 else -way, speed, limits._replace(speed=abs(wanted or speed)))
 
     def release(self) -> None:
-        """Something else begins."""
+        """Release the axis at the start of another motion."""
         self.held, self.is_limited = 0, False

@@ -51,7 +51,7 @@ def test_two_requests_without_a_silence_are_one_damaged_frame_when_strict() -> N
 
 
 def test_two_requests_without_a_silence_are_both_answered_when_tolerant() -> None:
-    with real_bench(rtu_bus(gaps="tolerant")) as bench:
+    with real_bench(rtu_bus(gaps="tolerant", frame_timeout_ms=60_000)) as bench:
         wire = bench.open_pty()
         wire.write(2 * rtu(1, bytes.fromhex("06 0001 0003")))
         Master(wire, rtu).expect("06 0001 0003")
@@ -65,7 +65,7 @@ def test_a_frame_timeout_beside_strict_gaps_is_refused() -> None:
 
 
 def test_a_frame_in_pieces_is_heard_when_tolerant() -> None:
-    with real_bench(rtu_bus(gaps="tolerant")) as bench:
+    with real_bench(rtu_bus(gaps="tolerant", frame_timeout_ms=60_000)) as bench:
         wire = bench.open_pty()
         frame = rtu(1, bytes.fromhex(READ))
         wire.write(frame[:3])

@@ -1,4 +1,4 @@
-"""`fieldrig new`: what it writes, what it leaves alone, and what it refuses."""
+"""`fieldrig new`: the files that it writes, those that it doesn't touch, and what it refuses."""
 
 import re
 from pathlib import Path, PurePosixPath
@@ -97,7 +97,7 @@ def test_examples_that_share_a_file_go_into_one_folder(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("taken", ["eds", "eds/io32.eds/x", "lab.yaml/x"])
 def test_a_folder_that_cannot_be_is_refused(tmp_path: Path, taken: str) -> None:
-    """A file where a folder is needed, and a folder where a file is needed."""
+    """A file in the place of a folder is refused, and so is a folder in the place of a file."""
     place = tmp_path / taken
     place.parent.mkdir(parents=True, exist_ok=True)
     place.write_text("mine")

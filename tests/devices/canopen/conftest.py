@@ -4,7 +4,7 @@ from canopen_bench import CanopenBench
 
 @pytest.fixture
 def bench() -> CanopenBench:
-    """The I/O module as node 5, booted; its boot-up message is taken."""
+    """The I/O module as node 5 after boot-up, whose message has been read."""
     bench = CanopenBench()
     assert bench.take() == ["705#00"]
     return bench
@@ -12,6 +12,6 @@ def bench() -> CanopenBench:
 
 @pytest.fixture
 def running(bench: CanopenBench) -> CanopenBench:
-    """In operational, with the PDOs taken that it sends at the start."""
+    """The I/O module in 'operational', after its initial PDOs have been read."""
     bench.send("000#01 05")
     return bench

@@ -1,4 +1,4 @@
-"""Whatever comes over the bus: no exception, the heartbeat goes on, and the dictionary is what the answers said."""
+"""Arbitrary frames cause no exception, don't stop the heartbeat, and leave the dictionary as the answers say."""
 
 import pytest
 from canopen_bench import IO32, CanopenBench, show
@@ -12,7 +12,7 @@ from fieldrig_devices.canopen.eds.reader import load
 pytestmark = pytest.mark.long
 
 IDS = [0x000, 0x080, 0x085, 0x185, 0x205, 0x285, 0x305, 0x585, 0x605, 0x701, 0x705, 0x7E5]
-KEYS = [(one.index, one.subindex) for one in load(IO32, 5)]
+KEYS = [(variable.index, variable.subindex) for variable in load(IO32, 5)]
 
 frames = st.builds(
     lambda identifier, data, remote: CanFrame(identifier, b"" if remote else data, is_remote=remote),
@@ -54,14 +54,14 @@ def test_dictionary_is_what_the_answers_of_the_server_said(requests: list[bytes]
     bench.take()
     for request in requests:
         bench.can.deliver(CanFrame(0x605, request))
-        came = [Frame(0, one.identifier, one.data) for one in bench.can.take()]
+        came = [Frame(0, frame.identifier, frame.data) for frame in bench.can.take()]
         model.went(Frame(0, 0x605, request), came)
     for (index, subindex), expected in model.expected():
         assert bench.node.dictionary.find(index, subindex).data == expected, f"{index:04X}:{subindex:02X}"
 
 
 BLOCK_GOES_ON = {0xA0, 0xA2, 0xC0, 0xC1}
-"""Answers after which the number of answers depends on what was said before."""
+"""Answers in block transfers, after which the number of further answers depends on the state."""
 
 
 @settings(max_examples=200, deadline=None)

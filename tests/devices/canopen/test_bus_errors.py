@@ -1,4 +1,4 @@
-"""The state of the CAN controller, CiA 301 table 26 and 1029h; and a bus that a fault drives a node off."""
+"""The state of the CAN controller, CiA 301 table 26 and 1029h; and a fault that drives a node into bus-off."""
 
 from typing import Any
 

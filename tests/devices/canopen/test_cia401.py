@@ -11,7 +11,7 @@ START, STOP = "000#01 05", "000#02 05"
 
 
 def wired(**objects: Any) -> CanopenBench:
-    """Output byte 1 at wire `out`, input byte 1 at `in`, analog channels at `ao` and `ai`."""
+    """The I/O module with output byte 1 on wire `out`, input byte 1 on `in`, and analog channels on `ao` and `ai`."""
     signals = {"6200:01": "out", "6000:01": "in", "6411:01": "ao", "6401:01": "ai"}
     bench = CanopenBench(signals=signals, objects={key.replace("_", ":")[1:]: value for key, value in objects.items()})
     bench.send(START)
@@ -108,7 +108,7 @@ def test_analog_inputs_are_silent_until_enabled() -> None:
     assert feel(bench, "ai", 101) == ["285#65 00 00 00 00 00 00 00"]
 
 
-# Trigger selection, upper limit, lower limit, delta, negative, positive delta; inputs, and which of them are events.
+# Trigger selection, upper and lower limit, delta, negative and positive delta; inputs, and those that are events.
 ANALOG = [
     ((0x07, 0, 0, 0, 0, 0), [1, -1, 5], [1, -1, 5]),
     ((0x07, 0, 0, 10, 0, 0), [9, 10, 19, 20, 11, 10], [10, 20, 10]),

@@ -88,7 +88,7 @@ def test_errors_of_the_device_outlast_a_reset_of_communication(bench: CanopenBen
 
 @pytest.mark.parametrize(("code", "register"), [(0x8611, 1), (0x8130, 0), (0x8210, 0)])
 def test_only_errors_of_communication_end_with_its_reset(bench: CanopenBench, code: int, register: int) -> None:
-    """86xxh is a drive's: positioning."""
+    """86xxh is an error of a drive, positioning, and not of the communication."""
     bench.set("emcy.code", code)
     bench.send("000#82 05")
     assert bench.point("error_register") == register
@@ -96,7 +96,7 @@ def test_only_errors_of_communication_end_with_its_reset(bench: CanopenBench, co
 
 @pytest.mark.parametrize("value", [-1, 0x10000, True, "1", 1.0])
 def test_what_is_no_error_code_is_refused(bench: CanopenBench, value: bool | int | float | str) -> None:
-    with pytest.raises(ValueError, match="0xFFFF would be right"):
+    with pytest.raises(ValueError, match="expected a number from 0 to 0xFFFF"):
         bench.set("emcy.code", value)
 
 

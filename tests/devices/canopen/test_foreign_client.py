@@ -1,4 +1,4 @@
-"""Python canopen's master against the node, over a wire of function calls."""
+"""The master of python-canopen against the node, connected by function calls."""
 
 import struct
 from collections.abc import Callable
@@ -15,14 +15,14 @@ from fieldrig_bus.can.frame import CanFrame
 
 
 class Wire(canopen.Network):
-    """A network that hands frames to the bench and gives back at once what comes out."""
+    """A network that passes frames to the bench and returns the node's frames at once."""
 
     def __init__(self, bench: CanopenBench) -> None:
         super().__init__()
         self.bench = bench
         self.heard: list[int] = []
         self.lose: dict[int, int] = {}
-        """Which frame of an identifier is lost, counted from now on."""
+        """Number of the frame that is lost, by identifier, counted from now on."""
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
         if can_id in self.lose:
@@ -149,7 +149,7 @@ def test_emergencies_arrive() -> None:
     assert node.emcy.active == []
 
 
-# Block transfer, LSS and guarding by python canopen's master.
+# Block transfer, LSS and guarding by the master of python-canopen.
 
 SIZES = [0, 1, 6, 7, 8, 888, 889, 890, 1778, 5000]
 
@@ -160,7 +160,7 @@ def test_domain_goes_both_ways_in_blocks(size: int, is_checked: bool) -> None:
     _, node = connect()
     data = bytes(number * 7 & 0xFF for number in range(size))
     notes = node.sdo[0x2003]
-    if size > 0:  # canopen's client sends nothing at all where there is nothing
+    if size > 0:  # the client of python-canopen sends no segment for empty data
         with notes.open("wb", size=size, block_transfer=True, request_crc_support=is_checked) as file:
             file.write(data)
     with notes.open("rb", block_transfer=True, request_crc_support=is_checked) as file:

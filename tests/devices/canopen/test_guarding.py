@@ -30,7 +30,7 @@ def test_heartbeat_goes_before_guarding(bench: CanopenBench) -> None:
 def test_master_that_no_longer_asks_is_reported_and_ends_operational(bench: CanopenBench) -> None:
     bench.write(*LIFE_TIME_OF_200_MS)
     bench.send("000#01 05")
-    assert bench.after(1000) == []  # the watch begins with the first request
+    assert bench.after(1000) == []  # supervision starts with the first request
     bench.send(GUARD)
     assert bench.after(199) == []
     assert bench.after(1) == [LOST]

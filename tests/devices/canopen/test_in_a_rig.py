@@ -18,7 +18,7 @@ VALVE_TO_1500 = CanFrame(0x305, bytes.fromhex("dc 05 00 00 00 00 00 00"))
 
 
 def plant(**changes: Any) -> dict[str, Any]:
-    """The valve of the I/O module (node 5) is the level that the sensor (node 6) measures, in millimetres."""
+    """A rig in which the sensor (node 6) measures the valve output of the I/O module (node 5), in millimetres."""
     links = {"can": "can0", "wires": "wires"}
     level = {"wire": "level", "unit": "m", "scale": 0.001}
     return {
@@ -82,7 +82,7 @@ def test_nodes_in_processes_of_their_own_send_the_same(fieldrig_rig: RigMaker) -
 def test_mistake_in_a_rig_file_is_named_with_its_key() -> None:
     wrong = plant()
     wrong["devices"]["io"]["signals"] = {"6200:09": "lamp"}
-    with pytest.raises(RigError, match=r"(?s)io.*there is no 6200:09 in the EDS; object 6200h has"):
+    with pytest.raises(RigError, match=r"(?s)io.*the EDS has no 6200:09; object 6200h has"):
         from_dict(wrong)
 
 

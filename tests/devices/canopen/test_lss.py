@@ -25,7 +25,7 @@ SELECTED, IDENTIFIED, NON_CONFIGURED = (f"7E4#{byte} 00 00 00 00 00 00 00" for b
 
 
 def lss(bench: CanopenBench, *requests: str) -> list[str]:
-    """What comes back to requests, which are filled up to 8 bytes."""
+    """Return a function that sends requests, padded to 8 bytes, and returns the answers."""
     return bench.send(*("7E5#" + bytes.fromhex(request).ljust(8, b"\x00").hex(" ") for request in requests))
 
 
@@ -131,7 +131,7 @@ def test_store_that_fails_is_told() -> None:
     assert bench.send("000#81 00") == ["705#00"]
 
 
-# Without a node-ID
+# Unconfigured nodes
 
 
 def test_node_without_a_node_id_waits_silently() -> None:
@@ -174,7 +174,7 @@ def scan(number: int, bit: int, part: int, following: int) -> str:
 
 
 def test_fastscan_finds_each_bit_of_the_identity() -> None:
-    """As the master does it: a bit that nobody answers to is 1."""
+    """As in a master, a bit without an answer is 1."""
     bench = non_configured()
     assert lss(bench, scan(0, 0x80, 0, 0)) == [IDENTIFIED]
     found = [0, 0, 0, 0]
@@ -199,7 +199,7 @@ def test_configured_slave_takes_no_part_in_fastscan(bench: CanopenBench) -> None
 
 
 def test_null_needs_an_eds_with_lss() -> None:
-    with pytest.raises(ValidationError, match="needs LSS, and the EDS says LSS_Supported=0; a number would be right"):
+    with pytest.raises(ValidationError, match="needs LSS, but the EDS has LSS_Supported=0; expected a number"):
         CanopenSettings.model_validate({"node_id": None, "eds": str(LEVEL_SENSOR)})
     CanopenSettings.model_validate({"node_id": None, "eds": str(IO32)})
 
@@ -250,7 +250,7 @@ def test_without_lss_in_the_eds_there_is_none() -> None:
 
 
 class DeafOrNot:
-    """The I/O module on a bus of 500 kbit/s, with somebody who asks it."""
+    """The I/O module on a bus of 500 kbit/s, with a client."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -259,7 +259,7 @@ class DeafOrNot:
         self._master.on_receive(self._answers.append, [[0x580, 0x780], [0x7E4, 0x7FF]])
 
     def ask(self, *frames: str, ms: int = 5) -> int:
-        """How many answers come."""
+        """Send a request, and return the number of answers."""
         self._answers.clear()
         for frame in frames:
             self._master.send(parse(frame))

@@ -79,7 +79,7 @@ def test_node_asks_the_bus_only_for_what_it_wants(bench: CanopenBench) -> None:
 
 
 def test_interest_is_the_same_in_every_state(bench: CanopenBench) -> None:
-    """A frame may follow an NMT command closer than a change of interest could."""
+    """A frame may follow an NMT command faster than a change of the interest could take effect."""
     before = bench.interest
     bench.send("000#02 05")
     assert bench.interest == before
@@ -142,7 +142,7 @@ def test_two_watches_over_one_node_are_refused(bench: CanopenBench) -> None:
 
 @pytest.mark.parametrize("entry", ["64 00 00 00", "64 00 80 00", "64 00 ff 00", "00 00 09 00"])
 def test_entries_that_watch_no_node_may_be_alike(bench: CanopenBench, entry: str) -> None:
-    """CiA 301 7.5.2.19: with node-ID 0 or above 127, or a time of 0, an entry of 1016h is not used."""
+    """An entry of 1016h with node-ID 0 or above 127, or with a time of 0, is not used (CiA 301 7.5.2.19)."""
     bench.write(f"23 16 10 01 {entry}", f"23 16 10 02 {entry}")
 
 

@@ -1,4 +1,4 @@
-"""The node in a rig: signals on wires, points, tools, and settings that are wrong."""
+"""The node in a rig: signals on wires, points, tools, and wrong settings."""
 
 import json
 import shlex
@@ -120,23 +120,29 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"eds": "nowhere.eds"}, "no such file"),
     ({"signals": {"6200": "wire"}}, r"expected '6200:01', or '6200:01\.3'"),
     ({"signals": {"6200:05": "wire"}}, "object 6200h has 6200:00, 6200:01, 6200:02, 6200:03, 6200:04"),
-    ({"signals": {"6201:01": "wire"}}, "near it are 6200h, 6202h, 6206h|near it are 6008h, 6200h, 6202h"),
+    (
+        {"signals": {"6201:01": "wire"}},
+        "nearest objects are 6200h, 6202h, 6206h|nearest objects are 6008h, 6200h, 6202h",
+    ),
     ({"signals": {"6200:01.8": "wire"}}, "UNSIGNED8 has no bit 8; expected 0 to 7"),
     ({"signals": {"1008:00": "wire"}}, "VISIBLE_STRING; expected an object that holds a number"),
     ({"signals": {"6411:01": {"wire": "w", "scale": 0}}}, "scale other than 0"),
-    ({"objects": {"1017:00": 70000}}, r"objects\.1017:00: 70000 is not UNSIGNED16: a whole number from 0 to 65535"),
+    (
+        {"objects": {"1017:00": 70000}},
+        r"objects\.1017:00: 70000 is not UNSIGNED16: expected a whole number from 0 to 65535",
+    ),
     ({"objects": {"1017": 1}}, "such as '6200:01'"),
     ({"speed": 1}, "Extra inputs are not permitted"),
 ]
 
 
 @pytest.mark.parametrize(("wrong", "message"), WRONG)
-def test_wrong_settings_are_refused_with_what_would_be_right(wrong: dict[str, Any], message: str) -> None:
+def test_wrong_settings_are_refused_with_what_was_expected(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         CanopenSettings.model_validate({"node_id": 5, "eds": str(IO32)} | wrong, context={"folder": EDS})
 
 
-def test_every_wrong_object_and_signal_is_told_at_its_key() -> None:
+def test_every_wrong_object_and_signal_is_reported_at_its_key() -> None:
     wrong = {
         "node_id": 5,
         "eds": str(IO32),
@@ -146,7 +152,7 @@ def test_every_wrong_object_and_signal_is_told_at_its_key() -> None:
     with pytest.raises(ValidationError) as caught:
         CanopenSettings.model_validate(wrong, context={"folder": EDS})
     found = explain(caught.value, wrong, CanopenSettings)
-    assert [one.path for one in found] == [
+    assert [mistake.path for mistake in found] == [
         ("objects", "1017"),
         ("objects", "5555:00"),
         ("signals", "6200:01.8"),

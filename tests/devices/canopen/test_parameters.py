@@ -1,4 +1,4 @@
-"""Parameters that are stored, restored and verified, CiA 301 7.5.2.10, 7.5.2.11 and 7.5.2.24."""
+"""Storing, restoring and verifying parameters, CiA 301 7.5.2.10, 7.5.2.11 and 7.5.2.24."""
 
 import json
 import logging
@@ -30,7 +30,7 @@ def load(sub: int) -> str:
 
 
 def changed(bench: CanopenBench) -> tuple[bool, bool, bool]:
-    """Whether a parameter of communication, application and manufacturer is another than the factory's."""
+    """True for each parameter of communication, application and manufacturer that differs from its default."""
     return (
         bench.sdo(READ_HEARTBEAT) == "4b 17 10 00 64 00 00 00",
         bench.sdo(READ_DELTA) == "43 26 64 01 07 00 00 00",
@@ -145,7 +145,7 @@ def test_store_that_fails_is_a_hardware_error_and_changes_nothing() -> None:
     assert CanopenBench(store=store).point("1017:00") == 100
 
 
-# What another program, or another EDS, has left in the store.
+# Content of another program, or of another EDS, in the store.
 
 
 def stored(objects: dict[str, str], version: int = 1) -> MemoryStore:
@@ -153,11 +153,11 @@ def stored(objects: dict[str, str], version: int = 1) -> MemoryStore:
     return MemoryStore(json.dumps({"version": version, "lss": lss, "objects": objects}).encode())
 
 
-def test_stored_values_that_fit_no_longer_are_passed_over(caplog: pytest.LogCaptureFixture) -> None:
+def test_stored_values_that_no_longer_fit_are_ignored(caplog: pytest.LogCaptureFixture) -> None:
     objects = {"1017:00": "6400", "1018:04": "01000000", "2002:00": "ff7f", "6426:01": "07", "5555:00": "01"}
     bench = CanopenBench(store=stored(objects))
     assert [bench.point(key) for key in ("1017:00", "1018:04", "2002:00", "6426:01")] == [100, 1, 0, 0]
-    assert caplog.text.count("passed over") == 3
+    assert caplog.text.count("is ignored") == 3
 
 
 def test_store_of_another_device_does_no_harm() -> None:

@@ -1,4 +1,4 @@
-"""Buses as one word on the command line."""
+"""Addresses of buses on the command line."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_python_can_with_its_keys() -> None:
 @pytest.mark.parametrize(
     "text", ["vcan0", "can.socketcan:", "can.socketcan:a b", "can.udp:1.2.3.4", "can.udp:239.1.2.3:x", "python-can:x"]
 )
-def test_anything_else_is_refused_with_what_would_be_right(text: str) -> None:
+def test_anything_else_is_refused_with_the_expected_forms(text: str) -> None:
     with pytest.raises(RigError) as caught:
         parse(text)
     assert "can.socketcan:vcan0" in caught.value.remedy

@@ -1,4 +1,4 @@
-"""Every node that breaks a rule is caught by a case of the family that the rule belongs to."""
+"""Each broken node is caught by the cases of the rule that it violates."""
 
 import random
 
@@ -15,7 +15,7 @@ from fieldrig_devices.conformance.suite import Verdict
 pytestmark = pytest.mark.long
 
 NEVER_FAILED = {"1.0", "2.30"}
-"""The EDS file, and SDO clients, which this node hasn't got: test_suite has them."""
+"""Cases for the EDS file and for SDO clients, which this node doesn't have; test_suite covers them."""
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -25,13 +25,13 @@ def test_broken_node_is_caught(fault: str) -> None:
 
 
 def test_every_case_catches_a_broken_node() -> None:
-    """So no case passes whatever the node does."""
+    """No case passes regardless of the node's behaviour."""
     caught = {number for fault in FAULTS.values() for number in fault.cases}
     assert {case.number for case in choose(())} - caught - NEVER_FAILED == set()
 
 
 class Garbling(Fault):
-    """Frames are lost, cut, turned around and sent twice."""
+    """Loses, truncates, flips and duplicates frames."""
 
     seed = 0
 

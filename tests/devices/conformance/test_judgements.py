@@ -1,4 +1,4 @@
-"""Judgements that follow the log of CiA's tool, where that log shows them."""
+"""Verdicts follow the log of CiA's tool where it shows them."""
 
 from pathlib import Path
 
@@ -17,13 +17,13 @@ from fieldrig_devices.conformance.report import as_data
 from fieldrig_devices.conformance.run import choose, conform_virtual
 from fieldrig_devices.conformance.suite import Verdict
 
-# From the log: how CANopenNode answered, case by case, and passed.
+# From the log: an answer of CANopenNode with which it passed.
 EMCY = 0x085
 RESERVED_CODE = 0x0504_0005
 
 
 class Refuses(Fault):
-    """Every refusal has this code."""
+    """Refuses everything with this code."""
 
     code = 0
 
@@ -50,7 +50,7 @@ def test_code_that_no_case_allows_is_refused_by_all(monkeypatch: pytest.MonkeyPa
 
 
 def checked(folder: Path, *edits: tuple[str, str]) -> dict[str, object]:
-    """The result of the EDS checker for the I/O module's file with changes."""
+    """Return the result of the EDS checker for the I/O module's file with changes."""
     text = IO32.read_text()
     for old, new in edits:
         assert old in text
@@ -71,7 +71,7 @@ def test_missing_order_code_is_a_warning(tmp_path: Path) -> None:
 
 
 def test_access_without_a_direction_of_mapping_is_a_warning(tmp_path: Path) -> None:
-    """The 43 warnings of the log: rw with PDOMapping=1 leaves open whether an RPDO or a TPDO carries it."""
+    """Like the 43 warnings of the log: rw with PDOMapping=1 doesn't say whether an RPDO or a TPDO carries it."""
     case = checked(tmp_path, ("AccessType=rww", "AccessType=rw"))
     assert (case["verdict"], "no clear mapping direction" in str(case["reason"])) == ("warning", True)
 
@@ -87,11 +87,11 @@ def test_whole_file_passes(tmp_path: Path) -> None:
 def test_report_says_what_the_tool_says_of_acyclic_tpdos() -> None:
     (result,) = conformed("PDO 07").results
     assert result.verdict is Verdict.PASSED
-    assert "CiA's tool (CTT 3.0.3.10) says otherwise" in result.remarks[0]
+    assert "CiA's tool (CTT 3.0.3.10) disagrees" in result.remarks[0]
 
 
 class EventIsOver(Fault):
-    """As CANopenNode in the log: EMCY 8210h with a register of 0, and 1001h at 0."""
+    """Sends EMCY 8210h with a register of 0 and has 1001h at 0, like CANopenNode in the log."""
 
     def from_node(self, frame: CanFrame) -> Frames:
         if frame.identifier == EMCY:
@@ -108,7 +108,7 @@ def test_error_register_of_an_event_that_is_over_may_be_zero(monkeypatch: pytest
 
 
 class RestoresAtResetNode(Fault):
-    """Defaults of 1011h:02h come with a reset of the node only; resets of communication are swallowed."""
+    """Restores the defaults of 1011h:02h only at a reset of the node, and ignores resets of communication."""
 
     def to_node(self, frame: CanFrame) -> Frames:
         if frame.identifier == 0 and frame.data[0] == 130:
@@ -121,4 +121,4 @@ def test_defaults_that_come_back_with_a_reset_of_the_node_are_a_warning(monkeypa
     monkeypatch.setitem(FAULTS, "RestoresAtResetNode", RestoresAtResetNode)
     (result,) = conformed("8.8", fault="RestoresAtResetNode").results
     assert result.verdict is Verdict.WARNING
-    assert "after a reset of the node" in result.reason
+    assert "by a reset of the node" in result.reason

@@ -49,22 +49,21 @@ def test_odd_files_mean_the_same_to_node_and_suite(tmp_path: Path) -> None:
     for text in texts:
         eds = file_of(tmp_path, text)
         node, described = load(eds, NODE_ID), Description(eds, NODE_ID)
-        assert [(one.index, one.subindex, one.type.size, one.access.value) for one in node] == [
-            (one.index, one.sub, one.size, one.access) for one in described
-        ]
+        of_node = [(found.index, found.subindex, found.type.size, found.access.value) for found in node]
+        assert of_node == [(entry.index, entry.sub, entry.size, entry.access) for entry in described]
         for entry in described:
             assert entry.default in (None, node.find(entry.index, entry.sub).start)
 
 
 def test_exceptions_of_a_compact_array_are_promised(tmp_path: Path) -> None:
     described = Description(file_of(tmp_path, DEVICE_TYPE + COMPACT), NODE_ID)
-    promised = [(one.sub, one.default) for one in described if one.index == 0x2100]
+    promised = [(entry.sub, entry.default) for entry in described if entry.index == 0x2100]
     assert promised == [(0, b"\x03"), (1, b"\x07\x00"), (2, b"\x09\x00"), (3, b"\x07\x00")]
 
 
 def test_value_that_the_file_does_not_give_is_no_promise(tmp_path: Path) -> None:
     described = Description(file_of(tmp_path, DEVICE_TYPE), NODE_ID)
-    assert [one.default for one in described] == [None]
+    assert [entry.default for entry in described] == [None]
 
 
 @pytest.mark.parametrize(("text", "why"), WRONG)

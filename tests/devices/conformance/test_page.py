@@ -1,8 +1,8 @@
-"""The results in the documentation are those that the suite gives."""
+"""The results in the documentation are those of the suite."""
 
 from conformance_page import CASES_PAGE, PAGE, case_table, columns, family_table, table_in
 
-ANEW = "python tests/support/conformance_page.py writes it anew"
+ANEW = "python tests/support/conformance_page.py updates it"
 
 
 def test_tables_are_those_of_a_run() -> None:

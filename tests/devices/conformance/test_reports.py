@@ -1,4 +1,4 @@
-"""Reports that build servers and people read."""
+"""Reports for build servers and for people."""
 
 from io import StringIO
 from xml.etree import ElementTree as Xml
@@ -14,7 +14,7 @@ from fieldrig_devices.conformance.terminal import show_report, show_result
 
 @pytest.fixture(scope="module")
 def report() -> Report:
-    """One passes, one fails, one is not applicable."""
+    """A report in which one case passes, one fails, and one is not applicable."""
     return conformed("2.1", "2.30", "2.6", fault="WrongAbortCode")
 
 

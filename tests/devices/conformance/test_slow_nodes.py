@@ -1,4 +1,4 @@
-"""Nodes that answer late: no answer is taken for the answer to another request, and the report says what came late."""
+"""Nodes that answer late: no answer is mistaken for that to another request, and the report lists late answers."""
 
 import random
 from pathlib import Path
@@ -16,7 +16,7 @@ from fieldrig_devices.conformance.suite import Verdict
 
 
 class Slow(Fault):
-    """Answers to the requests in `which`, counted from 1, come so much later; each answer on its own."""
+    """Delays the answers to the requests in `which`, counted from 1, by `delay_ms` each."""
 
     which: range = range(0)
     delay_ms = 0
@@ -56,21 +56,21 @@ def test_one_late_answer_spoils_no_other_case(
     report = conformed("SDO", "OD 01", "OD 03", fault="Slow")
     assert len(failures(report)) == 1
     notes = [note for result in report.results for note in result.notes]
-    assert f"an answer came {delay_ms}" in notes[0]
+    assert f"an answer arrived {delay_ms}" in notes[0]
     assert "the time-out was 500 ms and is" in notes[0]
     assert len(notes) <= 2, "besides the answer, at most the abort of a transfer that was left open"
 
 
 @pytest.mark.parametrize("delay_ms", [100, 800, 950])
 def test_node_that_is_always_slow_passes(slow: type[Slow], monkeypatch: pytest.MonkeyPatch, delay_ms: int) -> None:
-    """The first time-out is 2 s, and later ones follow the node, whose own time-out is 1 s."""
+    """The first time-out is 2 s, and later ones adapt to the node, whose own time-out is 1 s."""
     monkeypatch.setattr(Slow, "which", EVERY)
     monkeypatch.setattr(Slow, "delay_ms", delay_ms)
     assert failures(conformed("SDO 0*", "Emergency 0[1-3]", fault="Slow")) == {}
 
 
 def test_node_that_grows_slow_is_waited_for(slow: type[Slow], monkeypatch: pytest.MonkeyPatch) -> None:
-    """One case fails over the first late answer; from then on the time-out fits the node."""
+    """One case fails because of the first late answer; after that, the time-out fits the node."""
     monkeypatch.setattr(Slow, "which", range(900, 1_000_000))
     monkeypatch.setattr(Slow, "delay_ms", 700)
     report = conformed("OD 01", "OD 03", "SDO", fault="Slow")
@@ -79,7 +79,7 @@ def test_node_that_grows_slow_is_waited_for(slow: type[Slow], monkeypatch: pytes
 
 
 class Busy(Fault):
-    """A node on a busy host: all that it sends comes 100 to 400 ms late, in order, each time by another delay."""
+    """A node on a busy host: everything that it sends is 100 to 400 ms late, in order, with varying delays."""
 
     random: ClassVar[random.Random]
     least_ms, most_ms = 100, 400
@@ -97,7 +97,7 @@ class Busy(Fault):
 
 
 class BusyAndSilent(Busy):
-    """It keeps all PDOs to itself."""
+    """Sends no PDOs."""
 
     def from_node(self, frame: CanFrame) -> Frames:
         if not 0x180 <= frame.identifier < 0x580:
@@ -105,7 +105,7 @@ class BusyAndSilent(Busy):
 
 
 class BusyAndTooFast(Busy):
-    """Its timers run at twice the speed: each heartbeat, SYNC and TPDO comes a second time."""
+    """Sends each heartbeat, SYNC and TPDO twice, as if its timers ran at double speed."""
 
     def from_node(self, frame: CanFrame) -> Frames:
         yield from super().from_node(frame)
@@ -114,7 +114,7 @@ class BusyAndTooFast(Busy):
 
 
 def verdicts(report: Report) -> dict[str, tuple[str, str]]:
-    return {one.case.number: (one.verdict.value, one.reason) for one in report.results}
+    return {result.case.number: (result.verdict.value, result.reason) for result in report.results}
 
 
 def busy(monkeypatch: pytest.MonkeyPatch, cls: type[Busy], seed: int) -> str:
@@ -128,7 +128,7 @@ def busy(monkeypatch: pytest.MonkeyPatch, cls: type[Busy], seed: int) -> str:
 def test_no_verdict_depends_on_how_late_the_node_is(monkeypatch: pytest.MonkeyPatch, eds: Path, seed: int) -> None:
     late = conformed(eds=eds, fault=busy(monkeypatch, Busy, seed))
     assert verdicts(late) == verdicts(conformed(eds=eds))
-    assert [note for one in late.results for note in one.notes] == []
+    assert [note for result in late.results for note in result.notes] == []
 
 
 @pytest.mark.parametrize(

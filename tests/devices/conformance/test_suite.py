@@ -80,20 +80,20 @@ def test_io_node_passes_at_least_115_cases_and_fails_none() -> None:
     report = conformed()
     assert failures(report) == {}
     assert report.executed >= 115
-    assert all(one.reason for one in report.of(Verdict.NOT_APPLICABLE))
-    assert all(not one.notes for one in report.results)
+    assert all(result.reason for result in report.of(Verdict.NOT_APPLICABLE))
+    assert all(not result.notes for result in report.results)
 
 
 def test_sensor_node_fails_none() -> None:
     report = conformed(eds=LEVEL_SENSOR)
     assert failures(report) == {}
     assert report.executed >= 80
-    assert all(one.reason for one in report.of(Verdict.NOT_APPLICABLE))
+    assert all(result.reason for result in report.of(Verdict.NOT_APPLICABLE))
 
 
 def test_same_run_gives_the_same_frames() -> None:
     first, second = conformed("SDO", "State"), conformed("SDO", "State")
-    assert [one.frames for one in first.results] == [one.frames for one in second.results]
+    assert [result.frames for result in first.results] == [result.frames for result in second.results]
 
 
 def with_sdo_client(folder: Path) -> Path:
@@ -118,11 +118,11 @@ def test_eds_with_a_default_beyond_its_limit_fails(tmp_path: Path) -> None:
     assert "[1029sub1] DefaultValue 3" in failures(report)["1.0"]
 
 
-# What is left behind.
+# State of the node after a run.
 
 
 def values(rig: Rig) -> dict[str, object]:
-    """All points but the clock."""
+    """All points except the clock."""
     return {key: rig.get("node", key) for key in rig.keys("node") if key != "time"}
 
 
@@ -135,7 +135,7 @@ def test_node_is_as_it_was() -> None:
         report = conform_virtual(rig, "can0", Description(IO32, NODE_ID), choose(()))
         after = values(rig)
     assert {key: (before[key], after[key]) for key in before if before[key] != after[key]} == {}
-    assert report.notes[0].startswith("the node's parameters are as they were before")
+    assert report.notes[0].startswith("the node has the same parameters as before")
     with Rig(from_dict(rig_of(objects=objects), HERE), stores={"node": store}) as rig:
         rig.run_until(10_000_000)
         assert values(rig) == before
@@ -148,7 +148,7 @@ def test_what_was_changed_since_power_on_is_put_back_too() -> None:
         before = values(rig)
         report = conform_virtual(rig, "can0", Description(IO32, NODE_ID), choose(["State", "Testing other"]))
         assert values(rig) == before
-    assert "that a reset had undone were written again" in report.notes[0]
+    assert "values that a reset had changed were restored" in report.notes[0]
 
 
 def test_store_is_left_alone_if_asked() -> None:
@@ -173,12 +173,12 @@ def test_cases_are_chosen_by_number_name_and_family() -> None:
     assert chosen("2.7") == chosen("SDO 07") == chosen("sdo 07") == ["2.7"]
     assert chosen("10.*") == chosen("Transition") == ["10.1", "10.2", "10.3", "10.4"]
     assert len(chosen("Heartbeat")) == 7
-    with pytest.raises(RigError, match="no case fits sdo 99"):
+    with pytest.raises(RigError, match="no case matches sdo 99"):
         chosen("SDO 99")
 
 
 def test_file_that_was_written_for_another_node_says_what_this_one_has(tmp_path: Path) -> None:
-    """Exports of tools hold the COB-IDs of their node as ParameterValue."""
+    """Exported files have the COB-IDs of their node as ParameterValue."""
     eds = tmp_path / "of-node-32.eds"
     text = IO32.read_text(encoding="latin-1")
     for sub, cob_id in ((1, 0x620), (2, 0x5A0)):

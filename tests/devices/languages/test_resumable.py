@@ -1,4 +1,4 @@
-"""The three builds of a program do the same, whatever their slices, as the instructions walked one by one."""
+"""All three builds of a program, with any slices, have the same effect as executing the instructions one by one."""
 
 import pytest
 from hypothesis import given, settings
@@ -54,7 +54,7 @@ PROGRAMS = st.tuples(routine(1), routine(2), routine(3)).map(lambda some: dict(z
 
 
 class World:
-    """What a program sees, and what it has done to it."""
+    """The tables that a program uses, and its effects on them."""
 
     def __init__(self, routines: Routines) -> None:
         self.done: list[int] = []
@@ -73,7 +73,7 @@ class World:
 
 
 def walked(routines: Routines) -> tuple[list[int], bool]:
-    """The instructions one by one: what they did, and whether the program ended by itself."""
+    """Execute the instructions one by one; return their effects, and whether the program ended by itself."""
     world = World(routines)
     stack: list[tuple[str, int]] = []
     name, pc = "A", 0
@@ -108,7 +108,7 @@ def walked(routines: Routines) -> tuple[list[int], bool]:
 
 
 def agree(done: list[int], expected: list[int], has_ended: bool) -> bool:
-    """A slice may run over, so only what both have done is compared, unless the program ended."""
+    """Compare two effects as far as both have run, because a slice may exceed its budget, or fully after an end."""
     return done == expected if has_ended else done[: len(expected)] == expected[: len(done)]
 
 
@@ -237,7 +237,7 @@ def test_a_breakpoint_on_a_line_that_holds_stops_once_and_then_the_line_holds() 
 
 @pytest.mark.parametrize("build", list(Build))
 def test_deep_code_compiles(build: Build) -> None:
-    """CPython's parser takes 100 levels of indentation; the tree of blocks takes one for each doubling."""
+    """CPython's parser allows 100 levels of indentation; the tree of blocks needs one per doubling."""
     routine = [Branch(pc, (f"t0 = chance({pc + 2})",), "t0", (pc * 7) % 3_000) for pc in range(3_000)]
     code = Code({"A": [*routine, End(3_000)]}, {"chance": abs, "log": abs}, DEEPEST)
     assert len(code.functions(build)) == 1

@@ -1,4 +1,4 @@
-"""A way that is covered without a stop: its length and its end speed are those of constant acceleration."""
+"""A motion over a distance without a stop has the length and the end speed of constant acceleration."""
 
 import math
 

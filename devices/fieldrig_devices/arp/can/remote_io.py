@@ -20,7 +20,7 @@ from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.canopen.abort import Abort
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
-from fieldrig_devices.canopen.remote_node import RemoteNode, Write
+from fieldrig_devices.canopen.managed_slave import ManagedSlave, Write
 
 HEARTBEAT_MS: Final = 100
 TPDO1, RPDO1 = 0x180, 0x200
@@ -77,7 +77,7 @@ class RemoteIo:
         return self._is_off or any(module.is_lost for module in self._modules)
 
     @property
-    def nodes(self) -> list[RemoteNode]:
+    def nodes(self) -> list[ManagedSlave]:
         return [module.node for module in self._modules]
 
     def start(self) -> None:
@@ -134,7 +134,7 @@ class _Module:
         self._range = slice(first, first + BITS)
         self._is_zeroed, self._fail = is_zeroed, fail
         self._can = shared.share()
-        self.node = RemoteNode(
+        self.node = ManagedSlave(
             clock,
             shared.share(),
             node_id,

@@ -27,7 +27,7 @@ from fieldrig_devices.arp.terminal.picture import Picture
 from fieldrig_devices.arp.terminal.screen import Place
 from fieldrig_devices.canopen.abort import Abort
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
-from fieldrig_devices.canopen.remote_node import RemoteNode
+from fieldrig_devices.canopen.managed_slave import ManagedSlave
 
 HEARTBEAT_MS: Final = 500
 FRAMES_IN_PASS: Final = 8
@@ -57,7 +57,7 @@ class TerminalLink:
         self._variables, self._flags = variables, flags
         self._shared = None if can is None else SharedLink(can)
         self._can: Link[CanFrame] | None = None
-        self._node: RemoteNode | None = None
+        self._node: ManagedSlave | None = None
         self._is_lost = False
         self._jobs = Jobs()
         self._is_storing = False
@@ -78,7 +78,7 @@ class TerminalLink:
         self._can.on_receive(
             lambda frame: known[frame.identifier](frame.data), [[key, EXTENDED_KEY | STANDARD_MASK] for key in known]
         )
-        self._node = RemoteNode(
+        self._node = ManagedSlave(
             self._clock, self._shared.share(), node_id, HEARTBEAT_MS, on_lost=self._on_lost, on_back=self._on_back
         )
         self._node.start()

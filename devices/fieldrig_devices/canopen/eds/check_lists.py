@@ -1,4 +1,4 @@
-"""The part of the EDS check that looks at which objects there are, and at the lists of them.
+"""The part of the EDS check for the presence of objects and for the object lists.
 
 Source: CiA 306-1 4.6.2, CiA 301 7.4.
 """
@@ -14,7 +14,7 @@ from fieldrig_devices.canopen.eds.text import FIRST_OBJECT
 MANDATORY = (0x1000, 0x1001, 0x1018)
 MANUFACTURER = range(0x2000, 0x6000)
 PLACE = re.compile(r"[0-9]{1,9}")
-"""The key of an entry of a list."""
+"""Key of an entry in an object list."""
 LISTS = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
 ERROR_CONTROL = (0x1017, 0x100C)
 
@@ -24,9 +24,11 @@ def check(source: EdsSource) -> Iterator[Finding]:
     yield from _lists(source, described)
     for index in MANDATORY:
         if index not in described:
-            yield error(1, f"{index:04X}", "", "the object is missing", "CiA 301 asks for 1000h, 1001h and 1018h")
+            yield error(
+                1, f"{index:04X}", "", "the object is missing", "describe it: CiA 301 requires 1000h, 1001h and 1018h"
+            )
     if not any(index in described for index in ERROR_CONTROL):
-        yield error(1, "1017", "", "neither heartbeat nor guarding", "describe 1017h, or 100Ch and 100Dh")
+        yield error(1, "1017", "", "the file has neither heartbeat nor guarding", "describe 1017h, or 100Ch and 100Dh")
 
 
 def _lists(source: EdsSource, described: dict[int, Section]) -> Iterator[Finding]:
@@ -35,7 +37,7 @@ def _lists(source: EdsSource, described: dict[int, Section]) -> Iterator[Finding
         section = source.get(name)
         if section is None:
             yield error(
-                1, name, "", "the section is missing", f"write [{name}] with SupportedObjects=0 if there is none"
+                1, name, "", "the section is missing", f"write [{name}], with SupportedObjects=0 if it is empty"
             )
             continue
         count = section.number("SupportedObjects")
@@ -46,32 +48,32 @@ def _lists(source: EdsSource, described: dict[int, Section]) -> Iterator[Finding
                 name,
                 "SupportedObjects",
                 section.get("SupportedObjects") or "is missing",
-                f"{len(entries)}, as many as are listed",
+                f"expected {len(entries)}, the number of listed objects",
             )
         if sorted(map(int, entries)) != list(range(1, len(entries) + 1)):
             yield error(section.line, name, "", "the numbers have gaps", f"number them from 1 to {len(entries)}")
         for key, entry in entries.items():
             index = section.number(key)
             if index is None:
-                yield error(entry.line, name, key, entry.value, "an index would be right, such as 0x1018")
+                yield error(entry.line, name, key, entry.value, "expected an index, such as 0x1018")
                 continue
             yield from _listed(entry.line, name, key, index, listed, described)
     for index, section in described.items():
         if index not in listed and object_type(section) != 0:
-            yield error(section.line, section.name, "", "is in no list", f"add it to [{_list_of(index)}]")
+            yield error(section.line, section.name, "", "is not in any list", f"add it to [{_list_of(index)}]")
 
 
 def _listed(
     line: int, name: str, key: str, index: int, listed: dict[int, str], described: dict[int, Section]
 ) -> Iterator[Finding]:
     if index in listed:
-        yield error(line, name, key, f"{index:#06x} is listed already in [{listed[index]}]", "list it once")
+        yield error(line, name, key, f"{index:#06x} is already listed in [{listed[index]}]", "list it only once")
     elif index not in described:
         yield error(
-            line, name, key, f"{index:#06x} has no section", f"describe it in [{index:04X}], or take it from the list"
+            line, name, key, f"{index:#06x} has no section", f"describe it in [{index:04X}], or remove it from the list"
         )
     elif _list_of(index) != name:
-        yield error(line, name, key, f"{index:#06x} belongs into another list", f"move it to [{_list_of(index)}]")
+        yield error(line, name, key, f"{index:#06x} belongs in another list", f"move it to [{_list_of(index)}]")
     listed.setdefault(index, name)
 
 

@@ -1,4 +1,4 @@
-"""The part of the EDS check that looks at PDO mappings and COB-IDs.
+"""The part of the EDS check for PDO mappings and COB-IDs.
 
 Source: CiA 301 7.5.2.35 to 7.5.2.38, table 40 (pre-defined connection set), table 41 (restricted CAN-IDs).
 """
@@ -15,7 +15,7 @@ RPDO, TPDO = 0x1400, 0x1800
 MAPPING = 0x200
 MULTIPLEXED = (0xFE, 0xFF)
 
-# Where a COB-ID of the pre-defined connection set is kept: section, and what it is with node-ID 0.
+# COB-IDs of the pre-defined connection set by section, for node-ID 0.
 PREDEFINED = (
     {"1014": 0x080, "1200sub1": 0x600, "1200sub2": 0x580}
     | {f"{RPDO + number:04x}sub1": 0x200 + 0x100 * number for number in range(4)}
@@ -62,7 +62,11 @@ def _cob_id(section: Section) -> Iterator[Finding]:
     if predefined is None:
         if is_restricted(cob_id) or not is_well_formed(cob_id):
             yield error(
-                section.line_of(key), section.name, key, text, "a CAN-ID that CiA 301 leaves free, such as 0x80"
+                section.line_of(key),
+                section.name,
+                key,
+                text,
+                "expected a CAN-ID that CiA 301 doesn't restrict, such as 0x80",
             )
         return
     if not has_node_id(text) and cob_id != 0:
@@ -70,11 +74,11 @@ def _cob_id(section: Section) -> Iterator[Finding]:
             section.line_of(key),
             section.name,
             key,
-            f"{text} is the same for each node made from this file",
-            f"$NODEID+{predefined:#x} would be right",
+            f"{text} is the same for all nodes made from this file",
+            f"expected $NODEID+{predefined:#x}",
         )
     elif cob_id & 0x7FF != predefined + 1:
-        yield warning(section.line_of(key), section.name, key, text, f"CiA 301 has $NODEID+{predefined:#x} here")
+        yield warning(section.line_of(key), section.name, key, text, f"expected $NODEID+{predefined:#x}, as in CiA 301")
 
 
 def _mapping(source: EdsSource, index: int) -> Iterator[Finding]:
@@ -84,7 +88,7 @@ def _mapping(source: EdsSource, index: int) -> Iterator[Finding]:
         return
     is_received = index < TPDO
     total = 0
-    for sub in range(1, min(count, MULTIPLEXED[0]) + 1):  # a sub-index has no more bits
+    for sub in range(1, min(count, MULTIPLEXED[0]) + 1):  # sub-indices are 8 bits wide
         section = source.get(f"{index:04X}sub{sub:X}")
         entry = None if section is None else section.number("DefaultValue")
         if section is None or entry is None:
@@ -103,27 +107,28 @@ def _mapping(source: EdsSource, index: int) -> Iterator[Finding]:
 
 
 def _wrong_entry(source: EdsSource, entry: int, is_received: bool) -> str:
-    """What would be right, "" for an entry that is."""
+    """Return the remedy for a mapping entry, or "" if it is right."""
     index, sub, bits = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
     if index < 0x20:
         return _wrong_dummy(source, index, bits, is_received)
     target = source.get(f"{index:04X}sub{sub:X}") or _described_by_object(source, index, sub)
     if target is None:
-        return f"an object that is there: {index:04X}h sub-index {sub} is not described"
+        return f"expected an existing object: {index:04X}h sub-index {sub} is not described"
     if target.number("PDOMapping") != 1:
-        return f"an object with PDOMapping=1: [{target.name}] has not"
+        return f"expected an object with PDOMapping=1, which [{target.name}] doesn't have"
     access = target.get("AccessType").lower()
     if access in (("ro", "const", "rwr") if is_received else ("wo", "rww")):
-        return f"[{target.name}] has AccessType={access}, which {'an RPDO' if is_received else 'a TPDO'} can't carry"
+        pdo = "an RPDO" if is_received else "a TPDO"
+        return f"expected another object: {pdo} can't carry [{target.name}], AccessType={access}"
     data_type = DATA_TYPES.get(target.number("DataType") or 0)
     lengths = () if data_type is None or data_type.bits is None else (data_type.bits, (data_type.size or 0) * 8)
     if lengths and bits not in lengths:
-        return f"0x{entry >> 8:06X}{lengths[0]:02X}: [{target.name}] has {lengths[0]} bits"
+        return f"expected 0x{entry >> 8:06X}{lengths[0]:02X}: [{target.name}] has {lengths[0]} bits"
     return ""
 
 
 def _described_by_object(source: EdsSource, index: int, sub: int) -> Section | None:
-    """The section of the whole object: of one variable, or of a compact array whose members are all alike."""
+    """Return the section of the object if it describes this sub-index: a single variable, or a compact array."""
     section = source.get(f"{index:04X}")
     members = 0 if section is None else section.number("CompactSubObj") or 0
     is_described = 1 <= sub <= members if members else sub == 0
@@ -133,10 +138,10 @@ def _described_by_object(source: EdsSource, index: int, sub: int) -> Section | N
 def _wrong_dummy(source: EdsSource, index: int, bits: int, is_received: bool) -> str:
     usage = source.get("DummyUsage")
     if not is_received:
-        return "an object: dummies are for RPDOs only"
+        return "expected an object: dummies are for RPDOs only"
     if usage is None or usage.number(f"Dummy{index:04d}") != 1:
-        return f"a dummy that [DummyUsage] allows: write Dummy{index:04d}=1 there"
+        return f"expected a dummy that [DummyUsage] allows: write Dummy{index:04d}=1 there"
     data_type = DATA_TYPES.get(index)
     if data_type is None or data_type.bits != bits:
-        return "the length of the dummy's data type"
+        return "expected the length of the dummy's data type"
     return ""

@@ -1,4 +1,4 @@
-"""What a check of an EDS file finds: where, what is wrong, and what would be right."""
+"""A finding of the EDS check: where it is, what is wrong, and what was expected."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -17,11 +17,11 @@ class Finding(NamedTuple):
     what: str
     remedy: str
     is_refused: bool = False
-    """True if it leaves an object without a meaning, so that no node can be made from the file."""
+    """True if an object has no meaning because of it, so that no node can be made from the file."""
 
     @property
     def place(self) -> str:
-        """Section and key, as far as there are any."""
+        """Section and key, without those that are empty."""
         return " ".join(part for part in (f"[{self.section}]" if self.section else "", self.key) if part)
 
     def __str__(self) -> str:

@@ -1,8 +1,8 @@
-"""From an EDS or DCF file to the object dictionary of a node.
+"""Reads an EDS or DCF file into the object dictionary of a node.
 
-Source: CiA 306-1 4.6.  A DCF's ParameterValue goes before DefaultValue.  What can be read is read, whatever tool wrote
-it; what is odd is a finding, which the checks name; and a file is refused only for what leaves an object without a
-meaning: a data type that can't be told.
+Source: CiA 306-1 4.6.  ParameterValue of a DCF takes precedence over DefaultValue.  The reader accepts whatever it can
+interpret, regardless of the tool that wrote it; oddities become findings, which the checks report.  A file is refused
+only if it has no object, or an object whose data type is unknown.
 """
 
 import math
@@ -28,30 +28,30 @@ OTHER_ACCESS = {
     **dict.fromkeys(("rw", "readwrite", "writeread"), Access.RW),
     "constant": Access.CONST,
 }
-"""By their letters alone."""
+"""Other spellings of access types, reduced to their letters."""
 MAPPINGS = (*range(rpdo.MAPPING, rpdo.MAPPING + 512), *range(tpdo.MAPPING, tpdo.MAPPING + 512))
 UNSIGNED32 = DATA_TYPES[0x07]
 FIRST_SERVER = {(0x1200, 1): 0x600, (0x1200, 2): 0x580}
-"""COB-IDs without the node-ID, which they always follow (CiA 301 7.5.2.33), whatever node the file was written for."""
+"""COB-IDs of the first SDO server without the node-ID, which is always added (CiA 301 7.5.2.33)."""
 LAST_OF_STANDARD = 0x1B
-"""Data types above are a maker's own."""
+"""Highest data type of the standard; those above are manufacturer-specific."""
 CHECKED_AS = 127
 """The node-ID with which a file is checked."""
 
 
 class Description(NamedTuple):
-    """What a file says of one node."""
+    """The content of a file for one node."""
 
     variables: list[Variable]
     given: frozenset[tuple[int, int]]
-    """Index and sub-index of the variables whose power-on value is in the file."""
+    """Index and sub-index of the variables whose power-on value the file gives."""
     dummies: dict[int, int]
     features: Features
     findings: list[Finding]
 
 
 def load(path: Path, node_id: int) -> Dictionary:
-    """The dictionary of node `node_id` as the file describes it.  EdsError names everything that stands in the way."""
+    """Return the dictionary of node `node_id`.  Raises EdsError with all reasons for which the file is refused."""
     description = describe(path, node_id)
     return Dictionary(
         (variable.fresh() for variable in description.variables), description.dummies, description.features
@@ -59,27 +59,27 @@ def load(path: Path, node_id: int) -> Dictionary:
 
 
 def describe(path: Path, node_id: int) -> Description:
-    """What the file says of node `node_id`; its variables belong to the cache.  EdsError as of `load`."""
+    """Return the description of node `node_id`; its variables belong to the cache.  Raises EdsError as `load` does."""
     description = _describe(path, node_id, path.stat().st_mtime_ns)
-    refused = [one for one in description.findings if one.is_refused]
+    refused = [finding for finding in description.findings if finding.is_refused]
     if refused:
         raise EdsError(path, refused)
     return description
 
 
 def oddities(path: Path) -> list[Finding]:
-    """What is odd or wrong in the file for its reader.  OSError if there is no such file."""
+    """Return the findings of the reader.  Raises OSError if the file can't be read."""
     return _describe(path, CHECKED_AS, path.stat().st_mtime_ns).findings
 
 
 @lru_cache(maxsize=32)
 def _describe(path: Path, node_id: int, mtime_ns: int) -> Description:
-    """Read once for all that ask: the check of the settings, the device, its tools."""
+    """Read the file once for all callers: the check of the settings, the device, and its tools."""
     text = EdsText(EdsSource(path))
     builder = _Builder(text, node_id)
     described = list(text.variables())
-    highest = {one.object: one.sub for one in described if one.sub < standard.STRUCTURE}
-    variables = [builder.build(one, highest.get(one.object, 0)) for one in described]
+    highest = {variable.object: variable.sub for variable in described if variable.sub < standard.STRUCTURE}
+    variables = [builder.build(variable, highest.get(variable.object, 0)) for variable in described]
     dummies = {
         number: DATA_TYPES[number].bits or 0 for number in range(1, 8) if is_one(text.dummies.get(f"Dummy{number:04d}"))
     }
@@ -89,7 +89,7 @@ def _describe(path: Path, node_id: int, mtime_ns: int) -> Description:
 
 
 def _features(device_info: Section) -> Features:
-    """A rate is in kbit/s."""
+    """Return the features of the section DeviceInfo, whose bit rates are in kbit/s."""
     rates = tuple(
         rate for rate in (10, 20, 50, 125, 250, 500, 800, 1000) if is_one(device_info.get(f"BaudRate_{rate}"))
     )
@@ -105,7 +105,7 @@ Limits = tuple[float | None, float | None]
 
 
 class _Builder:
-    """Makes variables from their descriptions, and remembers what was odd and which values were given."""
+    """Makes variables from their descriptions, and collects findings and the variables that have values."""
 
     def __init__(self, text: EdsText, node_id: int) -> None:
         self._text, self._node_id = text, node_id
@@ -138,14 +138,14 @@ class _Builder:
         number = section.number(key)
         found = self._known_type(section, number)
         if found is None and wanted is None:
-            remedy = "a type of CiA 301, such as 0x0005 (UNSIGNED8)"
+            remedy = "expected a data type of CiA 301, such as 0x0005 (UNSIGNED8)"
             self._find(refusal(section.line_of(key), section.name, key, said or "is missing", remedy))
             return DOMAIN
         if wanted is None or found is wanted:
             return found or DOMAIN
         is_same = found is not None and source.object == standard.STORED_EDS
-        right = next(number for number, one in DATA_TYPES.items() if one is wanted)
-        remedy = f"0x{right:04X} ({wanted.name}), as CiA 301 has it"
+        right = next(number for number, known in DATA_TYPES.items() if known is wanted)
+        remedy = f"expected 0x{right:04X} ({wanted.name}), as in CiA 301"
         how = warning if is_same else error
         self._find(how(section.line_of(key), section.name, key, said or "is missing", remedy))
         return found if is_same and found is not None else wanted
@@ -156,7 +156,7 @@ class _Builder:
         base = self._text.base_type(number)
         if base in DATA_TYPES:
             return DATA_TYPES[base or 0]
-        remedy = "a type of CiA 301, such as 0x0005 (UNSIGNED8); it is read as DOMAIN"
+        remedy = "expected a data type of CiA 301, such as 0x0005 (UNSIGNED8); it is read as DOMAIN"
         self._find(warning(section.line_of("DataType"), section.name, "DataType", section.get("DataType"), remedy))
         return DOMAIN
 
@@ -167,13 +167,13 @@ class _Builder:
         if access is not None or (source.is_domain and not said):
             return access or Access.RW
         access = OTHER_ACCESS.get(re.sub("[^a-z]", "", said.lower()), Access.RW)
-        remedy = f"one of {', '.join(ACCESS)}; it is read as {access.value}"
+        remedy = f"expected one of {', '.join(ACCESS)}; it is read as {access.value}"
         how = warning if said else error
         self._find(how(section.line_of(key), section.name, key, said or "is missing", remedy))
         return access
 
     def _start(self, source: Described, data_type: DataType, limits: Limits, highest: int) -> bytes:
-        """The power-on value: from the file, or the nearest to zero that the limits allow."""
+        """Return the power-on value: that of the file, or the value nearest to zero within the limits."""
         if (source.object, source.sub) in FIRST_SERVER and data_type is UNSIGNED32:
             return data_type.encode(FIRST_SERVER[source.object, source.sub] + self._node_id)
         values = [self._value(source.section, key, data_type) for key in ("ParameterValue", "DefaultValue")]
@@ -191,7 +191,7 @@ class _Builder:
         return data_type.encode(nearest if isinstance(data_type, Real) else int(nearest))
 
     def _value(self, section: Section, key: str, data_type: DataType) -> bytes | None:
-        """None if there is none that can be read."""
+        """Return the value of a key, or None if there is none or it can't be read."""
         text = section.get(key)
         if not text or data_type is DOMAIN:
             return None
@@ -208,7 +208,7 @@ class _Builder:
         low, high = (self._limit(section, key, data_type) for key in ("LowLimit", "HighLimit"))
         if low is not None and high is not None and low > high:
             said = section.get("LowLimit")
-            remedy = "not more than HighLimit; both are ignored"
+            remedy = "expected at most HighLimit; both limits are ignored"
             self._find(error(section.line_of("LowLimit"), section.name, "LowLimit", said, remedy))
             return None, None
         return low, high
@@ -219,7 +219,7 @@ class _Builder:
             return None
         if not isinstance(data_type, Integer | Real):
             if data_type.bits != 1:
-                remedy = f"{data_type.name} has no limits: leave it out"
+                remedy = f"remove it: {data_type.name} has no limits"
                 self._find(warning(section.line_of(key), section.name, key, text, remedy))
             return None
         value = self._value(section, key, data_type)
@@ -233,15 +233,16 @@ class _Builder:
             if not isinstance(value, int | float) or has_node_id(section.get(key)):
                 continue
             if (low is not None and value < low) or (high is not None and value > high):
-                remedy = f"within the limits, {section.get('LowLimit') or 'any'} to {section.get('HighLimit') or 'any'}"
+                limits_text = f"{section.get('LowLimit') or 'any'} to {section.get('HighLimit') or 'any'}"
+                remedy = f"expected a value within the limits, {limits_text}"
                 self._find(error(section.line_of(key), section.name, key, section.get(key), remedy))
 
 
 def _count(index: int, highest: int) -> int:
-    """Sub-index 0 without a value: the highest sub-index, except where it counts what is there for now."""
+    """Return sub-index 0 if the file gives no value: the highest sub-index, or 0 where it counts valid entries."""
     return 0 if index == emcy.HISTORY or index in MAPPINGS else highest
 
 
 def _tighter(limit: float | None, of_type: float | None) -> float | None:
-    """A limit that the type doesn't set anyway."""
+    """Return the limit, or None if it is that of the data type."""
     return None if limit == of_type else limit

@@ -1,4 +1,4 @@
-"""An EDS or DCF file line by line: nothing is put right and nothing is lost that a check or a writer wants to see.
+"""An EDS or DCF file line by line, without corrections or losses, for the checks and the writer.
 
 Source: CiA 306-1 4.2 and 4.3.
 """
@@ -20,7 +20,7 @@ class Entry(NamedTuple):
 
 
 class Section:
-    """One section; `entries` by key in lower case, the first of each."""
+    """One section.  `entries` has the first entry of each key, by key in lower case."""
 
     def __init__(self, name: str, line: int) -> None:
         self.name, self.line = name, line
@@ -29,7 +29,7 @@ class Section:
 
     @property
     def every(self) -> list[Entry]:
-        """All entries, so that of two with one key the later one comes last."""
+        """All entries; where a key is repeated, the later entry comes last."""
         return [*self.entries.values(), *self.repeated]
 
     def add(self, entry: Entry) -> None:
@@ -39,12 +39,12 @@ class Section:
             self.entries[entry.key.lower()] = entry
 
     def get(self, key: str) -> str:
-        """Its value, "" without it."""
+        """Return the value of a key, or "" if it is missing."""
         entry = self.entries.get(key.lower())
         return "" if entry is None else entry.value
 
     def number(self, key: str) -> int | None:
-        """None for what is no number, or not there."""
+        """Return the number at a key, or None if there is none."""
         try:
             return parse_number(self.get(key))
         except ValueError:
@@ -56,7 +56,7 @@ class Section:
 
 
 class EdsSource:
-    """`sections` by name in lower case, the first of each; `strays` are lines that belong nowhere."""
+    """The sections of a file.  `sections` has the first of each name, in lower case; `strays` are unreadable lines."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -64,7 +64,7 @@ class EdsSource:
         self.sections: dict[str, Section] = {}
         self.repeated: list[Section] = []
         self.every: list[Section] = []
-        """All sections as they come in the file."""
+        """All sections in the order of the file."""
         self.strays: list[tuple[int, str]] = []
         section: Section | None = None
         for number, raw in enumerate(self.lines, start=1):
@@ -91,7 +91,7 @@ class EdsSource:
         return self.sections.get(name.lower())
 
     def objects(self) -> Iterator[tuple[int, int | None, Section]]:
-        """Index, sub-index (None: the object itself) and section, as they stand in the file."""
+        """Yield index, sub-index (None for the object itself) and section, in the order of the file."""
         for section in self.sections.values():
             match = OBJECT.fullmatch(section.name)
             if match is not None:
@@ -103,10 +103,10 @@ def _without_comment(value: str) -> str:
 
 
 def parse_number(text: str) -> int:
-    """Decimal, hex with 0x, octal with a leading 0 (CiA 306-1 4.2).  ValueError for anything else."""
+    """Parse a number: decimal, hex with 0x, or octal with a leading 0 (CiA 306-1 4.2).  Raises ValueError otherwise."""
     text = text.strip()
     if not NUMBER.fullmatch(text):
-        raise ValueError(f"{text!r} is no number")
+        raise ValueError(f"{text!r} is not a number")
     digits = text.lstrip("+-")
     if digits.startswith("0") and digits.isdigit() and digits.strip("0"):
         return int(digits, 8) * (-1 if text.startswith("-") else 1)
@@ -121,7 +121,7 @@ def decode(data: bytes) -> str:
 
 
 def evaluate(text: str, node_id: int) -> int:
-    """A number that may contain `$NODEID`.  ValueError for anything else."""
+    """Evaluate a number that may contain `$NODEID`.  Raises ValueError for anything else."""
     total = 0
     for part in text.split("+"):
         part = part.strip()

@@ -1,8 +1,8 @@
-"""The objects of an EDS or DCF file, with what the standard leaves implicit written out.
+"""The objects of an EDS or DCF file, with everything explicit that the standard leaves implicit.
 
-Source: CiA 306-1 4.6.  Tolerated: any case of sections and keys, any order, other encodings than ASCII, a section or a
-key given twice (the later one holds), sub-indices without their object, an object type that doesn't fit the
-sub-indices.  Compact sub-objects are written out.  Left out: modules, dynamic channels, `CompactPDO`.
+Source: CiA 306-1 4.6.  Tolerated: sections and keys in any case and order, encodings other than ASCII, repeated
+sections and keys (the later one applies), sub-indices without their object, an object type that doesn't fit the
+sub-indices.  Compact sub-objects are expanded.  Left out: modules, dynamic channels, `CompactPDO`.
 """
 
 import re
@@ -14,35 +14,35 @@ from fieldrig_devices.canopen.eds.finding import Finding, error, refusal
 from fieldrig_devices.canopen.eds.source import EdsSource, Entry, Section
 
 DOMAIN, DEFTYPE, DEFSTRUCT, VAR, ARRAY, RECORD = 2, 5, 6, 7, 8, 9
-"""Object types."""
+"""Object types of CiA 301."""
 
 FIRST_OBJECT = 0x1000
-"""Below are data types."""
+"""Index of the first object; those below are data types."""
 LAST_SUB_INDEX = 0xFE
 OBJECT = re.compile(r"(?P<index>[0-9A-F]{1,4})(?:SUB(?P<sub>[0-9A-F]{1,2}))?", re.IGNORECASE)
 COMPACT = re.compile(r"(?P<index>[0-9A-F]{4})(?P<what>NAME|VALUE)", re.IGNORECASE)
 
 Place = tuple[int, int | None]
-"""Index, and sub-index or None for the object itself."""
+"""Index and sub-index; the sub-index is None for the object itself."""
 
 
 class EdsError(ValueError):
-    """An EDS or DCF file that no node can be made from, with all that stands in the way."""
+    """An EDS or DCF file is refused; the message has one line for each reason."""
 
     def __init__(self, path: Path, findings: list[Finding]) -> None:
-        super().__init__("\n".join(f"{path.name}:{one}" for one in findings))
+        super().__init__("\n".join(f"{path.name}:{finding}" for finding in findings))
 
 
 class Described(NamedTuple):
-    """One variable as the file describes it."""
+    """The description of one variable in the file."""
 
     object: int
-    """Its index."""
+    """Index of the object."""
     sub: int
     name: str
     section: Section
     is_member: bool
-    """True if it belongs to an array or record."""
+    """True for a member of an array or record."""
     is_domain: bool
 
 
@@ -55,19 +55,21 @@ class EdsText:
             self._take(section)
         self._is_empty = not any(index >= FIRST_OBJECT for index, _ in self._objects)
         if self._is_empty:
-            self.findings.append(refusal(1, "", "", "the file has no object", "write one, such as [1000]"))
+            self.findings.append(refusal(1, "", "", "the file has no object", "add at least one, such as [1000]"))
         self.dummies = source.get("DummyUsage") or Section("DummyUsage", 1)
         self.device_info = source.get("DeviceInfo") or Section("DeviceInfo", 1)
 
     def variables(self) -> Iterator[Described]:
-        """All of them, in order of index and sub-index."""
+        """Yield all variables in order of index and sub-index."""
         for index in sorted({index for index, _ in self._objects if index >= FIRST_OBJECT}):
             subs = {sub: self._objects[index, sub] for i, sub in self._objects if i == index and sub is not None}
-            owner = self._objects.get((index, None)) or Section(f"{index:04X}", min(one.line for one in subs.values()))
+            owner = self._objects.get((index, None)) or Section(
+                f"{index:04X}", min(section.line for section in subs.values())
+            )
             yield from self._object(index, owner, subs)
 
     def base_type(self, number: int) -> int | None:
-        """The data type below a type of the file's own, which CANFestival describes as an object of that index."""
+        """Return the base of a data type that the file defines as an object of that index, as CANFestival does."""
         described = self._objects.get((number, 1))
         return None if described is None else described.number("DefaultValue")
 
@@ -82,7 +84,7 @@ class EdsText:
 
     def _object(self, index: int, owner: Section, subs: dict[int, Section]) -> Iterator[Described]:
         object_type = owner.number("ObjectType")
-        if object_type in (DEFTYPE, DEFSTRUCT, 0):  # no object of the node
+        if object_type in (DEFTYPE, DEFSTRUCT, 0):  # not an object of the node
             return
         name = owner.get("ParameterName") or f"Object {index:04X}h"
         members = dict(self._expanded(index, owner, name)) | {
@@ -97,12 +99,14 @@ class EdsText:
             yield Described(index, sub, member, section, True, section.number("ObjectType") == DOMAIN)
 
     def _expanded(self, index: int, owner: Section, name: str) -> Iterator[tuple[int, tuple[str, Section]]]:
-        """4.6.3.3: one description for all sub-indices, with exceptions in [<index>Name] and [<index>Value]."""
+        """Expand a compact description, with its exceptions in [<index>Name] and [<index>Value] (4.6.3.3)."""
         count = owner.number("CompactSubObj")
         if owner.get("CompactSubObj") and (count is None or not 0 <= count <= LAST_SUB_INDEX):
             said = owner.get("CompactSubObj")
             self.findings.append(
-                error(owner.line_of("CompactSubObj"), owner.name, "CompactSubObj", said, f"0 to {LAST_SUB_INDEX}")
+                error(
+                    owner.line_of("CompactSubObj"), owner.name, "CompactSubObj", said, f"expected 0 to {LAST_SUB_INDEX}"
+                )
             )
             count = 0 if count is None else min(max(count, 0), LAST_SUB_INDEX)
         if not count:
@@ -110,7 +114,7 @@ class EdsText:
         names, values = (self._compact.get((index, what), Section("", 0)) for what in ("name", "value"))
         number_of = {"DataType": "5", "AccessType": "ro", "DefaultValue": str(count)}
         yield 0, ("Number of entries", _made(owner, [Entry(owner.line, *pair) for pair in number_of.items()]))
-        template = [one for one in owner.every if one.key.lower() not in ("parametername", "objecttype")]
+        template = [entry for entry in owner.every if entry.key.lower() not in ("parametername", "objecttype")]
         for sub in range(1, count + 1):
             own = values.entries.get(str(sub))
             exception = [Entry(own.line, "ParameterValue", own.value)] if own is not None and own.value else []

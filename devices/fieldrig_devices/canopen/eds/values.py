@@ -1,7 +1,6 @@
-"""Values as EDS and DCF files write them, and the bytes that they stand for.
+"""Values in EDS and DCF files: converts their text to bytes.
 
-Source: CiA 306-1 4.2 and 4.6.3.  Besides what the standard allows, the ways of writing that other tools are known for
-are understood, and named as odd.
+Source: CiA 306-1 4.2 and 4.6.3.  Known notations of other tools beyond the standard are understood, but reported.
 """
 
 import re
@@ -17,11 +16,11 @@ BETWEEN_OCTETS = re.compile(r"[\s,:{}\-]+|0x", re.IGNORECASE)
 TRUTHS = {"true": 1, "false": 0, "yes": 1, "no": 0}
 
 Reading = tuple[bytes, str]
-"""The bytes, and how the value should be written; "" if it is written right."""
+"""The bytes of a value, and the remedy for its notation, or "" if it is right."""
 
 
 def read_value(data_type: DataType, text: str, node_id: int) -> Reading:
-    """ValueError, with what was expected, for a text that no value can be read from."""
+    """Convert a text.  Raises ValueError, with what was expected, if it isn't a value of the data type."""
     if isinstance(data_type, Integer | Boolean):
         return _integer(data_type, text, node_id)
     if isinstance(data_type, Real):
@@ -31,7 +30,9 @@ def read_value(data_type: DataType, text: str, node_id: int) -> Reading:
     strange = (
         [character for character in text if not character.isascii()] if isinstance(data_type, VisibleString) else []
     )
-    return data_type.encode(text), f"ASCII characters only, as CiA 301 has {data_type.name}" if strange else ""
+    return data_type.encode(
+        text
+    ), f"expected ASCII characters only, as CiA 301 defines {data_type.name}" if strange else ""
 
 
 def _integer(data_type: Integer | Boolean, text: str, node_id: int) -> Reading:
@@ -47,14 +48,14 @@ def _integer(data_type: Integer | Boolean, text: str, node_id: int) -> Reading:
         )
         if is_longer or (not data_type.is_signed and -(1 << bits - 1) <= number < 0):
             number = same - (1 << bits if data_type.is_signed else 0)
-            remedy = f"0x{same:0{bits // 4}X}, the same in {bits} bits"
+            remedy = f"expected 0x{same:0{bits // 4}X}, the same value in {bits} bits"
     if not low <= number <= high:
-        raise ValueError(f"from {low} to {high}, what {data_type.name} can hold")
+        raise ValueError(f"expected {low} to {high}, the range of {data_type.name}")
     return data_type.encode(number), remedy
 
 
 def _ones(number: int) -> int:
-    """All bits of the bytes that a number takes."""
+    """Return a mask of all bits in the bytes that a number occupies."""
     return (1 << (number.bit_length() + 7) // 8 * 8) - 1
 
 
@@ -64,49 +65,49 @@ def _number(text: str, node_id: int) -> tuple[int, str]:
     except ValueError as cause:
         if HEX_BY_H.fullmatch(text):
             digits = text[:-1].upper()
-            return int(digits, 16), f"0x{digits}: hexadecimal numbers begin with 0x"
+            return int(digits, 16), f"expected 0x{digits}: hexadecimal numbers start with 0x"
         if text.lstrip("+-").isdigit() and text.isascii():
-            return int(text), f"{int(text)}: a leading 0 makes a number octal"
+            return int(text), f"expected {int(text)}: a leading 0 makes a number octal"
         if match := WHOLE.fullmatch(text):
-            return int(match[1]), f"{match[1]}, a whole number"
+            return int(match[1]), f"expected {match[1]}, a whole number"
         if text.lower() in TRUTHS:
-            return TRUTHS[text.lower()], str(TRUTHS[text.lower()])
-        raise ValueError("a number, such as 10 or 0x0A, or one with $NODEID, such as $NODEID+0x180") from cause
+            return TRUTHS[text.lower()], f"expected {TRUTHS[text.lower()]}"
+        raise ValueError("expected a number, such as 10 or 0x0A, or one with $NODEID, such as $NODEID+0x180") from cause
 
 
 def _real(data_type: Real, text: str) -> Reading:
-    """Decimal, or the bit pattern of IEEE 754 in hex."""
-    expected = f"a decimal number for {data_type.name}, such as 0.5, or its bit pattern in hex, such as 0x"
+    """Convert a decimal number, or the bit pattern of IEEE 754 in hex."""
+    expected = f"expected a decimal number for {data_type.name}, such as 0.5, or its bit pattern in hex, such as 0x"
     expected += "3F000000" if data_type.bits == 32 else "3FE0000000000000"
     if match := HEX.fullmatch(text):
         if len(match[1]) > data_type.size * 2:
             raise ValueError(expected)
         return int(match[1], 16).to_bytes(data_type.size, "little"), ""
-    remedy = text.replace(",", ".") if text.count(",") == 1 and "." not in text else ""
+    dotted = text.replace(",", ".") if text.count(",") == 1 and "." not in text else ""
     try:
         if "_" in text:
             raise ValueError(text)
-        return data_type.encode(float(remedy or text)), remedy
+        return data_type.encode(float(dotted or text)), f"expected {dotted}" if dotted else ""
     except (ValueError, struct.error) as cause:
         raise ValueError(expected) from cause
 
 
 def _octets(text: str) -> Reading:
-    """Hex digits, alone or with something between the octets."""
+    """Convert hex digits, with or without separators between the octets."""
     digits = BETWEEN_OCTETS.sub("", text)
     try:
         return bytes.fromhex(digits), ""
     except ValueError as cause:
         if len(digits) % 2 == 1:
             try:
-                return bytes.fromhex(f"0{digits}"), f"two hex digits for each octet, 0{digits}"
+                return bytes.fromhex(f"0{digits}"), f"expected two hex digits for each octet, 0{digits}"
             except ValueError:
                 pass
-        raise ValueError("two hex digits for each octet, such as 01AF") from cause
+        raise ValueError("expected two hex digits for each octet, such as 01AF") from cause
 
 
 def is_one(text: str) -> bool:
-    """True for a flag that is set, in whatever way."""
+    """True if a flag is set, in any notation."""
     try:
         return parse_number(text) != 0
     except ValueError:

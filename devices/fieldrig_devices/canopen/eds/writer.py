@@ -1,9 +1,9 @@
-"""EDS and DCF files as a node gives them out.
+"""Writes EDS and DCF files.
 
-Source: CiA 306-1 4.3, CiA 306-1 4.7 (DCF).  Two files are equal if they have the same sections, keys and values; the
-order, the case of names and `;` comments (the section Comments is none) carry no meaning.  A DCF has the present
-values as ParameterValue; domains, and texts that fit on no line, are left out of it.  What is written is read as the
-same bytes.
+Source: CiA 306-1 4.3, CiA 306-1 4.7 (DCF).  Two files are equal if they have the same sections, keys and values; order,
+the case of names, and `;` comments (unlike the section Comments) have no meaning.  A DCF has the present values as
+ParameterValue, without domains and without texts that don't fit on a line.  A value that is written is read back as
+the same bytes.
 """
 
 from collections.abc import Iterator
@@ -15,19 +15,19 @@ from fieldrig_devices.canopen.variable import Variable
 
 
 def meaning(source: EdsSource) -> dict[str, dict[str, str]]:
-    """What counts when two files are compared."""
+    """Return the content of a file as values by section and key, for comparing files."""
     return {
         name: {key: entry.value for key, entry in section.entries.items()} for name, section in source.sections.items()
     }
 
 
 def write_eds(source: EdsSource) -> str:
-    """The file without what carries no meaning."""
+    """Return the text of the file without parts that have no meaning."""
     return _text((section.name, _entries(section)) for section in source.sections.values())
 
 
 def write_dcf(source: EdsSource, dictionary: Dictionary, node_id: int, name: str) -> str:
-    """The device as it is set now: as node `node_id`, called `name`."""
+    """Return the present configuration of the device as a DCF, for node `node_id` with the name `name`."""
     values = {
         (variable.index, variable.subindex): text
         for variable in dictionary
@@ -71,5 +71,5 @@ def _value(variable: Variable) -> str | None:
         return f"0x{variable.number:0{variable.type.size * 2}X}"  # not-a-number, with all its bits
     text = str(value)
     if variable.type.encode(text if isinstance(value, str) else value) != variable.data:
-        return None  # bytes that are no text of their type
+        return None  # the bytes are not a valid text of the type
     return text if text == text.strip() and text.isprintable() and ";" not in text and text else None

@@ -1,4 +1,4 @@
-"""What a PDO carries: its mapping parameter, the procedure to change it, and the way between variables and bytes.
+"""PDO mapping: the mapping parameter, the procedure to change it, and the packing of variables into bytes.
 
 Source: CiA 301 7.5.2.36 (1600h) and 7.5.2.38 (1A00h).
 """
@@ -24,16 +24,16 @@ class Direction(Enum):
 
 
 class Mode(Enum):
-    """What sub-index 0 says besides the number of entries."""
+    """Meaning of sub-index 0 of a mapping parameter."""
 
     MAPPED = auto()
     SOURCE = 254
-    """A multiplexed PDO that names its source, or its destination."""
+    """Multiplexed PDO in source address mode (254) or destination address mode (255)."""
     DESTINATION = 255
 
 
 class Part(NamedTuple):
-    """A mapped variable, None for a gap that a dummy leaves, and its bits in the PDO."""
+    """A mapped variable, or None for a dummy, and its length in bits."""
 
     variable: Variable | None
     bits: int
@@ -46,10 +46,10 @@ Unpack = Callable[[bytes], None]
 class Mapping:
     """The mapping parameter at `index`.
 
-    The network changes it by the procedure only: the PDO not valid (`is_valid`), sub-index 0 at 0, then the
-    entries, then sub-index 0.  Out of that order an access is answered with 0601 0000h: the object supports no
-    such access now.  0604 0041h would blame the object to be mapped, and 0800 0000h says nothing; CiA's tool accepts
-    all three and not 0800 0022h.  `parts` is what is mapped now.
+    The network changes it only by the procedure: make the PDO invalid (`is_valid`), set sub-index 0 to 0, write the
+    entries, then sub-index 0.  An access out of this order is refused with 0601 0000h, as the object doesn't support it
+    at present: 0604 0041h would blame the mapped object, and 0800 0000h says nothing.  CiA's tool accepts these three,
+    but not 0800 0022h.  `parts` is the present mapping.
     """
 
     def __init__(self, dictionary: Dictionary, index: int, direction: Direction, is_valid: Callable[[], bool]) -> None:
@@ -61,14 +61,14 @@ class Mapping:
         self._most = min(MAX_ENTRIES, len(self._entries))
         if self._count is not None:
             self._most = min(self._most, int(self._count.high or MAX_ENTRIES))
-            self._count.low = self._count.high = None  # refused here, as too long for the PDO and not as too high
+            self._count.low = self._count.high = None  # this class refuses it as too long for the PDO, not as too high
             self._count.writer = self._on_count_written
         for entry in self._entries:
             entry.writer = self._entry_writer(entry)
 
     @property
     def size(self) -> int:
-        """Bytes of the PDO."""
+        """Length of the PDO in bytes."""
         return (sum(part.bits for part in self.parts) + 7) // 8
 
     @property
@@ -76,14 +76,14 @@ class Mapping:
         return any(part.variable is not None and part.variable.is_command for part in self.parts)
 
     def reset(self) -> None:
-        """Take what the dictionary holds; a mapping that the EDS has wrong leaves the PDO empty."""
+        """Take the mapping from the dictionary; an impossible mapping of the EDS leaves the PDO empty."""
         count = 0 if self._count is None else self._count.number
         self.mode = self._mode(count)
         try:
             self.parts = self._resolve_all(count)
         except Abort as abort:
             self.parts, self.mode = [], Mode.MAPPED
-            log.warning("%s of the EDS is not possible (%s); the PDO stays empty", self.name, abort)
+            log.warning("the EDS has an impossible %s (%s); the PDO stays empty", self.name, abort)
 
     def packer(self) -> Pack:
         return make_packer(self.parts)
@@ -115,9 +115,9 @@ class Mapping:
 
     def _resolve_all(self, count: int) -> list[Part]:
         mode = self._mode(count)
-        if mode is not Mode.MAPPED:  # one variable is sent to a destination; all else is in the message
-            is_one = mode is Mode.DESTINATION and self._direction is Direction.TRANSMIT
-            return [self._resolve(entry.number) for entry in self._entries[:1]] if is_one else []
+        if mode is not Mode.MAPPED:  # only a destination-addressed TPDO has a mapped variable
+            has_variable = mode is Mode.DESTINATION and self._direction is Direction.TRANSMIT
+            return [self._resolve(entry.number) for entry in self._entries[:1]] if has_variable else []
         if count > self._most:
             raise Abort(Code.PDO_LENGTH_EXCEEDED)
         parts = [self._resolve(entry.number) for entry in self._entries[:count]]
@@ -126,7 +126,7 @@ class Mapping:
         return parts
 
     def _resolve(self, number: int) -> Part:
-        """What an entry names: index, sub-index, bits."""
+        """Return the part for an entry: index, sub-index and length.  Raises Abort if it can't be mapped."""
         index, subindex, bits = number >> 16, number >> 8 & 0xFF, number & 0xFF
         if index in self._dictionary.dummies and subindex == 0:
             if self._direction is Direction.RECEIVE and bits == self._dictionary.dummies[index]:
@@ -146,14 +146,14 @@ class Mapping:
 
 
 def _has_length(variable: Variable, bits: int) -> bool:
-    """A BOOLEAN may also take a byte of its own, as many EDS files have it; strings take what they are given."""
+    """True if `bits` is a valid length: a BOOLEAN may also take a byte, as in many EDS files; a string any bytes."""
     if variable.type.bits is None:
         return 0 < bits <= MAX_BITS and bits % 8 == 0
     return bits in (variable.type.bits, (variable.type.size or 0) * 8)
 
 
 def make_packer(parts: Sequence[Part]) -> Pack:
-    """A function that gives the bytes of a TPDO."""
+    """Return a function that returns the bytes of a TPDO."""
     variables = [part.variable for part in parts if part.variable is not None]
     if not all(_is_whole(part) for part in parts):
         return lambda: _pack_bits(parts)
@@ -164,7 +164,7 @@ def make_packer(parts: Sequence[Part]) -> Pack:
 
 
 def make_unpacker(parts: Sequence[Part]) -> Unpack:
-    """A function that puts the bytes of an RPDO, which are enough, into the variables."""
+    """Return a function that writes the bytes of an RPDO into the variables; the bytes must suffice."""
     if not all(part.bits % 8 == 0 for part in parts):
         return lambda data: _unpack_bits(parts, data)
     slices: list[tuple[Unpack, int, int]] = []
@@ -184,7 +184,7 @@ def make_unpacker(parts: Sequence[Part]) -> Unpack:
 
 
 def _is_whole(part: Part) -> bool:
-    """Whether the bytes of the variable are those in the PDO."""
+    """True if the PDO contains exactly the bytes of the variable."""
     return (
         part.variable is not None and part.variable.type.size is not None and part.bits == part.variable.type.size * 8
     )
@@ -207,12 +207,12 @@ def _unpack_bits(parts: Sequence[Part], data: bytes) -> None:
             value = number & (1 << bits) - 1
             written.append((variable, value.to_bytes(variable.type.size or bits // 8, "little")))
         number >>= bits
-    for variable, part in sorted(written, key=lambda one: one[0].is_command):
+    for variable, part in sorted(written, key=lambda pair: pair[0].is_command):
         _setter(variable)(part)
 
 
 def _setter(variable: Variable) -> Callable[[bytes], None]:
-    """How an RPDO writes: what the variable refuses is dropped."""
+    """Return the function by which an RPDO writes the variable; a value that it refuses is dropped."""
     if variable.is_plain:
         return variable.set
 

@@ -1,7 +1,7 @@
-"""Multiplexed PDOs: one variable a message, which says itself whose it is.
+"""Multiplexed PDOs: one variable per message, with its address.
 
 Source: CiA 301 7.2.2.4 (destination and source address mode), 7.5.2.39 (object scanner list, 1FA0h), 7.5.2.40 (object
-dispatching list, 1FD0h).  Only where the EDS says GroupMessaging=1.
+dispatching list, 1FD0h).  Only for an EDS with GroupMessaging=1.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -15,7 +15,7 @@ from fieldrig_devices.canopen.variable import Variable
 SCANNER_LISTS, DISPATCHING_LISTS = (0x1FA0, 0x1FCF), (0x1FD0, 0x1FFF)
 SIZE, DATA_SIZE = 8, 4
 TO_ADDRESS = 0x80
-"""In the first byte: the address is the destination's, 0 for all nodes; without it the source's."""
+"""Flag in the first byte: the address is that of the destination, 0 for all nodes; otherwise that of the source."""
 
 MULTIPLEXER = Struct("<BHB")
 
@@ -25,7 +25,7 @@ def encode(address: int, index: int, subindex: int, data: bytes) -> bytes:
 
 
 class Scanner:
-    """The variables that a source-addressed TPDO tells of, and which of them have changed since."""
+    """The variables that a source-addressed TPDO sends, and those of them that have changed since."""
 
     def __init__(self, dictionary: Dictionary, node_id: int, on_event: Callable[[], None]) -> None:
         self._node_id, self._on_event = node_id, on_event
@@ -39,7 +39,7 @@ class Scanner:
         return bool(self._changed)
 
     def take(self) -> bytes:
-        """The longest-changed one as a message."""
+        """Return the message for the variable that changed first, and remove it."""
         variable = next(iter(self._changed))
         del self._changed[variable]
         return encode(self._node_id, variable.index, variable.subindex, variable.data)
@@ -50,19 +50,19 @@ class Scanner:
 
 
 def _scanned(dictionary: Dictionary) -> list[Variable]:
-    """In the order of the lists: sub-index, index, number of sub-indices from bit 0 on."""
+    """Return the variables of the scanner lists, whose entries are sub-index, index and count from bit 0 on."""
     scanned: dict[Variable, None] = {}
     for number in _numbers(dictionary, SCANNER_LISTS):
         subindex, index, count = number & 0xFF, number >> 8 & 0xFFFF, number >> 24
-        for one in range(subindex, subindex + max(1, count)):
-            variable = dictionary.get(index, one)
+        for sub in range(subindex, subindex + max(1, count)):
+            variable = dictionary.get(index, sub)
             if variable is not None and variable.is_mappable and variable.access.is_transmitted and _is_short(variable):
                 scanned.setdefault(variable)
     return list(scanned)
 
 
 def dispatched(dictionary: Dictionary, message: bytes) -> Variable | None:
-    """Where a source-addressed message goes: its sender is in a dispatching list."""
+    """Return the variable that a dispatching list assigns to the sender of a source-addressed message, or None."""
     node_id, index, subindex = MULTIPLEXER.unpack_from(message)
     for number in _numbers(dictionary, DISPATCHING_LISTS):
         sender_sub, count = number >> 8 & 0xFF, max(1, number >> 56)
@@ -73,7 +73,7 @@ def dispatched(dictionary: Dictionary, message: bytes) -> Variable | None:
 
 
 def put(variable: Variable | None, message: bytes) -> bool:
-    """Whether `variable` has taken the data of `message`."""
+    """Write the data of `message` into `variable`; True if it was accepted."""
     if variable is None or not (variable.is_mappable and variable.access.is_received and _is_short(variable)):
         return False
     try:
@@ -88,7 +88,7 @@ def _is_short(variable: Variable) -> bool:
 
 
 def _numbers(dictionary: Dictionary, lists: Iterable[int]) -> Iterator[int]:
-    """Entries that are in use."""
+    """Yield the entries in use."""
     first, last = lists
     for index in dictionary.indices(first, last):
         count = dictionary.number(index, 0)

@@ -1,6 +1,6 @@
-"""RPDO: takes values from the bus, at once or at the next SYNC.
+"""RPDO: receives values from the bus and writes them at once or at the next SYNC.
 
-Source: CiA 301 7.2.2, 7.5.2.35 (1400h).  The event timer (sub-index 5) watches from the first reception on.
+Source: CiA 301 7.2.2, 7.5.2.35 (1400h).  The event timer (sub-index 5) supervises from the first reception on.
 """
 
 from fieldrig.clock import MS, Clock
@@ -17,7 +17,7 @@ from fieldrig_devices.canopen.service import Object, Reset, Service, State
 from fieldrig_devices.canopen.sync import Sync
 
 COMMUNICATION, MAPPING = 0x1400, 0x1600
-"""Parameters of the first of 512."""
+"""Parameter objects of the first of 512 RPDOs."""
 NUMBERS = 512
 
 LAST_SYNCHRONOUS = 240
@@ -25,7 +25,7 @@ EVENT_DRIVEN = (254, 255)
 
 
 class Rpdo(Service):
-    """RPDO `number`, from 0."""
+    """The RPDO with this number, from 0."""
 
     def __init__(
         self, clock: Clock, port: Port, dictionary: Dictionary, sync: Sync, errors: "emcy.Emcy", number: int
@@ -42,7 +42,7 @@ class Rpdo(Service):
         self._timeout_ns = 0
         self._is_synchronous = False
         self._problem: emcy.Error | None = None
-        """What is wrong with the reception, as reported."""
+        """The reported error of the reception, or None."""
         self._unpack = self._mapping.unpacker()
         self._waiting: bytes | None = None
         self._connect()
@@ -84,11 +84,11 @@ class Rpdo(Service):
         self._port.listen(self, Object.PDO, can_key(cob_id) if is_there else None, self._on_frame)
         is_synchronised = is_there and self._is_synchronous and self._port.state is State.OPERATIONAL
         self._sync.subscribe(self._order, None)
-        # one that carries a command after all others, so that it finds what they bring
+        # an RPDO with a command comes after all others, so that the command sees their values
         self._order = 0, self._number + NUMBERS * self._mapping.has_command
         self._sync.subscribe(self._order, self._on_sync if is_synchronised else None)
         if not is_synchronised:
-            self._waiting = None  # it may come back with another mapping
+            self._waiting = None  # the PDO may have another mapping when it is synchronous again
 
     def _watch_time(self, is_there: bool) -> None:
         was_watched = self._overdue.when_ns is not None
@@ -114,7 +114,7 @@ class Rpdo(Service):
             self._waiting = data
 
     def _is_length_good(self, frame: CanFrame) -> bool:
-        """7.2.2.5.1: what is too long gives its first bytes, what is too short nothing; both are reported."""
+        """Report a wrong length (7.2.2.5.1); True if the frame is too long, so that its first bytes are used."""
         if frame.is_remote:
             return False
         is_long = len(frame.data) > self._size
@@ -128,7 +128,7 @@ class Rpdo(Service):
         self._report(emcy.Error.RPDO_TIMEOUT)
 
     def _report(self, problem: "emcy.Error | None", info: bytes = b"") -> None:
-        """In place of what was reported before."""
+        """Report a problem instead of the previous one; None clears it."""
         if problem is self._problem:
             return
         before, self._problem = self._problem, problem

@@ -1,7 +1,7 @@
-"""TPDO: gives values to the bus, at SYNC, when they change, when time is up, or when asked.
+"""TPDO: sends values at SYNC, on change, by event timer, or on request.
 
-Source: CiA 301 7.2.2, 7.5.2.37 (1800h).  Changes at one instant go out in one PDO; an event-driven PDO is
-sent when it comes into being (valid and operational), so that its consumers know the values.
+Source: CiA 301 7.2.2, 7.5.2.37 (1800h).  Changes at the same instant are sent in one PDO; an event-driven PDO
+is also sent when it becomes active (valid and operational), so that its consumers know the values.
 """
 
 from collections.abc import Callable
@@ -20,18 +20,18 @@ from fieldrig_devices.canopen.sync import Sync
 from fieldrig_devices.canopen.variable import Variable
 
 COMMUNICATION, MAPPING = 0x1800, 0x1A00
-"""Parameters of the first of 512."""
+"""Parameter objects of the first of 512 TPDOs."""
 
 # Transmission types, table 'description of TPDO transmission type'.
 ACYCLIC, LAST_CYCLIC = 0, 240
-RTR_SYNCHRONOUS = 252  # 253 samples when it is asked, as any other does
+RTR_SYNCHRONOUS = 252  # 253 samples at the request, as all other types do
 EVENT_DRIVEN = (254, 255)
 
 INHIBIT_UNIT_NS = 100 * US
 
 
 class Tpdo(Service):
-    """TPDO `number`, from 0."""
+    """The TPDO with this number, from 0."""
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, sync: Sync, number: int) -> None:
         self._clock, self._port, self._dictionary, self._sync, self._number = clock, port, dictionary, sync, number
@@ -44,9 +44,9 @@ class Tpdo(Service):
         self._key = self._type = self._inhibit_ns = self._event_ns = 0
         self._is_active = False
         self._is_due = False
-        """There was an event that is not sent yet."""
+        """True after an event that has not been sent yet."""
         self._is_asked = False
-        """It will be looked at when all of this instant has happened."""
+        """True if `_on_asked` is scheduled for the end of this instant."""
         self._is_waiting_for_start = False
         self._syncs = 0
         self._sample: bytes | None = None
@@ -54,14 +54,14 @@ class Tpdo(Service):
         self._event_timer = Deadline(clock, self._on_event)
         self._watches: list[tuple[Variable, Callable[[], None]]] = []
         self.reads_when_sent = False
-        """True if readers are asked when it is sent at its time; else the application keeps what it carries present."""
+        """True if sending calls the readers; otherwise the application keeps the variables up to date."""
         self.watched: list[Variable] = []
-        """What the application keeps present: what it carries, unless it is only read when it is sent."""
+        """Variables that the application keeps up to date: all mapped ones, unless they are read when sending."""
         self.on_change: Callable[[], None] = lambda: None
-        """Called when `watched` is another."""
+        """Called when `watched` has changed."""
         self._scanner: mpdo.Scanner | None = None
         self.destination: tuple[int, int, int] | None = None
-        """Node-ID, index and sub-index to which the application sends a multiplexed PDO."""
+        """Node-ID, index and sub-index of the destination of a multiplexed PDO."""
         self._connect()
 
     def reset(self, scope: Reset) -> None:
@@ -92,7 +92,7 @@ class Tpdo(Service):
         if self._is_valid():
             raise Abort(Code.DEVICE_STATE)
 
-    # From parameters to what is done.
+    # Configuration.
 
     def _configure(self) -> None:
         was_active = self._is_active
@@ -146,7 +146,7 @@ class Tpdo(Service):
             variable.events.append(on_event)
 
     def _refresh(self, *, with_readers: bool) -> None:
-        """Bring what the machine moves on to the present, and what the application reads."""
+        """Update variables that follow moving signals and, if requested, those with readers."""
         for variable in _carried(self._mapping):
             if variable.live is not None:
                 variable.sample()
@@ -154,7 +154,7 @@ class Tpdo(Service):
                 variable.set(variable.reader())
 
     def _sampled(self) -> bytes:
-        """For a PDO that is sent at its time, whatever has changed."""
+        """Update the variables and return the bytes of the PDO."""
         self._refresh(with_readers=self.reads_when_sent)
         return self._pack()
 
@@ -162,7 +162,7 @@ class Tpdo(Service):
         return self._mapping.packer() if self._mapping.mode is Mode.MAPPED else self._pack_addressed
 
     def _pack_addressed(self) -> bytes:
-        """A multiplexed PDO: to its destination, or the next of those that have changed."""
+        """Return a multiplexed PDO: the mapped variable for its destination, or the next changed variable."""
         if self._scanner is not None:
             return self._scanner.take()
         assert self.destination is not None
@@ -172,7 +172,7 @@ class Tpdo(Service):
         return mpdo.encode(mpdo.TO_ADDRESS | node_id, index, subindex, variable.data)
 
     @property
-    def _has_something_to_say(self) -> bool:
+    def _has_data(self) -> bool:
         if self._mapping.mode is Mode.MAPPED:
             return True
         return self._scanner.is_waiting if self._scanner is not None else self.destination is not None
@@ -182,10 +182,10 @@ class Tpdo(Service):
             return self._on_sync_acyclic
         return self._on_sync_rtr if self._type == RTR_SYNCHRONOUS else self._on_sync_cyclic
 
-    # What makes it go out.
+    # Triggers.
 
     def send_to(self, node_id: int, index: int, subindex: int) -> None:
-        """Send the mapped variable in a multiplexed PDO; from now on its changes go there too."""
+        """Send the mapped variable in a multiplexed PDO; its later changes go to the same destination."""
         self.destination = node_id, index, subindex
         self._on_event()
 
@@ -201,7 +201,7 @@ class Tpdo(Service):
             self._send_due()
 
     def _send_due(self) -> None:
-        while self._is_due and self._is_active and self._has_something_to_say:
+        while self._is_due and self._is_active and self._has_data:
             self._send(self._sampled())
             self._is_due = self._scanner is not None and self._scanner.is_waiting
             if self._inhibited.when_ns is not None:

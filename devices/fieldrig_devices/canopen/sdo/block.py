@@ -1,8 +1,8 @@
-"""SDO block transfers: up to 127 segments for one confirmation, with a check over all of it.
+"""SDO block transfers: up to 127 segments per confirmation, with a CRC over all data.
 
-Source: CiA 301 7.2.4.3.9 to 7.2.4.3.16.  A gap is told at the end of its block (or when the client falls silent in it),
-with the last sequence number before the gap; the client goes on after that.  What comes behind a gap is not kept.
-The CRC is offered only to clients that ask for it: some take the offer of the server for the agreement of both.
+Source: CiA 301 7.2.4.3.9 to 7.2.4.3.16.  A gap is reported at the end of its block (or when the client stops sending
+within it) by the last sequence number before the gap, and the client continues from there.  Segments after a gap are
+dropped.  The CRC is offered only to clients that ask for it, because some take the server's offer for an agreement.
 """
 
 from binascii import crc_hqx
@@ -16,9 +16,9 @@ from fieldrig_devices.canopen.sdo.segmented import SEGMENT, Transfer
 MAX_BLOCK = 127
 MORE_MASK = 0x7F
 LAST = 0x80
-"""In the first byte of a segment: sequence number, and whether it is the last one."""
+"""Masks of a segment's first byte: the sequence number, and the flag of the last segment."""
 
-# First bytes, and what of them is the command; between are flags or the number of unused bytes.
+# First bytes, and masks of their command bits; the other bits are flags or the number of unused bytes.
 DOWNLOAD_COMMAND, UPLOAD_COMMAND = 0xE1, 0xE3
 DOWNLOAD, DOWNLOAD_END = 0xC0, 0xC1
 UPLOAD, UPLOAD_END, UPLOAD_CONFIRM, UPLOAD_START = 0xA0, 0xA1, 0xA2, 0xA3
@@ -38,7 +38,7 @@ def check_block_size(size: int) -> None:
 
 
 class BlockDownload(Transfer):
-    """Gathers blocks of `block_size` segments and hands all to `write` when the check holds."""
+    """Collects blocks of `block_size` segments and passes the data to `write` if size and CRC are right."""
 
     abort_mask = 0xFF  # the other bits belong to sequence numbers
 
@@ -73,7 +73,7 @@ class BlockDownload(Transfer):
         return None
 
     def prompt(self) -> bytes | None:
-        """The end of the block is lost: say how far it came."""
+        """Confirm the segments received so far, as the end of the block is lost."""
         return None if self._is_complete else self._confirm()
 
     def _confirm(self) -> bytes:
@@ -83,7 +83,7 @@ class BlockDownload(Transfer):
         return CONFIRM.pack(DOWNLOAD_CONFIRM, sequence, self._block_size)
 
     def _check(self) -> None:
-        """How much of the last segment counts is known at the end only."""
+        """Check the least possible size: the number of unused bytes in the last segment is known only at the end."""
         least = len(self._data) - SEGMENT
         if self._size is None:
             self._check_room(least)
@@ -111,7 +111,7 @@ class Phase(Enum):
 
 
 class BlockUpload(Transfer):
-    """`data` in blocks of as many segments as the client says with each confirmation."""
+    """Sends `data` in blocks; the client sets the number of segments with each confirmation."""
 
     def __init__(self, data: bytes, block_size: int, is_checked: bool, send: Send) -> None:
         self._data, self._block_size, self._is_checked, self._send = data, block_size, is_checked, send

@@ -1,8 +1,8 @@
-"""SDO client: reads and writes objects of one other node, one transfer after the other.
+"""SDO client: reads and writes objects of one other node, one transfer at a time.
 
-Source: CiA 301 7.2.4.3, expedited and in segments.  Block transfer is left out: it is for programs of many kilobytes.
-Frames that are not 8 bytes long are no SDO.  An answer about another object than the one asked for belongs to a
-transfer that was given up before; it is dropped, and the time for the right one goes on.
+Source: CiA 301 7.2.4.3, expedited and segmented transfers.  Left out: block transfer, which is for programs of many
+kilobytes.  Frames that are not 8 bytes long are ignored.  A response for another object belongs to a transfer that was
+abandoned before; it is dropped, and the time-out keeps running.
 """
 
 from abc import ABC, abstractmethod
@@ -22,12 +22,12 @@ from fieldrig_devices.canopen.sdo.server import ABORTED, REQUEST_ID, RESPONSE_ID
 
 TIMEOUT_NS: Final = 1 * S
 LONGEST: Final = 1 << 20
-"""Bytes of an upload: a server that never ends is stopped."""
+"""Most bytes of an upload, so that a server can't send forever."""
 
 # First bytes of requests.
 UPLOAD, UPLOAD_SEGMENT, DOWNLOAD_IN_SEGMENTS = 0x40, 0x60, 0x21
 EXPEDITED_DOWNLOAD = {1: 0x2F, 2: 0x2B, 3: 0x27, 4: 0x23}
-"""By number of bytes."""
+"""First byte of an expedited download by number of data bytes."""
 
 # Server command specifiers.
 SEGMENT_UPLOADED, SEGMENT_DOWNLOADED, UPLOADED, DOWNLOADED, ABORT = range(5)
@@ -37,7 +37,7 @@ HEAD: Final = Struct("<BHB")
 
 
 class _Transfer(ABC):
-    """One download or upload."""
+    """A download or upload."""
 
     def __init__(self, index: int, subindex: int) -> None:
         self.multiplexer = HEAD.pack(0, index, subindex)[1:]
@@ -46,19 +46,19 @@ class _Transfer(ABC):
 
     @abstractmethod
     def first(self) -> bytes:
-        """The request that initiates it."""
+        """Return the request that initiates the transfer."""
 
     @abstractmethod
     def initiated(self, answer: bytes) -> bytes | None:
-        """The next request after the first answer; None if that was all.  Abort for what is wrong."""
+        """Return the request after the first response, or None at the end.  Raises Abort for a wrong response."""
 
     @abstractmethod
     def segment(self, answer: bytes) -> bytes | None:
-        """The same after each later one."""
+        """Return the request after a later response, or None at the end.  Raises Abort for a wrong response."""
 
     @abstractmethod
     def finish(self, abort: Abort | None) -> None:
-        """Tell who asked."""
+        """Report the result to the caller."""
 
     def on_answer(self, answer: bytes) -> bytes | None:
         if not self._is_initiated:
@@ -70,7 +70,7 @@ class _Transfer(ABC):
         return self.segment(answer)
 
     def is_about(self, answer: bytes) -> bool:
-        """Whether it may be an answer to this transfer; segments don't say what they are about."""
+        """True if the response may belong to this transfer; a response to a segment doesn't name its object."""
         is_named = answer[0] >> 5 == ABORT or not self._is_initiated
         return not is_named or answer[1:4] == self.multiplexer
 
@@ -152,7 +152,7 @@ class _Upload(_Transfer):
 
 
 class SdoClient:
-    """`node_id` is the server's; its first SDO channel is used.  `can` is this client's own end of the bus."""
+    """The client of node `node_id`, on its first SDO channel.  `can` is a link of its own."""
 
     def __init__(self, clock: Clock, can: Link[CanFrame], node_id: int, timeout_ns: int = TIMEOUT_NS) -> None:
         self._clock, self._can, self._timeout_ns = clock, can, timeout_ns
@@ -163,18 +163,18 @@ class SdoClient:
         can.on_receive(self._on_frame, [[RESPONSE_ID + node_id, EXTENDED_KEY | STANDARD_MASK]])
 
     def download(self, index: int, subindex: int, data: bytes, done: Callable[[Abort | None], None]) -> None:
-        """Write `data`; `done` gets None, or why not."""
+        """Write `data`; `done` receives None, or the abort."""
         self._ask(_Download(index, subindex, data, done))
 
     def upload(self, index: int, subindex: int, done: Callable[[bytes | Abort], None]) -> None:
-        """Read; `done` gets the bytes, or why there are none.
+        """Read an object; `done` receives the data, or the abort.
 
-        A server that doesn't say how many bytes it sends at once has sent four.
+        An expedited response without a size has four bytes.
         """
         self._ask(_Upload(index, subindex, done))
 
     def cancel(self) -> None:
-        """Forget everything, without a word to the server or to who asked: the server was reset, or is gone."""
+        """Drop all transfers without notifying the server or the callers, because the server was reset or is lost."""
         self._waiting.clear()
         self._transfer = None
         self._timeout.cancel()

@@ -1,4 +1,4 @@
-"""SDO transfers in segments of 7 bytes, from their second message on.
+"""Segmented SDO transfers, from their second message on, in segments of 7 bytes.
 
 Source: CiA 301 7.2.4.3.4 (download segment) and 7.2.4.3.7 (upload segment).
 """
@@ -13,28 +13,28 @@ TOGGLE = 0x10
 LAST = 0x01
 
 DOWNLOAD_REQUEST, UPLOAD_REQUEST = 0, 3
-"""Command specifiers of the client."""
+"""Command specifiers of the client for segments."""
 DOWNLOAD_RESPONSE = 0x20
 
 
 class Transfer(ABC):
-    """What an initiated transfer does with the messages that follow."""
+    """An initiated transfer, which handles all following messages."""
 
     is_finished = False
     abort_mask = 0xE0
-    """Of the first byte of a message, what tells an abort (80h)."""
+    """Mask of the first byte that identifies an abort (80h)."""
 
     @abstractmethod
     def on_request(self, request: bytes) -> bytes | None:
-        """The answer to 8 bytes from the client, if there is one.  Abort ends the transfer."""
+        """Return the response to 8 bytes from the client, if there is one.  Raises Abort to end the transfer."""
 
     def prompt(self) -> bytes | None:
-        """What reminds a client that has been silent for half of its time, if anything does."""
+        """Return a message for a client that has been silent for half of its time-out, or None."""
         return None
 
 
 class SegmentedUpload(Transfer):
-    """`data` to the client, in the state in which it was when the transfer was initiated."""
+    """Sends `data`, as it was when the transfer was initiated, to the client."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._position, self._toggle = data, 0, 0
@@ -54,9 +54,9 @@ class SegmentedUpload(Transfer):
 
 
 class SegmentedDownload(Transfer):
-    """Gathers what the client sends and hands it to `write` when it is complete.
+    """Collects what the client sends and passes it to `write` when it is complete.
 
-    `size` is what the client announced; without that, `check_room` stops it as soon as it is too much.
+    `size` is the size that the client announced; without it, `check_room` ends the transfer once there is too much.
     """
 
     def __init__(self, size: int | None, check_room: Callable[[int], None], write: Callable[[bytes], None]) -> None:

@@ -1,8 +1,8 @@
-"""SDO server: initiates transfers, does the expedited ones, keeps the time of the others, and aborts what is wrong.
+"""SDO server: initiates transfers, completes expedited ones, supervises the others, and aborts after errors.
 
-Source: CiA 301 7.2.4.3, 7.5.2.33 (1200h).  Frames that are not 8 bytes long are no SDO and get no answer.
-A transfer is aborted when its client has been silent for the time-out; half of it later than a lost end of a block,
-the client is told how far that came.
+Source: CiA 301 7.2.4.3, 7.5.2.33 (1200h).  Frames that are not 8 bytes long are ignored.
+A transfer is aborted when its client has been silent for the time-out; if the end of a block is lost, the segments
+received so far are confirmed after half of that time.
 """
 
 from functools import partial
@@ -32,7 +32,7 @@ ABORTS = 0x80
 EXPEDITED, SIZE_INDICATED = 0x02, 0x01
 DOWNLOADED = b"\x60"
 UPLOAD_IN_SEGMENTS = b"\x41"
-# First byte and padding of an expedited upload of so many bytes.
+# First byte and padding of an expedited upload by number of data bytes.
 UPLOADED = {1: (b"\x4f", bytes(3)), 2: (b"\x4b", bytes(2)), 3: (b"\x47", bytes(1)), 4: (b"\x43", b"")}
 
 INITIATE = Struct("<BHBL")
@@ -41,7 +41,7 @@ NO_MULTIPLEXER = bytes(3)
 
 
 class SdoServer(Service):
-    """One server channel; `index` is its parameter object, 1200h for the one that every node has."""
+    """One server channel; `index` is its parameter object, 1200h for the default channel of every node."""
 
     def __init__(
         self, clock: Clock, port: Port, dictionary: Dictionary, index: int, timeout_ns: int, block_size: int
@@ -78,7 +78,7 @@ class SdoServer(Service):
         self._port.listen(self, Object.SDO, key, self._on_frame)
 
     def _defaults(self) -> tuple[int, int]:
-        """7.5.2.33: the first server is where the pre-defined connection set has it, also without 1200h."""
+        """Return the default COB-IDs: only the first server is in the pre-defined connection set (7.5.2.33)."""
         node_id = self._port.node_id
         return (REQUEST_ID + node_id, RESPONSE_ID + node_id) if self._is_first else (INVALID, INVALID)
 
@@ -110,7 +110,7 @@ class SdoServer(Service):
         if command & sdo_block.DOWNLOAD_COMMAND == sdo_block.DOWNLOAD:
             return self._block_download(command, self._dictionary.find(index, subindex), number)
         if specifier in (DOWNLOAD_SEGMENT, UPLOAD_SEGMENT, BLOCK_UPLOAD, BLOCK_DOWNLOAD):
-            self._multiplexer = NO_MULTIPLEXER  # those bytes are data
+            self._multiplexer = NO_MULTIPLEXER  # bytes 1 to 3 are data here
         raise Abort(Code.UNKNOWN_COMMAND_SPECIFIER)
 
     def _upload(self, data: bytes) -> bytes:
@@ -125,7 +125,7 @@ class SdoServer(Service):
         if command & EXPEDITED:
             if command & SIZE_INDICATED:
                 variable.write(request[4 : 8 - (command >> 2 & 3)])
-            else:  # the object's type tells how many of the four bytes count
+            else:  # the data type of the object gives the size
                 variable.write(request[4 : 4 + min(4, variable.type.size or 4)])
         else:
             size = number if command & SIZE_INDICATED else None
@@ -137,7 +137,7 @@ class SdoServer(Service):
         command, block_size, threshold = request[0], request[4], request[5]
         sdo_block.check_block_size(block_size)
         data = variable.read()
-        if len(data) <= threshold != 0:  # 7.2.4.3.13: so little that the client wants it the other way
+        if len(data) <= threshold != 0:  # 7.2.4.3.13: short enough for the client to prefer another protocol
             return self._upload(data)
         send = partial(self._port.send, self._response_key)
         self._begin(BlockUpload(data, block_size, bool(command & sdo_block.CRC), send))

@@ -1,7 +1,7 @@
-"""The cases, one file per family.  Importing this package makes all of them known.
+"""The cases, one file per family.  Importing this package registers all of them.
 
-Names and numbers are those of the public log of CANopenNode under CiA's test tool; requirements are written from the
-standards, and where a name leaves open what is tried, so is the reading.
+Names and numbers are those of the public log of CANopenNode under CiA's test tool.  The requirements are taken from the
+standards, and so is the interpretation where a name is ambiguous.
 """
 
 from fieldrig_devices.conformance.cases import (

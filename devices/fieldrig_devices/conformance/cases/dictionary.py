@@ -1,7 +1,7 @@
-"""OD 01 to 09: the object dictionary is what the EDS says.
+"""OD 01 to 09: the object dictionary matches the EDS.
 
-Source: CiA 301 7.4, CiA 306-1 4.6.3.  Reading: the log has three of the cases twice; the first time they are tried in
-'pre-operational', the second in 'operational'.
+Source: CiA 301 7.4, CiA 306-1 4.6.3.  Reading: the log has three of the cases twice; the first time they are tested in
+'pre-operational', the second time in 'operational'.
 """
 
 from collections.abc import Iterator
@@ -19,14 +19,14 @@ WRITE_ONLY, READ_ONLY, NO_SUB, NO_DATA = 0x0601_0001, 0x0601_0002, 0x0609_0011, 
 GENERAL, INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x0800_0000, 0x0609_0030, 0x0609_0031, 0x0609_0032
 STRUCTURE, HISTORY = 0xFF, 0x1003
 SHOWN = 5
-"""Faults of one case that its verdict names."""
+"""Number of deviations that a verdict lists."""
 ACCESS = "CiA 301 7.4; CiA 306-1 4.6.3"
 
 
 @case(
     "4.1",
     "OD 01",
-    "In 'pre-operational' what the EDS says is readable can be read, and has the size of its type.",
+    "In 'pre-operational', all readable objects of the EDS can be read and have the size of their type.",
     ACCESS,
 )
 def readable(bench: Bench) -> Steps[None]:
@@ -34,19 +34,22 @@ def readable(bench: Bench) -> Steps[None]:
 
 
 @case(
-    "4.2", "OD 02", "After a reset, what lives on its own apart, values are the defaults of the EDS.", "CiA 306-1 4.6.3"
+    "4.2",
+    "OD 02",
+    "After a reset, values are the defaults of the EDS, except those that change by themselves.",
+    "CiA 306-1 4.6.3",
 )
 def defaults(bench: Bench) -> Steps[None]:
     yield from nmt.restart(bench, nmt.Command.RESET_NODE)
     yield from _compare_all(bench)
 
 
-@case("4.3", "OD 03", "What the EDS says is read-only can't be written.", f"{ACCESS}; CiA 301 table 22")
+@case("4.3", "OD 03", "Read-only objects of the EDS can't be written.", f"{ACCESS}; CiA 301 table 22")
 def read_only(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.access in ("ro", "const") and one.size in (1, 2, 4)]
+    entries = [entry for entry in bench.eds if entry.access in ("ro", "const") and entry.size in (1, 2, 4)]
     if not entries:
         bench.skip("the EDS has no read-only object")
-    faults = _Faults(bench, "abort 0601 0002h for writing what is read-only")
+    faults = _Faults(bench, "abort 0601 0002h for writing read-only objects")
     for entry in entries:
         try:
             yield from bench.attempt(entry.index, entry.sub, bytes(entry.size or 1))
@@ -54,32 +57,32 @@ def read_only(bench: Bench) -> Steps[None]:
             if abort.code not in bench.accepted(READ_ONLY):
                 faults.add(entry, str(abort))
         else:
-            faults.add(entry, "taken")
+            faults.add(entry, "accepted")
     faults.check()
 
 
-@case("4.4", "OD 04", "What the EDS says is write-only can't be read.", f"{ACCESS}; CiA 301 table 22")
+@case("4.4", "OD 04", "Write-only objects of the EDS can't be read.", f"{ACCESS}; CiA 301 table 22")
 def write_only(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.access == "wo"]
+    entries = [entry for entry in bench.eds if entry.access == "wo"]
     if not entries:
         bench.skip("the EDS has no write-only object")
     for entry in entries:
         yield from bench.refuses(bench.sdo.read(entry.index, entry.sub), WRITE_ONLY, what=f"reading {entry.key}")
 
 
-@case("4.5", "OD 05", "Where sub-index FFh is there, it gives the object's type and data type.", "CiA 301 7.4.7")
+@case("4.5", "OD 05", "Sub-index FFh, where it exists, gives the object code and data type.", "CiA 301 7.4.7")
 def structure(bench: Bench) -> Steps[None]:
     is_anywhere = False
     for index in bench.eds.indices(0x1000, 0xFFFF):
         try:
             data = yield from bench.sdo.read(index, STRUCTURE)
         except Aborted as abort:
-            bench.check(abort.code == NO_SUB, f"abort 0609 0011h where {index:04X}h:FFh isn't there", str(abort))
+            bench.check(abort.code == NO_SUB, f"abort 0609 0011h where {index:04X}h:FFh doesn't exist", str(abort))
             continue
         is_anywhere = True
         bench.check(len(data) == 4, f"4 bytes in {index:04X}h:FFh", data.hex(" "))
         member = bench.eds.get(index, 1) or bench.eds.get(index, 0)
-        if member is not None and data[0] in (7, 8):  # of a record it is the record's own
+        if member is not None and data[0] in (7, 8):  # a record has a data type of its own
             came = int.from_bytes(data[1:3], "little")
             bench.check(came == member.type, f"data type {member.type:04X}h in {index:04X}h:FFh", f"{came:04X}h")
     if not is_anywhere:
@@ -89,12 +92,14 @@ def structure(bench: Bench) -> Steps[None]:
 @case(
     "4.6",
     "OD 06",
-    "Values beyond the limits of the EDS are refused; the limits themselves are taken.",
+    "Values beyond the limits of the EDS are refused; the limits themselves are accepted.",
     "CiA 306-1 4.6.3",
 )
 def limits(bench: Bench) -> Steps[None]:
     entries = [
-        one for one in bench.eds if one.access in ("rw", "rwr", "rww") and not is_guarded(one) and any(_beyond(one))
+        entry
+        for entry in bench.eds
+        if entry.access in ("rw", "rwr", "rww") and not is_guarded(entry) and any(_beyond(entry))
     ]
     if not entries:
         bench.skip("the EDS has no limits beyond which the type can hold a value")
@@ -103,32 +108,40 @@ def limits(bench: Bench) -> Steps[None]:
             attempt = bench.attempt(entry.index, entry.sub, entry.encode(value))
             yield from bench.refuses(attempt, TOO_HIGH, TOO_LOW, INVALID_VALUE, what=f"{value} for {entry.key}")
         if is_plain(entry) and not entry.is_mappable:
-            for value in (one for one in (entry.low, entry.high) if one is not None):
+            for value in (limit for limit in (entry.low, entry.high) if limit is not None):
                 yield from bench.change(entry.index, entry.sub, entry.encode(value))
 
 
 @case(
-    "4.7", "OD 07", "In 'operational' what the EDS says is readable can be read, and has the size of its type.", ACCESS
+    "4.7",
+    "OD 07",
+    "In 'operational', all readable objects of the EDS can be read and have the size of their type.",
+    ACCESS,
 )
 def readable_in_operational(bench: Bench) -> Steps[None]:
     yield from nmt.enter(bench, State.OPERATIONAL)
     yield from _read_all(bench)
 
 
-@case("4.8", "OD 08", "In 'operational' too, values that nobody wrote are the defaults of the EDS.", "CiA 306-1 4.6.3")
+@case(
+    "4.8",
+    "OD 08",
+    "In 'operational', too, values that have not been written are the defaults of the EDS.",
+    "CiA 306-1 4.6.3",
+)
 def defaults_in_operational(bench: Bench) -> Steps[None]:
     yield from nmt.restart(bench, nmt.Command.RESET_NODE)
     yield from nmt.enter(bench, State.OPERATIONAL)
     yield from _compare_all(bench)
 
 
-@case("4.9", "OD 09", "In 'operational' what can be read and written takes back the value that was read.", ACCESS)
+@case("4.9", "OD 09", "In 'operational', read-write objects accept the value that was read from them.", ACCESS)
 def write_back(bench: Bench) -> Steps[None]:
     yield from nmt.enter(bench, State.OPERATIONAL)
-    entries = [one for one in bench.eds if is_plain(one) and one.is_writable]
+    entries = [entry for entry in bench.eds if is_plain(entry) and entry.is_writable]
     if not entries:
-        bench.skip("the EDS has nothing that can be read and written at any time")
-    faults = _Faults(bench, "values to be taken back as they were read")
+        bench.skip("the EDS has no object that can be read and written at any time")
+    faults = _Faults(bench, "all objects to accept the values that were read")
     for entry in entries:
         try:
             value = yield from bench.sdo.read(entry.index, entry.sub)
@@ -139,7 +152,7 @@ def write_back(bench: Bench) -> Steps[None]:
 
 
 class _Faults:
-    """Faults of many objects, in one verdict."""
+    """Collects deviations of several objects for one verdict."""
 
     def __init__(self, bench: Bench, expected: str) -> None:
         self._bench, self._expected = bench, expected
@@ -171,10 +184,10 @@ def _read_all(bench: Bench) -> Steps[None]:
 
 
 def _compare_all(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if one.is_readable and one.default is not None and not is_live(one)]
+    entries = [entry for entry in bench.eds if entry.is_readable and entry.default is not None and not is_live(entry)]
     if not entries:
         bench.skip("the EDS has no defaults")
-    faults = _Faults(bench, "the defaults of the EDS (stored parameters are put back by 1011h)")
+    faults = _Faults(bench, "the defaults of the EDS (1011h restores them if parameters are stored)")
     for entry in entries:
         data = yield from bench.sdo.read(entry.index, entry.sub)
         assert entry.default is not None
@@ -184,7 +197,7 @@ def _compare_all(bench: Bench) -> Steps[None]:
 
 
 def _beyond(entry: Entry) -> Iterator[int]:
-    """The nearest values beyond the limits that the type can hold."""
+    """Yield the nearest values beyond the limits, as far as the data type can hold them."""
     if not entry.is_integer or is_command(entry) or (entry.index, entry.sub) == SERIAL_NUMBER:
         return
     lowest, highest = entry.range

@@ -1,6 +1,6 @@
-"""EDS checker: the file that the node is measured by, as `fieldrig eds check` sees it.
+"""EDS checker: checks the file by which the node is judged, as `fieldrig eds check` does.
 
-Source: CiA 306-1 4.3 to 4.6.  As in the log of CiA's tool, warnings are a verdict of their own.
+Source: CiA 306-1 4.3 to 4.6.  As in the log of CiA's tool, 'warning' is a separate verdict.
 """
 
 from fieldrig_devices.canopen.eds.check import Finding, Severity, check_eds
@@ -14,15 +14,15 @@ SHOWN = 5
 @case(
     "1.0",
     "EDS checker",
-    "The EDS has what CiA 306 asks for: its sections, the mandatory objects, and defaults within limits.",
+    "The EDS complies with CiA 306: it has the sections, the mandatory objects, and defaults within limits.",
     "CiA 306-1 4.3 to 4.6; CiA 301 7.5.2",
 )
 def eds_file(bench: Bench) -> Steps[None]:
     found = check_eds(bench.eds.path)
-    errors = [_text(one) for one in found if one.severity is not Severity.WARNING]
+    errors = [_text(finding) for finding in found if finding.severity is not Severity.WARNING]
     bench.check(not errors, "an EDS without errors", _shown(errors))
     if found:
-        bench.warn(_shown([_text(one) for one in found]))
+        bench.warn(_shown([_text(finding) for finding in found]))
     yield from bench.wait(0)
 
 

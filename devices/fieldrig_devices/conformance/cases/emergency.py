@@ -20,7 +20,7 @@ EMCY_BASE = 0x80
 @case(
     "5.1",
     "Emergency 01",
-    "The COB-ID of EMCY is 80h plus the node-ID, or what the EDS says.",
+    "The COB-ID of EMCY is 80h plus the node-ID, or the default of the EDS.",
     "CiA 301 7.5.2.17, 7.3.3",
 )
 def cob_id(bench: Bench) -> Steps[None]:
@@ -31,14 +31,19 @@ def cob_id(bench: Bench) -> Steps[None]:
     bench.check(came == right, f"{right:08X}h in 1014h:00h", f"{came:08X}h")
 
 
-@case("5.2", "Emergency 02", "The error register is one byte; with any error, bit 0 is set.", "CiA 301 7.5.2.2")
+@case("5.2", "Emergency 02", "The error register is one byte; bit 0 is set with any error.", "CiA 301 7.5.2.2")
 def register(bench: Bench) -> Steps[None]:
     data = yield from bench.sdo.read(REGISTER)
     bench.check(len(data) == 1, "one byte in 1001h:00h", data.hex(" "))
     _check_register(bench, data[0])
 
 
-@case("5.3", "Emergency 03", "The history counts its errors; where it has none, there is no data.", "CiA 301 7.5.2.4")
+@case(
+    "5.3",
+    "Emergency 03",
+    "The history has the number of its errors; reading an empty history gives no data.",
+    "CiA 301 7.5.2.4",
+)
 def history(bench: Bench) -> Steps[None]:
     bench.entry(HISTORY, 1)
     count = yield from bench.read(HISTORY)
@@ -53,36 +58,37 @@ def history(bench: Bench) -> Steps[None]:
 @case(
     "5.4",
     "Emergency 04",
-    "An error is told by an EMCY message of eight bytes with its code.",
+    "An error is reported by an EMCY message of eight bytes with its code.",
     "CiA 301 7.2.7.1, table 26",
 )
 def forced(bench: Bench) -> Steps[None]:
     force = yield from errors.force(bench)
-    frame = _told(bench, force)
+    frame = _checked_frame(bench, force)
     code = int.from_bytes(frame.data[:2], "little")
     bench.check(code == force.code, f"error code {force.code:04X}h after {force.how}", f"{code:04X}h")
     _check_register(bench, frame.data[2])
 
 
-@case("5.5", "Emergency 05", "The error register is what the latest EMCY message told.", "CiA 301 7.2.7.1, 7.5.2.2")
+@case("5.5", "Emergency 05", "The error register equals that of the latest EMCY message.", "CiA 301 7.2.7.1, 7.5.2.2")
 def register_during_error(bench: Bench) -> Steps[None]:
-    """An event that is over at once, such as an RPDO that is too short, may leave it at 0: as in the log of CiA's tool.
+    """Compare 1001h with the latest EMCY message.
 
-    There EMCY 8210h has the register at 00h, and so has 1001h.
+    A transient event, such as an RPDO that is too short, may leave the register at 0: in the log of CiA's tool, EMCY
+    8210h has 00h, and so has 1001h.
     """
     force = yield from errors.force(bench)
-    _told(bench, force)
+    _checked_frame(bench, force)
     came = yield from bench.read(REGISTER)
     frame = yield from errors.latest(bench)
     bench.check(came == frame.data[2], f"{frame.data[2]:02X}h in 1001h:00h, as in the latest EMCY", f"{came:02X}h")
     _check_register(bench, came)
 
 
-@case("5.6", "Emergency 06", "The newest error of the history is the one that EMCY told.", "CiA 301 7.5.2.4")
+@case("5.6", "Emergency 06", "The newest error of the history is that of the latest EMCY message.", "CiA 301 7.5.2.4")
 def history_during_error(bench: Bench) -> Steps[None]:
     bench.entry(HISTORY, 1)
     before = yield from bench.read(HISTORY)
-    frame = _told(bench, (yield from errors.force(bench)))
+    frame = _checked_frame(bench, (yield from errors.force(bench)))
     count = yield from bench.read(HISTORY)
     least = min(before + 1, len(bench.eds.members(HISTORY)))
     bench.check(count >= least, f"at least {least} errors in 1003h:00h", str(count))
@@ -94,7 +100,7 @@ def history_during_error(bench: Bench) -> Steps[None]:
     bench.check(newest[:2] == frame.data[:2], f"error code {right} in 1003h:01h, as in EMCY", newest.hex(" "))
 
 
-def _told(bench: Bench, force: Forced) -> CanFrame:
+def _checked_frame(bench: Bench, force: Forced) -> CanFrame:
     if force.frame is None:
         bench.fail(f"an EMCY message after {force.how}", "none")
     bench.check(len(force.frame.data) == 8, "8 bytes of EMCY", show(force.frame))

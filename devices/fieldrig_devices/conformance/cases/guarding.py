@@ -16,7 +16,7 @@ CLAUSE = "CiA 301 7.2.8.3.2.1"
 ERROR_BEHAVIOUR = 0x1029
 NO_CHANGE, STOP = 1, 2
 FACTOR = 3
-"""Life time, in guard times: room for a request or an answer that is late."""
+"""Life time factor, large enough for late requests and answers."""
 
 
 @case("7.1", "Guarding 01", "Guard time and life time factor can be read.", "CiA 301 7.5.2.11, 7.5.2.12")
@@ -69,7 +69,7 @@ def write_objects(bench: Bench) -> Steps[None]:
 @case(
     "7.6",
     "Guarding 06",
-    "When guarding requests stop, the node tells it after its life time, by EMCY 8130h, or by leaving 'operational'.",
+    "When guarding requests stop, the node sends EMCY 8130h or leaves 'operational' after its life time.",
     f"{CLAUSE}; CiA 301 7.5.2.32",
 )
 def life_guarding(bench: Bench) -> Steps[None]:

@@ -1,4 +1,4 @@
-"""Heartbeat versus guarding 01 to 07: a node has one of them at a time, and heartbeat goes first.
+"""Heartbeat versus guarding 01 to 07: a node uses one of them at a time, and heartbeat takes precedence.
 
 Source: CiA 301 7.2.8.3.2, 7.5.2.11, 7.5.2.20.
 """
@@ -26,7 +26,10 @@ def has_one(bench: Bench) -> Steps[None]:
 
 
 @case(
-    "7.202", "Heartbeat versus guarding 02", "A heartbeat that is switched off ends, and nothing comes unasked.", CLAUSE
+    "7.202",
+    "Heartbeat versus guarding 02",
+    "A heartbeat that is switched off stops, and nothing is sent without a request.",
+    CLAUSE,
 )
 def heartbeat_off(bench: Bench) -> Steps[None]:
     yield from _with_both(bench, heartbeat=True, guarding=False)
@@ -35,7 +38,7 @@ def heartbeat_off(bench: Bench) -> Steps[None]:
     yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
 
 
-@case("7.203", "Heartbeat versus guarding 03", "Without heartbeat the node answers guarding requests.", CLAUSE)
+@case("7.203", "Heartbeat versus guarding 03", "Without heartbeat, the node answers guarding requests.", CLAUSE)
 def guarding_alone(bench: Bench) -> Steps[None]:
     yield from _with_both(bench, heartbeat=False, guarding=True)
     first = yield from guard.request(bench)
@@ -44,7 +47,7 @@ def guarding_alone(bench: Bench) -> Steps[None]:
     bench.check(is_right, "7Fh and FFh, in either order", f"{first:02X}h and {second:02X}h")
 
 
-@case("7.204", "Heartbeat versus guarding 04", "Without guarding the heartbeat comes in its period.", CLAUSE)
+@case("7.204", "Heartbeat versus guarding 04", "Without guarding, the heartbeat has its period.", CLAUSE)
 def heartbeat_alone(bench: Bench) -> Steps[None]:
     yield from _with_both(bench, heartbeat=True, guarding=False)
     yield from _check_beats(bench)
@@ -61,20 +64,20 @@ def requests_without_guarding(bench: Bench) -> Steps[None]:
     yield from _check_beats(bench, with_requests=True)
 
 
-@case("7.206", "Heartbeat versus guarding 06", "With both switched on, the heartbeat comes in its period.", CLAUSE)
+@case("7.206", "Heartbeat versus guarding 06", "With both enabled, the heartbeat has its period.", CLAUSE)
 def both(bench: Bench) -> Steps[None]:
     yield from _with_both(bench, heartbeat=True, guarding=True)
     yield from _check_beats(bench)
 
 
-@case("7.207", "Heartbeat versus guarding 07", "With both switched on, guarding requests are not answered.", CLAUSE)
+@case("7.207", "Heartbeat versus guarding 07", "With both enabled, guarding requests are not answered.", CLAUSE)
 def requests_with_both(bench: Bench) -> Steps[None]:
     yield from _with_both(bench, heartbeat=True, guarding=True)
     yield from _check_beats(bench, with_requests=True)
 
 
 def _with_both(bench: Bench, heartbeat: bool, guarding: bool) -> Steps[None]:
-    """Not applicable unless the EDS has both."""
+    """Enable or disable heartbeat and guarding.  Not applicable unless the EDS has both."""
     guard.check_there(bench)
     bench.entry(HEARTBEAT_TIME, writable=True)
     yield from nmt.restart(bench)
@@ -87,8 +90,10 @@ def _with_both(bench: Bench, heartbeat: bool, guarding: bool) -> Steps[None]:
 
 
 def _check_beats(bench: Bench, with_requests: bool = False) -> Steps[None]:
-    """Heartbeats come in their period, without a toggle bit; with requests, nothing else does."""
+    """Check the period of the heartbeat, that its toggle bit is 0, and that our requests aren't answered."""
     frames = yield from check_period(bench, bench.boot_up_id, "a heartbeat, and nothing else,", with_requests)
-    states = {one.frame.data for one in frames}
+    states = {seen.frame.data for seen in frames}
     right = bytes((State.PRE_OPERATIONAL,))
-    bench.check(states == {right}, "7Fh in each, without toggle bit", ", ".join(sorted(one.hex() for one in states)))
+    bench.check(
+        states == {right}, "7Fh in each, without toggle bit", ", ".join(sorted(state.hex() for state in states))
+    )

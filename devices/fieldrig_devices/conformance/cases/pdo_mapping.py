@@ -1,7 +1,7 @@
-"""PDO 22 to 33: changing what PDOs carry.
+"""PDO 22 to 33: changing the mapping of PDOs.
 
 Source: CiA 301 7.5.2.36, 7.5.2.38 (the mapping procedure), 7.4.7 (dummy mapping), CiA 306-1 4.6.3 (access types).
-A mapping that can't be may be refused when the entry is written, or when sub-index 0 is.
+The node may refuse an impossible mapping when the entry is written, or when sub-index 0 is.
 """
 
 from fieldrig_devices.conformance import nmt, sync
@@ -37,7 +37,7 @@ INTO_TPDO, INTO_RPDO = ("ro", "rwr"), ("rww", "wo")
 EITHER_WAY = ("rw",)
 
 
-@case("3.22", "PDO 22", "A right mapping, written by the procedure, is taken and used.", PROCEDURE)
+@case("3.22", "PDO 22", "A valid mapping, written by the procedure, is accepted and used.", PROCEDURE)
 def new_mapping(bench: Bench) -> Steps[None]:
     pdo, wanted = _other_mapping(bench)
     cob_id = yield from map_to(bench, pdo, wanted)
@@ -49,7 +49,7 @@ def new_mapping(bench: Bench) -> Steps[None]:
         yield from bench.change(pdo.communication, COB_ID, cob_id)
 
 
-@case("3.23", "PDO 23", "An entry of a mapping can't be written while sub-index 0 says that it is in use.", PROCEDURE)
+@case("3.23", "PDO 23", "An entry of a mapping can't be written while sub-index 0 is not 0.", PROCEDURE)
 def without_the_procedure(bench: Bench) -> Steps[None]:
     pdo, wanted = _other_mapping(bench)
     yield from invalidate(bench, pdo)
@@ -80,10 +80,10 @@ def too_many(bench: Bench) -> Steps[None]:
     yield from bench.refuses(attempt, *codes, what=f"{count} objects in {pdo.name}")
 
 
-@case("3.26", "PDO 26", "Objects that together are longer than 64 bits are refused.", PROCEDURE)
+@case("3.26", "PDO 26", "Objects with more than 64 bits in total are refused.", PROCEDURE)
 def too_long(bench: Bench) -> Steps[None]:
     pdo, _ = _other_mapping(bench)
-    longest = max(_right(bench, pdo), key=lambda one: one.bits)
+    longest = max(_right(bench, pdo), key=lambda mapped: mapped.bits)
     count = MAX_BITS // longest.bits + 1
     if count > len(bench.eds.members(pdo.mapping)):
         bench.skip(f"{pdo.name} has too few entries for more than 64 bits")
@@ -91,32 +91,32 @@ def too_long(bench: Bench) -> Steps[None]:
     yield from bench.refuses(attempt, TOO_LONG, what=f"{count * longest.bits} bits in {pdo.name}")
 
 
-@case("3.27", "PDO 27", "What RPDOs may write (rww, wo) can be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
+@case("3.27", "PDO 27", "Objects for RPDOs (rww, wo) can be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
 def writable_to_rpdo(bench: Bench) -> Steps[None]:
     yield from _taken(bench, is_transmit=False, accesses=INTO_RPDO)
 
 
-@case("3.28", "PDO 28", "What is only read (rwr, ro) can't be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
+@case("3.28", "PDO 28", "Objects for TPDOs (rwr, ro) can't be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
 def readable_to_rpdo(bench: Bench) -> Steps[None]:
     yield from _refused(bench, False, mappable(bench, False, INTO_TPDO), "rwr or ro and PDOMapping=1")
 
 
-@case("3.29", "PDO 29", "What has PDOMapping=0 can't be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
+@case("3.29", "PDO 29", "Objects with PDOMapping=0 can't be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
 def unmappable_to_rpdo(bench: Bench) -> Steps[None]:
     yield from _refused(bench, False, _unmappable(bench, ("rw", "rww", "wo")), "write access and PDOMapping=0")
 
 
-@case("3.30", "PDO 30", "What TPDOs may read (rwr, ro) can be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
+@case("3.30", "PDO 30", "Objects for TPDOs (rwr, ro) can be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
 def readable_to_tpdo(bench: Bench) -> Steps[None]:
     yield from _taken(bench, is_transmit=True, accesses=INTO_TPDO)
 
 
-@case("3.31", "PDO 31", "What is only written (rww, wo) can't be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
+@case("3.31", "PDO 31", "Objects for RPDOs (rww, wo) can't be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
 def writable_to_tpdo(bench: Bench) -> Steps[None]:
     yield from _refused(bench, True, mappable(bench, True, INTO_RPDO), "rww or wo and PDOMapping=1")
 
 
-@case("3.32", "PDO 32", "What has PDOMapping=0 can't be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
+@case("3.32", "PDO 32", "Objects with PDOMapping=0 can't be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
 def unmappable_to_tpdo(bench: Bench) -> Steps[None]:
     yield from _refused(bench, True, _unmappable(bench, ("ro", "rw", "rwr")), "read access and PDOMapping=0")
 
@@ -157,13 +157,13 @@ def _unmappable(bench: Bench, accesses: tuple[str, ...]) -> list[Entry]:
 
 
 def _other_mapping(bench: Bench) -> tuple[Pdo, list[Mapped]]:
-    """A PDO whose mapping can be changed, and a right mapping: the last two objects that it may carry."""
+    """Return a PDO whose mapping can be changed, and a valid mapping: the last and first object that it may carry."""
     for is_transmit in (True, False):
         for pdo in pdos(bench, is_transmit)[:1]:
             right = _right(bench, pdo)
             if right:
                 return changeable(bench, is_transmit), _fitting(right[-1:] + right[:1])
-    raise NotApplicable("the EDS has no PDO and nothing to map")
+    raise NotApplicable("the EDS has no PDO with an object that can be mapped to it")
 
 
 def _right(bench: Bench, pdo: Pdo) -> list[Mapped]:
@@ -172,15 +172,15 @@ def _right(bench: Bench, pdo: Pdo) -> list[Mapped]:
 
 
 def _others(bench: Bench, pdo: Pdo, present: int) -> list[Mapped]:
-    return [one for one in _right(bench, pdo) if one.number != present]
+    return [mapped for mapped in _right(bench, pdo) if mapped.number != present]
 
 
 def _fitting(mapped: list[Mapped]) -> list[Mapped]:
-    return mapped if sum(one.bits for one in mapped) <= MAX_BITS else mapped[:1]
+    return mapped if sum(variable.bits for variable in mapped) <= MAX_BITS else mapped[:1]
 
 
 def _rewrite(bench: Bench, pdo: Pdo, wanted: list[Mapped]) -> Steps[None]:
-    """All of the procedure but for the COB-ID."""
+    """Write a mapping by the procedure, except for the COB-ID."""
     yield from bench.change(pdo.mapping, 0, 0)
     for sub, mapped in enumerate(wanted, 1):
         yield from bench.change(pdo.mapping, sub, mapped.number)
@@ -204,4 +204,4 @@ def _check_it_is_used(bench: Bench, pdo: Pdo, cob_id: int, wanted: list[Mapped])
 
 
 def _text(mapped: list[Mapped]) -> str:
-    return ", ".join(f"{one.number:08X}h" for one in mapped) or "nothing"
+    return ", ".join(f"{variable.number:08X}h" for variable in mapped) or "nothing"

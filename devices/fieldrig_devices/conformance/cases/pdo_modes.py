@@ -1,7 +1,7 @@
-"""PDO 03 to 20: what makes a TPDO go out in 'operational', and that nothing does in 'stopped' and 'pre-operational'.
+"""PDO 03 to 20: the triggers of a TPDO in 'operational', and its silence in 'stopped' and 'pre-operational'.
 
-Source: CiA 301 7.2.2, 7.5.2.37, 7.3.2.  Reading: the log tries the same six modes three times; the first time it names
-'operational', the second 'stopped'; the third is taken to be 'pre-operational'.
+Source: CiA 301 7.2.2, 7.5.2.37, 7.3.2.  Reading: the log tests the same six modes three times; the first time it names
+'operational', the second time 'stopped'; the third time is taken to be 'pre-operational'.
 """
 
 from collections.abc import Callable
@@ -24,16 +24,16 @@ from fieldrig_devices.conformance.period import check_period
 
 SYNCHRONOUS, ACYCLIC = 1, 0
 CYCLE = 3
-"""SYNCs for one PDO where one would hide a fault of counting."""
+"""SYNCs per PDO in the test of counting; 1 would hide an error."""
 START_VALUE, OVERFLOW = 3, 10
 
 CIA_SAYS = (
-    "CiA's tool (CTT 3.0.3.10) says otherwise: it failed a node that sent its TPDO at the first SYNC and not at the"
-    ' second, "did not find PDO traffic, but should"; CiA 301 7.2.2.2 asks for an event before each'
+    "CiA's tool (CTT 3.0.3.10) disagrees: it failed a node that sent its TPDO at the first SYNC and not at the"
+    ' second, "did not find PDO traffic, but should"; CiA 301 7.2.2.2 requires an event before each'
 )
 
 Mode = Callable[[Bench, Pdo], Steps[int]]
-"""Configures a TPDO, and gives its CAN identifier."""
+"""Configures a TPDO, and returns its CAN identifier."""
 
 
 def by_rtr(bench: Bench, pdo: Pdo) -> Steps[int]:
@@ -65,7 +65,7 @@ def from_start_value(bench: Bench, pdo: Pdo) -> Steps[int]:
 
 
 @case(
-    "3.3", "PDO 03", "In 'operational' a TPDO that allows it answers a remote request.", "CiA 301 7.2.2.5.2, 7.5.2.37"
+    "3.3", "PDO 03", "In 'operational', a TPDO that allows RTR answers a remote request.", "CiA 301 7.2.2.5.2, 7.5.2.37"
 )
 def rtr_operational(bench: Bench) -> Steps[None]:
     pdo, identifier = yield from _started(bench, by_rtr)
@@ -79,7 +79,7 @@ def rtr_operational(bench: Bench) -> Steps[None]:
 @case(
     "3.4",
     "PDO 04",
-    "An event-driven TPDO takes its transmission type, and SYNC doesn't make it go out.",
+    "An event-driven TPDO accepts its transmission type, and SYNC doesn't trigger it.",
     "CiA 301 7.2.2.3, 7.5.2.37",
 )
 def event_driven(bench: Bench) -> Steps[None]:
@@ -87,17 +87,17 @@ def event_driven(bench: Bench) -> Steps[None]:
     kind = yield from bench.read(pdo.communication, 2)
     bench.check(kind == EVENT_DRIVEN, f"transmission type 255 of {pdo.name}", str(kind))
     count = yield from _count_at_syncs(bench, identifier, 6, right=0)
-    bench.check(count <= 2, f"{pdo.name} to go out on events, not at each of 6 SYNCs", f"{count} times")
+    bench.check(count <= 2, f"{pdo.name} on events, not at each of 6 SYNCs", f"{count} times")
 
 
-@case("3.5", "PDO 05", "A TPDO with an event timer goes out in its period.", "CiA 301 7.2.2.3, 7.5.2.37")
+@case("3.5", "PDO 05", "A TPDO with an event timer is sent in its period.", "CiA 301 7.2.2.3, 7.5.2.37")
 def event_timer(bench: Bench) -> Steps[None]:
     pdo, identifier = yield from _started(bench, by_timer)
     frames = yield from check_period(bench, identifier, pdo.name)
     yield from _check_length(bench, pdo, frames[0].frame.data)
 
 
-@case("3.6", "PDO 06", "A cyclic synchronous TPDO goes out once for so many SYNCs as its type says.", "CiA 301 7.2.2.2")
+@case("3.6", "PDO 06", "A cyclic synchronous TPDO of type n is sent at every n-th SYNC.", "CiA 301 7.2.2.2")
 def sync_cyclic(bench: Bench) -> Steps[None]:
     pdo, identifier = yield from _started(bench, at_each_sync)
     count = yield from _count_at_syncs(bench, identifier, 6, right=6)
@@ -109,7 +109,7 @@ def sync_cyclic(bench: Bench) -> Steps[None]:
 
 
 @case(
-    "3.7", "PDO 07", "An acyclic synchronous TPDO doesn't go out at SYNCs before which no event was.", "CiA 301 7.2.2.2"
+    "3.7", "PDO 07", "An acyclic synchronous TPDO is not sent at a SYNC without an event before it.", "CiA 301 7.2.2.2"
 )
 def sync_acyclic(bench: Bench) -> Steps[None]:
     pdo, identifier = yield from _started(bench, at_sync_after_event)
@@ -121,7 +121,7 @@ def sync_acyclic(bench: Bench) -> Steps[None]:
 @case(
     "3.8",
     "PDO 08",
-    "A TPDO with a SYNC start value begins at the SYNC with this counter.",
+    "A TPDO with a SYNC start value starts at the SYNC with this counter.",
     "CiA 301 7.5.2.37, 7.5.2.22",
 )
 def sync_start_value(bench: Bench) -> Steps[None]:
@@ -135,68 +135,68 @@ def sync_start_value(bench: Bench) -> Steps[None]:
         bench.check(len(frames) == right, f"{pdo.name} {right} times at SYNC {counter}", f"{len(frames)} times")
 
 
-@case("3.9", "PDO 09", "In 'stopped' a TPDO doesn't answer a remote request.", "CiA 301 7.3.2.2")
+@case("3.9", "PDO 09", "In 'stopped', a TPDO doesn't answer a remote request.", "CiA 301 7.3.2.2")
 def rtr_stopped(bench: Bench) -> Steps[None]:
     yield from _silent(bench, by_rtr, State.STOPPED)
 
 
-@case("3.10", "PDO 10", "In 'stopped' no event-driven TPDO goes out.", "CiA 301 7.3.2.2")
+@case("3.10", "PDO 10", "In 'stopped', no event-driven TPDO is sent.", "CiA 301 7.3.2.2")
 def event_stopped(bench: Bench) -> Steps[None]:
     yield from _silent(bench, by_event, State.STOPPED)
 
 
-@case("3.11", "PDO 11", "In 'stopped' no event timer makes a TPDO go out.", "CiA 301 7.3.2.2")
+@case("3.11", "PDO 11", "In 'stopped', no event timer triggers a TPDO.", "CiA 301 7.3.2.2")
 def timer_stopped(bench: Bench) -> Steps[None]:
     yield from _silent(bench, by_timer, State.STOPPED)
 
 
-@case("3.12", "PDO 12", "In 'stopped' no cyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+@case("3.12", "PDO 12", "In 'stopped', no cyclic TPDO is sent at SYNC.", "CiA 301 7.3.2.2")
 def cyclic_stopped(bench: Bench) -> Steps[None]:
     yield from _silent(bench, at_each_sync, State.STOPPED)
 
 
-@case("3.13", "PDO 13", "In 'stopped' no acyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+@case("3.13", "PDO 13", "In 'stopped', no acyclic TPDO is sent at SYNC.", "CiA 301 7.3.2.2")
 def acyclic_stopped(bench: Bench) -> Steps[None]:
     yield from _silent(bench, at_sync_after_event, State.STOPPED)
 
 
-@case("3.14", "PDO 14", "In 'stopped' no TPDO with a SYNC start value goes out.", "CiA 301 7.3.2.2")
+@case("3.14", "PDO 14", "In 'stopped', no TPDO with a SYNC start value is sent.", "CiA 301 7.3.2.2")
 def start_value_stopped(bench: Bench) -> Steps[None]:
     yield from _silent(bench, from_start_value, State.STOPPED, OVERFLOW)
 
 
-@case("3.15", "PDO 15", "In 'pre-operational' a TPDO doesn't answer a remote request.", "CiA 301 7.3.2.2")
+@case("3.15", "PDO 15", "In 'pre-operational', a TPDO doesn't answer a remote request.", "CiA 301 7.3.2.2")
 def rtr_pre_operational(bench: Bench) -> Steps[None]:
     yield from _silent(bench, by_rtr, State.PRE_OPERATIONAL)
 
 
-@case("3.16", "PDO 16", "In 'pre-operational' no event-driven TPDO goes out.", "CiA 301 7.3.2.2")
+@case("3.16", "PDO 16", "In 'pre-operational', no event-driven TPDO is sent.", "CiA 301 7.3.2.2")
 def event_pre_operational(bench: Bench) -> Steps[None]:
     yield from _silent(bench, by_event, State.PRE_OPERATIONAL)
 
 
-@case("3.17", "PDO 17", "In 'pre-operational' no event timer makes a TPDO go out.", "CiA 301 7.3.2.2")
+@case("3.17", "PDO 17", "In 'pre-operational', no event timer triggers a TPDO.", "CiA 301 7.3.2.2")
 def timer_pre_operational(bench: Bench) -> Steps[None]:
     yield from _silent(bench, by_timer, State.PRE_OPERATIONAL)
 
 
-@case("3.18", "PDO 18", "In 'pre-operational' no cyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+@case("3.18", "PDO 18", "In 'pre-operational', no cyclic TPDO is sent at SYNC.", "CiA 301 7.3.2.2")
 def cyclic_pre_operational(bench: Bench) -> Steps[None]:
     yield from _silent(bench, at_each_sync, State.PRE_OPERATIONAL)
 
 
-@case("3.19", "PDO 19", "In 'pre-operational' no acyclic TPDO goes out at SYNC.", "CiA 301 7.3.2.2")
+@case("3.19", "PDO 19", "In 'pre-operational', no acyclic TPDO is sent at SYNC.", "CiA 301 7.3.2.2")
 def acyclic_pre_operational(bench: Bench) -> Steps[None]:
     yield from _silent(bench, at_sync_after_event, State.PRE_OPERATIONAL)
 
 
-@case("3.20", "PDO 20", "In 'pre-operational' no TPDO with a SYNC start value goes out.", "CiA 301 7.3.2.2")
+@case("3.20", "PDO 20", "In 'pre-operational', no TPDO with a SYNC start value is sent.", "CiA 301 7.3.2.2")
 def start_value_pre_operational(bench: Bench) -> Steps[None]:
     yield from _silent(bench, from_start_value, State.PRE_OPERATIONAL, OVERFLOW)
 
 
 def _started(bench: Bench, mode: Mode) -> Steps[tuple[Pdo, int]]:
-    """The first TPDO in this mode, in 'operational', after what it sends when it begins."""
+    """Set the first TPDO to this mode, enter 'operational', and wait until its initial transmission is over."""
     pdo = (yield from usable_tpdos(bench))[0]
     identifier = yield from mode(bench, pdo)
     yield from nmt.enter(bench, State.OPERATIONAL)
@@ -206,15 +206,15 @@ def _started(bench: Bench, mode: Mode) -> Steps[tuple[Pdo, int]]:
 
 
 def _silent(bench: Bench, mode: Mode, state: State, overflow: int = 0) -> Steps[None]:
-    """No TPDO goes out in `state`, whatever may make it go; it comes there from 'operational'."""
+    """Fail if any trigger makes a TPDO go out in `state`, which is entered from 'operational'."""
     identifiers: dict[int, Pdo] = {}
     for pdo in (yield from usable_tpdos(bench)):
         identifiers[(yield from mode(bench, pdo))] = pdo
     sync_id = (yield from sync.consume(bench)) if sync.COB_ID in bench.eds else None
     if overflow == 0:
         overflow = yield from sync.overflow(bench)
-    for each in (State.OPERATIONAL, state):
-        yield from nmt.enter(bench, each)
+    for entered in (State.OPERATIONAL, state):
+        yield from nmt.enter(bench, entered)
     first = len(bench.line.seen)
     for identifier in identifiers:
         if mode is by_rtr:
@@ -229,7 +229,7 @@ def _silent(bench: Bench, mode: Mode, state: State, overflow: int = 0) -> Steps[
 
 
 def _count_at_syncs(bench: Bench, identifier: int, count: int, right: int) -> Steps[int]:
-    """How often a TPDO comes when we give SYNC; `right` times it should."""
+    """Send `count` SYNCs, and return how often a TPDO was sent; `right` times are expected."""
     sync_id = yield from sync.consume(bench)
     overflow = yield from sync.overflow(bench)
     first = len(bench.line.seen)
@@ -238,7 +238,7 @@ def _count_at_syncs(bench: Bench, identifier: int, count: int, right: int) -> St
 
 
 def _all_at_syncs(bench: Bench, identifier: int, first: int, right: int) -> Steps[list[Seen]]:
-    """All TPDOs since `first`: those that should come have their time, and others are not overlooked."""
+    """Return all TPDOs since `first`, after waiting for the `right` expected ones and for any others."""
     yield from bench.gather(identifier, first, right)
     yield from bench.barrier()
     yield from bench.wait(sync.GAP_MS)
@@ -251,5 +251,5 @@ def _check_length(bench: Bench, pdo: Pdo, data: bytes) -> Steps[None]:
 
 
 def _check_length_by_sync(bench: Bench, pdo: Pdo, identifier: int) -> Steps[None]:
-    frames = [one.frame for one in bench.line.seen if not one.is_ours and one.frame.identifier == identifier]
+    frames = [seen.frame for seen in bench.line.seen if not seen.is_ours and seen.frame.identifier == identifier]
     yield from _check_length(bench, pdo, frames[-1].data)

@@ -1,4 +1,4 @@
-"""PDO 01, 02, 21: the parameters of PDOs as they are.
+"""PDO 01, 02, 21: the present parameters of PDOs.
 
 Source: CiA 301 7.5.2.35 to 7.5.2.38, 7.3.3 (pre-defined connection set).
 """
@@ -10,13 +10,13 @@ from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.pdo import COB_ID, INVALID, MAX_BITS, TYPE, Mapped, Pdo
 
 RESERVED_TYPES = {True: range(241, 252), False: range(241, 254)}
-"""By whether the node transmits."""
+"""Reserved transmission types; the key is True for TPDOs."""
 
 
 @case(
     "3.1",
     "PDO 01",
-    "Each RPDO of the EDS is there, with a COB-ID and a transmission type that an RPDO can have.",
+    "Each RPDO of the EDS exists, with a COB-ID and a transmission type that are valid for an RPDO.",
     "CiA 301 7.5.2.35",
 )
 def scan_rpdos(bench: Bench) -> Steps[None]:
@@ -26,7 +26,7 @@ def scan_rpdos(bench: Bench) -> Steps[None]:
 @case(
     "3.2",
     "PDO 02",
-    "Each TPDO of the EDS is there, with a COB-ID and a transmission type that a TPDO can have.",
+    "Each TPDO of the EDS exists, with a COB-ID and a transmission type that are valid for a TPDO.",
     "CiA 301 7.5.2.37",
 )
 def scan_tpdos(bench: Bench) -> Steps[None]:
@@ -36,7 +36,7 @@ def scan_tpdos(bench: Bench) -> Steps[None]:
 @case(
     "3.21",
     "PDO 21",
-    "What the PDOs carry is in the dictionary, may be mapped there, has the length that the mapping says, and fits in.",
+    "The mapped objects exist, can be mapped, have the length of the mapping entry, and fit into the PDO.",
     "CiA 301 7.5.2.36, 7.5.2.38",
 )
 def default_mapping(bench: Bench) -> Steps[None]:
@@ -45,10 +45,10 @@ def default_mapping(bench: Bench) -> Steps[None]:
         bench.skip("the EDS has no PDO")
     for pdo in every:
         mapped = yield from pdos.read_mapping(bench, pdo)
-        total = sum(one.bits for one in mapped)
+        total = sum(variable.bits for variable in mapped)
         bench.check(total <= MAX_BITS, f"at most 64 bits in {pdo.name}", str(total))
-        for one in mapped:
-            yield from _check_mapped(bench, pdo, one)
+        for variable in mapped:
+            yield from _check_mapped(bench, pdo, variable)
 
 
 def _scan(bench: Bench, is_transmit: bool) -> Steps[None]:
@@ -64,10 +64,10 @@ def _scan(bench: Bench, is_transmit: bool) -> Steps[None]:
             right = int.from_bytes(entry.default, "little")
             bench.check(cob_id == right, f"COB-ID {right:08X}h of {pdo.name}, as in the EDS", f"{cob_id:08X}h")
         is_usable = bool(cob_id & INVALID) or 0x180 < pdos.identifier(cob_id) < 0x6E0 or bool(cob_id & pdos.EXTENDED)
-        bench.check(is_usable, f"a CAN-ID that a PDO may have in {pdo.name}", f"{cob_id:08X}h")
+        bench.check(is_usable, f"a valid CAN-ID of a PDO in {pdo.name}", f"{cob_id:08X}h")
         kind = yield from bench.read(pdo.communication, TYPE)
         is_known = kind not in RESERVED_TYPES[is_transmit]
-        bench.check(is_known, f"a transmission type that is not reserved in {pdo.name}", str(kind))
+        bench.check(is_known, f"a transmission type in {pdo.name} that is not reserved", str(kind))
 
 
 def _check_mapped(bench: Bench, pdo: Pdo, mapped: Mapped) -> Steps[None]:

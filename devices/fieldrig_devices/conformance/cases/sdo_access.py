@@ -1,4 +1,4 @@
-"""SDO 01 to 12: expedited access, and what is refused.
+"""SDO 01 to 12: expedited access and refusals.
 
 Source: CiA 301 7.2.4.3 (protocols), table 22 (abort codes), 7.5.2.33 (1200h).
 """
@@ -32,9 +32,11 @@ def read_expedited(bench: Bench) -> Steps[None]:
         bench.check(data == entry.default, f"{entry.default.hex(' ')}, as in the EDS", data.hex(" "))
 
 
-@case("2.2", "SDO 02", "What can be read and written keeps the value that is written.", "CiA 301 7.2.4.3.4, 7.4")
+@case("2.2", "SDO 02", "Read-write objects keep the value that is written.", "CiA 301 7.2.4.3.4, 7.4")
 def read_and_write(bench: Bench) -> Steps[None]:
-    entries = [one for one in bench.eds if is_plain(one) and one.is_writable and one.index <= LAST_OF_COMMUNICATION]
+    entries = [
+        entry for entry in bench.eds if is_plain(entry) and entry.is_writable and entry.index <= LAST_OF_COMMUNICATION
+    ]
     if not entries:
         bench.skip("the EDS has no plain parameter from 1000h to 1FFFh that can be read and written")
     for entry in entries:
@@ -59,35 +61,35 @@ def read_write_only(bench: Bench) -> Steps[None]:
     )
 
 
-@case("2.5", "SDO 05", "Reading a sub-index that an object hasn't got is refused.", ABORTS)
+@case("2.5", "SDO 05", "Reading a sub-index that doesn't exist is refused.", ABORTS)
 def read_missing_sub(bench: Bench) -> Steps[None]:
     yield from bench.refuses(bench.sdo.read(DEVICE_TYPE, 1), NO_SUB, what="reading 1000h:01h")
 
 
-@case("2.6", "SDO 06", "Reading an object that isn't there (1004h is reserved) is refused.", ABORTS)
+@case("2.6", "SDO 06", "Reading an object that doesn't exist (1004h is reserved) is refused.", ABORTS)
 def read_missing_object(bench: Bench) -> Steps[None]:
     yield from bench.refuses(bench.sdo.read(0x1004), NO_OBJECT, what="reading 1004h:00h")
 
 
-@case("2.7", "SDO 07", "A request with a command specifier that no protocol has is refused.", ABORTS)
+@case("2.7", "SDO 07", "A request with an undefined command specifier is refused.", ABORTS)
 def wrong_command(bench: Bench) -> Steps[None]:
     request = bench.sdo.ask(b"\xe0" + multiplexer(DEVICE_TYPE, 0), "command specifier 7")
     yield from bench.refuses(request, UNKNOWN_COMMAND, what="command specifier 7")
 
 
-@case("2.8", "SDO 08", "Four bytes for an object of one or two are refused, and change nothing.", ABORTS)
+@case("2.8", "SDO 08", "Writing four bytes to an object of one or two is refused and changes nothing.", ABORTS)
 def too_long(bench: Bench) -> Steps[None]:
     yield from _wrong_length(bench, [entry for entry in _unsigned(bench) if entry.size in (1, 2)], 4, TOO_LONG)
 
 
-@case("2.9", "SDO 09", "One byte for an object of two or four is refused, and changes nothing.", ABORTS)
+@case("2.9", "SDO 09", "Writing one byte to an object of two or four is refused and changes nothing.", ABORTS)
 def too_short(bench: Bench) -> Steps[None]:
     yield from _wrong_length(bench, [entry for entry in _unsigned(bench) if entry.size in (2, 4)], 1, TOO_SHORT)
 
 
 @case("2.10", "SDO 10", "A value above the HighLimit of the EDS is refused.", f"{ABORTS}; CiA 306-1 4.6.3")
 def too_high(bench: Bench) -> Steps[None]:
-    entries = [one for one in _limited(bench) if one.high is not None and one.high < one.range[1]]
+    entries = [entry for entry in _limited(bench) if entry.high is not None and entry.high < entry.range[1]]
     if not entries:
         bench.skip("the EDS has no HighLimit below what the type can hold")
     for entry in entries:
@@ -98,7 +100,7 @@ def too_high(bench: Bench) -> Steps[None]:
 
 @case("2.11", "SDO 11", "A value below the LowLimit of the EDS is refused.", f"{ABORTS}; CiA 306-1 4.6.3")
 def too_low(bench: Bench) -> Steps[None]:
-    entries = [one for one in _limited(bench) if one.low is not None and one.low > one.range[0]]
+    entries = [entry for entry in _limited(bench) if entry.low is not None and entry.low > entry.range[0]]
     if not entries:
         bench.skip("the EDS has no LowLimit above what the type can hold")
     for entry in entries:
@@ -128,10 +130,10 @@ def _wrong_length(bench: Bench, entries: list[Entry], size: int, code: int) -> S
 
 
 def _unsigned(bench: Bench) -> Iterator[Entry]:
-    return (one for one in bench.eds if is_plain(one) and one.is_writable and one.is_integer)
+    return (entry for entry in bench.eds if is_plain(entry) and entry.is_writable and entry.is_integer)
 
 
 def _limited(bench: Bench) -> list[Entry]:
-    """Limits of what only a procedure may write are tried by the cases of that procedure."""
-    entries = (one for one in bench.eds if one.is_writable and not is_guarded(one))
-    return [one for one in entries if one.is_integer and one.size in (1, 2, 4)]
+    """Return objects whose limits can be tested; those that need a procedure have cases of their own."""
+    entries = (entry for entry in bench.eds if entry.is_writable and not is_guarded(entry))
+    return [entry for entry in entries if entry.is_integer and entry.size in (1, 2, 4)]

@@ -1,7 +1,7 @@
 """SDO 19 to 27: block transfer.
 
-Source: CiA 301 7.2.4.3.9 to 7.2.4.3.16.  A server need not have it; one that hasn't answers the first request with
-abort 0504 0001h.
+Source: CiA 301 7.2.4.3.9 to 7.2.4.3.16.  It is optional: a server without it answers the first request with abort
+0504 0001h.
 """
 
 from fieldrig_devices.conformance import sdo_block
@@ -56,7 +56,7 @@ def write_heartbeat_time_with_crc(bench: Bench) -> Steps[None]:
     yield from _write(bench, HEARTBEAT_TIME, with_crc=True)
 
 
-@case("2.26", "SDO 26", "A block of 128 segments, which no sequence number can count, is refused.", UPLOAD)
+@case("2.26", "SDO 26", "A block size of 128 segments, beyond the sequence numbers, is refused.", UPLOAD)
 def block_too_large(bench: Bench) -> Steps[None]:
     yield from _has_block_upload(bench)
     for size in (128, 0):
@@ -79,9 +79,9 @@ def _read(bench: Bench, index: int, sub: int, with_crc: bool) -> Steps[None]:
     yield from _has_block_upload(bench)
     came = yield from sdo_block.read(bench.sdo, index, sub, with_crc)
     if with_crc and not came.has_crc:
-        bench.skip("the server says in its answer that it makes no CRC")
+        bench.skip("the server doesn't support the CRC, according to its answer")
     right = yield from bench.sdo.read(index, sub)
-    bench.check(came.data == right, f"the {len(right)} bytes that segments give", f"{len(came.data)} bytes")
+    bench.check(came.data == right, f"the same {len(right)} bytes as in segments", f"{len(came.data)} bytes")
 
 
 def _write(bench: Bench, index: int, with_crc: bool) -> Steps[None]:
@@ -93,12 +93,12 @@ def _write(bench: Bench, index: int, with_crc: bool) -> Steps[None]:
         had_crc = yield from sdo_block.write(bench.sdo, index, 0, wanted, with_crc)
     except Aborted as abort:
         if abort.code == UNKNOWN_COMMAND:
-            bench.skip("the server has no block download: it answers it with 0504 0001h")
+            bench.skip("the server doesn't support block download: it refuses it with 0504 0001h")
         raise
     after = yield from bench.sdo.read(index)
     bench.check(after == wanted, f"1000 ms in {index:04X}h:00h", after.hex(" "))
     if with_crc and not had_crc:
-        bench.skip("the server says in its answer that it checks no CRC")
+        bench.skip("the server doesn't support the CRC, according to its answer")
 
 
 def _has_block_upload(bench: Bench) -> Steps[None]:
@@ -106,6 +106,6 @@ def _has_block_upload(bench: Bench) -> Steps[None]:
         yield from sdo_block.initiate_upload(bench.sdo, DEVICE_TYPE, 0, with_crc=False)
     except Aborted as abort:
         if abort.code == UNKNOWN_COMMAND:
-            bench.skip("the server has no block upload: it answers it with 0504 0001h")
+            bench.skip("the server doesn't support block upload: it refuses it with 0504 0001h")
         raise
     bench.sdo.abort(DEVICE_TYPE, 0)

@@ -1,4 +1,4 @@
-"""SDO 28 to 30: further SDO servers and clients, and their parameters over a reset.
+"""SDO 28 to 30: additional SDO servers and clients, and their parameters after a reset.
 
 Source: CiA 301 7.5.2.33 (1200h), 7.5.2.34 (1280h).
 """
@@ -17,7 +17,7 @@ Values = dict[tuple[int, int], bytes]
 @case(
     "2.28",
     "SDO 28",
-    "Parameters of further SDO servers can be read, and have what the EDS says; others are refused.",
+    "Parameters of additional SDO servers can be read and match the EDS; reading others is refused.",
     "CiA 301 7.5.2.33",
 )
 def read_servers(bench: Bench) -> Steps[None]:
@@ -31,17 +31,17 @@ def read_servers(bench: Bench) -> Steps[None]:
             bench.check(came == entry.default, f"{entry.default.hex(' ')} in {entry.key}", came.hex(" "))
 
 
-@case("2.29", "SDO 29", "A reset of communication puts back the parameters of further servers.", "CiA 301 7.3.2.2")
+@case("2.29", "SDO 29", "A reset of communication restores the parameters of additional servers.", "CiA 301 7.3.2.2")
 def reset_servers(bench: Bench) -> Steps[None]:
     yield from nmt.restart(bench)
-    before = yield from _read_all(bench, SERVERS, "SDO server beside the first")
+    before = yield from _read_all(bench, SERVERS, "additional SDO server")
     yield from _change_all(bench, before)
     yield from nmt.restart(bench)
-    after = yield from _read_all(bench, SERVERS, "SDO server beside the first")
+    after = yield from _read_all(bench, SERVERS, "additional SDO server")
     _check_same(bench, before, after, "after the reset")
 
 
-@case("2.30", "SDO 30", "Stored parameters of SDO clients outlast a reset.", "CiA 301 7.5.2.13, 7.5.2.34")
+@case("2.30", "SDO 30", "Stored parameters of SDO clients survive a reset.", "CiA 301 7.5.2.13, 7.5.2.34")
 def stored_clients(bench: Bench) -> Steps[None]:
     before = yield from _read_all(bench, CLIENTS, "SDO client")
     yield from store.check_can_save(bench, store.ALL)
@@ -69,7 +69,7 @@ def _read(bench: Bench, indices: tuple[int, int]) -> Steps[Values]:
 
 
 def _change_all(bench: Bench, values: Values) -> Steps[None]:
-    """Another node-ID in sub-index 3, else a COB-ID that is not in use."""
+    """Change the node-ID in sub-index 3, or a COB-ID that is not in use."""
     is_changed = False
     for (index, sub), value in values.items():
         entry = bench.eds.get(index, sub)

@@ -1,7 +1,7 @@
 """SDO 13 to 18: segmented transfer.
 
-Source: CiA 301 7.2.4.3.3 to 7.2.4.3.8.  The server chooses how it answers an upload; so where an object of four bytes
-is to be read in segments, an expedited answer is right too, and then no transfer may be left open.
+Source: CiA 301 7.2.4.3.3 to 7.2.4.3.8.  The server chooses the protocol of an upload; where an object of four bytes is
+to be read in segments, an expedited answer is right, too, as long as no transfer is left open.
 """
 
 from fieldrig_devices.conformance.bench import Bench
@@ -18,7 +18,7 @@ TOGGLE, UNKNOWN_COMMAND = 0x0503_0000, 0x0504_0001
 @case(
     "2.13",
     "SDO 13",
-    "The device type is read in segments if the server answers so; after an expedited answer no segment is given.",
+    "The device type is read in segments if the server chooses so; after an expedited answer there is no segment.",
     "CiA 301 7.2.4.3.6, 7.2.4.3.7",
 )
 def read_device_type(bench: Bench) -> Steps[None]:
@@ -27,7 +27,7 @@ def read_device_type(bench: Bench) -> Steps[None]:
     if initiated[0] & 0x02:
         data = expedited_data(initiated, what)
         yield from bench.refuses(
-            bench.sdo.ask(b"\x60", "a segment that isn't there"), UNKNOWN_COMMAND, what="a segment that isn't there"
+            bench.sdo.ask(b"\x60", "a segment that doesn't exist"), UNKNOWN_COMMAND, what="a segment that doesn't exist"
         )
     else:
         data = yield from bench.sdo.upload_segments(initiated, what)
@@ -63,7 +63,7 @@ def wrong_toggle(bench: Bench) -> Steps[None]:
     yield from bench.refuses(attempt, TOGGLE, what="the first segment with toggle bit 1")
 
 
-@case("2.18", "SDO 18", "An object is read in segments as a whole.", "CiA 301 7.2.4.3.5 to 7.2.4.3.7")
+@case("2.18", "SDO 18", "A segmented upload returns the whole object.", "CiA 301 7.2.4.3.5 to 7.2.4.3.7")
 def read_whole(bench: Bench) -> Steps[None]:
     entry = yield from long_object(bench)
     data = yield from bench.sdo.read(entry.index, entry.sub)

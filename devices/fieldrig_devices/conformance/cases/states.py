@@ -1,6 +1,6 @@
-"""State 01 to 04: what the node does in each NMT state.
+"""State 01 to 04: the behaviour of the node in each NMT state.
 
-Source: CiA 301 7.2.8.3, 7.3.2 (states, and the services that each allows).
+Source: CiA 301 7.2.8.3, 7.3.2 (states, and the services that they allow).
 """
 
 from fieldrig_devices.conformance import nmt, sync
@@ -17,7 +17,7 @@ ALLOWED = "CiA 301 7.3.2.2"
 @case(
     "9.1",
     "State 01",
-    "A reset of communication puts parameters back to their power-on values, and ends in one boot-up message.",
+    "A reset of communication sets parameters to their power-on values and ends with one boot-up message.",
     "CiA 301 7.2.8.3.3, 7.3.2.2",
 )
 def initialisation(bench: Bench) -> Steps[None]:
@@ -31,7 +31,7 @@ def initialisation(bench: Bench) -> Steps[None]:
     yield from nmt.reset(bench)
     yield from bench.wait(max(bench.period_ms, bench.settle_ms))
     is_boot_up = nmt.is_boot_up(bench)
-    count = sum(1 for one in bench.line.seen[first:] if not one.is_ours and is_boot_up(one.frame))
+    count = sum(1 for seen in bench.line.seen[first:] if not seen.is_ours and is_boot_up(seen.frame))
     bench.check(count == 1, "one boot-up message", str(count))
     if power_on is not None:
         came = yield from bench.read(HEARTBEAT_TIME)
@@ -71,7 +71,7 @@ def _check_services(bench: Bench, state: State, sdo: bool, pdo: bool) -> Steps[N
 
 
 def _sync_driven_tpdo(bench: Bench) -> Steps[int | None]:
-    """The identifier of a TPDO of type 1; None if the node can't have one."""
+    """Configure a TPDO of type 1, and return its identifier; None if the node doesn't support it."""
     try:
         pdo = (yield from usable_tpdos(bench))[0]
         yield from sync.consume(bench)
@@ -89,7 +89,7 @@ def _answers_sync(bench: Bench, identifier: int, is_expected: bool) -> Steps[boo
 
 
 def _answers_sdo_at_all(bench: Bench) -> Steps[bool]:
-    """An abort is an answer too."""
+    """Return True if there is any SDO answer, even an abort."""
     bench.sdo.send(b"\x40\x00\x10\x00")
     frame = yield from bench.expect(bench.sdo.response_id)
     if frame is not None:

@@ -1,7 +1,7 @@
-"""Testing other 01 to 10: storing, restoring, the date of the configuration, and restricted CAN-IDs.
+"""Testing other 01 to 10: storing, restoring, the configuration date, and restricted CAN-IDs.
 
 Source: CiA 301 7.5.2.13 (1010h), 7.5.2.14 (1011h), 7.5.2.23 (1020h), table 41 (restricted CAN-IDs).  Reading: in the
-log, `wron` stands for a wrong signature and `daol` for "load"; its cases 01, 02, 05, 06 are the same with "save".
+log, `wron` means a wrong signature and `daol` means "load"; its cases 01, 02, 05, 06 are the same with "save".
 """
 
 from fieldrig_devices.conformance import nmt, store
@@ -20,9 +20,9 @@ CANNOT_STORE = tuple(range(0x0800_0020, 0x0800_0023))
 INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x0609_0030, 0x0609_0031, 0x0609_0032
 SAVE_CLAUSE, LOAD_CLAUSE = "CiA 301 7.5.2.13", "CiA 301 7.5.2.14"
 RESTRICTED = (0x000, 0x001, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF)
-"""The ends of the ranges of table 41."""
+"""The limits of the ranges in table 41."""
 
-# Parameters whose change is easy to see and does no harm, with two values each, the likeliest first.
+# Parameters that are easy to read back and harmless to change, with two values each, the most common first.
 TRIALS = ((0x1017, 0, 1234, 2345), (0x100C, 0, 1234, 2345), (0x1016, 1, 0x7D04D2, 0x7D0929), (0x1029, 1, 1, 0))
 
 
@@ -32,7 +32,7 @@ def wrong_save(bench: Bench) -> Steps[None]:
     yield from _wrong_signature(bench, STORE, ALL)
 
 
-@case("8.2", "Testing other 02", '"save" in 1010h:01h keeps all parameters over a reset of the node.', SAVE_CLAUSE)
+@case("8.2", "Testing other 02", 'After "save" in 1010h:01h, all parameters survive a reset of the node.', SAVE_CLAUSE)
 def save_all(bench: Bench) -> Steps[None]:
     yield from _saved(bench, ALL)
 
@@ -43,7 +43,7 @@ def wrong_restore(bench: Bench) -> Steps[None]:
     yield from _wrong_signature(bench, RESTORE, ALL)
 
 
-@case("8.4", "Testing other 04", '"load" in 1011h:01h puts back all defaults with the next reset.', LOAD_CLAUSE)
+@case("8.4", "Testing other 04", 'After "load" in 1011h:01h, the next reset restores all defaults.', LOAD_CLAUSE)
 def restore_all(bench: Bench) -> Steps[None]:
     yield from _restored(bench, ALL, Command.RESET_NODE)
 
@@ -54,7 +54,9 @@ def wrong_save_communication(bench: Bench) -> Steps[None]:
     yield from _wrong_signature(bench, STORE, COMMUNICATION)
 
 
-@case("8.6", "Testing other 06", '"save" in 1010h:02h keeps the communication parameters over a reset.', SAVE_CLAUSE)
+@case(
+    "8.6", "Testing other 06", 'After "save" in 1010h:02h, the communication parameters survive a reset.', SAVE_CLAUSE
+)
 def save_communication(bench: Bench) -> Steps[None]:
     yield from _saved(bench, COMMUNICATION)
 
@@ -66,17 +68,20 @@ def wrong_restore_communication(bench: Bench) -> Steps[None]:
 
 
 @case(
-    "8.8", "Testing other 08", '"load" in 1011h:02h puts back communication defaults with the next reset.', LOAD_CLAUSE
+    "8.8",
+    "Testing other 08",
+    'After "load" in 1011h:02h, the next reset restores the communication defaults.',
+    LOAD_CLAUSE,
 )
 def restore_communication(bench: Bench) -> Steps[None]:
-    """CiA 301 has them valid after a reset of communication; CiA's tool, by its log, resets the node."""
+    """Accept the defaults after a reset of communication (CiA 301) or of the node (the log of CiA's tool)."""
     yield from _restored(bench, COMMUNICATION, Command.RESET_COMMUNICATION, Command.RESET_NODE)
 
 
 @case(
     "8.9",
     "Testing other 09",
-    "The date of the configuration is stored with it; a later change of a parameter sets it to 0.",
+    "The configuration date is stored with the configuration; a later change of a parameter sets it to 0.",
     "CiA 301 7.5.2.23",
 )
 def configuration_date(bench: Bench) -> Steps[None]:
@@ -131,7 +136,7 @@ def _saved(bench: Bench, sub: int) -> Steps[None]:
 
 
 def _restored(bench: Bench, sub: int, *resets: Command) -> Steps[None]:
-    """The defaults are back after the first reset, or, with a warning, after a later one."""
+    """Check that the defaults are restored after the first reset or, with a warning, after a later one."""
     yield from store.check_can_restore(bench, sub)
     entry, first, _ = _trial(bench)
     yield from bench.change(entry.index, entry.sub, first)
@@ -147,18 +152,18 @@ def _restored(bench: Bench, sub: int, *resets: Command) -> Steps[None]:
         came = yield from bench.read(entry.index, entry.sub)
         if came == default:
             if number > 0:
-                bench.warn("the defaults are back after a reset of the node, and not after one of communication")
+                bench.warn("the defaults are restored by a reset of the node, but not by a reset of communication")
             break
     bench.check(came == default, f"{default} in {entry.key}, its default, after the reset", str(came))
 
 
 def _trial(bench: Bench) -> tuple[Entry, int, int]:
-    """A parameter, and two values for it.  Not applicable if the EDS has none of them."""
+    """Return a parameter and two values for it.  Not applicable if the EDS has none of `TRIALS`."""
     for index, sub, first, second in TRIALS:
         entry = bench.eds.get(index, sub)
         if entry is not None and entry.is_writable:
             return entry, first, second
-    raise NotApplicable("the EDS has no heartbeat, guard, consumer time or error behaviour that can be written")
+    raise NotApplicable("the EDS has no writable heartbeat time, guard time, consumer time or error behaviour")
 
 
 def _is_cob_id(entry: Entry) -> bool:

@@ -1,4 +1,4 @@
-"""Synchronization 01 to 10: SYNC consumed, SYNC produced, its counter, and what of it is stored.
+"""Synchronization 01 to 10: consuming and producing SYNC, its counter, and its stored parameters.
 
 Source: CiA 301 7.2.5, 7.5.2.5 (1005h), 7.5.2.6 (1006h), 7.5.2.22 (1019h).
 """
@@ -21,7 +21,7 @@ INVALID_OVERFLOWS = (1, 241, 255)
 COUNTED = 10
 
 
-@case("6.1", "Synchronization 01", "SYNC has the COB-ID 80h, or what the EDS says.", "CiA 301 7.5.2.5, 7.3.3")
+@case("6.1", "Synchronization 01", "The COB-ID of SYNC is 80h, or the default of the EDS.", "CiA 301 7.5.2.5, 7.3.3")
 def default_id(bench: Bench) -> Steps[None]:
     entry = bench.entry(COB_ID)
     right = DEFAULT_ID if entry.default is None else int.from_bytes(entry.default, "little")
@@ -35,7 +35,12 @@ def count_syncs(bench: Bench) -> Steps[None]:
     yield from check_period(bench, sync_id, "SYNC")
 
 
-@case("6.3", "Synchronization 03", "A TPDO of type 1 goes out once for each SYNC, whoever sends it.", "CiA 301 7.2.2.2")
+@case(
+    "6.3",
+    "Synchronization 03",
+    "A TPDO of type 1 is sent once for each SYNC, regardless of its producer.",
+    "CiA 301 7.2.2.2",
+)
 def count_pdos(bench: Bench) -> Steps[None]:
     pdo = (yield from usable_tpdos(bench))[0]
     identifier = yield from configure(bench, pdo, 1)
@@ -51,21 +56,21 @@ def count_pdos(bench: Bench) -> Steps[None]:
         yield from sync.give(bench, sync_id, COUNTED, overflow)
         yield from bench.gather(identifier, first, COUNTED)
     yield from bench.barrier()
-    seen = [one.frame.identifier for one in bench.line.seen[first:]]
+    seen = [entry.frame.identifier for entry in bench.line.seen[first:]]
     bench.check(sync_id in seen, "SYNC on the bus", "none")
     seen = seen[seen.index(sync_id) :]
     syncs, pdos = seen.count(sync_id), seen.count(identifier)
     bench.check(abs(pdos - syncs) <= (1 if syncs > pdos else 0), f"{syncs} {pdo.name}, one for each SYNC", str(pdos))
 
 
-@case("6.4", "Synchronization 04", "With 1006h at 0, and as a consumer, the node sends no SYNC.", "CiA 301 7.5.2.6")
+@case("6.4", "Synchronization 04", "As a consumer with 1006h at 0, the node sends no SYNC.", "CiA 301 7.5.2.6")
 def consumer(bench: Bench) -> Steps[None]:
     bench.entry(PERIOD, writable=True)
     try:
         yield from sync.produce(bench, bench.period_ms)
         yield from bench.wait(2 * bench.period_ms)
     except NotApplicable:
-        pass  # it never sends one
+        pass  # the node can't produce SYNC at all
     sync_id = yield from sync.consume(bench)
     yield from bench.change(PERIOD, 0, 0)
     yield from bench.silence(sync_id, "SYNC of a consumer", 3 * bench.period_ms)
@@ -88,7 +93,7 @@ def no_counter(bench: Bench) -> Steps[None]:
 
 
 @case(
-    "6.7", "Synchronization 07", "The counter of SYNC runs from 1 to its overflow value, and again.", "CiA 301 7.2.5.2"
+    "6.7", "Synchronization 07", "The counter of SYNC runs from 1 to its overflow value, repeatedly.", "CiA 301 7.2.5.2"
 )
 def counter(bench: Bench) -> Steps[None]:
     frames = yield from _produced(bench, overflow=4)
@@ -98,7 +103,7 @@ def counter(bench: Bench) -> Steps[None]:
 
 
 @case(
-    "6.8", "Synchronization 08", "A stored overflow value outlasts a reset of the node.", "CiA 301 7.5.2.13, 7.5.2.22"
+    "6.8", "Synchronization 08", "A stored overflow value survives a reset of the node.", "CiA 301 7.5.2.13, 7.5.2.22"
 )
 def stored_overflow(bench: Bench) -> Steps[None]:
     bench.entry(OVERFLOW, writable=True)
@@ -111,7 +116,7 @@ def stored_overflow(bench: Bench) -> Steps[None]:
     bench.check(came == 20, "20 in 1019h:00h after saving and a reset", str(came))
 
 
-@case("6.9", "Synchronization 09", "While 1006h is not 0 the overflow value can't be changed.", "CiA 301 7.5.2.22")
+@case("6.9", "Synchronization 09", "While 1006h is not 0, the overflow value can't be changed.", "CiA 301 7.5.2.22")
 def overflow_in_use(bench: Bench) -> Steps[None]:
     bench.entry(OVERFLOW, writable=True)
     bench.entry(PERIOD, writable=True)
@@ -124,7 +129,7 @@ def overflow_in_use(bench: Bench) -> Steps[None]:
 @case(
     "6.10",
     "Synchronization 10",
-    "Stored SYNC parameters are in use after a reset of the node.",
+    "Stored SYNC parameters are in effect after a reset of the node.",
     "CiA 301 7.5.2.13, 7.2.5",
 )
 def stored_producer(bench: Bench) -> Steps[None]:
@@ -146,7 +151,7 @@ def stored_producer(bench: Bench) -> Steps[None]:
 
 
 def _produced(bench: Bench, overflow: int) -> Steps[list[CanFrame]]:
-    """SYNC of the node, with this overflow value."""
+    """Make the node produce SYNC with this overflow value, and return its messages."""
     bench.entry(OVERFLOW, writable=True)
     bench.entry(COB_ID, writable=True)
     yield from sync.without_period(bench)
@@ -155,7 +160,7 @@ def _produced(bench: Bench, overflow: int) -> Steps[list[CanFrame]]:
     first = len(bench.line.seen)
     sync_id = yield from sync.produce(bench, bench.period_ms)
     yield from check_period(bench, sync_id, "SYNC")
-    return [one.frame for one in bench.came(sync_id, first)]
+    return [seen.frame for seen in bench.came(sync_id, first)]
 
 
 def _stop_producing(bench: Bench) -> Steps[None]:

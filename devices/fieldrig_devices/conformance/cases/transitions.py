@@ -18,7 +18,7 @@ ALL_NODES = 0
 @case(
     "10.1",
     "Transition 01",
-    "'Reset node' and 'reset communication' lead from each state over a boot-up message to 'pre-operational'.",
+    "'Reset node' and 'reset communication' lead from each state to 'pre-operational', with a boot-up message.",
     CLAUSE,
 )
 def resets(bench: Bench) -> Steps[None]:
@@ -47,7 +47,7 @@ def to_stopped(bench: Bench) -> Steps[None]:
 
 
 def _from_each_state(bench: Bench, wanted: State) -> Steps[None]:
-    """And a command for another node leads nowhere."""
+    """Check the command from each state, and that a command for another node has no effect."""
     command = COMMAND_FOR[wanted]
     yield from nmt.watch(bench)
     for address in _addresses(bench):
@@ -60,14 +60,14 @@ def _from_each_state(bench: Bench, wanted: State) -> Steps[None]:
 
 
 def _addresses(bench: Bench) -> Iterator[int]:
-    """The node's, and that of all nodes where there are no others."""
+    """Yield the address of the node and, if it is alone on the bus, that of all nodes."""
     yield bench.node_id
     if bench.options.is_alone:
         yield ALL_NODES
 
 
 def _other(bench: Bench) -> int:
-    """A node-ID that most likely nobody has."""
+    """Return a node-ID that is most likely unused."""
     return 126 if bench.node_id != 126 else 125
 
 

@@ -111,7 +111,7 @@ class Positioner:
         if profile is not None:
             self._cycles += 1
             seconds = self._cycles * self._cycle_ns / S
-            way, self._speed, _ = profile.course(seconds)
+            way, self._speed, _ = profile.values_at(seconds)
             self._place = self._origin + way
             if seconds >= profile.duration_s and not (self._speed and self.has_arrived):
                 self._arrive()

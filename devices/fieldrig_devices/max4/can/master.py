@@ -14,8 +14,8 @@ from fieldrig.link import Link
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
+from fieldrig_devices.canopen.managed_slave import ManagedSlave, Presence
 from fieldrig_devices.canopen.nmt import BOOT_UP, ERROR_CONTROL_ID
-from fieldrig_devices.canopen.remote_node import Presence, RemoteNode
 from fieldrig_devices.canopen.service import State
 from fieldrig_devices.max4.can.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.max4.configuration.tree import Object, Parameter, Type
@@ -91,7 +91,7 @@ class Slave:
         self._controller, self._settings, self.symbol = controller, settings, symbol
         self._sender = Sender("CAN_NODE", symbol)
         self._can = shared.share()
-        self.node = RemoteNode(
+        self.node = ManagedSlave(
             clock,
             shared.share(),
             settings.node_id,

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_devices.canopen.eds import reader as eds
-from fieldrig_devices.canopen.remote_node import Write
+from fieldrig_devices.canopen.managed_slave import Write
 from fieldrig_devices.max4.configuration.files import Symbol
 from fieldrig_devices.max4.field_data import Element
 

@@ -17,7 +17,7 @@ from fieldrig_devices.arp.can.remote_io import RemoteIo
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.parameters import Par, Parameters
 from fieldrig_devices.arp.readings import Readings
-from fieldrig_devices.canopen.remote_node import watch_over
+from fieldrig_devices.canopen.managed_slave import watch_over
 
 SCHEDULER_NS = 20 * MS  # @Par[16]
 CAN_ERROR = 106

@@ -1,4 +1,4 @@
-"""The linter for EDS files: our files pass, each mistake is found, and said with what would be right."""
+"""The linter for EDS files: our files pass, and each mistake is reported with what was expected."""
 
 import json
 from pathlib import Path
@@ -43,12 +43,12 @@ def test_mapping_longer_than_a_pdo(tmp_path: Path) -> None:
 
 
 def test_a_mapping_has_no_more_entries_than_there_are_sub_indices(tmp_path: Path) -> None:
-    """A check that counts to 4294967295 is never done; the time-out of the tests would end it."""
+    """A check that counted to 4294967295 would run into the time-out of the tests."""
     path = tmp_path / "io32.eds"
     head = "[1600sub0]\nParameterName=Number of mapped objects in PDO\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\n"
     assert f"{head}DefaultValue=4" in TEXT
     path.write_text(TEXT.replace(f"{head}DefaultValue=4", f"{head}DefaultValue=4294967295"))
-    assert any("1600sub0" in str(one) for one in check_eds(path))
+    assert any("1600sub0" in str(finding) for finding in check_eds(path))
 
 
 @pytest.mark.parametrize("key", ["\u00b2", "9" * 5000])
@@ -60,15 +60,15 @@ def test_a_number_in_a_list_of_objects_that_is_none(tmp_path: Path, key: str) ->
 
 @pytest.mark.parametrize(("sub", "is_described"), [(0, False), (1, True), (4, True), (5, False)])
 def test_members_of_a_compact_array_may_be_mapped(tmp_path: Path, sub: int, is_described: bool) -> None:
-    """CiA 306-1 4.6.3.2: one section tells of all members but sub-index 0."""
+    """One section describes all members except sub-index 0 (CiA 306-1 4.6.3.2)."""
     path = tmp_path / "io32.eds"
     described = "ObjectType=0x8\nCompactSubObj=4\nDataType=0x0003\nAccessType=rww\nPDOMapping=1\n"
     head = "[6411]\nParameterName=Write analogue output 16-bit\n"
     text = TEXT.replace(f"{head}ObjectType=0x8\nSubNumber=5\n", head + described)
     before, after = text[: text.index("[6411sub0]")], text[text.index("[6421]") :]
     path.write_text((before + after).replace("DefaultValue=0x64110110", f"DefaultValue=0x6411{sub:02d}10"))
-    said = [str(one) for one in check_eds(path)]
-    assert all(f"sub-index {sub} is not described" in one for one in said)
+    said = [str(finding) for finding in check_eds(path)]
+    assert all(f"sub-index {sub} is not described" in text for text in said)
     assert bool(said) != is_described
 
 
@@ -76,11 +76,11 @@ def test_findings_come_in_order_of_lines_with_place_and_remedy(tmp_path: Path) -
     path = tmp_path / "bare.eds"
     path.write_text("[FileInfo]\n[1000]\nDataType=7\n")
     found = check_eds(path)
-    assert [one.line for one in found] == sorted(one.line for one in found)
-    assert all(one.what and one.remedy for one in found)
+    assert [finding.line for finding in found] == sorted(finding.line for finding in found)
+    assert all(finding.what and finding.remedy for finding in found)
     assert (
         str(found[-1])
-        == "2: error: [1000] AccessType: is missing; one of ro, wo, rw, rwr, rww, const; it is read as rw"
+        == "2: error: [1000] AccessType: is missing; expected one of ro, wo, rw, rwr, rww, const; it is read as rw"
     )
 
 
@@ -109,7 +109,7 @@ def test_no_file_raises(tmp_path_factory: pytest.TempPathFactory, edits: list[tu
         }[what]
     path = tmp_path_factory.mktemp("eds") / "io32.eds"
     path.write_text("\n".join(changed), encoding="utf-8", errors="replace")
-    assert all(one.remedy for one in check_eds(path))
+    assert all(finding.remedy for finding in check_eds(path))
 
 
 # The command
@@ -130,7 +130,9 @@ def test_command_fails_on_errors_and_names_file_and_line(tmp_path: Path) -> None
     code, said = run(str(path))
     assert code == 2
     line = TEXT.splitlines().index("SubNumber=5") + 1
-    assert said.startswith(f"{path}:{line}: error: [1018] SubNumber: 4; 5, as many sub-indices as are described\n")
+    assert said.startswith(
+        f"{path}:{line}: error: [1018] SubNumber: 4; expected 5, the number of described sub-indices\n"
+    )
 
 
 def test_command_gives_json_and_passes_with_warnings(tmp_path: Path) -> None:
@@ -140,7 +142,7 @@ def test_command_gives_json_and_passes_with_warnings(tmp_path: Path) -> None:
     assert code == 0
     finding = json.loads(said)
     assert (finding["severity"], finding["key"], finding["remedy"]) == ("warning", "FileName", "the file is other.eds")
-    assert [one.severity for one in check_eds(path)] == [Severity.WARNING]
+    assert [finding.severity for finding in check_eds(path)] == [Severity.WARNING]
 
 
 def test_command_says_which_file_can_t_be_read(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`fieldrig eds check` and `fieldrig check` name the same things of the same file, for files that tools write oddly."""
+"""`fieldrig eds check` and `fieldrig check` report the same findings for the same file, however odd it is."""
 
 import json
 import re
@@ -18,28 +18,28 @@ TEXT = IO32.read_text()
 REFUSED = re.compile(r"[^\n]*device.eds:(\d+): (error|warning): ([^\n]*)")
 
 Named = set[tuple[int, str]]
-"""Lines, and what is said of them."""
+"""Findings as line and text."""
 
 
 def run(*arguments: object) -> Any:
-    return CliRunner().invoke(app, [str(one) for one in arguments])
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def named_by_eds_check(paths: list[Path]) -> dict[Path, Named]:
     named: dict[Path, Named] = {path: set() for path in paths}
     for line in run("eds", "check", "--json", *paths).stdout.splitlines():
-        one = json.loads(line)
-        named[Path(one["file"])].add((one["line"], said(one)))
+        finding = json.loads(line)
+        named[Path(finding["file"])].add((finding["line"], said(finding)))
     return named
 
 
-def said(one: dict[str, Any]) -> str:
-    place = " ".join(part for part in (f"[{one['section']}]" if one["section"] else "", one["key"]) if part)
-    return f"{place + ': ' if place else ''}{one['what']}; {one['remedy']}"
+def said(finding: dict[str, Any]) -> str:
+    place = " ".join(part for part in (f"[{finding['section']}]" if finding["section"] else "", finding["key"]) if part)
+    return f"{place + ': ' if place else ''}{finding['what']}; {finding['remedy']}"
 
 
 def named_by_check(paths: list[Path]) -> dict[Path, Named]:
-    """With a node for each file, on a bus of its own."""
+    """Return the findings of `fieldrig check` for a rig with a node for each file, each on a bus of its own."""
     rig = paths[0].parents[1] / "rig.yaml"
     buses = "".join(f"  can{number}: {{kind: can.virtual}}\n" for number in range(len(paths)))
     nodes = "".join(
@@ -48,14 +48,14 @@ def named_by_check(paths: list[Path]) -> dict[Path, Named]:
     )
     rig.write_text(f"time: virtual\nbuses:\n{buses}devices:\n{nodes}")
     named: dict[Path, Named] = {path: set() for path in paths}
-    for one in json.loads(run("check", "--json", rig).stdout):
-        if one.get("severity") == "warning":
-            key = f"{one['key']}: " if one["key"] else ""
-            named[Path(one["file"])].add((one["line"], f"{key}{one['what']}; {one['remedy']}"))
+    for mistake in json.loads(run("check", "--json", rig).stdout):
+        if mistake.get("severity") == "warning":
+            key = f"{mistake['key']}: " if mistake["key"] else ""
+            named[Path(mistake["file"])].add((mistake["line"], f"{key}{mistake['what']}; {mistake['remedy']}"))
         else:
-            number = re.fullmatch(r"devices\.io(\d+)\.eds", one["key"])
-            assert number is not None, one
-            named[paths[int(number[1])]] = {(int(line), rest) for line, _, rest in REFUSED.findall(one["what"])}
+            number = re.fullmatch(r"devices\.io(\d+)\.eds", mistake["key"])
+            assert number is not None, mistake
+            named[paths[int(number[1])]] = {(int(line), rest) for line, _, rest in REFUSED.findall(mistake["what"])}
     return named
 
 

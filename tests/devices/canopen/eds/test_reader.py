@@ -1,4 +1,4 @@
-"""EDS and DCF files, CiA 306-1: what becomes of them, and what is said of those that are wrong."""
+"""EDS and DCF files, CiA 306-1: the dictionaries made from them, and the findings in wrong files."""
 
 import re
 from configparser import RawConfigParser
@@ -63,7 +63,7 @@ def test_our_files_list_exactly_the_objects_they_describe(path: Path) -> None:
     described = [int(name, 16) for name in file.sections() if re.fullmatch("[0-9A-F]{4}", name)]
     assert sorted(listed) == sorted(described)
     for name in described:
-        subs = [one for one in file.sections() if one.startswith(f"{name:04X}sub")]
+        subs = [section for section in file.sections() if section.startswith(f"{name:04X}sub")]
         assert file.getint(f"{name:04X}", "SubNumber", fallback=0) == len(subs)
 
 
@@ -78,7 +78,7 @@ def test_our_dictionary_is_what_canopen_reads(path: Path) -> None:
             assert ours.value == their.default
 
 
-# What other makers write.
+# Files of other makers.
 
 
 def test_node_id_expressions(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_parameter_value_of_a_dcf_goes_before_the_default(tmp_path: Path) -> Non
 
 
 def test_the_first_sdo_server_is_where_every_master_looks_for_it(tmp_path: Path) -> None:
-    """CiA 301 7.5.2.33: 600h and 580h plus the node-ID, also if the file was written for another node."""
+    """Its COB-IDs are 600h and 580h plus the node-ID even in a file for another node (CiA 301 7.5.2.33)."""
     text = """
 [1200]
 ObjectType=9
@@ -167,7 +167,7 @@ NrOfEntries=1
 def test_compact_sub_objects_are_written_out(tmp_path: Path) -> None:
     dictionary = describe(tmp_path, COMPACT)
     assert dictionary.number(0x2000, 0) == 3
-    found = [(one.name, one.value, one.is_mappable) for one in dictionary.members(0x2000)]
+    found = [(variable.name, variable.value, variable.is_mappable) for variable in dictionary.members(0x2000)]
     assert found == [("Speed 1", 7, True), ("Fast", 7, True), ("Speed 3", 9, True)]
 
 
@@ -179,7 +179,7 @@ def test_limits_in_all_forms(tmp_path: Path) -> None:
         )
     )
     dictionary = describe(tmp_path, text)
-    found = [(one.low, one.high) for one in dictionary if one.index >= 0x2000]
+    found = [(variable.low, variable.high) for variable in dictionary if variable.index >= 0x2000]
     assert found == [(-10, 10), (None, None), (-0.5, 0.5), (-3, 255), (None, None)]
 
 
@@ -222,16 +222,16 @@ def test_other_encodings_are_read(tmp_path: Path) -> None:
     assert 0x1000 in load(path, 6)
 
 
-# Files that are odd: they run, and each oddity is named with its line, its key and what was expected.
+# Odd files are accepted, and each oddity is reported with its line, its key and what was expected.
 
 
 def start(folder: Path, data_type: int, value: str) -> str:
-    """What object 2000h holds after power-on, as bytes in hex."""
+    """Return the power-on value of object 2000h, as bytes in hex."""
     text = f"[2000]\nDataType={data_type:#06x}\nAccessType=rw\nDefaultValue={value}\n"
     return describe(folder, text).find(0x2000, 0).start.hex(" ")
 
 
-# As CiA 306-1 has it, or as files of several makers do; what is odd about the second kind.
+# Notations of CiA 306-1, without a finding, and those of various makers, with their finding.
 VALUES = [
     # OCTET_STRING: hex digits, whatever a number of these digits would be
     (0x0A, "0102", "01 02", ""),
@@ -261,16 +261,16 @@ VALUES = [
     # numbers
     (0x07, "$NODEID + 0x600", "05 06 00 00", ""),
     (0x07, "0x80000200+$nodeid", "05 02 00 80", ""),
-    (0x06, "80h", "80 00", "0x80: hexadecimal numbers begin with 0x"),
+    (0x06, "80h", "80 00", "0x80: hexadecimal numbers start with 0x"),
     (0x06, "09", "09 00", "9: a leading 0 makes a number octal"),
     (0x06, "10.0", "0a 00", "10, a whole number"),
     (0x05, "TRUE", "01", "1"),
     (0x01, "false", "00", "0"),
-    (0x05, "-1", "ff", "0xFF, the same in 8 bits"),
-    (0x03, "0xFFFF8000", "00 80", "0x8000, the same in 16 bits"),
+    (0x05, "-1", "ff", "0xFF, the same value in 8 bits"),
+    (0x03, "0xFFFF8000", "00 80", "0x8000, the same value in 16 bits"),
     (0x03, "0x8000", "00 80", ""),
-    (0x05, "256", "00", "from 0 to 255, what UNSIGNED8 can hold"),
-    (0x03, "0x12345678", "00 00", "from -32768 to 32767, what INTEGER16 can hold"),
+    (0x05, "256", "00", "0 to 255, the range of UNSIGNED8"),
+    (0x03, "0x12345678", "00 00", "-32768 to 32767, the range of INTEGER16"),
     (0x05, "abc", "00", "a number, such as 10 or 0x0A"),
 ]  # fmt: skip
 
@@ -278,9 +278,11 @@ VALUES = [
 @pytest.mark.parametrize(("data_type", "text", "data", "odd"), VALUES)
 def test_default_values_in_all_ways_of_writing(tmp_path: Path, data_type: int, text: str, data: str, odd: str) -> None:
     assert start(tmp_path, data_type, text) == data
-    found = [one for one in oddities(tmp_path / "device.eds") if one.key == "DefaultValue"]
-    assert [(one.line, one.what, one.is_refused) for one in found] == ([(8, text, False)] if odd else [])
-    assert all(one.remedy.startswith(odd) for one in found)
+    found = [finding for finding in oddities(tmp_path / "device.eds") if finding.key == "DefaultValue"]
+    assert [(finding.line, finding.what, finding.is_refused) for finding in found] == (
+        [(8, text, False)] if odd else []
+    )
+    assert all(finding.remedy.startswith(f"expected {odd}") for finding in found)
 
 
 @pytest.mark.parametrize(
@@ -295,8 +297,8 @@ def test_default_values_in_all_ways_of_writing(tmp_path: Path, data_type: int, t
 def test_access_types_in_all_ways_of_writing(tmp_path: Path, said: str, access: str, is_odd: bool) -> None:
     dictionary = describe(tmp_path, f"[2000]\nDataType=5\nAccessType={said}\n")
     assert dictionary.find(0x2000, 0).access.value == access
-    found = [one for one in oddities(tmp_path / "device.eds") if one.key == "AccessType"]
-    assert [(one.line, f"read as {access}" in one.remedy) for one in found] == (
+    found = [finding for finding in oddities(tmp_path / "device.eds") if finding.key == "AccessType"]
+    assert [(finding.line, f"read as {access}" in finding.remedy) for finding in found] == (
         [(7 if said else 5, True)] if is_odd else []
     )
 
@@ -308,12 +310,12 @@ def test_odd_file_becomes_a_node_and_what_is_odd_is_named(tmp_path: Path, text: 
 
 
 def test_stored_eds_of_another_type_is_a_value_of_its_own(tmp_path: Path) -> None:
-    """1021h as UNSIGNED32: the node does as its EDS says, and gives four bytes."""
+    """With 1021h as UNSIGNED32, the node follows its EDS and returns four bytes."""
     bench = CanopenBench(eds(tmp_path, "[1021]\nDataType=7\nAccessType=ro\nDefaultValue=7\n"))
     assert bench.sdo("40 21 10 00 00 00 00 00") == "43 21 10 00 07 00 00 00"
 
 
-# Files that are refused: an object is left without a meaning.
+# Refused files, in which an object has no data type.
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG)
@@ -396,5 +398,5 @@ def test_numbers(text: str, number: int) -> None:
 
 @pytest.mark.parametrize("text", ["", "x", "1.5", "0x", "$NODEID", "08"])
 def test_what_is_no_number(text: str) -> None:
-    with pytest.raises(ValueError, match=r"no number|invalid literal"):
+    with pytest.raises(ValueError, match=r"not a number|invalid literal"):
         parse_number(text)

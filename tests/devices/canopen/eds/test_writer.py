@@ -1,4 +1,4 @@
-"""EDS and DCF files that come out of a node, against those that went in."""
+"""EDS and DCF files that a node returns, compared with those from which it was made."""
 
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ OURS = [IO32, LEVEL_SENSOR]
 
 
 def by_sdo(bench: CanopenBench, request: str) -> bytes:
-    """A segmented upload, whole."""
+    """Return all data of a segmented upload."""
     answer = bytes.fromhex(bench.sdo(request))
     size, data, toggle = int.from_bytes(answer[4:], "little"), b"", 0x60
     while len(data) < size:
@@ -30,7 +30,7 @@ def by_sdo(bench: CanopenBench, request: str) -> bytes:
 
 
 def test_eds_that_the_node_keeps_is_the_one_that_went_in(tmp_path: Path, bench: CanopenBench) -> None:
-    """Object 1021h, byte for byte, so comments too."""
+    """Object 1021h contains the file byte for byte, including comments."""
     data = by_sdo(bench, "40 21 10 00 00 00 00 00")
     assert data == IO32.read_bytes()
     assert bench.sdo("40 22 10 00 00 00 00 00") == "4f 22 10 00 00 00 00 00"
@@ -38,7 +38,7 @@ def test_eds_that_the_node_keeps_is_the_one_that_went_in(tmp_path: Path, bench: 
 
 @pytest.mark.parametrize("path", OURS, ids=lambda path: path.name)
 def test_file_that_is_written_means_the_same(path: Path, tmp_path: Path) -> None:
-    """All sections, keys and values, `Comments` and lists too; canopen's reader finds the same objects in both."""
+    """All sections, keys and values are equal, and canopen's reader finds the same objects in both files."""
     out = tmp_path / path.name
     out.write_text(write_eds(EdsSource(path)))
     assert meaning(EdsSource(out)) == meaning(EdsSource(path))
@@ -48,19 +48,28 @@ def test_file_that_is_written_means_the_same(path: Path, tmp_path: Path) -> None
 def described(path: Path) -> list[Any]:
     found = canopen.import_od(str(path), 5)
     return [
-        (one.index, one.subindex, one.name, one.data_type, one.access_type, one.default, one.min, one.max)
+        (
+            variable.index,
+            variable.subindex,
+            variable.name,
+            variable.data_type,
+            variable.access_type,
+            variable.default,
+            variable.min,
+            variable.max,
+        )
         for top in found.values()
-        for one in ([top] if isinstance(top, canopen.objectdictionary.ODVariable) else top.values())
+        for variable in ([top] if isinstance(top, canopen.objectdictionary.ODVariable) else top.values())
     ]
 
 
 def test_comments_order_and_case_carry_no_meaning(tmp_path: Path) -> None:
-    one, other = tmp_path / "one.eds", tmp_path / "other.eds"
-    one.write_text("[1000]\nDataType=7\nAccessType=ro\n[2000]\nDataType=5\n")
+    first, other = tmp_path / "one.eds", tmp_path / "other.eds"
+    first.write_text("[1000]\nDataType=7\nAccessType=ro\n[2000]\nDataType=5\n")
     other.write_text("; made by hand\n[2000]\ndatatype = 5 ; a byte\n\n[1000]\nACCESSTYPE=ro\nDataType=7\n")
-    assert meaning(EdsSource(one)) == meaning(EdsSource(other))
+    assert meaning(EdsSource(first)) == meaning(EdsSource(other))
     other.write_text("[1000]\nDataType=7\nAccessType=ro\n[2000]\nDataType=6\n")
-    assert meaning(EdsSource(one)) != meaning(EdsSource(other))
+    assert meaning(EdsSource(first)) != meaning(EdsSource(other))
 
 
 def test_dcf_has_the_present_values_and_makes_the_same_node(tmp_path: Path, bench: CanopenBench) -> None:
@@ -78,7 +87,7 @@ def test_dcf_has_the_present_values_and_makes_the_same_node(tmp_path: Path, benc
     heartbeat = canopen.import_od(str(path), 5).get_variable(0x1017)
     assert heartbeat is not None
     assert heartbeat.value == 100
-    assert [one for one in check_eds(path) if one.severity is Severity.ERROR] == []
+    assert [finding for finding in check_eds(path) if finding.severity is Severity.ERROR] == []
 
 
 def test_dcf_without_its_values_means_the_eds(tmp_path: Path, bench: CanopenBench) -> None:
@@ -91,7 +100,7 @@ def test_dcf_without_its_values_means_the_eds(tmp_path: Path, bench: CanopenBenc
     assert left == meaning(EdsSource(IO32))
 
 
-TYPES = [number for number, one in DATA_TYPES.items() if one is not DOMAIN]
+TYPES = [number for number, data_type in DATA_TYPES.items() if data_type is not DOMAIN]
 
 
 @settings(max_examples=200, deadline=None)
@@ -99,7 +108,7 @@ TYPES = [number for number, one in DATA_TYPES.items() if one is not DOMAIN]
 def test_values_that_are_written_are_read_as_the_same_bytes(
     tmp_path_factory: pytest.TempPathFactory, held: list[tuple[int, bytes]]
 ) -> None:
-    """Of every type; a text that fits on no line is left out, and reads as the default."""
+    """This holds for all data types; a text that doesn't fit on a line is omitted and reads as the default."""
     folder = tmp_path_factory.mktemp("eds")
     lines = "".join(
         f"[20{number:02X}]\nDataType={data_type:#x}\nAccessType=rw\n" for number, (data_type, _) in enumerate(held)

@@ -120,7 +120,7 @@ def make(folder: Path, *, rpdo: int = 0, tpdo: int = 0, inhibit: int = 0, group:
     return bench
 
 
-# Source address mode: the scanner list says what is told, the dispatching list where it goes.
+# Source address mode: the scanner list selects the objects to send, the dispatching list their destinations.
 
 
 def test_changes_of_scanned_objects_are_told_with_their_source(tmp_path: Path) -> None:

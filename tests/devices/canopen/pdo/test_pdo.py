@@ -130,7 +130,7 @@ def test_cyclic_tpdo_is_sent_at_every_nth_sync(bench: CanopenBench, cycle: int) 
 
 
 def test_tpdo_carries_what_its_sync_puts_into_effect(tmp_path: Path) -> None:
-    """RPDOs first: a mapped output goes out as the same SYNC has set it."""
+    """RPDOs are processed first, so a mapped output is sent with the value that the same SYNC has set."""
     parts = [("0x20000010", "0x06", "rw", "")]
     bench = CanopenBench(tmp_eds(tmp_path, rpdo=parts, tpdo=parts))
     bench.write(type_of_rpdo_1(1), type_of_tpdo_1(1))
@@ -221,7 +221,7 @@ def test_cyclic_tpdo_waits_for_its_sync_start_value(bench: CanopenBench) -> None
 
 
 def change_of_tpdo_1(*requests: str) -> Script:
-    """With the PDO not valid meanwhile."""
+    """Make the PDO invalid for the time of a change."""
     steps = ["23 00 18 01 85 01 00 c0", *requests, "23 00 18 01 85 01 00 40"]
     return [(step, f"60 {step[3:11]} 00 00 00 00") for step in steps]
 
@@ -342,7 +342,7 @@ def tmp_eds(
     rpdo: list[tuple[str, str, str, str]] | None = None,
     tpdo: list[tuple[str, str, str, str]] | None = None,
 ) -> Path:
-    """A node whose PDOs map (entry, data type, access, more), with the objects that the entries name."""
+    """Write the EDS of a node whose PDOs map (entry, data type, access, more), and which has these objects."""
     lines = ["[1000]", "DataType=7", "AccessType=ro", "[1005]", "DataType=7", "AccessType=rw", "DefaultValue=0x80"]
     objects = {}
     for index, parts, cob_id in ((0x1400, rpdo, "0x200"), (0x1800, tpdo, "0x180")):
@@ -390,7 +390,7 @@ DEADLINE_OF_100_MS = "2b 00 14 05 64 00 00 00"
 def test_rpdo_that_stays_away_is_reported_until_it_is_back(bench: CanopenBench) -> None:
     bench.write(DEADLINE_OF_100_MS)
     bench.send(START)
-    assert bench.after(1000) == []  # the watch begins with the first one
+    assert bench.after(1000) == []  # supervision starts with the first RPDO
     for _ in range(3):
         bench.send("205#01 02 03 04")
         assert bench.after(99) == []

@@ -55,7 +55,7 @@ def block(tmp_path: Path) -> CanopenBench:
 
 
 def say(bench: CanopenBench, request: str) -> list[str]:
-    """All that the server answers to one request."""
+    """Return all answers of the server to one request."""
     return [frame.removeprefix("585#") for frame in bench.send(f"605#{request}")]
 
 
@@ -88,7 +88,7 @@ SCRIPTS: dict[str, Script] = {
         ("c2 00 20 00 09 00 00 00", "a0 00 20 00 7f 00 00 00"),
         ("00 31 32 33 34 35 36 37", "80 00 20 00 03 00 04 05"),
     ],
-    "a gap is told at the end of the block and filled": [
+    "a gap is reported at the end of the block and filled": [
         ("c6 00 20 00 09 00 00 00", "a4 00 20 00 7f 00 00 00"),
         ("82 38 39 00 00 00 00 00", "a2 00 7f 00 00 00 00 00"),
         ("01 31 32 33 34 35 36 37", ""),

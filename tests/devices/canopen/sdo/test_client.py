@@ -1,4 +1,4 @@
-"""SDO client against byte tables of CiA 301 7.2.4.3, our own server, and python canopen's.  The server is node 1."""
+"""SDO client against byte tables of CiA 301 7.2.4.3, our server, and that of python-canopen; the server is node 1."""
 
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +16,7 @@ from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.sdo.client import SdoClient
 
 Script = list[tuple[str, str]]
-"""What the client must send, and what the server answers; "" for silence."""
+"""Expected requests of the client, each with the server's answer, "" for none."""
 TEXT = bytes.fromhex("46 69 65 6c 64 20 72 69 67 21")
 
 
@@ -38,7 +38,7 @@ class Bench:
         self.results.append(f"{result.code:08x}" if isinstance(result, Abort) else result)
 
     def play(self, script: Script) -> list[Any]:
-        """What the client makes of it."""
+        """Play the server's part, and return the result of the client."""
         for request, answer in script:
             assert self.take() == [f"601#{request}"]
             if answer:
@@ -88,7 +88,7 @@ def test_up_to_four_bytes_are_written_at_once(bench: Bench, data: str, request_:
         ("4b 00 60 01 e8 03 00 00", "e8 03"),
         ("47 00 60 01 01 02 03 00", "01 02 03"),
         ("43 00 60 01 01 02 03 04", "01 02 03 04"),
-        ("42 00 60 01 01 02 03 04", "01 02 03 04"),  # the size isn't told
+        ("42 00 60 01 01 02 03 04", "01 02 03 04"),  # without a size
     ],
 )
 def test_up_to_four_bytes_are_read_at_once(bench: Bench, answer: str, data: str) -> None:
@@ -156,7 +156,7 @@ def test_servers_abort_is_handed_on(bench: Bench, begin: Callable[[Bench], None]
 def test_abort_code_that_no_standard_has_is_handed_on_too(bench: Bench) -> None:
     bench.upload(0x1009, 0)
     assert bench.play([("40 09 10 00 00 00 00 00", "80 09 10 00 ff ee dd cc")]) == ["ccddeeff"]
-    assert str(Abort(0xCCDDEEFF)) == "CCDDEEFFh a code of its own"
+    assert str(Abort(0xCCDDEEFF)) == "CCDDEEFFh an unknown code"
 
 
 UPLOADING = [("40 08 10 00 00 00 00 00", "41 08 10 00 0a 00 00 00"), ("60" + " 00" * 7, "")]
@@ -279,18 +279,18 @@ def test_whatever_comes_back_there_is_one_result(is_upload: bool, good: int, ans
     else:
         bench.download(0x1008, 0, TEXT)
     sound = ("41 08 10 00 0a", "00" + " 41" * 7) if is_upload else ("60 08 10 00", "20")
-    for answer in (*(bytes.fromhex(one).ljust(8, b"\0") for one in sound[:good]), *answers):
+    for answer in (*(bytes.fromhex(text).ljust(8, b"\0") for text in sound[:good]), *answers):
         bench.can.deliver(CanFrame(0x581, answer))
     bench.after(100)
     assert len(bench.results) == 1
     assert not bench.client.is_busy
 
 
-# Against servers
+# Real servers
 
 
 class OurServer:
-    """The I/O module, node 5."""
+    """Our server: the I/O module as node 5."""
 
     def __init__(self) -> None:
         self.bench, self.client = CanopenBench(), Bench(5)
@@ -306,7 +306,7 @@ class OurServer:
 
 
 class CanopenServer(canopen.Network):
-    """Python canopen's, with the same EDS."""
+    """The server of python-canopen, with the same EDS."""
 
     def __init__(self) -> None:
         super().__init__()

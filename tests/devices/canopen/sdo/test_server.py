@@ -1,4 +1,4 @@
-"""SDO server, CiA 301 7.2.4.3: what a client sends, and what the server answers, byte by byte."""
+"""SDO server, CiA 301 7.2.4.3: requests of a client and the server's answers, byte by byte."""
 
 from pathlib import Path
 

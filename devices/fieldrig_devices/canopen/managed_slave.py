@@ -1,13 +1,13 @@
-"""What a master does for one slave: configure it, start it, watch its heartbeat, and bring it back when it was gone.
+"""A slave that a master manages: configures it, starts it, supervises its heartbeat, and restarts it after a loss.
 
-Source: CiA 302-2, 'boot NMT slave', in its plain form: the configuration is written by SDO, then the slave is started.
-Left out: identity checks, node guarding, program download, the reset of a slave that keeps it from running on (here it
-is made pre-operational before it is configured, which leaves its outputs alone).
+Source: CiA 302-2, 'boot NMT slave', in its simple form: the configuration is written by SDO, then the slave is started.
+Left out: identity checks, node guarding, program download, and the reset of a slave that is still running (here it
+becomes 'pre-operational' before it is configured, which doesn't affect its outputs).
 
-    our start, or a heartbeat of a slave that was lost    pre-operational, configuration, start
+    `start`, or a heartbeat of a lost slave               pre-operational, configuration, start
     boot-up message                                       configuration, start
-    no answer                                             the same again after `RETRY_NS`
-    heartbeat of a running slave says it doesn't run      start
+    no answer                                             another attempt after `RETRY_NS`
+    heartbeat with another state than 'operational'       start
     no heartbeat within the limit                         lost
 """
 
@@ -33,7 +33,7 @@ SDO_TIMEOUT_NS: Final = 500 * MS
 RETRY_NS: Final = 1 * S
 STATES: Final = {int(state): state for state in State}
 TOGGLE: Final = 0x80
-"""Of node guarding; a heartbeat has it at 0."""
+"""Toggle bit of node guarding; it is 0 in a heartbeat."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,21 +46,21 @@ class Write:
 
 
 def watch_over(node_id: int, limit_ms: int) -> Write:
-    """Lets a slave watch the heartbeat of `node_id`, such as its master's, with its first entry of 1016h."""
+    """Return the write to 1016h:01h that lets a slave supervise the heartbeat of `node_id`, such as its master's."""
     return Write(CONSUMER_TIME, 1, (node_id << 16 | limit_ms).to_bytes(4, "little"))
 
 
 class Presence(Enum):
     OFF = auto()
-    """Not started yet."""
+    """Not started."""
     CONFIGURING = auto()
     RUNNING = auto()
     ABSENT = auto()
-    """It doesn't answer, or its heartbeat has stopped."""
+    """The slave doesn't answer, or its heartbeat has stopped."""
 
 
-class RemoteNode:
-    """The master's view of slave `node_id`; `can` is its own end of the bus, `sdo` its SDO client for others to use."""
+class ManagedSlave:
+    """The master's view of slave `node_id`.  `can` is a link of its own; `sdo` is its SDO client, for general use."""
 
     def __init__(
         self,
@@ -75,11 +75,11 @@ class RemoteNode:
         limit_ms: int | None = None,
         sdo_timeout_ns: int = SDO_TIMEOUT_NS,
     ) -> None:
-        """`heartbeat_ms` is written to 1017h, after `configuration`; 0: no heartbeat is asked for, nor watched.
+        """`heartbeat_ms` is written to 1017h after `configuration`; with 0 there is no heartbeat and no supervision.
 
-        `limit_ms` without a heartbeat is a loss; twice the time if it isn't given.
-        `on_lost` is called once when it is lost or has rebooted, or doesn't answer at our start; `on_back` each time
-        it was started, the first time too.
+        The slave is lost after `limit_ms` without a heartbeat; the default is twice the heartbeat time.  `on_lost` is
+        called once when the slave is lost, has rebooted, or doesn't answer after `start`; `on_back` is called each
+        time that the slave has been started, including the first.
         """
         self._clock, self.node_id = clock, node_id
         self._on_lost, self._on_back = on_lost, on_back
@@ -90,13 +90,13 @@ class RemoteNode:
         self._can = shared.share()
         self.sdo = SdoClient(clock, shared.share(), node_id, sdo_timeout_ns)
         self._silence = Deadline(clock, self._lose)
-        self._retry = Deadline(clock, self._take_up)
-        self._is_told_lost = False
+        self._retry = Deadline(clock, self._boot)
+        self._is_reported_lost = False
         self.presence = Presence.OFF
         self.state: State | None = None
-        """As its last heartbeat said."""
+        """NMT state of the last heartbeat."""
         self.refused: dict[Write, Abort] = {}
-        """What of its configuration it didn't take the last time; it was started all the same."""
+        """Writes that the slave refused in its last configuration; it is started nevertheless."""
         self._can.on_receive(self._on_frame, [[ERROR_CONTROL_ID + node_id, EXTENDED_KEY | STANDARD_MASK]])
 
     @property
@@ -104,17 +104,17 @@ class RemoteNode:
         return self.presence is Presence.RUNNING
 
     def start(self) -> None:
-        """Configure and start it; also if it runs already."""
-        self._is_told_lost = False
-        self._take_up()
+        """Configure and start the slave, even if it is already running."""
+        self._is_reported_lost = False
+        self._boot()
 
     def stop(self) -> None:
-        """Watch it no longer."""
+        """End the supervision."""
         self._forget()
         self.presence = Presence.OFF
 
     def command(self, command: Command) -> None:
-        """NMT, to this node alone."""
+        """Send an NMT command to this slave only."""
         self._can.send(CanFrame(NMT_ID, bytes((command, self.node_id))))
 
     def _forget(self) -> None:
@@ -122,7 +122,7 @@ class RemoteNode:
         self._silence.cancel()
         self._retry.cancel()
 
-    def _take_up(self) -> None:
+    def _boot(self) -> None:
         self.command(Command.ENTER_PRE_OPERATIONAL)
         self._configure()
 
@@ -151,8 +151,8 @@ class RemoteNode:
         self.presence = Presence.RUNNING
         self.command(Command.START)
         if self._heartbeat is not None and self._heartbeat not in self.refused:
-            self._watch()  # what sends none by itself is watched from the first one on
-        self._is_told_lost = False
+            self._watch()  # otherwise supervision starts with the first heartbeat
+        self._is_reported_lost = False
         self._on_back()
 
     def _watch(self) -> None:
@@ -164,11 +164,11 @@ class RemoteNode:
         self.presence = Presence.ABSENT
         self.state = None
         self._retry.set(self._clock.now_ns() + RETRY_NS)
-        self._tell_lost()
+        self._report_lost()
 
-    def _tell_lost(self) -> None:
-        if not self._is_told_lost:
-            self._is_told_lost = True
+    def _report_lost(self) -> None:
+        if not self._is_reported_lost:
+            self._is_reported_lost = True
             self._on_lost()
 
     def _on_frame(self, frame: CanFrame) -> None:
@@ -183,13 +183,13 @@ class RemoteNode:
         was_running, self.presence = self.is_running, Presence.CONFIGURING
         self.state = State.PRE_OPERATIONAL
         if was_running:
-            self._tell_lost()
+            self._report_lost()
         self._configure()
 
     def _on_heartbeat(self, code: int) -> None:
         self.state = STATES.get(code)
         if self.presence is Presence.ABSENT:
-            self._take_up()
+            self._boot()
         elif self.is_running:
             self._watch()
             if self.state is not State.OPERATIONAL:

@@ -1,4 +1,4 @@
-"""A master's care for one slave, node 1: what it sends on a bench, and with our own node on a bus."""
+"""A slave that a master manages: node 1 on a bench, frame by frame, and our own node on a bus."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -16,7 +16,7 @@ from fieldrig.rig import Rig
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
-from fieldrig_devices.canopen.remote_node import Presence, RemoteNode, Write, watch_over
+from fieldrig_devices.canopen.managed_slave import ManagedSlave, Presence, Write, watch_over
 from fieldrig_devices.canopen.service import State
 
 PRE_OPERATIONAL, START = "000#80 01", "000#01 01"
@@ -30,7 +30,7 @@ class Bench:
     def __init__(self, heartbeat_ms: int = 100, **options: Any) -> None:
         self.clock, self.can = VirtualClock(), RecordedLink[CanFrame]()
         self.said: list[str] = []
-        self.node = RemoteNode(
+        self.node = ManagedSlave(
             self.clock,
             self.can,
             1,
@@ -54,7 +54,7 @@ class Bench:
         return [show(frame) for frame in self.can.take()]
 
     def tell(self) -> list[str]:
-        """What its owner was told since the last time."""
+        """Return the calls of `on_lost` and `on_back` since the last time."""
         said, self.said = self.said, []
         return said
 
@@ -250,14 +250,14 @@ def test_whatever_comes_lost_and_back_take_turns(events: list[tuple[int, bytes] 
 
 
 class Plant:
-    """The I/O module on a bus, and a master beside it."""
+    """The I/O module on a bus, with a master."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
         self.said: list[tuple[int, str]] = []
         master: EventNode = rig.attach("master")
         self.clock = master.clock
-        self.node = RemoteNode(
+        self.node = ManagedSlave(
             self.clock, master.link("can0"), 1, 100, lambda: self._on("lost"), lambda: self._on("back")
         )
         self.node.start()
