@@ -82,7 +82,7 @@ def structure(bench: Bench) -> Steps[None]:
         is_anywhere = True
         bench.check(len(data) == 4, f"4 bytes in {index:04X}h:FFh", data.hex(" "))
         member = bench.eds.get(index, 1) or bench.eds.get(index, 0)
-        if member is not None and data[0] in (7, 8):  # a record has a data type of its own
+        if member is not None and data[0] in (7, 8):  # a record has its own data type
             came = int.from_bytes(data[1:3], "little")
             bench.check(came == member.type, f"data type {member.type:04X}h in {index:04X}h:FFh", f"{came:04X}h")
     if not is_anywhere:
