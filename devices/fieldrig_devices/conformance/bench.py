@@ -194,6 +194,13 @@ class Bench:
             self.skip(f"{entry.key} is {entry.access} in the EDS")
         return entry
 
+    def entries(self, is_wanted: Callable[[Entry], bool], what: str) -> list[Entry]:
+        """Return the entries of the EDS that are wanted; the case is not applicable if there are none."""
+        entries = [entry for entry in self.eds if is_wanted(entry)]
+        if not entries:
+            self.skip(f"the EDS has no {what}")
+        return entries
+
     # Verdicts.
 
     def check(self, is_right: bool, expected: str, came: Callable[[], str] | str) -> None:

@@ -84,9 +84,7 @@ def configuration_date(bench: Bench) -> Steps[None]:
     "8.10", "Testing other 10", "CAN-IDs that are reserved for other services are refused.", "CiA 301 7.3.5, table 41"
 )
 def restricted_ids(bench: Bench) -> Steps[None]:
-    entries = [entry for entry in bench.eds if _is_cob_id(entry) and entry.is_writable]
-    if not entries:
-        bench.skip("the EDS has no COB-ID that can be written")
+    entries = bench.entries(lambda entry: _is_cob_id(entry) and entry.is_writable, "COB-ID that can be written")
     for entry in entries:
         before = yield from bench.read(entry.index, entry.sub)
         if entry.index != SYNC_ID and not before & INVALID:
