@@ -8,8 +8,8 @@ from canopen_bench import IO32
 
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
-from fieldrig_devices.conformance.bench import Options
 from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.report import Report
 from fieldrig_devices.conformance.run import choose, conform_virtual
 from fieldrig_devices.conformance.suite import Verdict

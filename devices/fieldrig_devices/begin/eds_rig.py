@@ -65,21 +65,21 @@ DEVICE_TYPE = bytes.fromhex("43 00 10 00 $device_type")
 
 def test_the_node_boots(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(RIG)
-    heard: list[CanFrame] = []
-    rig.attach("master").link("can0").on_receive(heard.append, interest=[(0x700 + NODE_ID, 0x7FF)])
+    received: list[CanFrame] = []
+    rig.attach("master").link("can0").on_receive(received.append, interest=[(0x700 + NODE_ID, 0x7FF)])
     rig.run_until(1 * S)
-    assert heard[0].data == b"\\x00"
+    assert received[0].data == b"\\x00"
 
 
 def test_a_master_reads_the_device_type_by_sdo(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(RIG)
     rig.run_until(1 * S)
-    heard: list[CanFrame] = []
+    received: list[CanFrame] = []
     can = rig.attach("master").link("can0")
-    can.on_receive(heard.append, interest=[(0x580 + NODE_ID, 0x7FF)])
+    can.on_receive(received.append, interest=[(0x580 + NODE_ID, 0x7FF)])
     can.send(CanFrame(0x600 + NODE_ID, READ_1000H))
     rig.run_until(2 * S)
-    assert [frame.data for frame in heard] == [DEVICE_TYPE]
+    assert [frame.data for frame in received] == [DEVICE_TYPE]
 ''')
 
 

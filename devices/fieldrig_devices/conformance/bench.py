@@ -5,7 +5,6 @@ the order that PDO and SYNC parameters require.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import ceil
 from typing import NoReturn
 
@@ -14,33 +13,16 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.allowed import ALLOWED
 from fieldrig_devices.conformance.description import Description, Entry
 from fieldrig_devices.conformance.line import Line, Matcher, Seen, Steps, Wait
+from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.sdo import MARGIN, Patience, Sdo
 from fieldrig_devices.conformance.verdict import Aborted, Failed, NotApplicable, SdoFault
 
 SDO_REQUEST, SDO_RESPONSE, ERROR_CONTROL = 0x600, 0x580, 0x700
 DEVICE_TYPE = 0x1000
-FIRST_TIMEOUT = 4
-"""Factor by which the first time-out exceeds the usual one."""
 SHORTEST_PERIOD_MS = 100
+"""Least period for heartbeats, SYNC and event timers."""
 SETTLE_MS = 50
 """Least time for the node to act on unacknowledged messages, such as NMT commands."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    timeout_ms: int = 500
-    """Time-out of an answer, from which all other times are derived.  It adapts to a slower node: see `Sdo`."""
-    boot_ms: int = 5000
-    """Time-out of a boot-up, and upper limit of the adapted time-out of an answer."""
-    may_store: bool = True
-    """True if the cases may write the node's non-volatile memory, which is restored afterwards."""
-    is_alone: bool = False
-    """True if there is no other node on the bus, so that NMT commands to all nodes are harmless."""
-
-    @property
-    def first_timeout_ms(self) -> int:
-        """Time-out until the first answer, which shows how fast the node is."""
-        return min(self.boot_ms, FIRST_TIMEOUT * self.timeout_ms)
 
 
 class Bench:
@@ -211,6 +193,13 @@ class Bench:
         if writable and not entry.is_writable:
             self.skip(f"{entry.key} is {entry.access} in the EDS")
         return entry
+
+    def entries(self, is_wanted: Callable[[Entry], bool], what: str) -> list[Entry]:
+        """Return the entries of the EDS that are wanted; the case is not applicable if there are none."""
+        entries = [entry for entry in self.eds if is_wanted(entry)]
+        if not entries:
+            self.skip(f"the EDS has no {what}")
+        return entries
 
     # Verdicts.
 

@@ -12,9 +12,9 @@ from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
     from fieldrig.config import DeviceEntry, RigConfig
-    from fieldrig_devices.conformance.bench import Options
     from fieldrig_devices.conformance.case import Case
     from fieldrig_devices.conformance.description import Description
+    from fieldrig_devices.conformance.options import Options
     from fieldrig_devices.conformance.report import Report
     from fieldrig_devices.conformance.run import OnResult
 
@@ -88,7 +88,7 @@ def conform(
         fieldrig conform --bus can.hub:run/lab/can0 --node 5 --eds io32.eds --only 'SDO*' --html out.html
     The exit code is 0 if no case failed, and 8 otherwise.
     """
-    from fieldrig_devices.conformance.bench import Options
+    from fieldrig_devices.conformance.options import Options
     from fieldrig_devices.conformance.report import as_data
     from fieldrig_devices.conformance.run import choose
     from fieldrig_devices.conformance.suite import Verdict

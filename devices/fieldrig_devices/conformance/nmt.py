@@ -30,19 +30,18 @@ class State(IntEnum):
     PRE_OPERATIONAL = 127
 
 
-LEADS_TO = {
-    Command.START: State.OPERATIONAL,
-    Command.STOP: State.STOPPED,
-    Command.ENTER_PRE_OPERATIONAL: State.PRE_OPERATIONAL,
+COMMAND_FOR = {
+    State.OPERATIONAL: Command.START,
+    State.STOPPED: Command.STOP,
+    State.PRE_OPERATIONAL: Command.ENTER_PRE_OPERATIONAL,
 }
-COMMAND_FOR = {state: command for command, state in LEADS_TO.items()}
 
 
 def command(bench: Bench, wanted: Command, node_id: int | None = None) -> Steps[None]:
     """Send a command to the node or another address, and wait until the node has acted on it."""
     bench.is_moved = True
     bench.send(NMT_ID, bytes((wanted, bench.node_id if node_id is None else node_id)))
-    if wanted in LEADS_TO:
+    if wanted in COMMAND_FOR.values():
         yield from bench.settle()
 
 

@@ -8,9 +8,6 @@ from fieldrig_devices.conformance.bench import show
 from fieldrig_devices.conformance.line import Seen
 from fieldrig_devices.conformance.suite import Result, Verdict
 
-MOST_FRAMES = 60
-"""Most frames of a case that a report shows, the first and the last ones."""
-
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -46,6 +43,10 @@ class Report:
 
 def seconds(result: Result) -> float:
     return (result.ended_ns - result.started_ns) / 1e9
+
+
+MOST_FRAMES = 60
+"""Most frames of a case that a report shows, the first and the last ones."""
 
 
 def shown_frames(result: Result, most: int = MOST_FRAMES) -> list[str]:

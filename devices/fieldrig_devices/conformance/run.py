@@ -14,10 +14,11 @@ from fieldrig.rig import Rig
 from fieldrig.tool_member import OnEnd, join
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance import cases as _families
-from fieldrig_devices.conformance.bench import Bench, Options
+from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import CASES, Case
 from fieldrig_devices.conformance.description import Description
 from fieldrig_devices.conformance.line import Line
+from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.report import Report
 from fieldrig_devices.conformance.suite import Result, Suite
 

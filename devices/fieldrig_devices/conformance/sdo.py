@@ -4,8 +4,8 @@ Source: CiA 301 7.2.4.3.  It shares no code with the node's server, so that a mi
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from struct import Struct
+from typing import NamedTuple
 
 from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
@@ -25,8 +25,7 @@ FADING = 0.98
 """Factor applied to the slowest time with each answer, so that a short stall of the host is forgotten."""
 
 
-@dataclass(frozen=True, slots=True)
-class Patience:
+class Patience(NamedTuple):
     """Time-outs, in milliseconds: the usual one, the one before the first answer, and the longest."""
 
     usual_ms: float

@@ -119,14 +119,14 @@ def test_an_eds_becomes_a_node_that_a_master_finds(tmp_path: Path, fieldrig_rig:
     assert new("--eds", SENSOR, tmp_path).exit_code == 0
     assert (tmp_path / "eds/level-sensor.eds").read_bytes() == SENSOR.read_bytes()
     rig = fieldrig_rig(tmp_path / "level-sensor-virtual.yaml")
-    heard: list[CanFrame] = []
+    received: list[CanFrame] = []
     can = rig.attach("master").link("can0")
-    can.on_receive(heard.append)
+    can.on_receive(received.append)
     rig.run_until(1 * S)
     can.send(CanFrame(0x601, bytes.fromhex("40 00 10 00 00 00 00 00")))
     rig.run_until(2 * S)
     # CiA 404 (0194h) with an analog input; the EDS file says so in 1000h.
-    assert [frame.data.hex(" ") for frame in heard] == ["00", "43 00 10 00 94 01 02 00"]
+    assert [frame.data.hex(" ") for frame in received] == ["00", "43 00 10 00 94 01 02 00"]
 
 
 def test_a_dcf_says_node_id_and_bit_rate(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ class Wire(canopen.Network):
     def __init__(self, bench: CanopenBench) -> None:
         super().__init__()
         self.bench = bench
-        self.heard: list[int] = []
+        self.received: list[int] = []
         self.lose: dict[int, int] = {}
         """Number of the frame that is lost, by identifier, counted from now on."""
 
@@ -35,7 +35,7 @@ class Wire(canopen.Network):
     def run(self, ms: float) -> None:
         self.bench.clock.advance_to(self.bench.clock.now_ns() + round(ms * 1e6))
         for frame in self.bench.can.take():
-            self.heard.append(frame.identifier)
+            self.received.append(frame.identifier)
             self.notify(frame.identifier, bytearray(frame.data), self.bench.clock.now_ns() / 1e9)
 
 
@@ -100,9 +100,9 @@ def test_heartbeat_and_states() -> None:
     assert node.nmt.state == "PRE-OPERATIONAL"
     node.nmt.state = "OPERATIONAL"
     wire.run(100)
-    assert (node.nmt.state, wire.heard.count(0x705)) == ("OPERATIONAL", 3)
+    assert (node.nmt.state, wire.received.count(0x705)) == ("OPERATIONAL", 3)
     node.nmt.send_command(129)
-    assert wire.heard[-1] == 0x705
+    assert wire.received[-1] == 0x705
     wire.run(100)
     assert node.nmt.state == "PRE-OPERATIONAL"
 
@@ -132,9 +132,9 @@ def test_pdos_are_mapped_anew_and_run_by_sync() -> None:
     node.nmt.state = "OPERATIONAL"
     wire.bench.set("6401:01", -1234)
     wire.bench.set("6000:01", 0x21)
-    assert 0x185 not in wire.heard
+    assert 0x185 not in wire.received
     wire.sync.transmit()
-    assert wire.heard[-1] == 0x185
+    assert wire.received[-1] == 0x185
     assert bytes(node.tpdo[1].data) == struct.pack("<hB", -1234, 0x21)
 
 
@@ -204,7 +204,7 @@ def test_fastscan_finds_the_node_and_gives_it_a_node_id(monkeypatch: pytest.Monk
     master.store_configuration()
     assert master.inquire_node_id() == 255
     master.send_switch_state_global(master.WAITING_STATE)
-    assert wire.heard[-1] == 0x709
+    assert wire.received[-1] == 0x709
 
 
 def test_node_is_selected_by_its_identity(monkeypatch: pytest.MonkeyPatch) -> None:

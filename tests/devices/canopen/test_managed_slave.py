@@ -41,7 +41,7 @@ class Bench:
             **options,
         )
 
-    def hear(self, *frames: str) -> list[str]:
+    def receive(self, *frames: str) -> list[str]:
         for frame in frames:
             self.can.deliver(parse(frame))
         return self.take()
@@ -53,7 +53,7 @@ class Bench:
     def take(self) -> list[str]:
         return [show(frame) for frame in self.can.take()]
 
-    def tell(self) -> list[str]:
+    def take_calls(self) -> list[str]:
         """Return the calls of `on_lost` and `on_back` since the last time."""
         said, self.said = self.said, []
         return said
@@ -70,8 +70,8 @@ def bench() -> Bench:
 @pytest.fixture
 def running(bench: Bench) -> Bench:
     bench.node.start()
-    bench.hear(TAKEN)
-    assert bench.tell() == ["back"]
+    bench.receive(TAKEN)
+    assert bench.take_calls() == ["back"]
     return bench
 
 
@@ -79,140 +79,140 @@ def test_slave_is_configured_then_started(bench: Bench) -> None:
     bench.node.start()
     assert bench.take() == [PRE_OPERATIONAL, HEARTBEAT]
     assert bench.presence() is Presence.CONFIGURING
-    assert bench.hear(TAKEN) == [START]
+    assert bench.receive(TAKEN) == [START]
     assert bench.node.is_running
-    assert bench.tell() == ["back"]
+    assert bench.take_calls() == ["back"]
 
 
 def test_configuration_is_written_in_order_heartbeat_last() -> None:
     bench = Bench(configuration=[Write(0x6206, 1, b"\xff"), watch_over(10, 300)])
     bench.node.start()
     assert bench.take() == [PRE_OPERATIONAL, "601#2f 06 62 01 ff 00 00 00"]
-    assert bench.hear("581#60 06 62 01 00 00 00 00") == ["601#23 16 10 01 2c 01 0a 00"]
-    assert bench.hear("581#60 16 10 01 00 00 00 00") == [HEARTBEAT]
-    assert bench.hear(TAKEN) == [START]
+    assert bench.receive("581#60 06 62 01 00 00 00 00") == ["601#23 16 10 01 2c 01 0a 00"]
+    assert bench.receive("581#60 16 10 01 00 00 00 00") == [HEARTBEAT]
+    assert bench.receive(TAKEN) == [START]
 
 
 def test_what_a_slave_refuses_is_told_and_it_is_started_all_the_same() -> None:
     bench = Bench(configuration=[Write(0x6206, 1, b"\xff")])
     bench.node.start()
-    bench.hear("581#80 06 62 01 00 00 02 06")
-    assert bench.hear(TAKEN) == [START]
+    bench.receive("581#80 06 62 01 00 00 02 06")
+    assert bench.receive(TAKEN) == [START]
     ((write, abort),) = bench.node.refused.items()
     assert (write.index, abort.code) == (0x6206, Code.NO_OBJECT)
 
 
 def test_before_our_start_nothing_is_done(bench: Bench) -> None:
-    assert bench.hear(BOOT_UP, RUNS) == []
+    assert bench.receive(BOOT_UP, RUNS) == []
     assert bench.presence() is Presence.OFF
 
 
 def test_boot_up_while_being_configured_begins_again(bench: Bench) -> None:
     bench.node.start()
     bench.take()
-    assert bench.hear(BOOT_UP) == [HEARTBEAT]
-    assert bench.hear(TAKEN) == [START]
-    assert bench.tell() == ["back"]
+    assert bench.receive(BOOT_UP) == [HEARTBEAT]
+    assert bench.receive(TAKEN) == [START]
+    assert bench.take_calls() == ["back"]
 
 
 def test_slave_that_does_not_answer_is_lost_and_asked_again(bench: Bench) -> None:
     bench.node.start()
     bench.take()
     assert bench.after(50) == [TIMED_OUT]
-    assert bench.tell() == ["lost"]
+    assert bench.take_calls() == ["lost"]
     assert bench.after(999) == []
     assert bench.after(1) == [PRE_OPERATIONAL, HEARTBEAT]
     assert bench.after(50) == [TIMED_OUT]
-    assert bench.tell() == []
+    assert bench.take_calls() == []
 
 
 @pytest.mark.parametrize("first", [BOOT_UP, WAITS, RUNS, STOPPED])
 def test_slave_that_comes_later_is_taken_up(bench: Bench, first: str) -> None:
     bench.node.start()
     bench.after(200)
-    assert bench.hear(first) == [*([] if first == BOOT_UP else [PRE_OPERATIONAL]), HEARTBEAT]
-    assert bench.hear(TAKEN) == [START]
-    assert bench.tell() == ["lost", "back"]
+    assert bench.receive(first) == [*([] if first == BOOT_UP else [PRE_OPERATIONAL]), HEARTBEAT]
+    assert bench.receive(TAKEN) == [START]
+    assert bench.take_calls() == ["lost", "back"]
 
 
 def test_heartbeat_keeps_a_slave(running: Bench) -> None:
     for _ in range(10):
         assert running.after(199) == []
-        assert running.hear(RUNS) == []
-    assert running.tell() == []
+        assert running.receive(RUNS) == []
+    assert running.take_calls() == []
 
 
 def test_slave_without_a_heartbeat_is_lost(running: Bench) -> None:
-    running.hear(RUNS)
+    running.receive(RUNS)
     running.after(199)
-    assert running.tell() == []
+    assert running.take_calls() == []
     running.after(1)
-    assert running.tell() == ["lost"]
+    assert running.take_calls() == ["lost"]
     assert not running.node.is_running
     assert running.node.state is None
 
 
 def test_slave_that_never_sends_the_heartbeat_it_was_told_to_send_is_lost(running: Bench) -> None:
     running.after(200)
-    assert running.tell() == ["lost"]
+    assert running.take_calls() == ["lost"]
 
 
 def test_limit_may_be_given() -> None:
     bench = Bench(limit_ms=500)
     bench.node.start()
-    bench.hear(TAKEN)
+    bench.receive(TAKEN)
     bench.after(499)
-    assert bench.tell() == ["back"]
+    assert bench.take_calls() == ["back"]
     bench.after(1)
-    assert bench.tell() == ["lost"]
+    assert bench.take_calls() == ["lost"]
 
 
 def test_slave_that_is_heard_again_is_configured_and_started_again(running: Bench) -> None:
     running.after(200)
-    assert running.hear(RUNS) == [PRE_OPERATIONAL, HEARTBEAT]
-    assert running.hear(TAKEN) == [START]
-    assert running.tell() == ["lost", "back"]
+    assert running.receive(RUNS) == [PRE_OPERATIONAL, HEARTBEAT]
+    assert running.receive(TAKEN) == [START]
+    assert running.take_calls() == ["lost", "back"]
 
 
 def test_slave_that_reboots_was_lost_for_a_moment(running: Bench) -> None:
-    running.hear(RUNS)
-    assert running.hear(BOOT_UP) == [HEARTBEAT]
-    assert running.tell() == ["lost"]
-    assert running.hear(TAKEN) == [START]
-    assert running.tell() == ["back"]
+    running.receive(RUNS)
+    assert running.receive(BOOT_UP) == [HEARTBEAT]
+    assert running.take_calls() == ["lost"]
+    assert running.receive(TAKEN) == [START]
+    assert running.take_calls() == ["back"]
 
 
 @pytest.mark.parametrize("state", [WAITS, STOPPED])
 def test_slave_that_has_left_operational_is_started_again(running: Bench, state: str) -> None:
-    assert running.hear(state) == [START]
-    assert running.hear(RUNS) == []
+    assert running.receive(state) == [START]
+    assert running.receive(RUNS) == []
     assert running.node.state is State.OPERATIONAL
-    assert running.tell() == []
+    assert running.take_calls() == []
 
 
 def test_slave_that_takes_no_heartbeat_time_is_watched_from_its_first_heartbeat_on(bench: Bench) -> None:
     bench.node.start()
-    assert bench.hear(REFUSED)[-1] == START
+    assert bench.receive(REFUSED)[-1] == START
     bench.after(10_000)
-    assert bench.tell() == ["back"]
-    bench.hear(RUNS)
+    assert bench.take_calls() == ["back"]
+    bench.receive(RUNS)
     bench.after(200)
-    assert bench.tell() == ["lost"]
+    assert bench.take_calls() == ["lost"]
 
 
 def test_without_a_heartbeat_time_nothing_is_watched() -> None:
     bench = Bench(0)
     bench.node.start()
     assert bench.take() == [PRE_OPERATIONAL, START]
-    bench.hear(RUNS)
+    bench.receive(RUNS)
     assert bench.after(10_000) == []
-    assert bench.tell() == ["back"]
+    assert bench.take_calls() == ["back"]
 
 
 def test_stopped_watch_is_silent_until_it_is_started_again(running: Bench) -> None:
     running.node.stop()
     assert running.after(10_000) == []
-    assert running.hear(BOOT_UP, WAITS) == []
+    assert running.receive(BOOT_UP, WAITS) == []
     running.node.start()
     assert running.take() == [PRE_OPERATIONAL, HEARTBEAT]
 
@@ -221,7 +221,7 @@ def test_its_sdo_client_is_there_for_others(running: Bench) -> None:
     results: list[bytes | Abort] = []
     running.node.sdo.upload(0x6000, 1, results.append)
     assert running.take() == ["601#40 00 60 01 00 00 00 00"]
-    running.hear("581#4f 00 60 01 5a 00 00 00")
+    running.receive("581#4f 00 60 01 5a 00 00 00")
     assert results == [b"\x5a"]
 
 
@@ -241,7 +241,7 @@ def test_whatever_comes_lost_and_back_take_turns(events: list[tuple[int, bytes] 
             bench.after(event)
         else:
             bench.can.deliver(CanFrame(*event))
-    said = bench.tell()
+    said = bench.take_calls()
     assert all(before != after for before, after in pairwise(said))
     assert bench.node.is_running == (said[-1:] == ["back"])
 

@@ -2,12 +2,12 @@
 
 from conformance_page import CASES_PAGE, PAGE, case_table, columns, family_table, table_in
 
-ANEW = "python tests/support/conformance_page.py updates it"
+HINT = "python tests/support/conformance_page.py updates it"
 
 
 def test_tables_are_those_of_a_run() -> None:
-    assert table_in(PAGE) == family_table(), ANEW
-    assert table_in(CASES_PAGE) == case_table(), ANEW
+    assert table_in(PAGE) == family_table(), HINT
+    assert table_in(CASES_PAGE) == case_table(), HINT
 
 
 def test_published_figures_of_canopennode_add_up() -> None:

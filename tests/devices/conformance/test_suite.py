@@ -1,4 +1,4 @@
-"""The suite on nodes that are whole: nothing fails, little is not applicable, and the node is left as it was."""
+"""The suite on correct nodes: no case fails, few are not applicable, and the node is left as it was."""
 
 from pathlib import Path
 
@@ -11,12 +11,12 @@ from fieldrig.config import from_dict
 from fieldrig.errors import RigError
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
-from fieldrig_devices.conformance.bench import Options
 from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.run import choose, conform_virtual
 from fieldrig_devices.conformance.suite import Verdict
 
-# Of the public log of CANopenNode under CiA's test tool: how many cases each family has.
+# Number of cases per family, from the public log of CANopenNode under CiA's test tool.
 FAMILIES = {
     "EDS checker": 1,
     "SDO": 30,
@@ -32,40 +32,16 @@ FAMILIES = {
     "Transition": 4,
 }
 
-SDO_CLIENT = """
-[1280]
-ParameterName=SDO client parameter
-ObjectType=0x9
-SubNumber=4
-
-[1280sub0]
-ParameterName=Highest sub-index supported
-ObjectType=0x7
-DataType=0x0005
-AccessType=const
-DefaultValue=3
-
-[1280sub1]
-ParameterName=COB-ID client to server
-ObjectType=0x7
-DataType=0x0007
-AccessType=rw
-DefaultValue=0x80000000
-
-[1280sub2]
-ParameterName=COB-ID server to client
-ObjectType=0x7
-DataType=0x0007
-AccessType=rw
-DefaultValue=0x80000000
-
-[1280sub3]
-ParameterName=Node-ID of the server
-ObjectType=0x7
-DataType=0x0005
-AccessType=rw
-DefaultValue=0
-"""
+MEMBER = "\n[1280sub{}]\nParameterName={}\nObjectType=0x7\nDataType={}\nAccessType={}\nDefaultValue={}\n"
+SDO_CLIENT = "\n[1280]\nParameterName=SDO client parameter\nObjectType=0x9\nSubNumber=4\n" + "".join(
+    MEMBER.format(*member)
+    for member in (
+        (0, "Highest sub-index supported", "0x0005", "const", "3"),
+        (1, "COB-ID client to server", "0x0007", "rw", "0x80000000"),
+        (2, "COB-ID server to client", "0x0007", "rw", "0x80000000"),
+        (3, "Node-ID of the server", "0x0005", "rw", "0"),
+    )
+)
 
 
 def test_there_are_the_127_cases_of_the_log() -> None:

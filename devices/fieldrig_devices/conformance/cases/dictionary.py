@@ -46,9 +46,9 @@ def defaults(bench: Bench) -> Steps[None]:
 
 @case("4.3", "OD 03", "Read-only objects of the EDS can't be written.", f"{ACCESS}; CiA 301 table 22")
 def read_only(bench: Bench) -> Steps[None]:
-    entries = [entry for entry in bench.eds if entry.access in ("ro", "const") and entry.size in (1, 2, 4)]
-    if not entries:
-        bench.skip("the EDS has no read-only object")
+    entries = bench.entries(
+        lambda entry: entry.access in ("ro", "const") and entry.size in (1, 2, 4), "read-only object"
+    )
     faults = _Faults(bench, "abort 0601 0002h for writing read-only objects")
     for entry in entries:
         try:
@@ -63,9 +63,7 @@ def read_only(bench: Bench) -> Steps[None]:
 
 @case("4.4", "OD 04", "Write-only objects of the EDS can't be read.", f"{ACCESS}; CiA 301 table 22")
 def write_only(bench: Bench) -> Steps[None]:
-    entries = [entry for entry in bench.eds if entry.access == "wo"]
-    if not entries:
-        bench.skip("the EDS has no write-only object")
+    entries = bench.entries(lambda entry: entry.access == "wo", "write-only object")
     for entry in entries:
         yield from bench.refuses(bench.sdo.read(entry.index, entry.sub), WRITE_ONLY, what=f"reading {entry.key}")
 
@@ -82,7 +80,7 @@ def structure(bench: Bench) -> Steps[None]:
         is_anywhere = True
         bench.check(len(data) == 4, f"4 bytes in {index:04X}h:FFh", data.hex(" "))
         member = bench.eds.get(index, 1) or bench.eds.get(index, 0)
-        if member is not None and data[0] in (7, 8):  # a record has a data type of its own
+        if member is not None and data[0] in (7, 8):  # a record has its own data type
             came = int.from_bytes(data[1:3], "little")
             bench.check(came == member.type, f"data type {member.type:04X}h in {index:04X}h:FFh", f"{came:04X}h")
     if not is_anywhere:
@@ -96,13 +94,10 @@ def structure(bench: Bench) -> Steps[None]:
     "CiA 306-1 4.6.3",
 )
 def limits(bench: Bench) -> Steps[None]:
-    entries = [
-        entry
-        for entry in bench.eds
-        if entry.access in ("rw", "rwr", "rww") and not is_guarded(entry) and any(_beyond(entry))
-    ]
-    if not entries:
-        bench.skip("the EDS has no limits beyond which the type can hold a value")
+    entries = bench.entries(
+        lambda entry: entry.access in ("rw", "rwr", "rww") and not is_guarded(entry) and any(_beyond(entry)),
+        "limits beyond which the type can hold a value",
+    )
     for entry in entries:
         for value in _beyond(entry):
             attempt = bench.attempt(entry.index, entry.sub, entry.encode(value))
@@ -138,9 +133,9 @@ def defaults_in_operational(bench: Bench) -> Steps[None]:
 @case("4.9", "OD 09", "In 'operational', read-write objects accept the value that was read from them.", ACCESS)
 def write_back(bench: Bench) -> Steps[None]:
     yield from nmt.enter(bench, State.OPERATIONAL)
-    entries = [entry for entry in bench.eds if is_plain(entry) and entry.is_writable]
-    if not entries:
-        bench.skip("the EDS has no object that can be read and written at any time")
+    entries = bench.entries(
+        lambda entry: is_plain(entry) and entry.is_writable, "object that can be read and written at any time"
+    )
     faults = _Faults(bench, "all objects to accept the values that were read")
     for entry in entries:
         try:
@@ -184,9 +179,9 @@ def _read_all(bench: Bench) -> Steps[None]:
 
 
 def _compare_all(bench: Bench) -> Steps[None]:
-    entries = [entry for entry in bench.eds if entry.is_readable and entry.default is not None and not is_live(entry)]
-    if not entries:
-        bench.skip("the EDS has no defaults")
+    entries = bench.entries(
+        lambda entry: entry.is_readable and entry.default is not None and not is_live(entry), "defaults"
+    )
     faults = _Faults(bench, "the defaults of the EDS (1011h restores them if parameters are stored)")
     for entry in entries:
         data = yield from bench.sdo.read(entry.index, entry.sub)

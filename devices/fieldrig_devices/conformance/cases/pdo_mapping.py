@@ -4,6 +4,8 @@ Source: CiA 301 7.5.2.36, 7.5.2.38 (the mapping procedure), 7.4.7 (dummy mapping
 The node may refuse an impossible mapping when the entry is written, or when sub-index 0 is.
 """
 
+from functools import partial
+
 from fieldrig_devices.conformance import nmt, sync
 from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import case
@@ -91,36 +93,6 @@ def too_long(bench: Bench) -> Steps[None]:
     yield from bench.refuses(attempt, TOO_LONG, what=f"{count * longest.bits} bits in {pdo.name}")
 
 
-@case("3.27", "PDO 27", "Objects for RPDOs (rww, wo) can be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
-def writable_to_rpdo(bench: Bench) -> Steps[None]:
-    yield from _taken(bench, is_transmit=False, accesses=INTO_RPDO)
-
-
-@case("3.28", "PDO 28", "Objects for TPDOs (rwr, ro) can't be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
-def readable_to_rpdo(bench: Bench) -> Steps[None]:
-    yield from _refused(bench, False, mappable(bench, False, INTO_TPDO), "rwr or ro and PDOMapping=1")
-
-
-@case("3.29", "PDO 29", "Objects with PDOMapping=0 can't be mapped to an RPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
-def unmappable_to_rpdo(bench: Bench) -> Steps[None]:
-    yield from _refused(bench, False, _unmappable(bench, ("rw", "rww", "wo")), "write access and PDOMapping=0")
-
-
-@case("3.30", "PDO 30", "Objects for TPDOs (rwr, ro) can be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
-def readable_to_tpdo(bench: Bench) -> Steps[None]:
-    yield from _taken(bench, is_transmit=True, accesses=INTO_TPDO)
-
-
-@case("3.31", "PDO 31", "Objects for RPDOs (rww, wo) can't be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
-def writable_to_tpdo(bench: Bench) -> Steps[None]:
-    yield from _refused(bench, True, mappable(bench, True, INTO_RPDO), "rww or wo and PDOMapping=1")
-
-
-@case("3.32", "PDO 32", "Objects with PDOMapping=0 can't be mapped to a TPDO.", f"{PROCEDURE}; CiA 306-1 4.6.3")
-def unmappable_to_tpdo(bench: Bench) -> Steps[None]:
-    yield from _refused(bench, True, _unmappable(bench, ("ro", "rw", "rwr")), "read access and PDOMapping=0")
-
-
 @case("3.33", "PDO 33", "A dummy that the EDS allows can be mapped to an RPDO.", "CiA 301 7.4.7; CiA 306-1 4.5.3")
 def dummy(bench: Bench) -> Steps[None]:
     if not bench.eds.dummies:
@@ -133,8 +105,8 @@ def dummy(bench: Bench) -> Steps[None]:
     bench.check(came == wanted, f"{_text(wanted)} in {pdo.name}", _text(came))
 
 
-def _taken(bench: Bench, is_transmit: bool, accesses: tuple[str, ...]) -> Steps[None]:
-    pdo = changeable(bench, is_transmit)
+def _accept_objects(bench: Bench, is_transmit: bool) -> Steps[None]:
+    pdo, accesses = changeable(bench, is_transmit), INTO_TPDO if is_transmit else INTO_RPDO
     entries = mappable(bench, is_transmit, accesses)
     if not entries:
         bench.skip(f"the EDS has no object with AccessType {' or '.join(accesses)} and PDOMapping=1")
@@ -142,6 +114,18 @@ def _taken(bench: Bench, is_transmit: bool, accesses: tuple[str, ...]) -> Steps[
     yield from map_to(bench, pdo, wanted)
     came = yield from read_mapping(bench, pdo)
     bench.check(came == wanted, f"{_text(wanted)} in {pdo.name}", _text(came))
+
+
+def _refuse_other_direction(bench: Bench, is_transmit: bool) -> Steps[None]:
+    accesses = INTO_RPDO if is_transmit else INTO_TPDO
+    entries = mappable(bench, is_transmit, accesses)
+    yield from _refused(bench, is_transmit, entries, f"AccessType {' or '.join(accesses)} and PDOMapping=1")
+
+
+def _refuse_unmappable(bench: Bench, is_transmit: bool) -> Steps[None]:
+    accesses = ("ro", "rw", "rwr") if is_transmit else ("rw", "rww", "wo")
+    entries = [entry for entry in bench.eds if _is_unmappable(entry) and entry.access in accesses]
+    yield from _refused(bench, is_transmit, entries, f"AccessType {' or '.join(accesses)} and PDOMapping=0")
 
 
 def _refused(bench: Bench, is_transmit: bool, entries: list[Entry], what: str) -> Steps[None]:
@@ -152,8 +136,8 @@ def _refused(bench: Bench, is_transmit: bool, entries: list[Entry], what: str) -
     yield from bench.refuses(attempt, NOT_MAPPABLE, what=f"{entries[0].key} ({entries[0].access}) in {pdo.name}")
 
 
-def _unmappable(bench: Bench, accesses: tuple[str, ...]) -> list[Entry]:
-    return [entry for entry in bench.eds if not entry.is_mappable and entry.access in accesses and entry.pdo_bits > 1]
+def _is_unmappable(entry: Entry) -> bool:
+    return not entry.is_mappable and entry.pdo_bits > 1
 
 
 def _other_mapping(bench: Bench) -> tuple[Pdo, list[Mapped]]:
@@ -205,3 +189,18 @@ def _check_it_is_used(bench: Bench, pdo: Pdo, cob_id: int, wanted: list[Mapped])
 
 def _text(mapped: list[Mapped]) -> str:
     return ", ".join(f"{variable.number:08X}h" for variable in mapped) or "nothing"
+
+
+RULES = (
+    (27, _accept_objects, False, "Objects for RPDOs (rww, wo) can be mapped to an RPDO."),
+    (28, _refuse_other_direction, False, "Objects for TPDOs (rwr, ro) can't be mapped to an RPDO."),
+    (29, _refuse_unmappable, False, "Objects with PDOMapping=0 can't be mapped to an RPDO."),
+    (30, _accept_objects, True, "Objects for TPDOs (rwr, ro) can be mapped to a TPDO."),
+    (31, _refuse_other_direction, True, "Objects for RPDOs (rww, wo) can't be mapped to a TPDO."),
+    (32, _refuse_unmappable, True, "Objects with PDOMapping=0 can't be mapped to a TPDO."),
+)
+"""PDO 27 to 32: number, steps, direction (True for TPDOs), and requirement."""
+
+for number, steps, is_transmit, requirement in RULES:
+    register = case(f"3.{number}", f"PDO {number}", requirement, f"{PROCEDURE}; CiA 306-1 4.6.3")
+    register(partial(steps, is_transmit=is_transmit))

@@ -3,6 +3,8 @@
 Source: CiA 301 7.5.2.35 to 7.5.2.38, 7.3.3 (pre-defined connection set).
 """
 
+from functools import partial
+
 from fieldrig_devices.conformance import pdo as pdos
 from fieldrig_devices.conformance.bench import Bench
 from fieldrig_devices.conformance.case import case
@@ -11,26 +13,6 @@ from fieldrig_devices.conformance.pdo import COB_ID, INVALID, MAX_BITS, TYPE, Ma
 
 RESERVED_TYPES = {True: range(241, 252), False: range(241, 254)}
 """Reserved transmission types; the key is True for TPDOs."""
-
-
-@case(
-    "3.1",
-    "PDO 01",
-    "Each RPDO of the EDS exists, with a COB-ID and a transmission type that are valid for an RPDO.",
-    "CiA 301 7.5.2.35",
-)
-def scan_rpdos(bench: Bench) -> Steps[None]:
-    yield from _scan(bench, is_transmit=False)
-
-
-@case(
-    "3.2",
-    "PDO 02",
-    "Each TPDO of the EDS exists, with a COB-ID and a transmission type that are valid for a TPDO.",
-    "CiA 301 7.5.2.37",
-)
-def scan_tpdos(bench: Bench) -> Steps[None]:
-    yield from _scan(bench, is_transmit=True)
 
 
 @case(
@@ -85,3 +67,11 @@ def _check_mapped(bench: Bench, pdo: Pdo, mapped: Mapped) -> Steps[None]:
     if entry.is_readable:
         data = yield from bench.sdo.read(entry.index, entry.sub)
         bench.check(entry.size in (None, len(data)), f"{entry.size} bytes of {name} by SDO", data.hex(" "))
+
+
+for number, name, is_transmit, clause in (
+    (1, "RPDO", False, "CiA 301 7.5.2.35"),
+    (2, "TPDO", True, "CiA 301 7.5.2.37"),
+):
+    requirement = f"Each {name} of the EDS exists, with a valid COB-ID and a transmission type that is not reserved."
+    case(f"3.{number}", f"PDO {number:02d}", requirement, clause)(partial(_scan, is_transmit=is_transmit))

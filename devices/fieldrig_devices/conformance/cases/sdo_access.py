@@ -34,11 +34,10 @@ def read_expedited(bench: Bench) -> Steps[None]:
 
 @case("2.2", "SDO 02", "Read-write objects keep the value that is written.", "CiA 301 7.2.4.3.4, 7.4")
 def read_and_write(bench: Bench) -> Steps[None]:
-    entries = [
-        entry for entry in bench.eds if is_plain(entry) and entry.is_writable and entry.index <= LAST_OF_COMMUNICATION
-    ]
-    if not entries:
-        bench.skip("the EDS has no plain parameter from 1000h to 1FFFh that can be read and written")
+    entries = bench.entries(
+        lambda entry: is_plain(entry) and entry.is_writable and entry.index <= LAST_OF_COMMUNICATION,
+        "plain parameter from 1000h to 1FFFh that can be read and written",
+    )
     for entry in entries:
         before = yield from bench.sdo.read(entry.index, entry.sub)
         yield from bench.sdo.write(entry.index, entry.sub, before)
@@ -53,9 +52,7 @@ def write_read_only(bench: Bench) -> Steps[None]:
 
 @case("2.4", "SDO 04", "Reading a write-only object is refused.", ABORTS)
 def read_write_only(bench: Bench) -> Steps[None]:
-    entries = [entry for entry in bench.eds if entry.access == "wo"]
-    if not entries:
-        bench.skip("the EDS has no write-only object")
+    entries = bench.entries(lambda entry: entry.access == "wo", "write-only object")
     yield from bench.refuses(
         bench.sdo.read(entries[0].index, entries[0].sub), WRITE_ONLY, what=f"reading {entries[0].key}"
     )

@@ -23,8 +23,8 @@ from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.messages import Messages
 from fieldrig_devices.arp.terminal.settings import EDS, TerminalSettings
 from fieldrig_devices.canopen.eds.check import check_eds
-from fieldrig_devices.conformance.bench import Options
 from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.run import choose, conform_virtual
 from fieldrig_devices.conformance.suite import Verdict
 

@@ -8,13 +8,10 @@ from typing import Any
 
 import pytest
 from canopen_bench import CanopenBench, Script
+from eds_oddities import DEVICE_TYPE
 
-OBJECTS = """
-[1000]
-ParameterName=Device type
-DataType=0x0007
-AccessType=ro
-[1017]
+OBJECTS = f"""
+{DEVICE_TYPE}[1017]
 ParameterName=Producer heartbeat time
 DataType=0x0006
 AccessType=rw
@@ -58,6 +55,9 @@ def say(bench: CanopenBench, request: str) -> list[str]:
     """Return all answers of the server to one request."""
     return [frame.removeprefix("585#") for frame in bench.send(f"605#{request}")]
 
+
+HEARTBEAT_TIME = ("40 17 10 00 00 00 00 00", "4b 17 10 00 00 00 00 00")
+"""An expedited upload of 1017h, which shows that the server has no transfer open."""
 
 SCRIPTS: dict[str, Script] = {
     "download with size and CRC": [
@@ -171,14 +171,14 @@ SCRIPTS: dict[str, Script] = {
         ("c6 00 20 00 09 00 00 00", "a4 00 20 00 7f 00 00 00"),
         ("01 31 32 33 34 35 36 37", ""),
         ("80 00 20 00 00 00 00 08", ""),
-        ("40 17 10 00 00 00 00 00", "4b 17 10 00 00 00 00 00"),
+        HEARTBEAT_TIME,
     ],
     "abort of the client ends a download at its end": [
         ("c6 00 20 00 09 00 00 00", "a4 00 20 00 7f 00 00 00"),
         ("01 31 32 33 34 35 36 37", ""),
         ("82 38 39 00 00 00 00 00", "a2 02 7f 00 00 00 00 00"),
         ("80 00 20 00 00 00 00 08", ""),
-        ("40 17 10 00 00 00 00 00", "4b 17 10 00 00 00 00 00"),
+        HEARTBEAT_TIME,
     ],
 }
 

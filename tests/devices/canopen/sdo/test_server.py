@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from canopen_bench import CanopenBench, Script
+from eds_oddities import DEVICE_TYPE
 
 SCRIPTS: dict[str, Script] = {
     "expedited upload of 4, 2 and 1 bytes": [
@@ -102,12 +103,8 @@ def test_answers(bench: CanopenBench, name: str) -> None:
     bench.play(SCRIPTS[name])
 
 
-NAMED = """
-[1000]
-ParameterName=Device type
-DataType=0x0007
-AccessType=ro
-[2000]
+NAMED = f"""
+{DEVICE_TYPE}[2000]
 ParameterName=Text
 DataType=0x0009
 AccessType=rw
