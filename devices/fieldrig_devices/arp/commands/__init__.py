@@ -1,4 +1,4 @@
-"""`fieldrig arp`: commands for programs of the ARP card, and for cards by their USER port."""
+"""`fieldrig arp`: commands for programs of the ARP card, and for cards at their USER port."""
 
 from fieldrig.cli.common import command_group
 from fieldrig_devices.arp.commands import parameters, values
@@ -11,10 +11,10 @@ app = command_group()
 
 @app.callback()
 def arp() -> None:
-    """Programs of the ARP two-axis card, and cards by their USER port.
+    """Commands for programs of the ARP two-axis card, and for cards at their USER port.
 
     \b
-    All but compile talk to a card, at the port that --port, FIELDRIG_ARP_PORT or --rig says:
+    All commands except compile communicate with a card, at the port given by --port, FIELDRIG_ARP_PORT or --rig:
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp state --port socket://127.0.0.1:7011
         fieldrig arp debug cam.I01 --rig arp-cell.yaml --card card1
