@@ -63,7 +63,9 @@ def test_a_wire_in_another_unit_is_not_taken(caplog: pytest.LogCaptureFixture) -
     for _ in range(2):
         bench.wires.deliver(Signal("card1.adc3", 5.0, "mV"))
     assert bench.get("adc3") == 0.0
-    assert [record.message for record in caplog.records] == ["card1.adc3 is in 'mV', adc3 in 'V'; not taken"]
+    assert [record.message for record in caplog.records] == [
+        "card1.adc3 has the unit 'mV', but adc3 has 'V'; the signal is ignored"
+    ]
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300])

@@ -115,7 +115,7 @@ def test_each_wrong_parameter_input_and_tie_is_reported_at_its_key(tmp_path: Pat
 def test_what_is_on_a_can_needs_one(tmp_path: Path, settings: dict[str, Any]) -> None:
     config = from_dict({"time": "virtual", "devices": {"card1": {"kind": "arp", **settings}}}, tmp_path)
     (found,) = try_devices(config.devices.values())
-    assert (found.key, found.remedy) == ("devices.card1", "add it to its links")
+    assert (found.key, found.remedy) == ("devices.card1", "add `can` to its links")
 
 
 @pytest.mark.manual("ARP-117")

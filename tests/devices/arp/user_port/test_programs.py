@@ -76,7 +76,7 @@ def test_opening_and_closing_enable_clears_errors_and_warnings() -> None:
 
 def test_run_and_stop_say_why_not() -> None:
     bench = PortBench(COUNT)
-    assert bench.ask(RUN) == (REFUSED, b"Enable (I108) is open: close it, and the program runs")
+    assert bench.ask(RUN) == (REFUSED, b"Enable (I108) is open: close it to run the program")
     assert bench.ask(STOP)[0] == REFUSED
     bench.enable()
     assert bench.ask(RUN) == (REFUSED, b"the program is already running")
