@@ -124,7 +124,7 @@ def test_commands_that_do_not_fit_are_refused(plc: Plc) -> None:
         assert refused.value.code == code, hex(index)
 
 
-def test_program_is_stopped_and_started_anew(plc: Plc) -> None:
+def test_program_is_stopped_and_started_again(plc: Plc) -> None:
     plc.enable(True)
     plc.line.sdo["Command"].raw = 2
     until(lambda: plc.line.sdo["State"].raw == STOPPED)

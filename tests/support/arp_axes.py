@@ -1,4 +1,4 @@
-"""The two axes of an ARP card on a bench: control loops one by one, programs on them, and a motor with its load."""
+"""The two axes of an ARP card on a bench: single control loops, programs, and a motor with its load."""
 
 from collections.abc import Callable
 from typing import Any, Final, Self
@@ -24,10 +24,10 @@ _OF_AXES: Final = (
 
 
 class Motor:
-    """A current amplifier, a motor and its load: volts make torque, torque speed, and an encoder counts."""
+    """A current amplifier, a motor and its load: voltage causes torque, torque changes the speed, an encoder counts."""
 
     def __init__(self, gain: float, friction: float = 0.0) -> None:
-        """`gain` is counts/s2 for a volt, `friction` what of the speed is lost in a second."""
+        """`gain` is in counts/s2 per volt; `friction` is the share of the speed that is lost in a second."""
         self._gain, self._friction = gain, friction
         self.position = self.speed = 0.0  # counts, counts/s
         self.is_blocked = False
@@ -48,7 +48,7 @@ class AxesBench:
     """Values are in units, as a program writes them; `F` and `V` are the card's lists."""
 
     def __init__(self, *parameters: tuple[int, int, float], readings: Readings | None = None, ms: int = 1) -> None:
-        """Each parameter is axis, number and value.  The axes are engaged and have done their first loop."""
+        """Parameters are given by axis and number.  The axes are engaged and have done their first loop."""
         self.parameters = Parameters()
         self.card = RecordedCard()
         self.F, self.V = self.card.F, self.card.V
@@ -70,7 +70,7 @@ class AxesBench:
         assert self.parameters.set_ram(axis, number, round(value * SCALE)), (axis, number, value)
 
     def write_table(self, first: int, *points: tuple[float, float]) -> None:
-        """The variables of a PST."""
+        """Set the variables of a PST."""
         values = [float(len(points)), *(value for point in points for value in point)]
         self.V[first : first + len(values)] = [round(value * SCALE) for value in values]
 
@@ -81,18 +81,18 @@ class AxesBench:
         self.F[FLAGS_BEFORE[axis] + flag] = 1
 
     def position(self, axis: int) -> float:
-        """The reference, with all its digits."""
+        """Reference with all its digits."""
         return self.axes.diagnostic(axis, 4)
 
     def reading(self, axis: int) -> float:
         return self.axes.diagnostic(axis, 2)
 
     def speed(self, axis: int) -> float:
-        """The reference's."""
+        """Speed of the reference."""
         return self.axes.diagnostic(axis, 5)
 
     def load(self, source: str) -> None:
-        """A program; it runs from the next loop on, 10 instructions in each."""
+        """Load a program; it runs from the next loop on, with 10 instructions in each."""
         for name in _OF_AXES:
             setattr(self.card, name, getattr(self.axes, name))
         replaced: dict[str, Callable[..., Any]] = {
@@ -124,7 +124,7 @@ class AxesBench:
         return self
 
     def until(self, is_so: Callable[[], object]) -> int:
-        """Loop until then; returns how often."""
+        """Loop until the condition is true.  Returns the number of loops."""
         for loops in range(PATIENCE_LOOPS):
             if is_so():
                 return loops

@@ -15,20 +15,20 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.arp.card.card import ArpCard
 from fieldrig_devices.arp.card.local_io import UNITS
 from fieldrig_devices.arp.card.settings import ArpSettings
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.fixed import SCALE, to_raw
-from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.plants.servo import Servo
 from fieldrig_devices.plants.servo_settings import ServoSettings
 
 Groups = Mapping[str, Mapping[int, float]]
 FAST: Groups = {"general": {1: 1, 16: 10}}
-"""A control loop each millisecond, a pass of the scheduler each ten."""
+"""Time with a control loop each millisecond and a pass of the scheduler every ten."""
 
 
 MOTOR: dict[str, Any] = {"rated_torque_nm": 2.0, "motor_inertia_kg_m2": 0.001, "encoder_lines": 10_000}
-"""40000 counts a turn; 2000 rad/s2 at 10 V."""
+"""A motor with an encoder of 40000 counts per turn and 2000 rad/s2 at 10 V."""
 SERVO_AXIS = {1: 40, 4: 2, 11: 0.314, 13: 0.006}
-"""Parameters of an axis that is such a motor, with 1000 units in a turn: a bandwidth of 100 rad/s."""
+"""Parameters of an axis with this motor and 1000 units per turn: a bandwidth of 100 rad/s."""
 
 
 class PlantWires(RecordedLink[Signal]):
@@ -57,7 +57,7 @@ class _PlantEnd(RecordedLink[Signal]):
 class CardBench:
     """`card1` with Enable on, switched on at 0 ns.  It runs from the first pass of the scheduler on, at 10 ms.
 
-    Its CAN, which takes longest to build, is there for those who ask for it.
+    It has a CAN link only with `with_can`, because the CAN node takes longest to build.
     """
 
     def __init__(
@@ -72,9 +72,9 @@ class CardBench:
         with_can: bool = False,
         **settings: Any,
     ) -> None:
-        """`program`: a whole one, or the instructions of a main program alone; empty: none.
+        """`program` is a whole program, or the instructions of a main program alone; empty means no program.
 
-        `parameters` by group, in engineering units, over those of `FAST`.
+        `parameters` are by group, in engineering units, and override those of `FAST`.
         """
         self.clock = clock or VirtualClock()
         self.store = store if store is not None else MemoryStore()
@@ -97,11 +97,12 @@ class CardBench:
                 can=self.can if with_can else None,
                 user=self.user,
             )
-        self.outside = self.card.outside
+        self.access = self.card.access
         self.card.start()
 
     def add_servo(self, axis: int, **settings: Any) -> Servo:
-        """A servo axis between the analog output and the encoder of `axis`; `settings` over those of `MOTOR`."""
+        """Connect a servo axis between the analog output and the encoder of `axis`; `settings` override those of
+        `MOTOR`."""
         assert isinstance(self.wires, PlantWires)
         link = _PlantEnd(self.wires)
         self.wires.plants.append(link)
@@ -115,13 +116,13 @@ class CardBench:
         return self
 
     def drive(self, terminal: str, value: bool | float) -> "CardBench":
-        """A wire, `I101` or `adc3`, tells a value."""
+        """Send a value on a wire, `I101` or `adc3`."""
         self.wires.deliver(Signal(f"card1.{terminal}", value, UNITS.get(terminal, "")))
         return self
 
-    def told(self, terminal: str) -> bool | float | None:
-        """Return the last value on the wire of an output; None if there is none."""
-        return next((item.value for item in reversed(self.wires.sent) if item.name == f"card1.{terminal}"), None)
+    def last_sent(self, terminal: str) -> bool | float | None:
+        """Value that the wire of an output last carried, or None."""
+        return next((signal.value for signal in reversed(self.wires.sent) if signal.name == f"card1.{terminal}"), None)
 
     def get(self, key: str) -> Value:
         return read_point(self.card.points(), key)
@@ -130,30 +131,30 @@ class CardBench:
         write_point(self.card.points(), key, value)
 
     def variable(self, number: int) -> float:
-        return self.outside.V[number] / SCALE
+        return self.access.V[number] / SCALE
 
     def put_variable(self, number: int, value: float) -> None:
-        assert self.outside.set_variables(number, [to_raw(str(value))])
+        assert self.access.set_variables(number, [to_raw(str(value))])
 
     def position(self, axis: int) -> float:
-        return self.outside.position(axis) / SCALE
+        return self.access.position(axis) / SCALE
 
     @property
     def state(self) -> CardState:
-        return self.outside.state
+        return self.access.state
 
     @property
     def error(self) -> int:
-        return self.outside.errors.error
+        return self.access.errors.error
 
     @property
     def warning(self) -> int:
-        return self.outside.errors.warning
+        return self.access.errors.warning
 
     @property
     def line(self) -> int:
-        """The line of the next instruction."""
-        program = self.outside.program
+        """Source line of the next instruction."""
+        program = self.access.program
         assert program is not None
         return program.place.line
 

@@ -1,17 +1,26 @@
-"""An ARP card that records what a program asks of it, and a bench that runs programs on it."""
+"""An ARP card that records the calls of a program, and a bench that runs programs on it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from fieldrig.clock import MS
 from fieldrig_devices.arp.language.compiler import compile_text
-from fieldrig_devices.arp.runtime.card import Cam, Shown
 from fieldrig_devices.arp.runtime.program import ArpProgram, ProgramState
+
+
+def _recorded(word: str) -> Callable[..., None]:
+    """Make a method that keeps its arguments in `asked`, after `word`."""
+
+    def method(card: "RecordedCard", *arguments: Any) -> None:
+        card.asked.append((word, *arguments))
+
+    return method
 
 
 @dataclass
 class RecordedCard:
-    """Keeps every call as a tuple in `asked`; positions, parameters and channels are what a test puts there."""
+    """Keeps every call as a tuple in `asked`; a test sets positions, parameters and channels."""
 
     V: list[int] = field(default_factory=lambda: [0] * 1001)
     F: list[int] = field(default_factory=lambda: [0] * 321)
@@ -69,62 +78,28 @@ class RecordedCard:
     def latched_falling(self, axis: int) -> int:
         return self.latches.get((axis, "falling"), 0)
 
-    def limit_speed(self, axis: int, percent: int) -> None:
-        self.asked.append(("VEL", axis, percent))
-
-    def limit_acceleration(self, axis: int, percent: int) -> None:
-        self.asked.append(("ACC", axis, percent))
-
-    def limit_deceleration(self, axis: int, percent: int) -> None:
-        self.asked.append(("DEC", axis, percent))
-
-    def home(self, axis: int) -> None:
-        self.asked.append(("HOME", axis))
-
-    def move_to(self, axis: int, target: int) -> None:
-        self.asked.append(("PAC", axis, target))
-
-    def move_by(self, axis: int, distance: int) -> None:
-        self.asked.append(("PRC", axis, distance))
-
-    def move_at(self, axis: int, percent: int) -> None:
-        self.asked.append(("PVC", axis, percent))
-
-    def follow_table(self, master: int, slave: int, first: int) -> None:
-        self.asked.append(("PST", master, slave, first))
-
-    def stop_axis(self, axis: int) -> None:
-        self.asked.append(("STOP", axis))
-
-    def regulate(self, cell: int, output: int, first: int) -> None:
-        self.asked.append(("PID", cell, output, first))
-
-    def arm_cam(self, number: int, cam: Cam) -> None:
-        self.asked.append(("CAM", number, cam))
-
-    def disarm_cam(self, number: int) -> None:
-        self.asked.append(("CAM off", number))
+    limit_speed = _recorded("VEL")
+    limit_acceleration = _recorded("ACC")
+    limit_deceleration = _recorded("DEC")
+    home = _recorded("HOME")
+    move_to = _recorded("PAC")
+    move_by = _recorded("PRC")
+    move_at = _recorded("PVC")
+    follow_table = _recorded("PST")
+    stop_axis = _recorded("STOP")
+    regulate = _recorded("PID")
+    arm_cam_switch = _recorded("CAM")
+    disarm_cam_switch = _recorded("CAM off")
 
     def read_analog(self, channel: int) -> int:
         return self.channels.get(channel, 0)
 
-    def write_analog(self, channel: int, volt: int, slope_ms: int) -> None:
-        self.asked.append(("DAC", channel, volt, slope_ms))
-
-    def store_message(self, number: int, text: str) -> None:
-        self.asked.append(("MSG", number, text))
-
-    def clear_screen(self) -> None:
-        self.asked.append(("TERM",))
-
-    def erase_text(self, line: int, column: int) -> None:
-        self.asked.append(("TERM", line, column))
-
-    def show_text(self, shown: Shown) -> None:
-        self.asked.append(("TERM", shown))
-
-    def print_text(self, message: int, variable: int | None) -> None:
-        self.asked.append(("PRINT", message, variable))
+    write_analog = _recorded("DAC")
+    store_message = _recorded("MSG")
+    clear_screen = _recorded("TERM")
+    erase_text = _recorded("TERM")
+    show_text = _recorded("TERM")
+    print_text = _recorded("PRINT")
 
 
 class ArpBench:
@@ -137,7 +112,7 @@ class ArpBench:
         self.program = ArpProgram(compile_text(whole), self.card)
 
     def run(self, ms: int = 1, budget: int = 20) -> "ArpBench":
-        """Start it if it was not, and let this many control loops pass."""
+        """Start the program if necessary, and run this many control loops."""
         if self.program.state is ProgramState.HELD:
             self.program.start()
         for _ in range(ms):

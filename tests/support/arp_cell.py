@@ -1,4 +1,4 @@
-"""The cell of configs/arp-cell.yaml as a user has it, and python canopen as its PLC."""
+"""The cell of configs/arp-cell.yaml as a user starts it, and python canopen as its PLC."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ IO32 = CONFIGS / "eds" / "io32.eds"
 IO1, IO2, PANEL, LINE, UNWINDER, TERMINAL = 1, 2, 3, 11, 12, 20
 RESET_ENABLE, RUN, STOPPED = 1, 3, 4
 
-# V of the line's card
+# variables of the line's card
 SPEED, TENSION, STAGE, MEASURE, SHEETS = 1, 2, 20, 21, 22
 WAITS, RUNS = 0, 3000
 START, STOP = 1, 2
@@ -44,7 +44,7 @@ class Cell(RunningRig):
 
 
 class Plc:
-    """The master, and what it has of each node."""
+    """The master and its view of each node."""
 
     def __init__(self, network: canopen.Network) -> None:
         self.network = network
@@ -53,7 +53,7 @@ class Plc:
         self.panel: Any = network.add_node(PANEL, str(IO32))
 
     def variable(self, number: int) -> int:
-        """Raw, of the line's card."""
+        """Raw variable of the line's card."""
         value: int = self.line.sdo[0x2000][number].raw
         return value
 
@@ -61,7 +61,7 @@ class Plc:
         self.line.sdo[0x2000][number].raw = raw
 
     def ask_for(self, bits: int) -> None:
-        """F33 to F64."""
+        """Flags F33 to F64."""
         self.line.sdo[0x2010][2].raw = bits
 
     def enable(self, is_on: bool) -> None:
@@ -70,19 +70,19 @@ class Plc:
         until(lambda: all(node.sdo[0x2102].raw == wanted for node in (self.line, self.unwinder)))
 
     def speed(self) -> float:
-        """Speed of the film in mm/s; a single count in 2 ms is 62.5."""
+        """Speed of the film, in mm/s; a single count in 2 ms is 62.5."""
         raws: list[int] = [self.line.sdo[0x2201][2].raw for _ in range(20)]
         return sum(raws) / len(raws) / 1000
 
     def rest(self) -> None:
-        """A program begins at its first instruction when Enable is closed: it waits for a start."""
+        """Close Enable.  The program begins at its first instruction and waits for a start."""
         self.enable(False)
         self.ask_for(0)
         for number, raw in ((SPEED, 50_000), (TENSION, 100_000)):
             self.put(number, raw)
 
     def run(self) -> None:
-        """The film runs."""
+        """Start the film."""
         self.enable(True)
         self.ask_for(START)
         until(lambda: self.variable(STAGE) == RUNS)

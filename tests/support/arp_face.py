@@ -1,4 +1,4 @@
-"""An ARP card seen from CAN: what a program would move is moved by the test, frames are text."""
+"""An ARP card seen from CAN: the test makes the changes that a program would make, and frames are text."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -14,9 +14,9 @@ from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.can.face import CanFace
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.language.instructions import WRITABLE
-from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.parameters import Parameters, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram
 
@@ -25,7 +25,7 @@ SCHEDULER_PERIOD_NS = 20 * MS
 
 
 class OutsideCard:
-    """`Outside` with nothing behind it.  `asked` keeps the commands."""
+    """A `CardAccess` without a card.  `asked` keeps the commands."""
 
     def __init__(self) -> None:
         self.number = 7
@@ -40,7 +40,7 @@ class OutsideCard:
         self.adc, self.dac = dict.fromkeys(range(1, 7), 0), {1: 0, 2: 0}
         self.asked: list[str] = []
         self.is_willing = True
-        """Whether commands fit the state, and outputs are not held at 0."""
+        """True if commands are possible in this state and outputs are not held at 0."""
 
     def position(self, axis: int) -> int:
         return self.positions[axis]
@@ -107,7 +107,7 @@ class OutsideCard:
 
 
 class FaceBench:
-    """A card with node-ID 10 that has booted; a power cycle is another bench on the same `store`."""
+    """A card with node-ID 10 that has booted; another bench on the same `store` is a power cycle."""
 
     def __init__(self, store: Store | None = None, **exchange: Any) -> None:
         self.clock = VirtualClock()
@@ -117,12 +117,12 @@ class FaceBench:
         self.face = CanFace(self.clock, "card1", self.can, self.card, self.store, settings)
 
     def start(self) -> list[str]:
-        """Power-on; what it sends then."""
+        """Power on, and return the frames that the card sends."""
         self.face.start()
         return self.after(0)
 
     def refresh(self) -> list[str]:
-        """Run one pass of the scheduler, and return its results."""
+        """Run one pass of the scheduler, and return the frames that the card sends."""
         self.face.refresh()
         return self.after(0)
 
@@ -132,7 +132,7 @@ class FaceBench:
         return self.after(0)
 
     def notice(self, notice: Any) -> None:
-        """Pass a notice of the card's CAN controller."""
+        """Notify the card of a state of its CAN controller."""
         self.can.deliver(notice)
 
     def after(self, ms: float) -> list[str]:
@@ -140,13 +140,13 @@ class FaceBench:
         return [show(frame) for frame in self.can.take()]
 
     def sdo(self, request: str) -> str:
-        """The answer to 8 bytes in hex."""
+        """Answer to an SDO request of 8 bytes in hex."""
         (answer,) = (frame[4:] for frame in self.send(f"60A#{request}") if frame.startswith("58A#"))
         return answer
 
 
 class FaceDevice(Device):
-    """The face as a device in a rig."""
+    """The same card in a rig."""
 
     def __init__(self, clock: Clock, name: str, can: Link[CanFrame], store: Store) -> None:
         self._clock = clock

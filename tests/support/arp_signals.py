@@ -1,4 +1,4 @@
-"""An ARP card whose analog channels, cams and regulators are the real ones, beside axes that a test moves by hand."""
+"""An ARP card with real analog channels, cam switches and regulators, and axes that a test moves by hand."""
 
 from collections.abc import Mapping
 
@@ -10,11 +10,11 @@ from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.parameters import GENERAL, Kind, Parameters, ParX
 from fieldrig_devices.arp.readings import Readings
-from fieldrig_devices.arp.runtime.card import Cam
+from fieldrig_devices.arp.runtime.card import CamSwitch
 from fieldrig_devices.arp.runtime.program import ArpProgram
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
 from fieldrig_devices.arp.signals.analog_outputs import AnalogOutputs
-from fieldrig_devices.arp.signals.cams import Cams
+from fieldrig_devices.arp.signals.cam_switches import CamSwitches
 from fieldrig_devices.arp.signals.regulators import Regulators
 
 
@@ -22,7 +22,7 @@ class SignalsCard(RecordedCard):
     """The card, its axes, and its control loop; `positions` and `speeds` are raw."""
 
     def __init__(self, general: Mapping[int, int] | None = None, readings: Readings | None = None) -> None:
-        """`general`: what @Par[m] are at power-on, as whole numbers."""
+        """`general` are the values of @Par[m] at power-on, as whole numbers."""
         super().__init__()
         self.driven: dict[int, float | None] = {1: None, 2: None}
         self.diagnostics: dict[tuple[int, int], float] = {}
@@ -34,7 +34,7 @@ class SignalsCard(RecordedCard):
         readings = readings or Readings()
         self.inputs = AnalogInputs(self.real_parameters)
         self.outputs = AnalogOutputs(self.real_parameters, self.errors, self)
-        self.cams = Cams(self, self.F, self.O, self.real_parameters, readings)
+        self.cam_switches = CamSwitches(self, self.F, self.O, self.real_parameters, readings)
         self.regulators = Regulators(
             self.real_parameters, self.V, self.F, self.errors, self.inputs, self.outputs, self, readings
         )
@@ -47,12 +47,12 @@ class SignalsCard(RecordedCard):
         assert self.real_parameters.set_ram(axis, ParX.KIND, kind * SCALE)
 
     def loop(self, ms: int = 1, period_ms: int = 1) -> None:
-        """Let this much time pass in control loops."""
+        """Run control loops for this time."""
         for _ in range(ms // period_ms):
             self.time_ns += period_ms * MS
             self.inputs.control(self.time_ns)
             self.regulators.control(self.time_ns)
-            self.cams.control()
+            self.cam_switches.control()
             self.outputs.control(self.time_ns)
 
     # ---- axes
@@ -63,7 +63,7 @@ class SignalsCard(RecordedCard):
     def diagnostic(self, axis: int, code: int) -> float:
         return self.diagnostics[axis, code]
 
-    # ---- what a program asks
+    # ---- calls of a program
 
     def warn(self, code: int) -> None:
         self.errors.warn(code)
@@ -80,11 +80,11 @@ class SignalsCard(RecordedCard):
     def regulate(self, cell: int, output: int, first: int) -> None:
         self.regulators.regulate(cell, output, first)
 
-    def arm_cam(self, number: int, cam: Cam) -> None:
-        self.cams.arm(number, cam)
+    def arm_cam_switch(self, number: int, cam: CamSwitch) -> None:
+        self.cam_switches.arm(number, cam)
 
-    def disarm_cam(self, number: int) -> None:
-        self.cams.disarm(number)
+    def disarm_cam_switch(self, number: int) -> None:
+        self.cam_switches.disarm(number)
 
     def read_analog(self, channel: int) -> int:
         return self.inputs.read(channel)
@@ -94,7 +94,7 @@ class SignalsCard(RecordedCard):
 
 
 class SignalsBench:
-    """A program on such a card: in each loop the parts, then 20 instructions."""
+    """A program on such a card: each loop runs the parts, then 20 instructions."""
 
     def __init__(self, source: str, card: SignalsCard | None = None) -> None:
         """`source` is a whole program, or the instructions of a main program alone."""

@@ -29,7 +29,7 @@ PASS_NS = 20 * MS  # the scheduler's default
 
 
 class TerminalBench:
-    """Node 20, booted and started; frames in and out as text.  A power cycle is another bench on the same `store`."""
+    """Node 20, booted and started, with frames as text.  Another bench on the same `store` is a power cycle."""
 
     def __init__(self, store: Store | None = None, **settings: Any) -> None:
         self.clock = VirtualClock()
@@ -41,7 +41,7 @@ class TerminalBench:
         self.boot = self.send(START)
 
     def send(self, *frames: str) -> list[str]:
-        """Return what was sent at this instant."""
+        """Frames that were sent at this instant."""
         for frame in frames:
             self.can.deliver(parse(frame))
         return self.after(0)
@@ -60,13 +60,13 @@ class TerminalBench:
         write_point(self.terminal.points(), key, value)
 
     def press(self, keys: str) -> list[str]:
-        """Press keys one after the other, and return what was sent meanwhile."""
+        """Press keys one after the other, and return the frames that were sent meanwhile."""
         self.set("press", keys)
         return self.after(150 * len(keys.split()))
 
     @property
     def screen(self) -> list[str]:
-        """Without blanks at the ends of the lines."""
+        """Lines of the screen without trailing blanks."""
         return [line.rstrip() for line in str(self.get("screen")).split("\n")]
 
 
@@ -92,7 +92,7 @@ class CardAtTerminal(RecordedCard):
 
 
 class CellBench:
-    """Terminal `tr` and a card on one bus; the card's scheduler passes every 20 ms."""
+    """Terminal `tr` and a card on one bus; the card's scheduler runs every 20 ms."""
 
     def __init__(
         self, readings: Readings | None = None, *, card_node_id: int | None = NODE_ID, **settings: Any
@@ -130,7 +130,7 @@ class CellBench:
         return self
 
     def take(self) -> list[str]:
-        """Frames since the last call, but for heartbeats."""
+        """Frames since the last call, without heartbeats."""
         frames, self.frames = self.frames, []
         return [frame for frame in frames if not frame.startswith("714#")]
 

@@ -1,6 +1,6 @@
-"""An ARP card with something at its USER port: frames by hand, or the client, in virtual time.
+"""An ARP card with a tester at its USER port: frames by hand, or the client, in virtual time.
 
-The frames are put together here once more, from RFC 1662 and docs/arp-user-port.md, and share nothing with the code.
+The frames are built here independently of the code, from RFC 1662 and docs/arp-user-port.md.
 """
 
 import struct
@@ -34,7 +34,7 @@ def frame(body: bytes) -> bytes:
 
 
 def bodies(wire: bytes) -> list[bytes]:
-    """Return the bodies of frames, which must all be valid."""
+    """Bodies of frames that must all be valid."""
     found = []
     for part in wire.split(b"~"):
         if part:
@@ -52,7 +52,7 @@ def an_object(source: str, number: int = 1, name: str = "TEST") -> bytes:
 
 
 class PortBench(CardBench):
-    """Card 01 with a control loop of 1 ms, and bytes at its USER port; half a second old."""
+    """Card 01 with a control loop of 1 ms and a recorded USER port, half a second after power-on."""
 
     def __init__(
         self, program: str = "", *, is_enabled: bool = False, parameters: Groups | None = None, **settings: Any
@@ -72,14 +72,14 @@ class PortBench(CardBench):
         return bodies(b"".join(sent for sent in self.user.take() if isinstance(sent, bytes)))
 
     def send(self, command: int, data: bytes = b"", number: int = 1, sequence: int | None = None) -> list[bytes]:
-        """A request; what is heard at once."""
+        """Send a request, and return the bodies that the card sends at once."""
         if sequence is None:
             sequence = self.sequence = self.sequence % 255 + 1
         self.user.deliver(frame(bytes((1, number, sequence, command)) + data))
         return self.heard()
 
     def ask(self, command: int, data: bytes = b"") -> tuple[int, bytes]:
-        """Status and data of the one answer."""
+        """Status and data of a single answer."""
         [answer] = self.send(command, data)
         assert answer[:4] == bytes((1, 1, self.sequence, command | 0x80)), answer.hex(" ")
         return answer[4], answer[5:]
@@ -89,8 +89,8 @@ class PortBench(CardBench):
         assert status == 0, (status, answered)
         return answered
 
-    def told_state(self) -> tuple[int, ...]:
-        """State, program, error, its axis, warning, line, breakpoints."""
+    def condition(self) -> tuple[int, ...]:
+        """State, program, error, its axis, warning, line, and number of breakpoints."""
         return struct.unpack("<BBHBHIB", self.ok(0x02))
 
     def downloaded(self, data: bytes) -> tuple[int, bytes]:
@@ -102,9 +102,9 @@ class PortBench(CardBench):
 
 
 class BenchLine:
-    """The PC's end of the line as pyserial has it; with each read in vain `step_ms` of the card's time go by.
+    """The PC's end of the line with the interface of pyserial; each empty read advances the card's time by `step_ms`.
 
-    `spoil` sees what goes over the line, either way, and gives what arrives.
+    `spoil` receives the data sent in either direction, and returns the data that arrive.
     """
 
     port = "the bench"
@@ -119,7 +119,7 @@ class BenchLine:
     def read(self, size: int) -> bytes:
         if not self._arrived:
             self.bench.run_for(self._step_ms)
-            sent = (item for item in self.bench.user.take() if isinstance(item, bytes))
+            sent = (data for data in self.bench.user.take() if isinstance(data, bytes))
             self._arrived = b"".join(map(self._spoil, sent))
         taken, self._arrived = self._arrived[:size], self._arrived[size:]
         return taken

@@ -63,7 +63,7 @@ def _card(store: Store) -> Storing:
             assert bench.error == 103  # E03, until Enable is opened and closed
         return answer
 
-    return Storing(write, lambda: bench.outside.parameters.flash[1][11], SAVED, REFUSED_SDO)
+    return Storing(write, lambda: bench.access.parameters.flash[1][11], SAVED, REFUSED_SDO)
 
 
 def _node(store: Store) -> Storing:

@@ -23,7 +23,7 @@ from fieldrig.testing import RecordedLink
 class Wires(RecordedLink):
     def send(self, signal):
         if signal.name == "card1.O101" and signal.value:
-            print(bench.outside.V[1], bench.outside.V[900], flush=True)
+            print(bench.access.V[1], bench.access.V[900], flush=True)
 
 program = "V2 == 900\\nLOOP:\\nV1 += 1\\nV[V2] == V1\\nO101 == !O101\\nGOTO LOOP"
 bench = CardBench(program, store=FileStore(Path(sys.argv[1])), wires=Wires())
@@ -48,6 +48,6 @@ def test_variables_survive_a_kill(tmp_path: Path) -> None:
     assert child.returncode == -signal.SIGKILL
     bench = CardBench(store=FileStore(path))
     assert told > (0, 0)
-    assert bench.outside.V[1] >= told[0]
-    assert bench.outside.V[900] >= told[1]
+    assert bench.access.V[1] >= told[0]
+    assert bench.access.V[900] >= told[1]
     assert bench.warning == 0  # the memory is what it was

@@ -164,7 +164,7 @@ def test_parameters_are_changed_in_ram_and_for_good(cards: Cards) -> None:
     cards.said(3, "params", "write", "PAR1.12=4", "--flash")
     found = json.loads(cards.said(3, "params", "read", "PAR1", "--json"))
     assert (found["@PAR1[11]"], found["@PAR1[12]"]) == ({"ram": 3, "flash": 1}, {"ram": 4, "flash": 4})
-    assert cards.said(3, "params", "save") == "@PAR1[11] = 3 in flash, was 1\n1 saved\n"
+    assert cards.said(3, "params", "save") == "@PAR1[11] = 3 in flash, was 1\n1 parameter saved\n"
     assert cards.tool("restart", "card3").returncode == 0
     cards.until_back("card3")
     found = json.loads(cards.said(3, "params", "read", "PAR1", "--json"))
@@ -202,7 +202,7 @@ def test_a_running_program_is_not_replaced_unless_it_is_to_be_stopped(cards: Car
 
 def test_a_port_without_a_card_and_no_port(cards: Cards) -> None:
     found = cards.tool("arp", "state", "--port", "socket://127.0.0.1:1")
-    assert (found.returncode, "right would be a device" in found.stderr) == (3, True)
+    assert (found.returncode, "expected a device" in found.stderr) == (3, True)
     found = cards.tool("arp", "state")
     assert (found.returncode, "--port PORT" in found.stderr) == (2, True)
     found = cards.tool("arp", "state", "--rig", str(cards.file))
@@ -284,7 +284,7 @@ def test_a_debugger_for_scripts(cards: Cards) -> None:
     assert "then back to MAIN, line 6: WAIT 0.01" in said
     assert "paused at MAIN, line 6: WAIT 0.01" in said
     assert any(line.startswith("COUNT (V1) = ") for line in said)
-    assert (found.returncode, "still runs after 0 s" in found.stderr) == (6, True)  # nothing stops it any more
+    assert (found.returncode, "still runs after 0 s" in found.stderr) == (6, True)  # nothing stops it
     found = cards.arp(2, "debug", script="list 4\nquit\n")
     assert (found.returncode, "   4  V1 += 1" in found.stdout) == (0, True)  # without the source: from the card
     assert cards.arp(2, "debug", script="frobnicate\n").returncode == 2
@@ -302,6 +302,6 @@ def test_a_debugger_on_a_terminal(cards: Cards) -> None:
         terminal.type(CTRL_C)
         terminal.until_shown("paused at ")
         terminal.type("step x\n")
-        terminal.until_shown("1 to 1000 is right")
+        terminal.until_shown("expected 1 to 1000")
         assert terminal.press(CTRL_D) == 0
-        assert "the program goes on" in terminal.shown
+        assert "the program continues" in terminal.shown

@@ -1,1 +1,1 @@
-"""The ASA-RT ARP two-axis card."""
+"""Model of the ASA-RT ARP two-axis card."""

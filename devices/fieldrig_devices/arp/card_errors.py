@@ -1,7 +1,7 @@
-"""The codes of an ARP card's errors and warnings, and the most recent of each until it is cleared.
+"""The errors and warnings of an ARP card: the most recent code of each is kept until it is cleared.
 
-Source: manual 4.0 (error codes); digest chapter 10.  Reading a code does not clear it; opening and closing Enable does,
-and the reset from the service port.
+Source: manual 4.0 (error codes); digest chapter 10.  Reading a code does not clear it.  Opening and closing Enable
+clears it, and so does a reset from the service port.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ BLOCKING: Final = frozenset({EEPROM, RESET, STOPPED_PROGRAM, STACK})
 
 
 class CardErrors:
-    """The error and the warning that an ARP card shows.  Faults that a test injects are something else."""
+    """The error and the warning that an ARP card shows.  They are not the faults that a test injects."""
 
     def __init__(self, on_blocking: Callable[[int], None]) -> None:
         """`on_blocking` is called with a code that stops the program."""

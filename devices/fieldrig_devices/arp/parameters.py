@@ -1,8 +1,8 @@
 """The card's parameters: general ones, @Par[1] to @Par[16], and those of each axis, @ParX[1] to @ParX[25].
 
-Source: manual 3.1 and 3.2; digest chapter 6, whose defaults are ours, since the manual prints one only (kind of axis).
-Values are raw integers (value x 1000).  Each parameter has a copy in flash, which only the service port changes, and
-one in RAM, which is what counts: it is loaded from flash at every start and reset, and the program changes it.
+Source: manual 3.1 and 3.2; digest chapter 6, whose defaults are ours, since the manual prints only one (kind of axis).
+Values are raw integers (value x 1000).  Each parameter has a copy in flash, which only the service port changes, and a
+copy in RAM, which is in effect.  RAM is loaded from flash at every start and reset, and the program changes it.
 """
 
 from collections.abc import Mapping
@@ -13,11 +13,11 @@ from typing import Final
 from fieldrig_devices.arp.fixed import LIMIT, SCALE
 
 GENERAL: Final = 0
-"""The group of general parameters; the groups 1 and 2 are the axes'."""
+"""Group of the general parameters; groups 1 and 2 are the axes'."""
 
 
 class Par(IntEnum):
-    """General parameters."""
+    """Numbers of the general parameters."""
 
     CONTROL_PERIOD_MS = 1
     LOAD_CELL_1_RANGE = 2
@@ -36,7 +36,7 @@ class Par(IntEnum):
 
 
 class ParX(IntEnum):
-    """Parameters of an axis; positions in user units."""
+    """Numbers of the parameters of an axis; positions are in user units."""
 
     COUNTS_PER_UNIT = 1
     COUNTS_PER_TURN = 2
@@ -63,7 +63,7 @@ class ParX(IntEnum):
 
 
 class Kind(IntEnum):
-    """@ParX[4]."""
+    """Kind of an axis, @ParX[4]."""
 
     ENCODER = 0
     SIMULATED = 1
@@ -73,7 +73,7 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What a parameter may be; everything raw."""
+    """Range and default of a parameter; all values are raw."""
 
     name: str
     unit: str
@@ -81,19 +81,19 @@ class Parameter:
     high: int
     default: int
     only: tuple[int, ...] = ()
-    """All that it may be, if not everything from low to high."""
+    """Permitted values, if not every value from low to high is."""
 
     def takes(self, raw: int) -> bool:
         return raw in self.only if self.only else self.low <= raw <= self.high
 
     @property
     def is_whole(self) -> bool:
-        """Whether it holds a number without decimals."""
+        """True if the parameter is a number without decimals."""
         return self.unit in ("ms", "Hz", "kbaud", "code", "count")
 
 
 def _code(name: str, default: int, *only: int, unit: str = "code") -> Parameter:
-    allowed = tuple(SCALE * one for one in only)
+    allowed = tuple(SCALE * value for value in only)
     return Parameter(name, unit, min(allowed), max(allowed), SCALE * default, allowed)
 
 
@@ -106,7 +106,7 @@ def _real(name: str, unit: str, low: int, high: int, default: int) -> Parameter:
 
 
 _RESERVED: Final = Parameter("reserved", "", -LIMIT, LIMIT, 0)
-_SOURCES: Final = (*range(10), *range(11, 20))  # of a diagnostic output; digest I-05
+_SOURCES: Final = (*range(10), *range(11, 20))  # sources of a diagnostic output; digest I-05
 _LOAD_CELL: Final = (0, 1, 2)
 
 GENERAL_PARAMETERS: Final[Mapping[int, Parameter]] = {
@@ -155,11 +155,11 @@ AXIS_PARAMETERS: Final[Mapping[int, Parameter]] = {
     25: _real("speed of entry into the cam", "%", 1, 100_000, 10_000),
 }
 PARAMETERS: Final = (GENERAL_PARAMETERS, AXIS_PARAMETERS, AXIS_PARAMETERS)
-"""By group."""
+"""Tables of the parameters, by group."""
 
 
 def defaults(group: int) -> list[int]:
-    """A table of one group, raw; element 0 is not used."""
+    """Default values of one group, raw; element 0 is not used."""
     table = PARAMETERS[group]
     return [0, *(table[number].default for number in sorted(table))]
 
@@ -169,22 +169,22 @@ ParameterValues = Mapping[tuple[int, int], int]
 
 
 class Parameters:
-    """Flash and RAM, by group and number."""
+    """Copies of the parameters in flash and in RAM, by group and number."""
 
     def __init__(self) -> None:
         self.flash = [defaults(group) for group in range(len(PARAMETERS))]
         self.ram = [list(table) for table in self.flash]
         self.version = 0
-        """Counts the changes of `ram`, for those who keep what they computed from it."""
+        """Number of changes to `ram`, for users that cache what they derive from it."""
 
     def load(self) -> None:
-        """What a start and a reset do: flash to RAM."""
+        """Load RAM from flash, as a start and a reset do."""
         for ram, flash in zip(self.ram, self.flash, strict=True):
             ram[:] = flash
         self.version += 1
 
     def set_ram(self, group: int, number: int, raw: int) -> bool:
-        """Whether it was within its range; else nothing changes."""
+        """Write the copy in RAM.  False, without a change, if the value is out of range."""
         if not self.takes(group, number, raw):
             return False
         self.ram[group][number] = raw
@@ -192,7 +192,10 @@ class Parameters:
         return True
 
     def set_flash(self, group: int, number: int, raw: int) -> bool:
-        """Into flash only; the next start or reset takes it.  Whether it was within its range."""
+        """Write the copy in flash; the next start or reset loads it.
+
+        False, without a change, if the value is out of range.
+        """
         if not self.takes(group, number, raw):
             return False
         self.flash[group][number] = raw

@@ -19,7 +19,7 @@ def truncated(value: Fraction) -> int:
 
 
 def clamped(raw: int) -> tuple[int, list[int]]:
-    """What a result becomes, and the warnings."""
+    """Result of an operation, and its warnings."""
     return (raw, []) if abs(raw) <= LIMIT else (LIMIT if raw > 0 else -LIMIT, [202])
 
 

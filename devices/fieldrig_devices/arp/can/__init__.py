@@ -1,1 +1,1 @@
-"""The card on CAN: master of its I/O modules, a node to others, and what cards tell each other."""
+"""The card on CAN: master of its I/O modules, a node for other masters, and data exchange between cards."""

@@ -1,4 +1,4 @@
-"""The card's CAN bit rate, @Par[6], which is taken at the start only (digest 6.1)."""
+"""The card's CAN bit rate, @Par[6], which applies only from the start (digest 6.1)."""
 
 from fieldrig.link import Link
 from fieldrig_bus.can.frame import CanFrame
@@ -10,5 +10,5 @@ KBAUD = 1000  # bit/s
 
 
 def take_bit_rate(can: Link[CanFrame], parameters: Parameters) -> None:
-    """Tell the card's controller its bit rate; call it at power-on, with the link that the bus gave."""
+    """Set the bit rate of the card's controller.  Call it at power-on with the link from the bus."""
     use_bit_rate(can, parameters.ram[GENERAL][Par.CAN_KBAUD] * KBAUD // SCALE)

@@ -1,19 +1,19 @@
 """The card's errors as emergency messages.
 
-Source: digest chapter 20, CiA 301 table 26.  Warnings are not sent.  The manufacturer's bytes hold the code of the card
-(103 to 116) in two, its axis, and the state.
+Source: digest chapter 20, CiA 301 table 26.  Warnings are not sent.  The manufacturer-specific bytes contain the code
+of the card (103 to 116, two bytes), its axis, and its state.
 """
 
 import struct
 from typing import Final, NamedTuple
 
 from fieldrig_devices.arp import card_errors
-from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.canopen.emcy import COMMUNICATION
 from fieldrig_devices.canopen.node import CanopenNode
 
 DEVICE_PROFILE, MANUFACTURER = 0x20, 0x80
-"""Bits of the error register, besides the generic one."""
+"""Bits of the error register, apart from the generic one."""
 INFO: Final = struct.Struct("<HBB")
 
 
@@ -25,7 +25,7 @@ class Meaning(NamedTuple):
 MEANINGS: Final = {
     card_errors.EEPROM: Meaning(0x5530),  # hardware: EEPROM
     card_errors.RESET: Meaning(0x9000),  # external: Enable is low
-    card_errors.CAN: Meaning(0x8130, COMMUNICATION),  # a node that the card watches is lost; or see OFF
+    card_errors.CAN: Meaning(0x8130, COMMUNICATION),  # a node that the card monitors is lost; or see BUS_OFF
     card_errors.STOPPED_PROGRAM: Meaning(0x6200, MANUFACTURER),  # user software
     card_errors.STACK: Meaning(0x6100, MANUFACTURER),  # internal software
     card_errors.PARAMETERS: Meaning(0x6320, MANUFACTURER),  # parameter error
@@ -33,17 +33,17 @@ MEANINGS: Final = {
 }
 
 
-OFF: Final = Meaning(0x8140, COMMUNICATION)
-"""The CAN error of a card that was in bus-off, told when it is back."""
+BUS_OFF: Final = Meaning(0x8140, COMMUNICATION)
+"""The CAN error of a card that was bus-off, sent after its recovery."""
 
 
 class Emergencies:
-    """An error is told when `refresh` first finds it; all are gone when the card has none any more."""
+    """Sends an error when `refresh` first finds it, and clears all errors once the card has none."""
 
-    def __init__(self, node: CanopenNode, card: Outside) -> None:
+    def __init__(self, node: CanopenNode, card: CardAccess) -> None:
         self._node, self._card = node, card
         self._present: dict[int, tuple[Meaning, bytes]] = {}
-        """By the card's code."""
+        """Errors that have been sent, by the card's code."""
         self._times_off = 0
 
     def refresh(self) -> None:
@@ -53,10 +53,10 @@ class Emergencies:
         elif error in MEANINGS and error not in self._present:
             was_off = error == card_errors.CAN and times_off > self._times_off
             info = INFO.pack(error, self._card.errors.error_axis, self._card.state)
-            self._present[error] = OFF if was_off else MEANINGS[error], info
+            self._present[error] = BUS_OFF if was_off else MEANINGS[error], info
         self._times_off = times_off
         for meaning, info in self._present.values():
-            self._node.emcy.raise_error(meaning.code, meaning.register, info)  # no news, but after a reset of the node
+            self._node.emcy.raise_error(meaning.code, meaning.register, info)  # has no effect unless the node was reset
 
     def _clear(self) -> None:
         for meaning, _ in self._present.values():

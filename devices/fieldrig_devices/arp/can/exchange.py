@@ -1,8 +1,8 @@
-"""Data exchange between ARP cards: which variables and flag words go out in which PDO, and where those of others land.
+"""Data exchange between ARP cards: the PDOs that carry variables and flag words, and where received words go.
 
 Source: manual line 91 says that cards exchange information over CAN, and gives no instruction for it (digest I-38).  So
-it is configuration: PDO parameters of the card's dictionary, which a foreign tool sees and may change too.  Channel k
-of a card, 1 to 4, is its TPDO 4 + k; a reception is its RPDO 5 to 8, in the order of the settings.
+it is configuration: PDO parameters of the card's dictionary, which a foreign tool can read and change.  Channel k of a
+card, 1 to 4, is its TPDO 4 + k; receptions are its RPDOs 5 to 8, in the order of the settings.
 """
 
 import logging
@@ -21,9 +21,9 @@ CHANNELS: Final = 4
 FIRST_PDO: Final = 4
 """PDO 5, counted from 0."""
 CHANNEL_IDS: Final = (0x240, 0x340, 0x440, 0x540)
-"""CAN-ID of each channel for node-ID 0: those that the pre-defined connection set has for RPDOs of nodes from 64 on.
+"""CAN-ID of each channel for node-ID 0: those of the RPDOs of nodes from 64 on in the pre-defined connection set.
 
-TPDOs of theirs would do too, but tools that look who is there take them for nodes.
+The CAN-IDs of their TPDOs would work too, but tools that scan for nodes take them for nodes.
 """
 LAST_NODE: Final = 63
 NOT_USED: Final = 1 << 31
@@ -34,7 +34,7 @@ WORD_BITS: Final = 32
 WORDS_IN_PDO: Final = 2
 
 Objects = dict[str, bool | int | float | str]
-"""Power-on values by index and sub-index, as `CanopenSettings` takes them."""
+"""Power-on values by index and sub-index, in the form that `CanopenSettings` accepts."""
 
 SENT: Final = "V1 to V1000, FLAG1 to 10, OUT1 to 3, INP1 to 3, POS1, POS2, VEL1 or VEL2"
 RECEIVED: Final = "V1 to V1000, FLAG1 to 10 or OUT1 to 3"
@@ -42,10 +42,13 @@ NAME: Final = re.compile(r"(?P<what>V|FLAG|OUT|INP|POS|VEL)(?P<number>[1-9]\d{0,
 
 
 def locate(word: str) -> tuple[int, int]:
-    """Index and sub-index of the object with the card's word `V12`, `FLAG3`, `POS1`.  ValueError for no such word."""
+    """Index and sub-index of the object for a word of the card: `V12`, `FLAG3`, `POS1`.
+
+    Raises ValueError for other words.
+    """
     match = NAME.fullmatch(word.upper())
     if match is None or not 1 <= int(match["number"]) <= objects.WORDS[match["what"]]:
-        raise ValueError(f"{word!r} is no word of the card: {SENT} would be right")
+        raise ValueError(f"{word!r} is not a word of the card; expected {SENT}")
     return objects.place(match["what"], int(match["number"]))
 
 
@@ -57,12 +60,12 @@ def _sent(word: str) -> str:
 def _received(word: str) -> str:
     locate(word)
     if word.upper().startswith(("INP", "POS", "VEL")):
-        raise ValueError(f"{word!r} can't be written: {RECEIVED} would be right")
+        raise ValueError(f"{word!r} cannot be written; expected {RECEIVED}")
     return word
 
 
 class Sent(Settings):
-    """One channel of this card."""
+    """One channel that this card sends."""
 
     channel: Annotated[int, Field(ge=1, le=CHANNELS, description="1 to 4, each one PDO")]
     words: Annotated[
@@ -72,56 +75,61 @@ class Sent(Settings):
     at: Annotated[Literal["change", "sync"], Field(description="sent when a word has changed, or with each SYNC")] = (
         "change"
     )
-    every_ms: Annotated[int, Field(ge=0, le=0xFFFF, description="also after this time without a change; 0: not")] = 0
-    inhibit_ms: Annotated[int, Field(ge=0, le=6_553, description="at least this time between two")] = 0
+    every_ms: Annotated[
+        int, Field(ge=0, le=0xFFFF, description="maximum time between two messages without a change; 0 disables it")
+    ] = 0
+    inhibit_ms: Annotated[int, Field(ge=0, le=6_553, description="minimum time between two messages")] = 0
 
 
 class Received(Settings):
-    """One channel of another card."""
+    """One channel of another card, which this card receives."""
 
     node: Annotated[int, Field(ge=1, le=LAST_NODE, description="node-ID, @Par[5], of the card that sends")]
     channel: Annotated[int, Field(ge=1, le=CHANNELS, description="its channel")]
     words: Annotated[
         list[Annotated[str, AfterValidator(_received)]],
-        Field(min_length=1, max_length=WORDS_IN_PDO, description=f"where its words land: {RECEIVED}"),
+        Field(min_length=1, max_length=WORDS_IN_PDO, description=f"destination of its words: {RECEIVED}"),
     ]
     timeout_ms: Annotated[
-        int, Field(ge=0, le=0xFFFF, description="silence after which EMCY 8250h tells that it fails; 0: never")
+        int, Field(ge=0, le=0xFFFF, description="silence after which EMCY 8250h is sent; 0 disables it")
     ] = 0
 
 
 class ExchangeSettings(Settings):
-    """`exchange:` of a card."""
+    """Settings under `exchange:` of a card."""
 
     send: list[Sent] = Field(default_factory=list, max_length=CHANNELS, description="channels of this card")
     receive: list[Received] = Field(default_factory=list, max_length=CHANNELS, description="channels of other cards")
     sync_ms: Annotated[
-        int, Field(ge=0, le=1_000, description="period of the SYNC that this card makes; 0: another node does")
+        int,
+        Field(ge=0, le=1_000, description="period of the SYNC that this card produces; 0 if another node produces it"),
     ] = 0
 
     starts_itself: Annotated[
-        bool, Field(description="whether a card that exchanges enters 'operational' without a master (1F80h)")
+        bool, Field(description="whether a card that exchanges data enters 'operational' without a master (1F80h)")
     ] = True
 
     @model_validator(mode="after")
     def _channels_are_used_once(self) -> Self:
         channels = [sent.channel for sent in self.send]
         if len(set(channels)) != len(channels):
-            raise ValueError(f"send: channels {channels}: each channel once would be right")
+            raise ValueError(f"send: the channels are {channels}; expected each channel at most once")
         return self
 
     def check(self, node_id: int) -> None:
-        """ValueError for what a card with this node-ID can't do."""
+        """Raises ValueError for settings that are impossible for a card with this node-ID."""
         if self.send and node_id > LAST_NODE:
-            raise ValueError(f"exchange.send: node-IDs up to {LAST_NODE} send, and @Par[5] is {node_id}")
+            raise ValueError(
+                f"exchange.send: @Par[5] is {node_id}; expected a node-ID up to {LAST_NODE} for a card that sends"
+            )
         if any(received.node == node_id for received in self.receive):
-            raise ValueError(f"exchange.receive: node {node_id} is this card: another one's would be right")
+            raise ValueError(f"exchange.receive: node {node_id} is this card; expected the node-ID of another card")
 
     def objects(self, node_id: int) -> Objects:
-        """The power-on values that make a card with `node_id` do this."""
+        """Power-on values that configure a card with `node_id` for this exchange."""
         values: Objects = {}
         if self.send and node_id > LAST_NODE:
-            log.warning("node-ID %d: exchange is sent by cards with node-IDs up to %d only", node_id, LAST_NODE)
+            log.warning("node-ID %d: only cards with node-IDs up to %d can send exchange channels", node_id, LAST_NODE)
         for sent in self.send if node_id <= LAST_NODE else ():
             values.update(_sending(sent, node_id))
         for place, received in enumerate(self.receive):

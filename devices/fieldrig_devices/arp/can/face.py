@@ -1,8 +1,9 @@
-"""The card as a CANopen node (CiA 301): what a foreign master reads and commands, and what cards tell each other.
+"""The card as a CANopen node (CiA 301), which foreign masters read and command, and which exchanges data with cards.
 
-Source: digest chapters 7 to 10, 17 and 20; the manual describes no objects, so `arp-card.eds` is ours, and
-docs/arp-can.md tells it.  A reset of the node is not one of the card: communication starts anew, the program goes on.
-Left out: the CiA 402 image of the axes that the digest proposes; programs move axes, masters ask programs to.
+Source: digest chapters 7 to 10, 17 and 20; the manual describes no objects, so `arp-card.eds` is ours and is described
+in docs/arp-can.md.  A reset of the node does not reset the card: communication restarts, and the program continues.
+Left out: the CiA 402 image of the axes that the digest proposes; programs move axes, and masters request motion from
+programs.
 """
 
 from functools import partial
@@ -16,8 +17,8 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can import control, objects
 from fieldrig_devices.arp.can.emergencies import Emergencies
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
+from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.arp.fixed import SCALE
-from fieldrig_devices.arp.outside import Outside
 from fieldrig_devices.arp.parameters import GENERAL, Par
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 from fieldrig_devices.canopen.variable import Variable
@@ -26,14 +27,14 @@ EDS: Final = Path(__file__).with_name("arp-card.eds")
 
 
 class CanFace:
-    """Node-ID is @Par[5] in RAM when it starts.  `store` is a section of its own: what 1010h keeps."""
+    """The node.  Its node-ID is @Par[5] in RAM at the start; `store` is a section of its own for 1010h."""
 
     def __init__(
         self,
         clock: Clock,
         name: str,
         can: Link[CanFrame],
-        card: Outside,
+        card: CardAccess,
         store: Store,
         exchange: ExchangeSettings | None = None,
     ) -> None:
@@ -43,7 +44,7 @@ class CanFace:
         self._emergencies: Emergencies | None = None
 
     def start(self) -> None:
-        """Power-on, once the card's parameters are loaded: boot-up message, then operational."""
+        """Power on, once the card's parameters are loaded: send the boot-up message and become operational."""
         self._node = node = CanopenNode(self._clock, self._name, self._can, self._settings(), self._store)
         for cell in objects.cells(self._card):
             _connect(node.dictionary.find(cell.index, cell.subindex), cell)
@@ -53,7 +54,7 @@ class CanFace:
         self.refresh()
 
     def refresh(self) -> None:
-        """Each pass of the scheduler: what PDOs carry follows the card; errors are told by EMCY."""
+        """Update the values that PDOs carry, and send errors by EMCY; call it in each pass of the scheduler."""
         if self._node is None or self._emergencies is None:
             return
         for variable, read in self._node.watched:
@@ -78,7 +79,7 @@ def _connect(variable: Variable, cell: objects.Cell) -> None:
 
 
 def _write(variable: Variable, write: objects.Write, data: bytes) -> None:
-    """Also what TPDOs carry of it is true at once."""
+    """Write, and update the value that TPDOs carry at once."""
     write(data)
     assert variable.reader is not None
     variable.set(variable.reader())

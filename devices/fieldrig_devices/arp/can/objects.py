@@ -1,8 +1,8 @@
-"""The objects of the card by index and sub-index: what each stands for, and who takes what is written to it.
+"""The objects of the card by index and sub-index: what each reads, and what a write to it does.
 
-Source: ours (docs/arp-can.md), in the manufacturer's area of CiA 301; digest chapter 20 names what is wanted.  Values
-are raw integers, value x 1000, as programs see them; words of flags, inputs and outputs are bits.  Which bits of flag
-words are writable, and when outputs are, the card says (`Outside`).
+Source: ours (docs/arp-can.md), in the manufacturer-specific area of CiA 301; digest chapter 20 lists the requirements.
+Values are raw integers, value x 1000, as programs see them; words of flags, inputs and outputs are bits.  The card
+determines which bits of flag words are writable, and when outputs are (`CardAccess`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,23 +10,23 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.runtime.words import packed
 from fieldrig_devices.canopen.abort import Abort, Code
 
 VARIABLES: Final = 0x2000
-"""And the three after it: V1 to V250, V251 to V500, ..."""
+"""Index of V1 to V250; the next three indices have V251 to V1000."""
 VARIABLES_IN_OBJECT: Final = 250
 FLAG_WORDS, OUTPUT_WORDS, INPUT_WORDS = 0x2010, 0x2011, 0x2012
 ANALOG_INPUTS, ANALOG_OUTPUTS = 0x2020, 0x2021
 COMMAND, CONTROL, STATE, ERROR, WARNING, ERROR_AXIS, PROGRAM_NAME, CARD_NUMBER = range(0x2100, 0x2108)
 POSITIONS, SPEEDS, TRACKING_ERRORS, AXIS_FLAGS = range(0x2200, 0x2204)
 GROUPS: Final = (0x2300, 0x2301, 0x2302)
-"""General parameters, those of axis 1, those of axis 2; the sub-index is the number."""
+"""Indices of the general parameters and those of axis 1 and 2; the sub-index is the parameter's number."""
 
 WORDS: Final = {"V": 1000, "FLAG": 10, "OUT": 3, "INP": 3, "POS": 2, "VEL": 2}
-"""How many there are of what programs name so."""
+"""Number of words for each name that programs use."""
 _INDEX: Final = {"FLAG": FLAG_WORDS, "OUT": OUTPUT_WORDS, "INP": INPUT_WORDS, "POS": POSITIONS, "VEL": SPEEDS}
 
 AXES: Final = (1, 2)
@@ -37,12 +37,12 @@ LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 
 Read = Callable[[], bytes]
 Write = Callable[[bytes], None]
-"""Takes bytes of the right size, within the limits of the EDS; raises Abort for what the card refuses."""
+"""Takes data of the correct size, within the limits of the EDS.  Raises Abort if the card refuses them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What stands behind one object."""
+    """Read and write functions of one object."""
 
     index: int
     subindex: int
@@ -58,8 +58,8 @@ def place(what: str, number: int) -> tuple[int, int]:
     return _INDEX[what], number
 
 
-def cells(card: Outside) -> Iterator[Cell]:
-    """All that mirror the card; commands are `control`'s."""
+def cells(card: CardAccess) -> Iterator[Cell]:
+    """Cells for all objects that mirror the card; `control` has the commands."""
     yield from _variables(card)
     yield from _words(card)
     yield from _axes(card)
@@ -73,12 +73,12 @@ def cells(card: Outside) -> Iterator[Cell]:
     yield Cell(CARD_NUMBER, 0, lambda: _unsigned(card.number, 1))
 
 
-def _variables(card: Outside) -> Iterator[Cell]:
+def _variables(card: CardAccess) -> Iterator[Cell]:
     for number in range(1, WORDS["V"] + 1):
         yield Cell(*place("V", number), partial(_element, card.V, number), partial(_set_variable, card, number))
 
 
-def _words(card: Outside) -> Iterator[Cell]:
+def _words(card: CardAccess) -> Iterator[Cell]:
     for number in range(1, WORDS["FLAG"] + 1):
         first = first_flag(number)
         yield Cell(FLAG_WORDS, number, partial(_word, card.F, first), partial(_set_flags, card, first))
@@ -88,7 +88,7 @@ def _words(card: Outside) -> Iterator[Cell]:
         yield Cell(INPUT_WORDS, number, partial(_word, card.I, first))
 
 
-def _axes(card: Outside) -> Iterator[Cell]:
+def _axes(card: CardAccess) -> Iterator[Cell]:
     for axis in AXES:
         yield Cell(POSITIONS, axis, partial(_asked, card.position, axis))
         yield Cell(SPEEDS, axis, partial(_asked, card.speed, axis))
@@ -96,14 +96,14 @@ def _axes(card: Outside) -> Iterator[Cell]:
         yield Cell(AXIS_FLAGS, axis, partial(_word, card.F, first_flag(AXIS_FLAG_WORD[axis])))
 
 
-def _signals(card: Outside) -> Iterator[Cell]:
+def _signals(card: CardAccess) -> Iterator[Cell]:
     for channel in range(1, 7):
         yield Cell(ANALOG_INPUTS, channel, partial(_asked, card.analog_input, channel))
     for channel in (1, 2):
         yield Cell(ANALOG_OUTPUTS, channel, partial(_asked, card.analog_output, channel))
 
 
-def _parameters(card: Outside) -> Iterator[Cell]:
+def _parameters(card: CardAccess) -> Iterator[Cell]:
     for group, index in enumerate(GROUPS):
         for number in PARAMETERS[group]:
             read = partial(_element, card.parameters.ram[group], number)
@@ -115,7 +115,7 @@ def first_flag(word: int) -> int:
 
 
 def _asked(ask: Callable[[int], int], number: int) -> bytes:
-    """A value that the card computes when asked, as far as 32 bits hold it."""
+    """Value that the card computes on request, limited to 32 bits."""
     return min(max(ask(number), LOWEST), HIGHEST).to_bytes(4, "little", signed=True)
 
 
@@ -131,24 +131,24 @@ def _word(bits: Sequence[int], first: int) -> bytes:
     return packed(bits[first : first + BITS]).to_bytes(4, "little", signed=True)
 
 
-def _set_variable(card: Outside, number: int, data: bytes) -> None:
+def _set_variable(card: CardAccess, number: int, data: bytes) -> None:
     if not card.set_variables(number, (int.from_bytes(data, "little", signed=True),)):
         raise Abort(Code.INVALID_VALUE)
 
 
-def _set_flags(card: Outside, first: int, data: bytes) -> None:
+def _set_flags(card: CardAccess, first: int, data: bytes) -> None:
     for number, bit in _changes(card.F, first, data):
         card.set_flag(number, bit)  # digest chapter 7: writes to read-only bits are dropped
 
 
-def _set_outputs(card: Outside, first: int, data: bytes) -> None:
+def _set_outputs(card: CardAccess, first: int, data: bytes) -> None:
     for number, bit in _changes(card.O, first, data):
         if not card.set_output(number, bit):
             raise Abort(Code.DEVICE_STATE)
 
 
 def _changes(bits: Sequence[int], first: int, data: bytes) -> Iterator[tuple[int, int]]:
-    """Number and new value of those that `data` has otherwise."""
+    """Number and new value of each bit that `data` changes."""
     wanted = int.from_bytes(data, "little")
     changed = wanted ^ int.from_bytes(_word(bits, first), "little")
     while changed:
@@ -157,7 +157,7 @@ def _changes(bits: Sequence[int], first: int, data: bytes) -> Iterator[tuple[int
         changed ^= lowest
 
 
-def _set_parameter(card: Outside, group: int, number: int, data: bytes) -> None:
+def _set_parameter(card: CardAccess, group: int, number: int, data: bytes) -> None:
     raw = int.from_bytes(data, "little", signed=True)
     if not card.parameters.takes(group, number, raw):
         raise Abort(Code.INVALID_VALUE)

@@ -1,8 +1,8 @@
-"""The remote I/O of the card: CiA 401 modules that it runs as their master, I201 to I332 and O201 to O332.
+"""The remote I/O of the card: CiA 401 modules with the card as their master, I201 to I332 and O201 to O332.
 
 Source: manual 3.2 (I/O nodes 1 and 2), digest chapters 9 and 20: inputs 6000h:1 to 4 are the bytes of TPDO1, outputs
-6200h:1 to 4 those of RPDO1.  A lost module, or a card that is off the bus, is E06 (digest 10.3).
-After a module was started its inputs are read by SDO too, as not every module sends a TPDO then.
+6200h:1 to 4 those of RPDO1.  A lost module, or a card in bus-off, is E06 (digest 10.3).  After a module was started,
+its inputs are also read by SDO, since not every module sends a TPDO then.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,12 +26,12 @@ HEARTBEAT_MS: Final = 100
 TPDO1, RPDO1 = 0x180, 0x200
 INPUTS: Final = 0x6000
 BYTES, BITS = 4, 32
-"""Of a module."""
+"""Input and output size of a module."""
 ALL_OFF: Final = [0] * BITS
 
 
 class RemoteIo:
-    """Keeps the elements of `inputs` and `outputs` from 201 on (first module) and 301 on (second) in step with them."""
+    """Exchanges `inputs` and `outputs` with the modules: elements from 201 on (first module) and 301 on (second)."""
 
     def __init__(
         self,
@@ -46,9 +46,9 @@ class RemoteIo:
         readings: Readings | None = None,
         configuration: Sequence[Write] = (),
     ) -> None:
-        """`node_ids`: of I/O node 1, 2; None for one that isn't fitted.  `can` is an end of their own.
+        """`node_ids` are those of I/O node 1 and 2, None for a node that is not fitted.
 
-        `configuration` is written to each module before it is started.
+        `can` is a link end for this use only.  `configuration` is written to each module before it is started.
         """
         self._errors = errors
         shared = SharedLink(can)
@@ -73,7 +73,7 @@ class RemoteIo:
 
     @property
     def is_lost(self) -> bool:
-        """Whether a module is missing, or the card is off the bus."""
+        """True if a module is missing or the card is bus-off."""
         return self._is_off or any(module.is_lost for module in self._modules)
 
     @property
@@ -81,22 +81,25 @@ class RemoteIo:
         return [module.node for module in self._modules]
 
     def start(self) -> None:
-        """Power-on: configure and start the modules.  Their outputs are at 0 until `release`."""
+        """Configure and start the modules at power-on.  Their outputs are at 0 until `release`."""
         for module in self._modules:
             module.node.start()
 
     def refresh(self) -> None:
-        """One pass of the scheduler: what has come in goes to the inputs, changed outputs go out."""
+        """Update inputs with received data and send changed outputs; call it in each pass of the scheduler."""
         for module in self._modules:
             module.refresh(self._is_frozen)
 
     def freeze(self) -> None:
-        """The card is disabled: outputs to 0 now, and no E06 in the place of its own error."""
+        """Set all outputs to 0 at once, because the card is disabled.  E06 does not replace the card's own error."""
         self._is_frozen = True
         self.refresh()
 
     def release(self) -> None:
-        """The card is enabled, its errors are cleared: outputs follow again; what is missing is E06 again."""
+        """Let outputs follow again, because the card is enabled and its errors are cleared.
+
+        Missing modules cause E06 again.
+        """
         self._is_frozen = False
         if self.is_lost:
             self.fail()
@@ -117,7 +120,7 @@ class RemoteIo:
 
 
 class _Module:
-    """One I/O node; `place` is where its inputs and outputs stand."""
+    """One I/O node; `place` gives its tables of inputs and outputs, and the number of its first element."""
 
     def __init__(
         self,
@@ -146,7 +149,7 @@ class _Module:
         self._image = bytearray(BYTES)
         self._is_fresh = False
         self._sent: list[int] | None = None
-        """What the module has of the outputs; None if that isn't known."""
+        """Outputs that the module has received, or None if that is unknown."""
         self.is_lost = False
         self._can.on_receive(self._on_tpdo, [[TPDO1 + node_id, EXTENDED_KEY | STANDARD_MASK]])
 
@@ -186,7 +189,7 @@ class _Module:
             self._is_fresh = True
 
     def _renew(self) -> None:
-        """Outputs go out with the next pass, inputs are asked for."""
+        """Send the outputs in the next pass, and request the inputs."""
         self._sent = None
         for number in range(BYTES):
             self.node.sdo.upload(INPUTS, number + 1, partial(self._on_input, number))

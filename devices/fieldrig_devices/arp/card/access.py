@@ -1,4 +1,4 @@
-"""What of the card may be reached from outside: the `Outside` that its ports get."""
+"""External access to a card: the implementation of `CardAccess` that its ports use."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -7,8 +7,8 @@ from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.parts import Parts
 from fieldrig_devices.arp.card.permanent import COUNT
 from fieldrig_devices.arp.card.states import HELD
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.language.instructions import WRITABLE, numbers
-from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.runtime.program import ArpProgram
 
@@ -46,24 +46,24 @@ class Access:
         return round(self._parts.analog_outputs.volts(channel) * 1_000)
 
     def set_variables(self, first: int, values: Sequence[int]) -> bool:
-        """They are permanent when this returns."""
-        is_right = 1 <= first <= COUNT + 1 - len(values) and all(_LOW <= value <= _HIGH for value in values)
-        if is_right:
+        """Write variables; they are permanent when this returns."""
+        is_valid = 1 <= first <= COUNT + 1 - len(values) and all(_LOW <= value <= _HIGH for value in values)
+        if is_valid:
             self.V[first : first + len(values)] = values
             self._parts.permanent.keep()
-        return is_right
+        return is_valid
 
     def set_flag(self, number: int, bit: int) -> bool:
-        is_right = number in WRITABLE and bit in (0, 1)
-        if is_right:
+        is_valid = number in WRITABLE and bit in (0, 1)
+        if is_valid:
             self.F[number] = int(bit)
-        return is_right
+        return is_valid
 
     def set_output(self, number: int, bit: int) -> bool:
-        is_right = number in OUTPUTS and bit in (0, 1) and self.state not in HELD
-        if is_right:
+        is_valid = number in OUTPUTS and bit in (0, 1) and self.state not in HELD
+        if is_valid:
             self.O[number] = int(bit)
-        return is_right
+        return is_valid
 
     def set_parameter(self, group: int, number: int, raw: int) -> bool:
         return group in range(len(PARAMETERS)) and self.parameters.set_ram(group, number, raw)

@@ -1,4 +1,4 @@
-"""A card's parts, made from its settings and connected with each other."""
+"""Assembly of a card: its parts are built from its settings and connected to each other."""
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
@@ -16,7 +16,7 @@ from fieldrig_devices.arp.motion.axes import Axes
 from fieldrig_devices.arp.parameters import Parameters
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
 from fieldrig_devices.arp.signals.analog_outputs import AnalogOutputs
-from fieldrig_devices.arp.signals.cams import Cams
+from fieldrig_devices.arp.signals.cam_switches import CamSwitches
 from fieldrig_devices.arp.signals.regulators import Regulators
 from fieldrig_devices.arp.terminal.link import TerminalLink
 
@@ -31,7 +31,7 @@ def assemble(
     terminal_can: Link[CanFrame] | None,
     errors: CardErrors,
 ) -> Parts:
-    """`io_can` and `terminal_can` are ends of the card's CAN link for the masters of these."""
+    """Build the parts.  `io_can` and `terminal_can` are link ends for the masters of the I/O nodes and the terminal."""
     permanent, parameters = Permanent(store), Parameters()
     flags, inputs, outputs = [0] * 321, [0] * 333, [0] * 333
     variables, readings = permanent.V, settings.readings
@@ -61,7 +61,7 @@ def assemble(
         axes=axes,
         analog_inputs=analog_inputs,
         analog_outputs=analog_outputs,
-        cams=Cams(axes, flags, outputs, parameters, readings),
+        cam_switches=CamSwitches(axes, flags, outputs, parameters, readings),
         regulators=Regulators(parameters, variables, flags, errors, analog_inputs, analog_outputs, axes, readings),
         io=io,
         terminal=TerminalLink(clock, terminal_can, variables, flags, errors, set_variable, readings),

@@ -1,9 +1,9 @@
-"""The ASA-RT ARP two-axis card: its control loop, its scheduler, its ports.
+"""The ASA-RT ARP two-axis card: its control loop, its scheduler and its ports.
 
-Source: software manual 1.30; digest chapters 10 and 11.  Every @Par[1] ms the control loop goes from inputs to outputs
-and gives the program its slice; every @Par[16] ms the scheduler looks at Enable and serves CAN and terminal.  Both
-periods are taken at power-on.  A loop that comes late by whole periods, on a computer that has no time, skips them and
-counts them.
+Source: software manual 1.30; digest chapters 10 and 11.  Every @Par[1] ms the control loop processes inputs and outputs
+and gives the program its slice; every @Par[16] ms the scheduler checks Enable and serves CAN and terminal.  Both
+periods are read at power-on.  If a loop is late by whole periods, because the host is busy, they are skipped and
+counted.
 """
 
 from collections.abc import Mapping
@@ -28,10 +28,10 @@ from fieldrig_devices.arp.card.assembly import assemble
 from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.points import points
 from fieldrig_devices.arp.card.settings import ArpSettings
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.language.program_file import read_program
-from fieldrig_devices.arp.outside import CardState
 from fieldrig_devices.arp.parameters import GENERAL, Par
 from fieldrig_devices.arp.runtime.program import ProgramState
 from fieldrig_devices.arp.runtime.slices import Slices
@@ -51,9 +51,11 @@ class ArpCard(Device):
         can: Link[CanFrame] | None = None,
         user: Link[SerialMessage] | None = None,
     ) -> None:
-        """RigError for a program that can't be used, and for settings that need a CAN without one."""
+        """Raises RigError for a program that cannot be used, and for settings that need CAN if the card has none."""
         if can is None and settings.needs_can:
-            raise RigError("terminal, io_nodes and exchange are on a CAN, and the card has none", "add it to its links")
+            raise RigError(
+                "terminal, io_nodes and exchange need a CAN bus, and the card has none", "add `can` to its links"
+            )
         self._clock, self._settings, self._can = clock, settings, can
         program = read_program(settings.program, settings.number) if settings.program is not None else None
         shared = SharedLink(can) if can is not None else None
@@ -69,12 +71,12 @@ class ArpCard(Device):
             CardErrors(self._on_blocking),
         )
         self.operation = Operation(self.parts, settings.parameters, program)
-        self.outside = Access(self.parts, self.operation)
+        self.access = Access(self.parts, self.operation)
         self._face: CanFace | None = None
         if shared is not None:
             section = self.parts.memory.section("can", self.operation.on_memory_fault)
-            self._face = CanFace(clock, name, shared.share(), self.outside, section, settings.exchange)
-        self._user_port = UserPort(clock, user, self.outside, settings.user_port) if user is not None else None
+            self._face = CanFace(clock, name, shared.share(), self.access, section, settings.exchange)
+        self._user_port = UserPort(clock, user, self.access, settings.user_port) if user is not None else None
         self._due_ns = 0
         self._period_ns = self._scheduler_period_ns = MS
         self._slices = Slices(settings.costs, MS, MS)
@@ -96,7 +98,7 @@ class ArpCard(Device):
             self._face.start()
         if self._user_port is not None:
             self._user_port.start()
-        parts.io.tell()
+        parts.io.send_changes()
         self._due_ns = clock.now_ns() + self._period_ns
         clock.call_at(clock.now_ns() + self._scheduler_period_ns, self._on_scheduler)
         clock.call_at(self._due_ns, self._on_control)
@@ -107,9 +109,11 @@ class ArpCard(Device):
     @cached_property
     def _points(self) -> dict[str, Point]:
         return {
-            **points(self.outside, self.parts.io),
+            **points(self.access, self.parts.io),
             "cycles": Point(lambda: self.cycles, about="control loops since power-on"),
-            "missed_cycles": Point(lambda: self.missed_cycles, about="that were skipped for want of time"),
+            "missed_cycles": Point(
+                lambda: self.missed_cycles, about="control loops that were skipped because the host was busy"
+            ),
         }
 
     @classmethod
@@ -143,25 +147,25 @@ class ArpCard(Device):
         parts.axes.control(now_ns, io.counts, io.latches)
         if state is CardState.RUN or state is CardState.STOPPED:
             parts.regulators.control(now_ns)
-            parts.cams.control()
+            parts.cam_switches.control()
             parts.analog_outputs.control(now_ns)
             if state is CardState.RUN:
                 self._run_program()
         parts.permanent.keep()
-        io.tell()
+        io.send_changes()
         if self._user_port is not None:
             self._user_port.tick()
 
     def _run_program(self) -> None:
         program = self.operation.program
-        assert program is not None, "a card without a program doesn't run"
+        assert program is not None, "a card without a program does not run"
         program.tick()
         self._slices.give(program.run)
         if program.state is ProgramState.ENDED:
             self.operation.look_at_program()
 
     def _plan_next(self, now_ns: int) -> None:
-        """The next loop; those that should have been by now are missed."""
+        """Schedule the next loop; loops that should have run by now are counted as missed."""
         period_ns = self._period_ns
         late_ns = now_ns - self._due_ns + self._clock.late_ns()
         missed = late_ns // period_ns if late_ns >= period_ns else 0

@@ -1,8 +1,8 @@
 """The card's own terminals: I101 to I108, O101 to O104, load cells, analog inputs and outputs, encoders.
 
-Source: manual 3.1; digest chapter 9.  Each terminal has a wire, `NAME.I101` unless `signals` says otherwise.  A wire
-that somebody drives is what an input reads; until then it reads what a person or the settings put there.  Inputs are
-sampled once a control loop, so what is shorter than that may be missed.
+Source: manual 3.1; digest chapter 9.  Each terminal has a wire, `NAME.I101` unless `signals` names another.  An input
+reads the wire if a device drives it; until then it reads the value from a user or the settings.  Inputs are sampled
+once per control loop, so shorter pulses may be missed.
 """
 
 import logging
@@ -29,7 +29,7 @@ INPUTS: Final = (*DIGITAL_INPUTS, *ANALOG_INPUTS, *ENCODERS)
 OUTPUTS: Final = (*DIGITAL_OUTPUTS, *ANALOG_OUTPUTS)
 TERMINALS: Final = (*INPUTS, *OUTPUTS)
 UNITS: Final = dict.fromkeys((*ANALOG_INPUTS, *ANALOG_OUTPUTS), "V") | dict.fromkeys(ENCODERS, "count")
-_LARGEST_COUNT: Final = 1e15  # beyond it a float no longer counts one by one
+_LARGEST_COUNT: Final = 1e15  # a float beyond it cannot represent every integer
 
 Number = bool | int | float
 
@@ -44,7 +44,7 @@ class LocalIo:
         analog: tuple[AnalogInputs, AnalogOutputs],
         latch_inputs: tuple[int, int],
     ) -> None:
-        """`names` are the wires by terminal, `tables` the card's I and O."""
+        """`names` are the wires by terminal, and `tables` are the card's I and O."""
         self._clock, self._wires, self._names = clock, wires, names
         self._inputs, self._outputs = tables
         self._analog_inputs, self._analog_outputs = analog
@@ -54,14 +54,14 @@ class LocalIo:
         self._driven: set[str] = set()
         self._refused: set[str] = set()
         self._encoders: list[Signal | None] = [None, None, None]
-        self._told_bits: list[int] = []
-        self._told_volts = [math.nan, math.nan, math.nan]
+        self._sent_bits: list[int] = []
+        self._sent_volts = [math.nan, math.nan, math.nan]
         self.counts: list[int | None] = [None, None, None]
-        """Of the encoders, by axis, as sampled; None: nobody has said yet."""
+        """Encoder counts by axis, as sampled; None before the first signal."""
         self.latches = [0, 0, 0]
         """Levels of the latch inputs, by axis, as sampled."""
         self._terminals: dict[str, list[str]] = {}
-        """Inputs by wire: several may feel the same one, as both counters that of one encoder."""
+        """Inputs by wire; several inputs may share a wire, as both counters of one encoder do."""
         for terminal in INPUTS:
             self._terminals.setdefault(names[terminal], []).append(terminal)
         if wires is not None:
@@ -69,13 +69,13 @@ class LocalIo:
 
     @property
     def is_enabled(self) -> bool:
-        """The level of I108, as it is now."""
+        """Present level of I108."""
         return bool(self._levels[ENABLE - 101])
 
     # ---- inputs
 
     def present(self, terminal: str) -> Number:
-        """The value at an input at this instant, between two samples too; 0 for an encoder without a signal."""
+        """Present value at an input, even between two samples; 0 for an encoder without a signal."""
         axis = ENCODERS.get(terminal)
         if axis is None:
             return self._present[terminal]
@@ -83,17 +83,18 @@ class LocalIo:
         return (self.counts[axis] or 0) if counts is None else counts
 
     def _counted(self, axis: int, now_ns: int) -> int | None:
-        """What the encoder of an axis has counted by `now_ns`; None without a signal, or beyond what it can count."""
+        """Count of an axis' encoder at `now_ns`, or None without a signal or beyond the range of the encoder."""
         signal = self._encoders[axis]
         position = None if signal is None else signal.at(now_ns)
         return floor(position) if position is not None and -_LARGEST_COUNT < position < _LARGEST_COUNT else None
 
     def put(self, terminal: str, value: Number) -> None:
-        """Feel `value`.  ValueError if a wire drives this input, or for what it can't feel."""
+        """Set the value at an input.  Raises ValueError if a wire drives the input, or for an invalid value."""
         if terminal in self._driven:
             raise ValueError(f"the wire {self._names[terminal]} drives {terminal}")
-        if not feels(terminal, value):
-            raise ValueError(f"{terminal} takes {'true or false' if terminal in DIGITAL_INPUTS else 'a number'}")
+        if not accepts(terminal, value):
+            expected = "true or false" if terminal in DIGITAL_INPUTS else "a number"
+            raise ValueError(f"{terminal} cannot be {value!r}; expected {expected}")
         self._take(terminal, Signal("", value))
 
     def _on_signal(self, signal: Signal) -> None:
@@ -109,7 +110,13 @@ class LocalIo:
     def _refuse(self, terminal: str, signal: Signal) -> None:
         if terminal not in self._refused:
             self._refused.add(terminal)
-            log.warning("%s is in %r, %s in %r; not taken", signal.name, signal.unit, terminal, UNITS[terminal])
+            log.warning(
+                "%s has the unit %r, but %s has %r; the signal is ignored",
+                signal.name,
+                signal.unit,
+                terminal,
+                UNITS[terminal],
+            )
 
     def _take(self, terminal: str, signal: Signal) -> None:
         axis = ENCODERS.get(terminal)
@@ -123,7 +130,7 @@ class LocalIo:
             self._analog_inputs.take(ANALOG_INPUTS[terminal], float(signal.value))
 
     def sample(self, now_ns: int) -> None:
-        """Once a control loop."""
+        """Sample all inputs, once per control loop."""
         inputs, latches, counts = self._inputs, self.latches, self.counts
         inputs[101:109] = self._levels
         latches[1], latches[2] = inputs[self._latch_1], inputs[self._latch_2]
@@ -134,26 +141,26 @@ class LocalIo:
 
     # ---- outputs
 
-    def tell(self) -> None:
-        """Once a control loop: the outputs that have changed; each at first."""
+    def send_changes(self) -> None:
+        """Send the outputs that have changed, once per control loop; the first call sends all of them."""
         if self._wires is None:
             return
         bits = self._outputs[101:105]
-        if bits != self._told_bits:
-            self._tell_bits(bits)
+        if bits != self._sent_bits:
+            self._send_bits(bits)
         volts = self._analog_outputs.volts
-        told = self._told_volts
+        sent = self._sent_volts
         for channel in (1, 2):
             volt = volts(channel)
-            if volt != told[channel]:
-                told[channel] = volt
+            if volt != sent[channel]:
+                sent[channel] = volt
                 self._wires.send(Signal(self._names[f"dac{channel}"], volt, "V"))
 
-    def _tell_bits(self, bits: list[int]) -> None:
+    def _send_bits(self, bits: list[int]) -> None:
         assert self._wires is not None
-        told = self._told_bits or [-1] * len(bits)
-        self._told_bits = bits
-        for (terminal, number), was in zip(DIGITAL_OUTPUTS.items(), told, strict=True):
+        sent = self._sent_bits or [-1] * len(bits)
+        self._sent_bits = bits
+        for (terminal, number), was in zip(DIGITAL_OUTPUTS.items(), sent, strict=True):
             bit = bits[number - 101]
             if bit != was:
                 self._wires.send(Signal(self._names[terminal], bool(bit)))
@@ -163,8 +170,8 @@ def wire_names(card: str, signals: Mapping[str, str]) -> dict[str, str]:
     return {terminal: signals.get(terminal, f"{card}.{terminal}") for terminal in TERMINALS}
 
 
-def feels(terminal: str, value: Number) -> bool:
-    """Whether an input can feel that."""
+def accepts(terminal: str, value: Number) -> bool:
+    """True if the input can take the value."""
     if terminal in DIGITAL_INPUTS:
         return value in (0, 1)
     return terminal in INPUTS and not isinstance(value, bool) and abs(value) < _LARGEST_COUNT

@@ -1,8 +1,8 @@
-"""The card's flash: parameters, the program, and sections that other parts keep.
+"""The card's flash: parameters, the program, and sections for other parts.
 
-Source: manual 2.1, 2.3, 5; digest chapter 10 (E03, W04).  One JSON text, so that a person can read it.  If neither the
-newest nor the previous version can be used, it is E03; nothing is written over them until somebody saves something,
-which writes all of it anew.
+Source: manual 2.1, 2.3, 5; digest chapter 10 (E03, W04).  The content is one readable JSON text.  If neither the newest
+nor the previous version is usable, the card reports E03; nothing overwrites them until a value is saved, which writes
+the complete content.
 """
 
 import json
@@ -20,7 +20,7 @@ _VERSION: Final = 1
 
 
 class MemoryFaultError(Exception):
-    """The memory can't be read or written: E03."""
+    """The memory cannot be read or written: E03."""
 
     def __init__(self, what: str, errno: int | None = None) -> None:
         super().__init__(what)
@@ -31,11 +31,11 @@ class MemoryFaultError(Exception):
 class Content:
     parameters: list[list[int]] = field(default_factory=lambda: [defaults(group) for group in range(len(PARAMETERS))])
     parameters_mark: str = ""
-    """Of the values in the rig file that were put into `parameters` last."""
+    """Checksum of the values from the rig file that were last put into `parameters`."""
     program: str = ""
-    """The object file; empty: none."""
+    """The object file; empty if there is none."""
     program_mark: str = ""
-    """Of the file that was put into `program` last."""
+    """Checksum of the file that was last put into `program`."""
     sections: dict[str, bytes] = field(default_factory=dict)
 
 
@@ -45,26 +45,26 @@ class Memory:
         self.content = Content()
 
     def read(self) -> bool:
-        """Take `content` from the store; False, with `content` as it was, if nothing was ever saved there.
+        """Read `content` from the store.  False, with `content` unchanged, if nothing was ever saved.
 
-        MemoryFaultError if no version of it can be used.
+        Raises MemoryFaultError if no version of it is usable.
         """
         found = restore(self._store, _decode)
         if found.content is None and found.is_damaged:
-            raise MemoryFaultError("what is stored can't be used")
+            raise MemoryFaultError("the stored data are damaged")
         if found.content is not None:
             self.content = found.content
         return found.content is not None
 
     def write(self) -> None:
-        """Keep `content`.  MemoryFaultError if the store can't."""
+        """Save `content`.  Raises MemoryFaultError if the store fails."""
         try:
             self._store.save(_encode(self.content))
         except StoreError as cause:
-            raise MemoryFaultError(f"the store can't be written: {cause.strerror}", cause.errno) from cause
+            raise MemoryFaultError(f"the store cannot be written: {cause.strerror}", cause.errno) from cause
 
     def section(self, name: str, on_fault: Callable[[], None]) -> Store:
-        """A part of the memory for a part of the card, which sees it as a store of its own."""
+        """Return a section of the memory as a store for a part of the card."""
         return _Section(self, name, on_fault)
 
 
@@ -103,13 +103,13 @@ def _encode(content: Content) -> bytes:
 
 
 def _decode(data: bytes) -> Content:
-    """ValueError for anything that `_encode` doesn't write."""
+    """Decode the output of `_encode`.  Raises ValueError for any other data."""
     fields = read_json(data, store_format.LONGEST)
     if (version := field_of(fields, "version", int)) != _VERSION:
         raise ValueError(f"it has version {version}, expected {_VERSION}")
     tables = field_of(fields, "parameters", list)
     if len(tables) != len(PARAMETERS):
-        raise ValueError(f"there are {len(tables)} groups of parameters")
+        raise ValueError(f"there are {len(tables)} groups of parameters, expected {len(PARAMETERS)}")
     return Content(
         parameters=[_table(group, values) for group, values in enumerate(tables)],
         parameters_mark=field_of(fields, "parameters_mark", str),
@@ -123,8 +123,8 @@ def _decode(data: bytes) -> Content:
 
 def _table(group: int, values: Any) -> list[int]:
     if len(typed(values, list, f"group {group}")) != len(PARAMETERS[group]):
-        raise ValueError(f"group {group} has {len(values)} parameters")
+        raise ValueError(f"group {group} has {len(values)} parameters, expected {len(PARAMETERS[group])}")
     for number, raw in enumerate(values, 1):
         if type(raw) is not int or not Parameters.takes(group, number, raw):
-            raise ValueError(f"parameter {number} of group {group} can't be {raw!r}")
+            raise ValueError(f"parameter {number} of group {group} cannot be {raw!r}")
     return [0, *values]

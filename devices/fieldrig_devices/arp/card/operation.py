@@ -1,9 +1,9 @@
-"""What the card does in its states: power-on, reset, run, stop, errors that block, and what goes into its memory.
+"""The operation of the card in its states: power-on, reset, run, stop, blocking errors, and its memory.
 
-Source: manual 2.3, 3.3, 5.2; digest chapter 10.  Held at reset or by a blocking error, axes are off, every output is 0
-(digest ARP-122) and the program doesn't run.  Every reset, and every run that begins anew, reads the parameters from
-flash again; such a run finds flags and limits as at power-on, nothing armed; one that follows a stop finds things as
-the stop left them.  A blocked program stays where it was, for whoever looks.
+Source: manual 2.3, 3.3, 5.2; digest chapter 10.  While the card is held at reset or by a blocking error, axes are off,
+every output is 0 (digest ARP-122) and the program does not run.  Every reset and every fresh run reads the parameters
+from flash again.  A fresh run starts with flags and limits as at power-on and with nothing armed; a run that follows a
+stop continues with the state that the stop left.  A blocked program keeps its place for inspection.
 """
 
 import hashlib
@@ -21,21 +21,21 @@ from fieldrig_devices.arp.card.permanent import Ram
 from fieldrig_devices.arp.card.program_side import ProgramSide
 from fieldrig_devices.arp.card.settings import ParameterSettings
 from fieldrig_devices.arp.card.states import HELD, Event, States
+from fieldrig_devices.arp.card_access import CardState, RefusedError
 from fieldrig_devices.arp.fixed import MEMORY_BLANK
 from fieldrig_devices.arp.language.files import ArpObject, ObjectError, decode
-from fieldrig_devices.arp.outside import CardState, RefusedError
 from fieldrig_devices.arp.parameters import PARAMETERS, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram, ProgramState
 
 log = logging.getLogger(__name__)
 
 KEYS: Final = slice(225, 257)
-"""Flags of the terminal's keys, which are not for the card to clear."""
+"""Flags of the terminal's keys, which the card does not clear."""
 
 
 class Operation:
     def __init__(self, parts: Parts, first_parameters: ParameterSettings, program: bytes | None) -> None:
-        """`program` is an object file that the rig file names."""
+        """`program` is the object file that the rig file names."""
         self._parts, self._first_parameters, self._first_program = parts, first_parameters, program
         self._states = States(self._on_change)
         self._side = ProgramSide(parts)
@@ -50,7 +50,7 @@ class Operation:
     # ---- power-on
 
     def power_on(self) -> None:
-        """State INIT, until the scheduler has looked at Enable for the first time."""
+        """Power on: state INIT, until the scheduler has checked Enable for the first time."""
         parts = self._parts
         self._load_variables()
         self._load_flash()
@@ -63,7 +63,7 @@ class Operation:
         try:
             found = self._parts.permanent.load()
         except StoreError as cause:
-            log.warning("variables last only until power-off: %s", cause.strerror)
+            log.warning("variables are lost at power-off: %s", cause.strerror)
             found = Ram.DAMAGED
         if found is Ram.DAMAGED:
             self._parts.errors.fail(codes.EEPROM)
@@ -71,7 +71,7 @@ class Operation:
             self._parts.errors.warn(MEMORY_BLANK)
 
     def _load_flash(self) -> None:
-        """What was stored, and what the rig file puts into it.  A damaged memory is left as it is."""
+        """Load the stored content, and apply the rig file to it.  A damaged memory is left as it is."""
         memory, errors = self._parts.memory, self._parts.errors
         try:
             is_new = not memory.read()
@@ -86,7 +86,7 @@ class Operation:
         self._parts.parameters.flash = memory.content.parameters
 
     def _put_first_content(self) -> bool:
-        """What the rig file says, if that is not what it said last.  Whether anything was put there."""
+        """Apply values of the rig file that have changed since they were last applied.  True if any have."""
         content = self._parts.memory.content
         values = self._first_parameters.raw()
         mark = _mark(json.dumps(sorted(values.items())).encode())
@@ -107,18 +107,18 @@ class Operation:
         try:
             self._take(self._decoded(text.encode()))
         except ObjectError as cause:
-            log.warning("the program in memory can't be run: %s", cause)
+            log.warning("the program in memory cannot be run: %s", cause)
 
     # ---- events
 
     def look_at_enable(self, is_enabled: bool) -> None:
-        """One pass of the scheduler."""
+        """Handle a change of Enable; the scheduler calls it in each pass."""
         was_enabled, self._is_enabled = self._is_enabled, is_enabled
         if self.state is CardState.INIT or was_enabled not in (None, is_enabled):
             self._states.handle(Event.CLOSED if is_enabled else Event.OPENED)
 
     def look_at_program(self) -> None:
-        """After a slice."""
+        """Handle the end of the program; call it after a slice."""
         if self.program is not None and self.program.state is ProgramState.ENDED:
             self._states.handle(Event.ENDED)
 
@@ -138,7 +138,7 @@ class Operation:
 
     def reset(self) -> None:
         if not self._states.handle(Event.RESET) and self.state is not CardState.INIT:
-            self._reload_parameters()  # held at reset already
+            self._reload_parameters()  # the card is already held at reset
 
     def _on_change(self, before: CardState, after: CardState) -> None:
         parts = self._parts
@@ -164,7 +164,7 @@ class Operation:
 
     def _run(self, before: CardState) -> None:
         parts = self._parts
-        if before in HELD and not self._begin_anew(is_power_on=before is CardState.INIT):
+        if before in HELD and not self._start_afresh(is_power_on=before is CardState.INIT):
             return
         if self.program is None:
             parts.errors.fail(codes.STOPPED_PROGRAM)
@@ -175,8 +175,8 @@ class Operation:
                 parts.remote_io.release()
         self.program.start()
 
-    def _begin_anew(self, is_power_on: bool) -> bool:
-        """The initial state of the system (manual 3.3).  False if the memory fails."""
+    def _start_afresh(self, is_power_on: bool) -> bool:
+        """Establish the initial state of the system (manual 3.3).  False if the memory fails."""
         parts = self._parts
         if not is_power_on:
             parts.errors.clear()
@@ -192,7 +192,10 @@ class Operation:
         return True
 
     def _reload_parameters(self) -> bool:
-        """As they are in flash (manual 2.3, 4.2.2).  False, with those that were read last, if it can't be read."""
+        """Load the parameters from flash again (manual 2.3, 4.2.2).
+
+        Returns False, with the parameters that were read last, if flash cannot be read.
+        """
         parts, is_readable = self._parts, True
         try:
             is_new = not parts.memory.read()
@@ -200,7 +203,7 @@ class Operation:
             log.warning("E03: %s", cause)
             is_readable = False
         else:
-            if self._put_first_content() or is_new:  # the store didn't take it so far
+            if self._put_first_content() or is_new:  # the store has not accepted it so far
                 with suppress(MemoryFaultError):
                     parts.memory.write()
         parts.parameters.flash = parts.memory.content.parameters
@@ -208,12 +211,12 @@ class Operation:
         return is_readable
 
     def _hold(self) -> None:
-        """Axes off, outputs 0, nothing armed; a program that runs is interrupted."""
+        """Switch axes off, set outputs to 0, disarm everything, and interrupt a running program."""
         parts = self._parts
         if self.program is not None:
             self.program.pause()
         parts.axes.release()
-        parts.cams.reset()
+        parts.cam_switches.reset()
         parts.regulators.reset()
         parts.analog_outputs.release()
         parts.O[:] = [0] * len(parts.O)
@@ -224,16 +227,16 @@ class Operation:
 
     def save_parameter(self, group: int, number: int, raw: int) -> bool:
         parameters = self._parts.parameters
-        is_right = group in range(len(PARAMETERS)) and parameters.takes(group, number, raw)
-        return is_right and self._keep({(group, number): raw}) and parameters.set_ram(group, number, raw)
+        is_valid = group in range(len(PARAMETERS)) and parameters.takes(group, number, raw)
+        return is_valid and self._keep({(group, number): raw}) and parameters.set_ram(group, number, raw)
 
     def save_parameters(self, values: ParameterValues) -> bool:
-        """See `Outside.save_parameters`."""
+        """See `CardAccess.save_parameters`."""
         return not values or self._keep(values)
 
     @contextmanager
     def saving(self, values: ParameterValues) -> Iterator[None]:
-        """See `Outside.saving`; the node's section lies in the same memory, which is written as a whole."""
+        """See `CardAccess.saving`.  The node's section is in the same memory, which is written as a whole."""
         before = self._put(values)
         try:
             yield
@@ -249,7 +252,7 @@ class Operation:
         return False
 
     def _put(self, values: ParameterValues) -> ParameterValues:
-        """Into the content of the memory, not yet into the store; what was there before."""
+        """Put values into the content of the memory, but not yet into the store.  Returns the previous values."""
         tables = self._parts.memory.content.parameters
         before = {(group, number): tables[group][number] for group, number in values}
         for (group, number), raw in values.items():
@@ -257,15 +260,15 @@ class Operation:
         return before
 
     def load(self, data: bytes) -> None:
-        """See `Outside.load`."""
+        """See `CardAccess.load`."""
         if self.state in (CardState.INIT, CardState.RUN):
-            raise RefusedError("the program runs: stop it or open Enable, then load")
+            raise RefusedError("the program is running: stop it or open Enable, then load")
         loaded = self._decoded(data)
         content = self._parts.memory.content
         before, content.program = content.program, data.decode()
         if not self._write():
             content.program = before
-            raise RefusedError("the memory can't be written: E03")
+            raise RefusedError("the memory cannot be written: E03")
         self._take(loaded)
 
     def on_memory_fault(self) -> None:
@@ -283,7 +286,7 @@ class Operation:
     def _decoded(self, data: bytes) -> ArpObject:
         loaded = decode(data)
         if loaded.system != self._parts.number:
-            raise ObjectError(f"it is for card {loaded.system:02}, and this one is {self._parts.number:02}")
+            raise ObjectError(f"the object is for card {loaded.system:02}, and this is card {self._parts.number:02}")
         return loaded
 
     def _take(self, loaded: ArpObject) -> None:

@@ -1,4 +1,4 @@
-"""What one card is put together from; nothing here acts."""
+"""The parts of one card; this module has no behaviour."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from fieldrig_devices.arp.motion.axes import Axes
 from fieldrig_devices.arp.parameters import Parameters
 from fieldrig_devices.arp.signals.analog_inputs import AnalogInputs
 from fieldrig_devices.arp.signals.analog_outputs import AnalogOutputs
-from fieldrig_devices.arp.signals.cams import Cams
+from fieldrig_devices.arp.signals.cam_switches import CamSwitches
 from fieldrig_devices.arp.signals.regulators import Regulators
 from fieldrig_devices.arp.terminal.link import TerminalLink
 
@@ -31,12 +31,12 @@ class Parts:
     axes: Axes
     analog_inputs: AnalogInputs
     analog_outputs: AnalogOutputs
-    cams: Cams
+    cam_switches: CamSwitches
     regulators: Regulators
     io: LocalIo
     terminal: TerminalLink
     remote_io: RemoteIo | None
-    """None without a CAN bus, or without I/O nodes."""
+    """Master of the I/O nodes, or None without a CAN bus or without I/O nodes."""
 
     @property
     def V(self) -> list[int]:  # noqa: N802

@@ -1,12 +1,12 @@
-"""V1 to V1000, permanent: a list for speed, and behind it RAM with a battery (manual 4.3: they survive power-off).
+"""V1 to V1000, which are permanent: a list for speed, backed by battery-powered RAM (manual 4.3).
 
-Programs, regulators and the ports write the list.  `keep` takes what has changed to the RAM: at the end of each control
-loop, and before anything about a variable leaves the card.  It compares the list with what it took last, which costs
-CPython next to nothing while the numbers are the same objects; so nobody who writes has to say so.  What changed once
-will change again, so those places are looked at first.
+Programs, regulators and the ports write to the list.  `keep` copies changes to the RAM: at the end of each control
+loop, and before anything about a variable leaves the card.  It compares the list with the values of the last call,
+which costs CPython next to nothing while the numbers are the same objects, so a writer does not have to report its
+changes.  A variable that has changed once will change again, so these are checked first.
 
-The RAM is 1001 words of 32 bits: a mark, then the variables.  Any 32 bits are a variable, so a damaged RAM may hold
-wrong values, but none that the card can't take.
+The RAM is 1001 words of 32 bits: a mark, then the variables.  Any 32 bits are a valid variable, so a damaged RAM may
+contain wrong values, but none that the card cannot process.
 """
 
 from array import array
@@ -17,14 +17,14 @@ from typing import Final
 from fieldrig.store import Store, StoreError
 
 COUNT: Final = 1_000
-MARK: Final = 0x41525056  # ARPV: this RAM holds variables
+MARK: Final = 0x41525056  # ARPV: this RAM contains variables
 _CHUNK: Final = 125
 _MOST_BUSY: Final = 48
-"""Places that are looked at one by one; beyond that it is quicker to compare anew."""
+"""Maximum number of variables that are checked one by one; beyond it, comparing everything is faster."""
 
 
 class Ram(Enum):
-    """What was found in it."""
+    """Content of the RAM at power-on."""
 
     BLANK = auto()
     GOOD = auto()
@@ -42,7 +42,10 @@ class Permanent:
         self._is_lasting = False
 
     def load(self) -> Ram:
-        """Power-on.  StoreError if there is no RAM; variables then last until power-off, or until `find_ram`."""
+        """Load the variables at power-on.
+
+        Raises StoreError if there is no RAM; variables then last until power-off, or until `find_ram` succeeds.
+        """
         self._is_lasting = False
         self._ram = self._buffered()
         mark = self._ram[0]
@@ -55,7 +58,7 @@ class Permanent:
         return found
 
     def find_ram(self) -> None:
-        """Ask again for the RAM that was not there at power-on; the variables as they are go into it."""
+        """Request the RAM that was missing at power-on, and save the present variables there."""
         if not self._is_lasting:
             with suppress(StoreError):
                 self._ram = self._buffered()
@@ -67,7 +70,7 @@ class Permanent:
         return ram
 
     def keep(self) -> None:
-        """What has changed since the last call survives power-off from now on."""
+        """Save all changes since the last call, so that they survive power-off."""
         variables, kept = self.V, self._kept
         if variables == kept:
             return

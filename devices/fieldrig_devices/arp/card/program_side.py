@@ -1,4 +1,4 @@
-"""What the card is to its program: each instruction goes to the part that does it (`runtime.card.Card`)."""
+"""The interface of the card to its program: it passes each instruction to the part that executes it."""
 
 from fieldrig_devices.arp.card.parts import Parts
 from fieldrig_devices.arp.fixed import WRONG_PARAMETER
@@ -6,7 +6,7 @@ from fieldrig_devices.arp.parameters import GENERAL
 
 
 class ProgramSide:
-    """Most of it is the parts' own methods: a program calls them without a detour."""
+    """Implements `runtime.card.Card`, mostly by the parts' own methods, so that calls are direct."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
@@ -22,7 +22,7 @@ class ProgramSide:
         self.move_to, self.move_by, self.move_at = axes.move_to, axes.move_by, axes.move_at
         self.follow_table = axes.follow_table
         self.regulate = parts.regulators.regulate
-        self.arm_cam, self.disarm_cam = parts.cams.arm, parts.cams.disarm
+        self.arm_cam_switch, self.disarm_cam_switch = parts.cam_switches.arm, parts.cam_switches.disarm
         self.read_analog, self.write_analog = parts.analog_inputs.read, parts.analog_outputs.write
         self.store_message, self.clear_screen = parts.terminal.store_message, parts.terminal.clear_screen
         self.erase_text, self.show_text = parts.terminal.erase_text, parts.terminal.show_text

@@ -1,4 +1,4 @@
-"""What a rig file says about an ARP card."""
+"""Settings of an ARP card in a rig file."""
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Final, Literal, Self
@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 from fieldrig.clock import MS
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
-from fieldrig_devices.arp.card.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, feels, wire_names
+from fieldrig_devices.arp.card.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, accepts, wire_names
 from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
 from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM
 from fieldrig_devices.arp.parameters import GENERAL, GENERAL_PARAMETERS, PARAMETERS, Par, Parameter
@@ -17,24 +17,24 @@ from fieldrig_devices.arp.runtime.slices import Costs, Slices
 from fieldrig_devices.arp.user_port.server import UserPortSettings
 
 Values = dict[int, int | float]
-"""Parameters of one group in engineering units, by their numbers."""
+"""Parameters of one group in engineering units, by number."""
 Input = Literal["I101", "I102", "I103", "I104", "I105", "I106", "I107", "I108"]
 
 GROUP_NAMES: Final = ("@Par", "@Par1", "@Par2")
 
 
 def raw_value(group: int, number: int, value: float) -> int:
-    """ValueError, with what would be right, if the parameter can't have it."""
+    """Raw value of a parameter.  Raises ValueError, which says what was expected, if the value is not permitted."""
     parameter = PARAMETERS[group].get(number)
     name = f"{GROUP_NAMES[group]}[{number}]"
     if parameter is None:
-        raise ValueError(f"there is no {name}: 1 to {len(PARAMETERS[group])} would be right")
+        raise ValueError(f"there is no {name}; expected a number from 1 to {len(PARAMETERS[group])}")
     try:
         raw = to_raw(str(value))
     except ValueError as cause:
-        raise ValueError(f"{name} ({parameter.name}): {cause}; right would be {allowed(parameter)}") from None
+        raise ValueError(f"{name} ({parameter.name}): {cause}; expected {allowed(parameter)}") from None
     if not parameter.takes(raw):
-        raise ValueError(f"{name} ({parameter.name}) can't be {to_text(raw)}: right would be {allowed(parameter)}")
+        raise ValueError(f"{name} ({parameter.name}) cannot be {to_text(raw)}; expected {allowed(parameter)}")
     return raw
 
 
@@ -61,14 +61,14 @@ def _group(group: int) -> AfterValidator:
 
 
 class ParameterSettings(Settings):
-    """What the flash holds at first, and again when these values are changed; in engineering units."""
+    """Initial content of the flash, in engineering units; it is applied again when these values change."""
 
     general: Annotated[Values, _group(0)] = Field(default_factory=dict, description="@Par[1] to [16]")
     axis1: Annotated[Values, _group(1)] = Field(default_factory=dict, description="@Par1[1] to [25]")
     axis2: Annotated[Values, _group(2)] = Field(default_factory=dict, description="@Par2[1] to [25]")
 
     def raw(self) -> dict[tuple[int, int], int]:
-        """By group and number."""
+        """Raw values by group and number."""
         groups = (self.general, self.axis1, self.axis2)
         return {
             (group, number): raw_value(group, number, value)
@@ -87,9 +87,9 @@ def _wrong_signals(signals: dict[str, str]) -> Iterator[WrongKey]:
     outputs: dict[str, str] = {}
     for terminal, wire in signals.items():
         if not wire:
-            yield WrongKey((terminal,), f"{terminal} has no wire: a name, or nothing about {terminal}, would be right")
+            yield WrongKey((terminal,), f"{terminal} has no wire; expected a name, or no entry for {terminal}")
         elif terminal in OUTPUTS and (other := outputs.setdefault(wire, terminal)) != terminal:
-            what = f"{other} and {terminal} would both drive the wire {wire!r}: one output would be right"
+            what = f"{other} and {terminal} both drive the wire {wire!r}; expected one output for each wire"
             yield WrongKey((terminal,), what)
 
 
@@ -101,23 +101,23 @@ def _known_inputs(inputs: dict[str, bool | int | float]) -> dict[str, bool | int
 def _wrong_inputs(inputs: dict[str, bool | int | float]) -> Iterator[WrongKey]:
     yield from _unknown(inputs, INPUTS)
     for name, value in inputs.items():
-        if name in INPUTS and not feels(name, value):
-            right = "true or false" if name in DIGITAL_INPUTS else "a number"
-            yield WrongKey((name,), f"{name} can't be {value!r}: right would be {right}")
+        if name in INPUTS and not accepts(name, value):
+            expected = "true or false" if name in DIGITAL_INPUTS else "a number"
+            yield WrongKey((name,), f"{name} cannot be {value!r}; expected {expected}")
 
 
 def _unknown(given: Mapping[str, object], known: tuple[str, ...]) -> Iterator[WrongKey]:
     for name in given:
         if name not in known:
-            yield WrongKey((name,), f"the card has no terminal {name!r} here: there are {', '.join(known)}")
+            yield WrongKey((name,), f"the card has no terminal {name!r} here; expected one of {', '.join(known)}")
 
 
 class ArpSettings(Settings):
     number: int = Field(default=1, ge=0, le=HIGHEST_SYSTEM, description="communication address, nn in NAME.Inn")
-    program: ConfigFile | None = Field(default=None, description="source or object; put into the card when it changes")
-    parameters: ParameterSettings = Field(default_factory=ParameterSettings, description="first content of the flash")
+    program: ConfigFile | None = Field(default=None, description="source or object file; loaded whenever it changes")
+    parameters: ParameterSettings = Field(default_factory=ParameterSettings, description="initial content of the flash")
     inputs: Annotated[dict[str, bool | int | float], AfterValidator(_known_inputs)] = Field(
-        default_factory=dict, description="what inputs feel until a wire drives them: I108: true, adc1: 0.005 (V)"
+        default_factory=dict, description="values of inputs until a wire drives them: I108: true, adc1: 0.005 (V)"
     )
     signals: Annotated[dict[str, str], AfterValidator(_known_terminals)] = Field(
         default_factory=dict, description="wires other than NAME.I101 and so on, by terminal"
@@ -125,22 +125,24 @@ class ArpSettings(Settings):
     latch1: Input = Field(default="I101", description="latch input of axis 1; which one depends on the hardware")
     latch2: Input = Field(default="I102", description="latch input of axis 2")
     io_nodes: list[Annotated[int, Field(ge=1, le=127)] | None] = Field(
-        default_factory=list, max_length=2, description="CAN node-IDs of I/O node 1 and 2; null: not fitted"
+        default_factory=list, max_length=2, description="CAN node-IDs of I/O node 1 and 2; null if not fitted"
     )
     terminal: bool = Field(default=False, description="whether a TR4 or TR5 is on the CAN, with node-ID @Par[8]")
-    readings: Readings = Field(default_factory=Readings, description="of passages in the manual that leave a choice")
-    costs: Costs = Field(default_factory=Costs, description="of the card's processor")
+    readings: Readings = Field(
+        default_factory=Readings, description="interpretations of ambiguous passages in the manual"
+    )
+    costs: Costs = Field(default_factory=Costs, description="processor time of loops and instructions")
     exchange: ExchangeSettings = Field(default_factory=ExchangeSettings, description="data exchange with other cards")
-    user_port: UserPortSettings = Field(default_factory=UserPortSettings, description="of the serial link `user`")
+    user_port: UserPortSettings = Field(default_factory=UserPortSettings, description="settings of the USER port")
 
     @model_validator(mode="after")
     def _nodes_differ(self) -> Self:
-        nodes = [self.can_node_id, *(one for one in self.io_nodes if one is not None)]
+        nodes = [self.can_node_id, *(node_id for node_id in self.io_nodes if node_id is not None)]
         nodes += [self._general(Par.TERMINAL_NODE_ID)] if self.terminal else []
-        for one in nodes:
-            if nodes.count(one) > 1:
+        for node_id in nodes:
+            if nodes.count(node_id) > 1:
                 raise ValueError(
-                    f"CAN node-ID {one} is there twice: @Par[5] (the card), @Par[8] (the terminal) and io_nodes"
+                    f"CAN node-ID {node_id} is used twice; @Par[5] (the card), @Par[8] (the terminal) and io_nodes"
                     " must differ"
                 )
         return self
@@ -156,12 +158,12 @@ class ArpSettings(Settings):
         if Slices(self.costs, control_ms * MS, scheduler_ms * MS).earned_ns <= 0:
             raise ValueError(
                 f"costs: control_us and scheduler_us take all of @Par[1] ({control_ms} ms), and the program would"
-                " never run; less would be right"
+                " never run; expected smaller costs"
             )
         return self
 
     def claims(self, device: str) -> Iterator[Claim]:
-        """`master of node-ID`: a node answers one master only."""
+        """Claims of the card.  `master of node-ID` is one of them, because a node answers only one master."""
         yield Claim("can", "node-ID", self.can_node_id, ("parameters", "general", int(Par.CAN_NODE_ID)))
         for place, node_id in enumerate(self.io_nodes):
             if node_id is not None:
@@ -180,7 +182,7 @@ class ArpSettings(Settings):
 
     @property
     def can_node_id(self) -> int:
-        """@Par[5] as the rig file has it."""
+        """Node-ID of the card, @Par[5], as the rig file sets it."""
         return self._general(Par.CAN_NODE_ID)
 
     def _general(self, number: Par) -> int:

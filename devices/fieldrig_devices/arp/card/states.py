@@ -1,20 +1,20 @@
-"""The states of the card, and what leads from one to another (manual 3.3; digest 10.1).
+"""The states of the card, and the events that lead from one to another (manual 3.3; digest 10.1).
 
-The table stands row by row as in the digest.  Enable is looked at by the scheduler, and what counts is that it opened
-or closed: a blocking error while it is open shows until it is closed.
+The table is row by row as in the digest.  The scheduler checks Enable, and its opening and closing are the events: a
+blocking error while Enable is open is shown until it is closed.
 """
 
 from collections.abc import Callable
 from enum import Enum, auto
 from typing import Final
 
-from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.card_access import CardState
 
 INIT, RESET_ENABLE, RESET_COMMAND = CardState.INIT, CardState.RESET_ENABLE, CardState.RESET_COMMAND
 RUN, STOPPED, BLOCKED = CardState.RUN, CardState.STOPPED, CardState.BLOCKED
 
 HELD: Final = frozenset({INIT, RESET_ENABLE, RESET_COMMAND, BLOCKED})
-"""Axes off, outputs 0, no program."""
+"""States with axes off, outputs at 0, and no running program."""
 
 
 class Event(Enum):
@@ -22,7 +22,7 @@ class Event(Enum):
     CLOSED = auto()
     RESET = auto()  # Ctrl-F2
     STARTED = auto()  # run, from the service port or a point
-    STOPPED = auto()  # stop, from there
+    STOPPED = auto()  # stop, from the service port or a point
     ENDED = auto()  # END of the main program
     FAILED = auto()  # a blocking error
 
@@ -45,12 +45,12 @@ NEXT_STATE: Final = {
 
 class States:
     def __init__(self, on_change: Callable[[CardState, CardState], None]) -> None:
-        """`on_change` gets the state before and the new one, and may bring about further events."""
+        """`on_change` is called with the previous and the new state, and may cause further events."""
         self._on_change = on_change
         self.state = INIT
 
     def handle(self, event: Event) -> bool:
-        """Whether it led to another state."""
+        """Handle an event.  True if the state has changed."""
         before = self.state
         after = NEXT_STATE.get((before, event))
         if after is None:

@@ -1,4 +1,4 @@
-"""Lines to copy that reach a card: by its points, its USER port, and as a CANopen node."""
+"""Commands to copy that reach a card: by its points, its USER port, and as a CANopen node."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,7 +30,7 @@ def lines(name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> li
 
 
 def _user_port(bus: Bus[Any] | None) -> str | None:
-    """None for a line that has no address."""
+    """Address of the line, or None if it has none."""
     match bus:
         case SerialPty():
             return str(Path(RUN) / bus.path)

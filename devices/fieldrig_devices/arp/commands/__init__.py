@@ -1,4 +1,4 @@
-"""`fieldrig arp`: commands for programs of the ARP card, and for cards by their USER port."""
+"""`fieldrig arp`: commands for programs of the ARP card, and for cards at their USER port."""
 
 from fieldrig.cli.common import command_group
 from fieldrig_devices.arp.commands import parameters, values

@@ -1,4 +1,4 @@
-"""Where the USER port of a card in a rig is reached from outside."""
+"""The address at which the USER port of a card in a rig is reached from outside."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,14 +12,19 @@ PORTS = "serial.pty, serial.tcp with listen, or serial.rfc2217"
 
 
 def port_in_rig(file: Path, card: str | None) -> tuple[str, int]:
-    """What `ArpPort.open` takes, and the baud rate.  RigError, with what would be right, if there is no such port."""
+    """Address for `ArpPort.open`, and the baud rate.
+
+    Raises RigError, which says what was expected, without such a port.
+    """
     from fieldrig.config import load
 
     config = load(file)
     name = _card(config, card)
     links = config.devices[name].links.get("user", ())
     if not links:
-        raise RigError(f"the USER port of {name} is linked to no bus", f"links: {{user: BUS}}, to a bus of {PORTS}")
+        raise RigError(
+            f"the USER port of {name} is not linked to a bus", f"add links: {{user: BUS}}, with a bus of kind {PORTS}"
+        )
     bus = config.buses[links[0]]
     return _port(config, bus), bus.bus.settings.baud
 
@@ -32,9 +37,9 @@ def _card(config: "RigConfig", wanted: str | None) -> str:
         assert wanted is not None
         return wanted
     if not cards:
-        raise RigError(f"{config.name} has no ARP card", "name the port itself: --port PORT")
+        raise RigError(f"{config.name} has no ARP card", "give the port with --port PORT")
     what = f"{config.name} has several ARP cards" if wanted is None else f"{config.name} has no ARP card {wanted!r}"
-    raise RigError(what, f"say which one: --card {' or '.join(cards)}")
+    raise RigError(what, f"select a card: --card {' or '.join(cards)}")
 
 
 def _is_card(device: "DeviceEntry") -> bool:
@@ -55,10 +60,10 @@ def _port(config: "RigConfig", bus: "BusEntry") -> str:
             return f"socket://{_reachable(tcp.settings.listen)}"
         case SerialRfc2217() as rfc2217:
             return f"rfc2217://{_reachable(rfc2217.settings.listen)}"
-    raise RigError(f"nobody outside of {config.name} reaches {bus.name}, a {bus.kind}", f"right would be {PORTS}")
+    raise RigError(f"{bus.name}, a {bus.kind}, is not accessible from outside {config.name}", f"expected {PORTS}")
 
 
 def _reachable(address: str) -> str:
-    """The address for one on this machine."""
+    """The address from this machine."""
     host, _, port = address.rpartition(":")
     return f"{'127.0.0.1' if host in ('0.0.0.0', '[::]', '') else host}:{port}"

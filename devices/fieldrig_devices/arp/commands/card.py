@@ -1,9 +1,9 @@
-"""The options that say which card a command talks to."""
+"""The options that select the card for a command."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -38,6 +38,16 @@ Baud = Annotated[
 DEFAULT_BAUD: Final = 9600
 PROGRESS_FROM: Final = 4_000
 """Smallest transfer with a progress bar, in bytes."""
+
+
+def file_to_read(metavar: str, about: str) -> Any:
+    """Argument for a file that must exist."""
+    return typer.Argument(metavar=metavar, help=about, exists=True, dir_okay=False, show_default=False)
+
+
+def optional(metavar: str, about: str, default: str) -> Any:
+    """Argument that may be left out; `default` says in words what happens then."""
+    return typer.Argument(metavar=metavar, help=f"{about}  [default: {default}]", show_default=False)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""`fieldrig arp compile`."""
+"""The command `fieldrig arp compile`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,16 +10,17 @@ from fieldrig.exits import Exit
 
 
 def compile_(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The source, NAME.Inn.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Source file, NAME.Inn.", show_default=False)],
     system: Annotated[
         int | None,
-        typer.Option(help="The card's address nn, if the name of the file doesn't say it.", show_default=False),
+        typer.Option(help="Address nn of the card, if the file name does not contain it.", show_default=False),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where to write; beside the source.", show_default=False)
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Output folder.  [default: the folder of the source]", show_default=False),
     ] = None,
 ) -> None:
-    """Compile a program, or say everything that is wrong in it.
+    """Compile a program, or list all its mistakes.
 
     \b
     cam.I01 becomes cam.D01 (object), .E01 (mistakes), .M01 (map), .O01 (binary object), .S01 (symbols).
@@ -34,7 +35,9 @@ def compile_(
     named = system_of(file)
     address = named if system is None else system
     if address is None or not 0 <= address <= HIGHEST_SYSTEM:
-        raise typer.BadParameter(f"which card? name the file {file.stem}.I01, or say --system 0 to {HIGHEST_SYSTEM}")
+        raise typer.BadParameter(
+            f"no card address; name the file {file.stem}.I01, or give --system 0 to {HIGHEST_SYSTEM}"
+        )
     if named is not None and named != address:
         raise typer.BadParameter(f"{file.name} is for system {named:02}, not {address:02}")
     with reading(file):
@@ -58,7 +61,7 @@ def compile_(
 
 
 def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> None:
-    """Write these files, and remove what an earlier compilation left."""
+    """Write these files, and remove those that an earlier compilation left."""
     from fieldrig.store import replace_file
 
     with writing(folder):

@@ -1,4 +1,4 @@
-"""`fieldrig arp debug`: on a terminal, and for scripts."""
+"""The command `fieldrig arp debug`, on a terminal and in scripts."""
 
 import sys
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from fieldrig.exits import Exit
-from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened
+from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, file_to_read, opened
 
 if TYPE_CHECKING:
     from fieldrig_devices.arp.user_port.client import ArpPort
@@ -18,33 +18,26 @@ if TYPE_CHECKING:
 
 PROMPT: Final = "(arp) "
 SCRIPT_LIMIT_S: Final = 30.0
-"""How long a script waits for a program that was told to go on."""
+"""Time that a script waits for a program to stop, in seconds."""
 
 
 def debug(
     source: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[SOURCE]",
-            help="The program's source; without it, lines and names are those of the object in the card.",
-            exists=True,
-            dir_okay=False,
-            show_default=False,
-        ),
+        Path | None, file_to_read("[SOURCE]", "Source of the program.  [default: the object in the card]")
     ] = None,
     port: Port = None,
     rig: Rig = None,
     card: Card = None,
     baud: Baud = None,
 ) -> None:
-    """Debug the program in a card: breakpoints by line, steps, values, who called.
+    """Debug the program in a card: breakpoints by line, steps, values, and the call stack.
 
     \b
         fieldrig arp debug cam.I01 --port /dev/ttyUSB0
         echo 'break 12; run; where; print V1; quit' | tr ';' '\\n' | fieldrig arp debug cam.I01
 
-    `help` at its prompt explains the commands. Commands that come from a file or a pipe are echoed; the first one that
-    fails ends it, with exit code 6 if the card refused or the program did not stop within 30 s, else 2.
+    `help` at the prompt explains the commands. Commands from a file or a pipe are echoed. The first one that fails ends
+    the session, with exit code 6 if the card refused it or the program did not stop within 30 s, else 2.
     """
     from fieldrig_devices.arp.user_port.debugger import Debugger
 
@@ -73,14 +66,16 @@ def _listing(card: "ArpPort", source: Path | None) -> "Listing":
     try:
         found = listing.of_source(source)
     except CompileError as cause:
-        raise RigError(f"{source} can't be compiled", f"fieldrig arp compile {source} says why") from cause
+        raise RigError(f"{source} cannot be compiled", f"fieldrig arp compile {source} lists its mistakes") from cause
     if not found.is_of(data):
-        typer.echo(f"note: the card has another program than {source}: `fieldrig arp download {source}`", err=True)
+        typer.echo(
+            f"note: the program in the card is not {source}; `fieldrig arp download {source}` downloads it", err=True
+        )
     return found
 
 
 def _do(debugger: "Debugger", line: str, is_script: bool) -> None:
-    """What goes wrong is said; it ends a script."""
+    """Execute a command.  An error is printed; in a script, it ends the session."""
     from fieldrig_devices.arp.user_port.client import RefusedByCardError
     from fieldrig_devices.arp.user_port.debugger import NotStoppedError
 
@@ -106,7 +101,7 @@ def _lines(is_script: bool) -> Iterator[str]:
             yield line.strip()
         return
     with suppress(ImportError):
-        import readline  # noqa: F401  gives input() its history
+        import readline  # noqa: F401  adds a history to input()
     last = ""
     while True:
         try:
@@ -117,6 +112,6 @@ def _lines(is_script: bool) -> Iterator[str]:
         except KeyboardInterrupt:
             typer.echo()
             continue
-        # Enter alone goes on as before, as with other debuggers
+        # like other debuggers, an empty line repeats a step
         yield line or (last if last.split(" ")[0] in ("s", "step", "n", "next") else "")
         last = line or last

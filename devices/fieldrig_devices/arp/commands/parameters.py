@@ -1,11 +1,11 @@
-"""`fieldrig arp params`: parameters of a card, in RAM and in flash."""
+"""The commands `fieldrig arp params`, for parameters of a card in RAM and in flash."""
 
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fieldrig.cli.common import AsJson, command_group, echo_json, echo_table, wrong_usage
-from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened
+from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, opened, optional
 
 if TYPE_CHECKING:
     from fieldrig_devices.arp.user_port.client import ArpPort
@@ -17,8 +17,8 @@ app = command_group()
 def params() -> None:
     """Read, write and save parameters: @Par[1] is PAR.1 here, and @Par1[7] is PAR1.7.
 
-    A card works with the copies in RAM. It takes them from flash at every start and reset, and its program changes
-    those in RAM only.
+    A card uses the copies in RAM. It loads them from flash at every start and reset, and its program changes the copies
+    in RAM only.
 
     \b
         fieldrig arp params read PAR1
@@ -29,22 +29,20 @@ def params() -> None:
 
 @app.command()
 def read(
-    group: Annotated[
-        str | None, typer.Argument(metavar="[PAR|PAR1|PAR2]", help="One group; all of them.", show_default=False)
-    ] = None,
+    group: Annotated[str | None, optional("[PAR|PAR1|PAR2]", "Group to show.", "all groups")] = None,
     port: Port = None,
     rig: Rig = None,
     card: Card = None,
     baud: Baud = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show parameters as they are in RAM and in flash."""
+    """Show parameters in RAM and in flash."""
     from fieldrig_devices.arp import fixed
     from fieldrig_devices.arp.parameters import PARAMETERS
 
     known = ("PAR", "PAR1", "PAR2")
     if group is not None and group.upper().lstrip("@") not in known:
-        raise typer.BadParameter(f"there is no group {group!r}; there are {', '.join(known)}")
+        raise typer.BadParameter(f"there is no group {group!r}; expected one of {', '.join(known)}")
     groups = range(3) if group is None else [known.index(group.upper().lstrip("@"))]
     with opened(port, rig, card, baud) as found:
         tables = {number: _both(found, number) for number in groups}
@@ -70,18 +68,20 @@ def read(
 
 @app.command()
 def write(
-    values: Annotated[list[str], typer.Argument(metavar="NAME=VALUE...", help="PAR1.7=2000", show_default=False)],
-    flash: Annotated[bool, typer.Option("--flash", help="Into flash too, so that it stays.")] = False,
+    values: Annotated[
+        list[str], typer.Argument(metavar="NAME=VALUE...", help="Parameters and their new values.", show_default=False)
+    ],
+    flash: Annotated[bool, typer.Option("--flash", help="Write to flash too, to make the change permanent.")] = False,
     port: Port = None,
     rig: Rig = None,
     card: Card = None,
     baud: Baud = None,
 ) -> None:
-    """Change parameters, in RAM until the next reset, or for good.
+    """Change parameters, in RAM until the next reset, or permanently.
 
     \b
         fieldrig arp params write PAR1.11=3 PAR1.12=0.5
-        fieldrig arp params write PAR.1=1 --flash       @Par[1] counts from the next start on
+        fieldrig arp params write PAR.1=1 --flash       @Par[1] applies from the next start
     """
     from fieldrig_devices.arp.user_port import quantities
     from fieldrig_devices.arp.user_port.memory import FLASH, RAM
@@ -90,7 +90,7 @@ def write(
         pairs = [quantities.assigned(text) for text in values]
         for quantity, _ in pairs:
             if quantity.kind not in quantities.GROUPS:
-                raise ValueError(f"{quantities.name_of(quantity)} is no parameter\nPAR.1 to PAR2.25 are")
+                raise ValueError(f"{quantities.name_of(quantity)} is not a parameter\nexpected PAR.1 to PAR2.25")
     with opened(port, rig, card, baud) as found:
         for quantity, raw in pairs:
             found.set_parameter(FLASH if flash else RAM, quantities.GROUPS[quantity.kind], quantity.number, raw)
@@ -101,7 +101,7 @@ def write(
 
 @app.command()
 def save(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None) -> None:
-    """Write what is in RAM into flash, where it differs."""
+    """Copy the parameters that differ from RAM to flash."""
     from fieldrig_devices.arp import fixed
     from fieldrig_devices.arp.user_port.memory import FLASH
 
@@ -112,11 +112,11 @@ def save(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = Non
                 found.set_parameter(FLASH, at, number, ram)
                 typer.echo(f"{_name(at, number)} = {fixed.to_text(ram)} in flash, was {fixed.to_text(flash)}")
                 count += 1
-    typer.echo(f"{count} saved")
+    typer.echo(f"{count} {'parameter' if count == 1 else 'parameters'} saved")
 
 
 Tables = dict[int, tuple[list[int], list[int]]]
-"""RAM and flash, by group."""
+"""Values in RAM and in flash, by group."""
 
 
 def _both(card: "ArpPort", group: int) -> tuple[list[int], list[int]]:
@@ -126,7 +126,7 @@ def _both(card: "ArpPort", group: int) -> tuple[list[int], list[int]]:
 
 
 def _rows(tables: Tables) -> list[tuple[int, int, int, int]]:
-    """Group, number, RAM, flash."""
+    """Rows of group, number, value in RAM, and value in flash."""
     return [
         (group, number, pair[0], pair[1])
         for group, (ram, flash) in tables.items()

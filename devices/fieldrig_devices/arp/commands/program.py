@@ -1,4 +1,4 @@
-"""The card's program as a whole: download, upload, run, stop, reset, state."""
+"""Commands for the program in a card: download, upload, run, stop, reset, state."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,21 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, echo_json, writing
-from fieldrig_devices.arp.commands.card import PROGRESS_FROM, Baud, Card, Port, Rig, opened
+from fieldrig_devices.arp.commands.card import PROGRESS_FROM, Baud, Card, Port, Rig, file_to_read, opened, optional
 
 if TYPE_CHECKING:
     from fieldrig_devices.arp.user_port.client import ArpPort, OnProgress
 
-Program = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="A source, NAME.Inn, or an object, NAME.Dnn.",
-        exists=True,
-        dir_okay=False,
-        show_default=False,
-    ),
-]
+Program = Annotated[Path, file_to_read("FILE", "Source, NAME.Inn, or object, NAME.Dnn.")]
 
 
 def download(
@@ -31,13 +22,13 @@ def download(
     rig: Rig = None,
     card: Card = None,
     baud: Baud = None,
-    stop_first: Annotated[bool, typer.Option("--stop", help="Stop the program that runs, before.")] = False,
-    run_after: Annotated[bool, typer.Option("--run", help="Run it, after.")] = False,
+    stop_first: Annotated[bool, typer.Option("--stop", help="Stop a running program first.")] = False,
+    run_after: Annotated[bool, typer.Option("--run", help="Run the program afterwards.")] = False,
 ) -> None:
-    """Put a program into the card's permanent memory; a source is compiled first.
+    """Download a program into the card's permanent memory; a source is compiled first.
 
     \b
-    The nn in the file's name must be the card's number. The old program stays until the new one is whole.
+    The nn in the file name must be the card's number. The card keeps the old program until the new one is complete.
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp download cam.I01 --stop --run
     """
@@ -49,7 +40,7 @@ def download(
     with opened(port, rig, card, baud, named) as found:
         number = found.number
         data = data or read_program(file, number)
-        _make_stand(found, stop_first)
+        _ensure_stopped(found, stop_first)
         with _bar(f"to card {number:02}", len(data)) as on_progress:
             found.download(data, on_progress)
         if run_after:
@@ -58,9 +49,7 @@ def download(
 
 
 def upload(
-    file: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="Where to write; on the screen.", show_default=False)
-    ] = None,
+    file: Annotated[Path | None, optional("[FILE]", "Output file.", "standard output")] = None,
     port: Port = None,
     rig: Rig = None,
     card: Card = None,
@@ -69,7 +58,7 @@ def upload(
     """Read the object file of the program in the card.
 
     \b
-    It is the program with all names replaced by what they mean; comments were never in the card.
+    It is the program without comments, with all names replaced by their meanings.
         fieldrig arp upload cam.D01 --port /dev/ttyUSB0
     """
     from fieldrig.store import replace_file
@@ -85,9 +74,9 @@ def upload(
 
 
 def run(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None) -> None:
-    """Run the program: from its first instruction, or on from where it is paused.
+    """Run the program from its first instruction, or continue it after a pause.
 
-    Enable (I108) must be closed; closing it runs the program too.
+    Enable (I108) must be closed; closing it also runs the program.
     """
     with opened(port, rig, card, baud) as found:
         found.run()
@@ -95,7 +84,7 @@ def run(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None
 
 
 def stop(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None) -> None:
-    """Stop the program; outputs and axes stay as they are."""
+    """Stop the program; outputs and axes keep their state."""
     with opened(port, rig, card, baud) as found:
         found.stop()
         _show(found)
@@ -109,22 +98,22 @@ def reset(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = No
 
 
 def state(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None, as_json: AsJson = False) -> None:
-    """Say in which state the card is, what its program does, its last error and warning."""
+    """Show the state of the card and its program, and the last error and warning."""
     with opened(port, rig, card, baud) as found:
         _show(found, as_json)
 
 
-def _make_stand(card: "ArpPort", may_stop: bool) -> None:
-    """A card takes no program while one runs (manual 5.2)."""
-    from fieldrig_devices.arp.outside import CardState
+def _ensure_stopped(card: "ArpPort", may_stop: bool) -> None:
+    """Stop the program, or refuse: a card accepts no program while one runs (manual 5.2)."""
+    from fieldrig_devices.arp.card_access import CardState
     from fieldrig_devices.arp.user_port.client import RefusedByCardError
     from fieldrig_devices.arp.user_port.messages import Status
 
     if may_stop:
-        card.make_stand()
+        card.ensure_stopped()
     elif card.condition().state == CardState.RUN:
-        what = "a program runs in the card, so it takes no other"
-        raise RefusedByCardError(Status.REFUSED, what, "say --stop, or open Enable (I108), or: fieldrig arp stop")
+        what = "a program is running in the card, so it accepts no other"
+        raise RefusedByCardError(Status.REFUSED, what, "add --stop, open Enable (I108), or run: fieldrig arp stop")
 
 
 def _show(card: "ArpPort", as_json: bool = False) -> None:
@@ -140,7 +129,7 @@ def _show(card: "ArpPort", as_json: bool = False) -> None:
 
 @contextmanager
 def _bar(what: str, size: int) -> Iterator["OnProgress"]:
-    """On a terminal, and for what takes a while."""
+    """Show a progress bar, for long transfers on a terminal."""
     from rich.console import Console
 
     console = Console(stderr=True)

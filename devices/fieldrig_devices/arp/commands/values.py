@@ -1,4 +1,4 @@
-"""Values of a card that runs: get, set, watch."""
+"""Commands for values of a running card: get, set, watch."""
 
 import csv
 import io
@@ -24,7 +24,7 @@ Names = Annotated[list[str], typer.Argument(metavar="NAME...", help=NAMES, show_
 def get(
     names: Names, port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None, as_json: AsJson = False
 ) -> None:
-    """Read values.
+    """Read values of the card.
 
     \b
         fieldrig arp get V1 F3 POS1
@@ -55,7 +55,7 @@ def set_(
 
     \b
         fieldrig arp set V1=2.5 F3=1 O101=on
-        fieldrig arp set PAR1.11=3              until the next reset; `fieldrig arp params save` keeps it
+        fieldrig arp set PAR1.11=3              until the next reset; `fieldrig arp params save` makes it permanent
     """
     from fieldrig_devices.arp.user_port import quantities
 
@@ -68,7 +68,7 @@ def set_(
 
 
 class Row(NamedTuple):
-    """Values at one instant; `loop` and `lost` only in a trace."""
+    """Values at one instant; `loop` and `lost` are only set in a trace."""
 
     time: str
     raws: Sequence[int]
@@ -77,7 +77,7 @@ class Row(NamedTuple):
 
 
 Rows = Generator[Row | None, None, None]
-"""None is a moment in which nothing came."""
+"""None stands for a moment without a new row."""
 
 
 def watch(
@@ -86,11 +86,11 @@ def watch(
     rig: Rig = None,
     card: Card = None,
     baud: Baud = None,
-    every: Annotated[str, typer.Option(metavar="DURATION", help="How often to ask.")] = "200ms",
+    every: Annotated[str, typer.Option(metavar="DURATION", help="Period of the requests.")] = "200ms",
     loops: Annotated[
         int | None,
         typer.Option(
-            min=1, max=65535, metavar="N", help="Trace instead: a sample in every Nth control loop.", show_default=False
+            min=1, max=65535, metavar="N", help="Trace a sample in every Nth control loop instead.", show_default=False
         ),
     ] = None,
     count: Count = None,
@@ -98,14 +98,14 @@ def watch(
     as_csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show values as they change, until Ctrl-C: a table that stays in its place, or CSV, or JSON lines.
+    """Show values as they change, until Ctrl-C, as a table, CSV or JSON lines.
 
     \b
         fieldrig arp watch V1 V10 F3 POS1
-        fieldrig arp watch POS1 TERR1 --loops 1 --csv > course.csv      the card samples, none is late
+        fieldrig arp watch POS1 TERR1 --loops 1 --csv > trace.csv       the card samples in every loop
         fieldrig arp watch STATE ERROR --every 1s --json
 
-    A slow line carries less than the card samples: what had to be left out is counted (`lost`).
+    A slow line cannot carry every sample of the card; `lost` counts the samples that were left out.
     """
     wanted = _wanted(names)
     every_s = duration_ns(every) / 1_000_000_000
@@ -136,7 +136,7 @@ def _traced(card: "ArpPort", wanted: "list[Quantity]", loops: int) -> Rows:
     from fieldrig_devices.arp.user_port.messages import MOST_TRACED
 
     if len(wanted) > MOST_TRACED:
-        raise typer.BadParameter(f"a trace takes {MOST_TRACED} values at most")
+        raise typer.BadParameter(f"expected at most {MOST_TRACED} values in a trace")
     card.trace(loops, wanted)
     try:
         while True:
@@ -178,7 +178,7 @@ def _print_csv(wanted: "list[Quantity]", rows: Iterable[Row], is_trace: bool) ->
     _echo_csv([*head, *map(quantities.name_of, wanted)])
     for row in rows:
         own = [row.time, row.loop, row.lost] if is_trace else [row.time]
-        _echo_csv([*own, *(quantities.value_of(one, raw) for one, raw in zip(wanted, row.raws, strict=True))])
+        _echo_csv([*own, *(quantities.value_of(quantity, raw) for quantity, raw in zip(wanted, row.raws, strict=True))])
 
 
 def _echo_csv(cells: Iterable[object]) -> None:
@@ -188,18 +188,18 @@ def _echo_csv(cells: Iterable[object]) -> None:
 
 
 def _print_table(wanted: "list[Quantity]", rows: Iterable[Row]) -> None:
-    """In place on a terminal; elsewhere a line each time that something has changed."""
+    """Print a table, in place on a terminal; elsewhere, a line each time that a value has changed."""
     from rich.console import Console
     from rich.live import Live
     from rich.table import Table
 
     from fieldrig_devices.arp.user_port import quantities
 
-    names = [quantities.name_of(one) for one in wanted]
+    names = [quantities.name_of(quantity) for quantity in wanted]
     console = Console(highlight=False, markup=False)
 
     def texts(row: Row) -> list[str]:
-        return [quantities.text_of(one, raw) for one, raw in zip(wanted, row.raws, strict=True)]
+        return [quantities.text_of(quantity, raw) for quantity, raw in zip(wanted, row.raws, strict=True)]
 
     if not console.is_terminal:
         before: Sequence[int] = ()
@@ -222,7 +222,10 @@ def _print_table(wanted: "list[Quantity]", rows: Iterable[Row]) -> None:
 def _as_data(wanted: "list[Quantity]", raws: Sequence[int]) -> dict[str, Any]:
     from fieldrig_devices.arp.user_port import quantities
 
-    return {quantities.name_of(one): quantities.value_of(one, raw) for one, raw in zip(wanted, raws, strict=True)}
+    return {
+        quantities.name_of(quantity): quantities.value_of(quantity, raw)
+        for quantity, raw in zip(wanted, raws, strict=True)
+    }
 
 
 def _now() -> str:

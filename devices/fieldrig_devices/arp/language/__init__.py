@@ -1,1 +1,1 @@
-"""The ARP's BASIC: from text to a checked tree, and from there to Python."""
+"""The ARP's BASIC: text is parsed into a checked tree, and the tree is compiled to Python."""

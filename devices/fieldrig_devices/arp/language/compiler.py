@@ -1,4 +1,4 @@
-"""The ARP compiler: from text to what runs, with everything that is wrong in one go."""
+"""The ARP compiler: it turns text into executable form and reports all mistakes at once."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from fieldrig_devices.arp.language.tree import Program
 @dataclass(frozen=True, slots=True)
 class Compiled:
     program: Program
-    """Resolved: its only names are those of labels and routines."""
+    """The resolved tree; the only names in it are labels and routines."""
     symbols: Symbols
     lowered: Lowered
     notes: tuple[Mistake, ...]
@@ -25,18 +25,18 @@ class Compiled:
 
 
 def compile_text(text: str) -> Compiled:
-    """CompileError, with every mistake, for a program that can't be compiled."""
+    """Compile a program.  Raises CompileError with every mistake if the program is wrong."""
     return _compile(*parser.parse(text))
 
 
 def compile_lines(numbered: Iterable[tuple[int, str]], longest: int) -> Compiled:
-    """The same, of lines that bring their numbers along."""
+    """Compile lines that carry their own numbers, each of at most `longest` characters."""
     return _compile(*parser.parse_lines(numbered, longest))
 
 
 def _compile(read: Program, mistakes: list[Mistake]) -> Compiled:
     program, symbols, unresolved = resolve(read)
     found = sorted({*mistakes, *unresolved, *check(program, symbols), *check_equs(read)})
-    if any(not one.is_note for one in found):
+    if any(not mistake.is_note for mistake in found):
         raise CompileError(found)
     return Compiled(program, symbols, lower(program), tuple(found))

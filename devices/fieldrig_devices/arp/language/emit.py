@@ -1,27 +1,16 @@
-"""ARP expressions as lines of Python with the checks in line.
+"""Emit ARP expressions as lines of Python with inline checks.
 
-`value` and `bit` return an atom, a name or an element or a literal, after they have added the lines that compute it:
-three-address code costs CPython no more than nested brackets, and never nests deeper than its parser allows.  Reading
-has no side effect but warnings, so an atom may stand behind lines that were added after it.
+`value` and `bit` add the lines that compute an expression and return an atom: a name, an element or a literal.
+Three-address code costs CPython no more than nested brackets and never exceeds the nesting depth of its parser.
+Reading has no side effect apart from warnings, so an atom may follow lines that were added after it.
 """
 
 from typing import Final
 
 from fieldrig_devices.arp.fixed import LIMIT, SCALE
+from fieldrig_devices.arp.language import tree
 from fieldrig_devices.arp.language.bits import can_be_bit, is_bit
 from fieldrig_devices.arp.language.instructions import CONSTANTS
-from fieldrig_devices.arp.language.tree import (
-    Binary,
-    Constant,
-    Direct,
-    Expression,
-    Function,
-    Indexed,
-    Name,
-    Number,
-    System,
-    Unary,
-)
 
 INDENT: Final = "    "
 COMPARE: Final = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
@@ -39,7 +28,7 @@ READERS: Final = {
 
 
 class Emitter:
-    """The lines of one instruction."""
+    """Collects the lines of one instruction."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -57,52 +46,52 @@ class Emitter:
 
     # ---- numbers
 
-    def value(self, one: Expression) -> str:
-        """An atom with the raw integer."""
-        if is_bit(one):
-            return self._new(f"{self.bit(one)} * {SCALE}")
-        match one:
-            case Number(raw):
+    def value(self, expression: tree.Expression) -> str:
+        """Add the lines that compute a number, and return an atom with its raw integer."""
+        if is_bit(expression):
+            return self._new(f"{self.bit(expression)} * {SCALE}")
+        match expression:
+            case tree.Number(raw):
                 return str(raw) if raw >= 0 else f"({raw})"
-            case Constant(word):
+            case tree.Constant(word):
                 return str(CONSTANTS[word])
-            case Direct(letter, number):
+            case tree.Direct(letter, number):
                 return f"{letter}[{number}]"
-            case Indexed():
-                return self._element(one)
-            case System():
-                return self._new(_reader(one))
-            case Unary(sign, operand):
+            case tree.Indexed():
+                return self._element(expression)
+            case tree.System():
+                return self._new(_reader(expression))
+            case tree.Unary(sign, operand):
                 return self._unary(sign, operand)
-            case Function(word, operand):
+            case tree.Function(word, operand):
                 return self._new(f"{FUNCTIONS[word]}({self.value(operand)})")
-            case Binary(sign, left, right):
+            case tree.Binary(sign, left, right):
                 return self._binary(sign, left, right)
-            case Name():
-                raise AssertionError(f"{one.text} is not resolved")
+            case tree.Name():
+                raise AssertionError(f"{expression.text} is not resolved")
 
-    def index(self, one: Direct | Indexed) -> str:
-        """An atom with the number of the element, not yet held against its range."""
-        if isinstance(one, Direct):
-            return str(one.number)
-        assert isinstance(one.index, Direct)
-        return self._new(f"V[{one.index.number}] // {SCALE}")  # below 0 it is no index either way
+    def index(self, resource: tree.Direct | tree.Indexed) -> str:
+        """Return an atom with the number of the element, without checking its range."""
+        if isinstance(resource, tree.Direct):
+            return str(resource.number)
+        assert isinstance(resource.index, tree.Direct)
+        return self._new(f"V[{resource.index.number}] // {SCALE}")  # negative values are invalid either way
 
-    def _element(self, one: Indexed) -> str:
-        index = self.index(one)
-        return self._new(f"{one.letter}[{index}] if {inside(one.letter, index)} else wrong_index()")
+    def _element(self, resource: tree.Indexed) -> str:
+        index = self.index(resource)
+        return self._new(f"{resource.letter}[{index}] if {inside(resource.letter, index)} else wrong_index()")
 
-    def _unary(self, sign: str, operand: Expression) -> str:
+    def _unary(self, sign: str, operand: tree.Expression) -> str:
         value = self.value(operand)
         if sign == "!":
             return self._new(f"~{value}")
         return value if sign == "+" else self._checked(self._new(f"-{value}"))
 
-    def _binary(self, sign: str, left: Expression, right: Expression) -> str:
-        if sign == "/" and isinstance(right, Number) and right.raw > 0 and right.raw % SCALE == 0:
+    def _binary(self, sign: str, left: tree.Expression, right: tree.Expression) -> str:
+        if sign == "/" and isinstance(right, tree.Number) and right.raw > 0 and right.raw % SCALE == 0:
             name = self._new(self.value(left))
             return self._truncated(name, right.raw // SCALE)
-        if sign == "*" and isinstance(right, Number) and right.raw % SCALE == 0:
+        if sign == "*" and isinstance(right, tree.Number) and right.raw % SCALE == 0:
             return self._checked(self._new(f"{self.value(left)} * {right.raw // SCALE}"))
         a, b = self.value(left), self.value(right)
         match sign:
@@ -124,32 +113,35 @@ class Emitter:
         return self._checked(name)
 
     def _divided(self, a: str, sign: str, b: str) -> str:
-        """Truncated division of two temporaries, where Python's own rounds toward minus infinity."""
+        """Emit a truncated division of two temporaries; Python's own rounds toward minus infinity."""
         result = f"{a} {sign} {b} if ({a} >= 0) == ({b} > 0) else -(-{a} {sign} {b})"
         self.lines.append(f"{a} = ({result}) if {b} else divided_by_zero()")
         return self._checked(a)
 
     # ---- bits
 
-    def bit(self, one: Expression) -> str:
-        """An atom with 0 or 1, of an expression that can be a bit."""
-        match one:
-            case Number(raw):
+    def bit(self, expression: tree.Expression) -> str:
+        """Add the lines that compute a bit, and return an atom with 0 or 1.
+
+        The expression must be able to be a bit.
+        """
+        match expression:
+            case tree.Number(raw):
                 return str(raw // SCALE)
-            case Constant(word):
+            case tree.Constant(word):
                 return str(CONSTANTS[word] // SCALE)
-            case Direct(letter, number):
+            case tree.Direct(letter, number):
                 return f"{letter}[{number}]"
-            case Indexed():
-                return self._element(one)
-            case Unary(_, operand):
+            case tree.Indexed():
+                return self._element(expression)
+            case tree.Unary(_, operand):
                 return self._new(f"{self.bit(operand)} ^ 1")
-            case Binary(sign, left, right):
+            case tree.Binary(sign, left, right):
                 a, b = self.bit(left), self.bit(right)
                 return self._new(f"{a} {sign} {b}")
-        raise AssertionError(f"{one} is no bit")
+        raise AssertionError(f"{expression} is no bit")
 
-    def condition(self, left: Expression, relation: str, right: Expression) -> str:
+    def condition(self, left: tree.Expression, relation: str, right: tree.Expression) -> str:
         if (is_bit(left) and can_be_bit(right)) or (is_bit(right) and can_be_bit(left)):
             a, b = self.bit(left), self.bit(right)
             if b in ("0", "1") and relation in ("=", "<>"):
@@ -160,13 +152,13 @@ class Emitter:
 
 
 def inside(letter: str, index: str) -> str:
-    """The test whether a computed number is that of an element."""
+    """Condition that is true if a computed number is the number of an element."""
     if letter in ("I", "O"):
         return f"{index} in terminals"
     return f"0 < {index} <= {1000 if letter == 'V' else 320}"
 
 
-def _reader(one: System) -> str:
-    if one.word != "@PAR":
-        return f"{READERS[one.word]}({one.number})"
-    return f"general({one.index})" if one.number is None else f"parameter({one.number}, {one.index})"
+def _reader(system: tree.System) -> str:
+    if system.word != "@PAR":
+        return f"{READERS[system.word]}({system.number})"
+    return f"general({system.index})" if system.number is None else f"parameter({system.number}, {system.index})"

@@ -1,7 +1,7 @@
-"""Expressions and resources of the ARP's BASIC.
+"""Parse expressions and resources of the ARP's BASIC.
 
 Source: manual 4.2, 4.3, 5.3; digest chapters 3 and 4.  The manual only says that brackets group; the precedence is the
-digest's, high to low: unary `! - +`; `* / \\ %`; `+ -`; `<< >>`; `&`; `^`; `|`.  All are left associative.
+digest's, high to low: unary `! - +`; `* / \\ %`; `+ -`; `<< >>`; `&`; `^`; `|`.  All operators are left associative.
 """
 
 import re
@@ -29,8 +29,8 @@ from fieldrig_devices.arp.language.tree import (
 PRECEDENCE: Final = {
     "|": 1, "^": 2, "&": 3, "<<": 4, ">>": 4, "+": 5, "-": 5, "*": 6, "/": 6, "\\": 6, "%": 6,
 }  # fmt: skip
-DEEPEST: Final = 50  # brackets within brackets
-MOST: Final = 100  # operators in a line
+MAX_BRACKET_DEPTH: Final = 50  # levels of nested brackets
+MAX_OPERATORS: Final = 100  # operators in one line
 _DIRECT = re.compile(r"([VFIO])([0-9]+)", re.ASCII)
 _HEX = re.compile(r"H([0-9A-F]+)", re.ASCII)
 _SYSTEM = re.compile(r"([@#])( *)([A-Z]+)([0-9]*)", re.ASCII)
@@ -38,7 +38,7 @@ _OPERAND = "a number, a variable, a bit or ("
 
 
 class ExpressionReader:
-    """Reads tokens from left to right; `notes` are (column, text) worth telling."""
+    """Reads tokens from left to right and collects `notes`, pairs of a column and a text, for the user."""
 
     def __init__(self, tokens: list[Token], names: Collection[str]) -> None:
         self._tokens, self._names = tokens, names
@@ -61,7 +61,7 @@ class ExpressionReader:
 
     def _expect(self, sign: str, expected: str) -> None:
         if not self._token.is_sign(sign):
-            raise LineError(self._token.column, f"{self._token} stands where {sign} is missing", expected)
+            raise LineError(self._token.column, f"{self._token} is where {sign} is missing", expected)
         self._next()
 
     def _expression(self, expected: str = _OPERAND, lowest: int = 1) -> Expression:
@@ -75,8 +75,8 @@ class ExpressionReader:
 
     def _count(self, column: int) -> None:
         self._operators += 1
-        if self._operators > MOST:
-            raise LineError(column, "the expression is too long", f"at most {MOST} operators")
+        if self._operators > MAX_OPERATORS:
+            raise LineError(column, "the expression is too long", f"at most {MAX_OPERATORS} operators")
 
     def _unary(self, expected: str) -> Expression:
         token = self._token
@@ -104,8 +104,8 @@ class ExpressionReader:
     def _bracketed(self) -> Expression:
         column = self._next().column
         self._depth += 1
-        if self._depth > DEEPEST:
-            raise LineError(column, "brackets are nested too deep", f"at most {DEEPEST}")
+        if self._depth > MAX_BRACKET_DEPTH:
+            raise LineError(column, "brackets are nested too deep", f"at most {MAX_BRACKET_DEPTH}")
         inner = self._expression()
         self._expect(")", ")")
         self._depth -= 1
@@ -130,7 +130,7 @@ class ExpressionReader:
     def _hex(self, token: Token) -> Number:
         digits = token.text[1:]
         if len(digits) > 8:
-            raise LineError(token.column, f"{token.text} has {len(digits)} digits", "at most 8, 32 bits")
+            raise LineError(token.column, f"{token.text} has {len(digits)} digits", "at most 8 (32 bits)")
         return Number(fixed.signed(int(digits, 16)), is_hex=True, column=token.column)
 
     def _resource(self, expected: str) -> Resource:
@@ -138,7 +138,7 @@ class ExpressionReader:
         if token.kind is Kind.SYSTEM:
             return self._system()
         if token.kind is not Kind.WORD or token.text in KEYWORDS:
-            raise LineError(token.column, f"{token} can't stand here", expected)
+            raise LineError(token.column, f"{token} is not allowed here", expected)
         self._next()
         if token.is_word("V", "F", "I", "O") and self._token.is_sign("["):
             return self._indexed(token)
@@ -155,12 +155,12 @@ class ExpressionReader:
             self._next()
             direct = _DIRECT.fullmatch(index.text)
             if direct is not None and direct[1] != "V":
-                raise LineError(index.column, f"{index.text} can't be an index", "a number or a variable V")
+                raise LineError(index.column, f"{index.text} cannot be an index", "a number or a variable V")
             name = Name(index.text, column=index.column)
             variable = name if direct is None else Direct("V", int(direct[2]), column=index.column)
             found = Indexed(letter.text, variable, column=letter.column)
         else:
-            raise LineError(index.column, f"{index} can't be an index", "a number or a variable V")
+            raise LineError(index.column, f"{index} cannot be an index", "a number or a variable V")
         self._expect("]", "]")
         return found
 

@@ -1,14 +1,14 @@
 """The files of an ARP program: NAME.I01 is compiled to .D01, .E01, .M01, .O01 and .S01.
 
-Source: manual 5.2.  The two digits are the system's communication address, so that no program gets to the wrong card.
+Source: manual 5.2.  The two digits are the system's communication address, so that no program reaches the wrong card.
 WinAxis' formats are not published; these are ours:
 
-    .D  object, ASCII: the program in its canonical form, names replaced by what they mean, each line with its number in
-        the source, a CRC over all.  Cards load it by compiling it again, so no object, whoever made it, is trusted
-    .O  the same, compressed, behind a header
-    .E  mistakes and notes, one a line: LINE:COLUMN: what; expected what would be right
+    .D  object in ASCII: the program in canonical form, each name replaced by its meaning, each line with its number in
+        the source, and a CRC over everything.  A card loads it by compiling it again, so no object has to be trusted
+    .O  the same object, compressed, with a header
+    .E  mistakes and notes, one per line: LINE:COLUMN: what is wrong; expected ...
     .M  routines and labels with their lines
-    .S  names and what they mean
+    .S  names and their meanings
 """
 
 import re
@@ -33,7 +33,7 @@ _LINE: Final = re.compile(r"(\d{1,7}) (.+)", re.ASCII)
 
 
 class ObjectError(Exception):
-    """A file that is no object, or a damaged one."""
+    """A file that is not an object, or is damaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class ArpObject:
 
 
 def encode(compiled: Compiled, name: str, system: int) -> bytes:
-    """The object file, .Dnn."""
+    """Encode the object file, .Dnn."""
     head = f"ARP OBJECT {_VERSION} SYSTEM {system:02} NAME {re.sub('[^A-Za-z0-9_-]', '_', name) or '_'}"
     lines = [f"{number} {text}" for routine in compiled.program.routines for number, text in routine_lines(routine)]
     body = "".join(f"{line}\n" for line in [head, *lines]).encode()
@@ -52,7 +52,7 @@ def encode(compiled: Compiled, name: str, system: int) -> bytes:
 
 
 def decode(data: bytes) -> ArpObject:
-    """The program in an object file.  ObjectError, with what is wrong, if it can't be one."""
+    """Decode an object file.  Raises ObjectError, which says what is wrong, if the data are not an object."""
     if len(data) > LARGEST_OBJECT:
         raise ObjectError(f"{len(data)} bytes are more than an object may have")
     body, mark, check = data.rpartition(b"CRC ")
@@ -80,7 +80,7 @@ def _numbered(lines: list[str]) -> Iterator[tuple[int, str]]:
 
 
 def binary(text: bytes, system: int) -> bytes:
-    """The binary object, .Onn, of the ASCII one."""
+    """Encode the binary object, .Onn, from the ASCII object."""
     return BINARY.pack(b"ARPO", _VERSION, system, len(text), zlib.crc32(text)) + zlib.compress(text, 9)
 
 
@@ -89,7 +89,9 @@ def map_text(compiled: Compiled) -> str:
     for routine in compiled.program.routines:
         kind = "interrupt" if routine.is_interrupt else "main" if routine.name == compiled.main else "subprogram"
         rows.append(f"{routine.number:>5} {routine.end_number:>5}  {kind:<10}  {routine.name}")
-        rows += (f"{one.number:>5}        label       {one.label}" for one in routine.lines if one.label is not None)
+        rows += (
+            f"{line.number:>5}        label       {line.label}" for line in routine.lines if line.label is not None
+        )
     return "".join(f"{row}\n" for row in rows)
 
 
@@ -102,7 +104,7 @@ def symbols_text(compiled: Compiled) -> str:
 
 
 def outputs(compiled: Compiled, name: str, system: int) -> dict[str, bytes]:
-    """What a good compilation writes, by the letter of the file."""
+    """Files that a successful compilation writes, by their letter."""
     text = encode(compiled, name, system)
     notes = "".join(f"{note}\n" for note in compiled.notes)
     return {
@@ -115,12 +117,12 @@ def outputs(compiled: Compiled, name: str, system: int) -> dict[str, bytes]:
 
 
 def failed(wrong: CompileError) -> dict[str, bytes]:
-    """What a compilation with mistakes writes."""
-    count = sum(not one.is_note for one in wrong.mistakes)
+    """Files that a failed compilation writes, by their letter."""
+    count = sum(not mistake.is_note for mistake in wrong.mistakes)
     return {"E": f"{wrong}\n{count} mistake{'s' if count > 1 else ''}\n".encode()}
 
 
 def system_of(path: Path) -> int | None:
-    """The address in the name of a source file, NAME.Inn; None if the name says none."""
+    """System address in the name of a source file, NAME.Inn, or None if the name has no address."""
     found = re.fullmatch(r"\.I(\d\d)", path.suffix, re.IGNORECASE | re.ASCII)
     return int(found[1]) if found is not None else None

@@ -1,8 +1,8 @@
-"""The instructions that are a word and its values: which values, in which order, in which range.
+"""Table of the instructions that are a word and its values: the order and range of the values.
 
-Source: manual 5.4 to 5.12; digest chapter 5.  Everything that knows an instruction goes by this table: the parser
-counts and reads its values, the checker holds places of constants against their ranges, the generator calls what stands
-under its word.  Values that a program may compute are looked at when it runs (`runtime.instructions`), with W03.
+Source: manual 5.4 to 5.12; digest chapter 5.  The parser counts and reads values by this table, the checker compares
+constants with their ranges, and the generator calls the function named after the word.  Values that a program computes
+are checked at run time (`runtime.instructions`), with W03.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from typing import Final
 
 
 class Value(Enum):
-    """What may stand in one place of an instruction, and its name in messages."""
+    """Kind of value that an instruction accepts in one position; the text is its name in messages."""
 
     AXIS = "an axis, 1 or 2"
     CELL = "a load cell, 1 or 2"
@@ -44,7 +44,7 @@ CONSTANT: Final = {
     Value.MESSAGE: (1, 500),
     Value.PRINTED: (0, 500),
 }
-"""Places of constants, with their ranges."""
+"""Ranges of the values that must be constants."""
 
 OR_VARIABLE: Final = frozenset({Value.MESSAGE, Value.PRINTED})
 
@@ -54,7 +54,7 @@ class Signature:
     word: str
     values: tuple[Value, ...] = ()
     counts: tuple[int, ...] = ()
-    """How many values may be given; all, unless said."""
+    """Permitted numbers of values; empty if all values are required."""
 
     def takes(self, count: int) -> bool:
         return count in (self.counts or (len(self.values),))
@@ -64,15 +64,15 @@ class Signature:
             return f"{self.word} alone"
         counts = self.counts or (len(self.values),)
         values = f"{' or '.join(map(str, counts))} {'value' if counts == (1,) else 'values'}"
-        return f"{self.word} with {values}: {'; '.join(one.value for one in self.values)}"
+        return f"{self.word} with {values}: {'; '.join(value.value for value in self.values)}"
 
 
 _POSITION = (Value.LINE, Value.COLUMN)
 
 SIGNATURES: Final = {
-    one.word: one
-    for one in (
-        Signature("ON", (), (0,)),  # bare ONn; with values it has a syntax of its own
+    signature.word: signature
+    for signature in (
+        Signature("ON", (), (0,)),  # bare ONn; with values it has its own syntax
         Signature("CAM", (Value.AXIS, Value.NUMBER, Value.NUMBER, Value.CAM_BIT), (0, 4)),
         Signature("DAC", (Value.OUTPUT_CHANNEL, Value.NUMBER, Value.NUMBER), (2, 3)),
         Signature("HOME", (Value.AXIS,)),
@@ -96,10 +96,11 @@ SIGNATURES: Final = {
 }
 
 MOVES: Final = {"PAC": 0, "PRC": 0, "PVC": 0, "PST": 1}
-"""Movements, which hold the program while their axis is busy (manual 5.9.3), and which value is that axis."""
+"""Movements, which hold the program while their axis is busy (manual 5.9.3), and the position of the axis among their
+values."""
 
 READS: Final = {"ADC": (1, 6), "TIM": (1, 6), "ERROR": None, "WARNING": None}
-"""What only stands alone after `==`, and the range of its number."""
+"""Words that may only follow `==` by themselves, with the range of their number."""
 
 CONSTANTS: Final = {"PIG": 3_142, "HI": 1_000, "ON": 1_000, "LO": 0, "OFF": 0}
 FUNCTIONS: Final = ("SQR", "INT", "SEN", "COS")
@@ -115,14 +116,14 @@ SYSTEM: Final = {
     "@OUT": (1, 3),
     "#INP": (1, 3),
 }
-"""System variables and the range of the number that touches their name; @PAR is beside them."""
+"""System variables with the range of the number that is written directly after the name; @PAR is not among them."""
 
 GENERAL_PARAMETERS: Final = 16
 AXIS_PARAMETERS: Final = 25
 
 _BLOCKS = ((101, 132), (201, 232), (301, 332))
 RANGES: Final = {"V": ((1, 1000),), "F": ((1, 320),), "I": _BLOCKS, "O": _BLOCKS}
-"""Resources and the ranges of their numbers; outputs above O104 that have no terminal are memory bits."""
+"""Resources and the ranges of their numbers; outputs above O104 without a terminal are memory bits."""
 
 AXIS_FLAGS: Final = (257, 289)  # the first flag of each axis
 WRITABLE: Final = frozenset(

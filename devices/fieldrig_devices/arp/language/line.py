@@ -33,14 +33,14 @@ from fieldrig_devices.arp.language.tree import (
 ASSIGNMENTS: Final = ("==", "+=", "-=", "*=", "/=", "\\=", "%=", "&=", "|=", "^=", "<<=", ">>=")
 RELATIONS: Final = ("=", "<>", "<", ">", "<=", ">=")
 EDGES: Final = ("!", "/", "\\")
-DEEPEST_IF: Final = 20  # a line of 120 characters has no room for more
+DEEPEST_IF: Final = 20  # a line of 120 characters cannot hold more
 _NUMBERED = re.compile(r"(ON|CAM)([0-9]+)", re.ASCII)
 _RESERVED = re.compile(r"[VFIO][0-9]+|(ON|CAM)[1-6]", re.ASCII)
 _LABEL = re.compile(r"\s*([A-Z]\w*)\s*:", re.ASCII | re.IGNORECASE)
 
 
 def label_of(text: str, number: int) -> Line | None:
-    """The line as far as its label, for a line that can't be read to its end; None if it has no valid label."""
+    """The line up to its label, for a line that cannot be read to its end, or None if it has no valid label."""
     found = _LABEL.match(text)
     name = found[1].upper() if found is not None else ""
     if found is None or _is_reserved(name):
@@ -84,7 +84,7 @@ class LineReader(ExpressionReader):
 
     def _end(self) -> None:
         if self._token.kind is not Kind.END:
-            raise LineError(self._token.column, f"{self._token} is too much", "one instruction a line, or ; and words")
+            raise LineError(self._token.column, f"{self._token} is not expected here", "one instruction per line")
 
     def _equ(self) -> Equ:
         column = self._token.column
@@ -99,7 +99,7 @@ class LineReader(ExpressionReader):
     def _new_name(self, what: str) -> str:
         token = self._token
         if token.kind is not Kind.WORD:
-            raise LineError(token.column, f"{token} can't be a name", what)
+            raise LineError(token.column, f"{token} cannot be a name", what)
         if _is_reserved(token.text):
             raise LineError(token.column, f"{token.text} is a word of the language", what)
         return self._next().text
@@ -111,7 +111,7 @@ class LineReader(ExpressionReader):
         if token.kind is Kind.SYSTEM:
             return self._assign()
         if token.kind is not Kind.WORD:
-            raise LineError(token.column, f"{token} can't begin an instruction", "an instruction or an assignment")
+            raise LineError(token.column, f"{token} cannot begin an instruction", "an instruction or an assignment")
         if numbered := _NUMBERED.fullmatch(token.text):
             return self._numbered(numbered[1], int(numbered[2]))
         match token.text:
@@ -129,7 +129,7 @@ class LineReader(ExpressionReader):
                 self._next()
                 return self._command(SIGNATURES[word], token.column)
             case word if word in KEYWORDS:
-                raise LineError(token.column, f"{word} can't begin an instruction here", "an instruction")
+                raise LineError(token.column, f"{word} cannot begin an instruction here", "an instruction")
         return self._assign()
 
     def _name(self, what: str) -> str:
@@ -155,14 +155,14 @@ class LineReader(ExpressionReader):
                 arguments.append(self._argument(signature, len(arguments)))
         if not signature.takes(len(arguments)):
             more = len(arguments) < len(signature.values)
-            what = f"{self._token} stands too early" if more else f"{self._token} is too much"
+            what = f"{self._token} comes too early" if more else f"{self._token} is not expected here"
             raise LineError(self._token.column, what, str(signature))
         return Command(signature.word, tuple(arguments), number, column=column)
 
     def _argument(self, signature: Signature, place: int) -> Argument:
         token = self._token
         if place >= len(signature.values):
-            raise LineError(token.column, f"{token} is too much", str(signature))
+            raise LineError(token.column, f"{token} is not expected here", str(signature))
         value = signature.values[place]
         if value is Value.TEXT:
             if token.kind is not Kind.STRING:

@@ -1,41 +1,17 @@
-"""From a checked ARP program to resumable instructions (`languages.resumable`).
+"""Lower a checked ARP program to resumable instructions (`languages.resumable`).
 
-The Python in them calls by name what `runtime` provides: the words of `NAMES`, nothing else.  Texts and routines are
-passed by their numbers, so no text of the program's author ever stands in generated code.
+The Python in them calls only the names in `NAMES`, which `runtime` provides.  Texts and routines are passed by number,
+so no text from the program's author gets into generated code.
 """
 
 import dataclasses
 from dataclasses import dataclass, field
 from typing import Final
 
-from fieldrig_devices.arp.language import instructions
+from fieldrig_devices.arp.language import instructions, tree
 from fieldrig_devices.arp.language.emit import FUNCTIONS as _FUNCTIONS
 from fieldrig_devices.arp.language.emit import INDENT, READERS, SHIFTS, Emitter, inside
 from fieldrig_devices.arp.language.instructions import Value
-from fieldrig_devices.arp.language.tree import (
-    Argument,
-    Assign,
-    Binary,
-    BitCondition,
-    Call,
-    Command,
-    Direct,
-    Equ,
-    Goto,
-    If,
-    Indexed,
-    Mode,
-    Number,
-    OnEvent,
-    PositionCondition,
-    Program,
-    Read,
-    Routine,
-    Statement,
-    System,
-    Text,
-    Unary,
-)
 from fieldrig_devices.languages import resumable
 from fieldrig_devices.languages.resumable import Branch, Do, End, Hold, Instruction, Jump, Pause
 
@@ -52,7 +28,8 @@ _CALLS: Final = {
     "CAM": {0: "cam_off", 4: "cam"},
     "ON": {0: "on_off"},
 }
-"""What an instruction calls by the count of its values, where that is not its own word in small letters."""
+"""Function that an instruction calls, by the number of its values, if it is not the instruction's own word in lower
+case."""
 
 _PLAIN: Final = ("HOME", "VEL", "ACC", "DEC", "PAC", "PRC", "PVC", "PST", "STOP", "PID", "MSG")
 
@@ -64,17 +41,17 @@ NAMES: Final = frozenset(
         *(word.lower() for word in _PLAIN), *(name for names in _CALLS.values() for name in names.values()),
     }
 )  # fmt: skip
-"""All names that generated code may use, beside its own temporaries."""
+"""All names that generated code may use, apart from its own temporaries."""
 
 
 @dataclass
 class Lowered:
     routines: dict[str, list[Instruction]] = field(default_factory=dict)
     texts: list[str] = field(default_factory=list)
-    """Of MSG, by their numbers."""
+    """Texts of the MSG instructions, by number."""
 
 
-def lower(program: Program) -> Lowered:
+def lower(program: tree.Program) -> Lowered:
     lowered = Lowered()
     numbers = {routine.name: number for number, routine in enumerate(program.routines)}
     for routine in program.routines:
@@ -83,18 +60,18 @@ def lower(program: Program) -> Lowered:
 
 
 class _RoutineLowerer:
-    def __init__(self, routine: Routine, numbers: dict[str, int], texts: list[str]) -> None:
+    def __init__(self, routine: tree.Routine, numbers: dict[str, int], texts: list[str]) -> None:
         self._numbers, self._texts = numbers, texts
         self.instructions: list[Instruction] = []
         self._labels: dict[str, int] = {}
         self._waiting: dict[int, str] = {}
-        """Jumps that wait for the place of their label."""
+        """Label that each unresolved jump refers to, by the index of the jump."""
         self._line = 0
         for line in routine.lines:
             self._line = line.number
             if line.label is not None:
                 self._labels[line.label] = len(self.instructions)
-            if line.content is not None and not isinstance(line.content, Equ):
+            if line.content is not None and not isinstance(line.content, tree.Equ):
                 self._statement(line.content)
         self.instructions.append(End(routine.end_number))
         for pc, label in self._waiting.items():
@@ -108,27 +85,27 @@ class _RoutineLowerer:
     def _do(self, emitter: Emitter, *lines: str) -> None:
         self.instructions.append(Do(self._line, (*emitter.lines, *lines)))
 
-    def _statement(self, statement: Statement) -> None:
+    def _statement(self, statement: tree.Statement) -> None:
         match statement:
-            case Assign():
+            case tree.Assign():
                 self._assign(statement)
-            case Goto(label):
+            case tree.Goto(label):
                 self._waiting[len(self.instructions)] = label
                 self.instructions.append(Jump(self._line, -1))
-            case Call(routine):
+            case tree.Call(routine):
                 self.instructions.append(resumable.Call(self._line, routine))
-            case If():
+            case tree.If():
                 self._if(statement)
-            case OnEvent():
+            case tree.OnEvent():
                 self._on_event(statement)
-            case Command():
+            case tree.Command():
                 self._command(statement)
 
-    def _if(self, statement: If) -> None:
+    def _if(self, statement: tree.If) -> None:
         emitter = Emitter()
         condition = emitter.condition(statement.left, statement.relation, statement.right)
         own = len(self.instructions)
-        if isinstance(statement.then, Goto):
+        if isinstance(statement.then, tree.Goto):
             self._waiting[own] = statement.then.label
             self.instructions.append(Branch(self._line, tuple(emitter.lines), condition, -1))
             return
@@ -143,41 +120,41 @@ class _RoutineLowerer:
 
     # ---- assignments
 
-    def _assign(self, node: Assign) -> None:
+    def _assign(self, node: tree.Assign) -> None:
         target = node.target
         emitter = Emitter()
-        if isinstance(target, Direct | Indexed) and target.letter != "V":
+        if isinstance(target, tree.Direct | tree.Indexed) and target.letter != "V":
             self._assign_bit(node, target, emitter)
             return
         value = self._assigned(node, emitter)
         match target:
-            case Direct(_, number):
+            case tree.Direct(_, number):
                 self._do(emitter, f"V[{number}] = {value}")
-            case Indexed():
+            case tree.Indexed():
                 index = emitter.index(target)
                 self._do(emitter, *_guarded("V", index, f"V[{index}] = {value}"))
-            case System("@PAR", axis, parameter):
+            case tree.System("@PAR", axis, parameter):
                 self._do(emitter, f"set_parameter({axis}, {parameter}, {value})")
-            case System(word, number):
+            case tree.System(word, number):
                 self._do(emitter, f"{WRITERS[word]}({number}, {value})")
 
-    def _assigned(self, node: Assign, emitter: Emitter) -> str:
-        if isinstance(node.value, Read):
+    def _assigned(self, node: tree.Assign, emitter: Emitter) -> str:
+        if isinstance(node.value, tree.Read):
             number = node.value.number
-            argument = str(number.raw // 1000) if isinstance(number, Number) else ""
+            argument = str(number.raw // 1000) if isinstance(number, tree.Number) else ""
             return f"{node.value.word.lower()}({argument})"
         if node.sign == "==":
             return emitter.value(node.value)
-        return emitter.value(Binary(node.sign[:-1], node.target, node.value))
+        return emitter.value(tree.Binary(node.sign[:-1], node.target, node.value))
 
-    def _assign_bit(self, node: Assign, target: Direct | Indexed, emitter: Emitter) -> None:
-        assert not isinstance(node.value, Read)
-        whole = node.value if node.sign == "==" else Binary(node.sign[:-1], target, node.value)
+    def _assign_bit(self, node: tree.Assign, target: tree.Direct | tree.Indexed, emitter: Emitter) -> None:
+        assert not isinstance(node.value, tree.Read)
+        whole = node.value if node.sign == "==" else tree.Binary(node.sign[:-1], target, node.value)
         self._write_bit(target, emitter.bit(whole), emitter)
 
-    def _write_bit(self, target: Direct | Indexed, bit: str, emitter: Emitter) -> None:
+    def _write_bit(self, target: tree.Direct | tree.Indexed, bit: str, emitter: Emitter) -> None:
         index = emitter.index(target)
-        if isinstance(target, Direct):
+        if isinstance(target, tree.Direct):
             self._do(emitter, f"{target.letter}[{index}] = {bit}")
         elif target.letter == "F":
             self._do(emitter, f"set_flag({index}, {bit})")
@@ -186,17 +163,17 @@ class _RoutineLowerer:
 
     # ---- instructions with values
 
-    def _command(self, node: Command) -> None:
+    def _command(self, node: tree.Command) -> None:
         emitter = Emitter()
         if node.word in ("SET", "RES"):
             (target,) = node.arguments
-            assert isinstance(target, Direct | Indexed)
+            assert isinstance(target, tree.Direct | tree.Indexed)
             self._write_bit(target, "1" if node.word == "SET" else "0", emitter)
             return
         values = [str(node.number)] if node.number is not None else []
         places = instructions.SIGNATURES[node.word].values
-        for one, place in zip(node.arguments, places, strict=False):
-            values += self._argument(one, place, emitter)
+        for argument, place in zip(node.arguments, places, strict=False):
+            values += self._argument(argument, place, emitter)
         if node.word == "WAIT":
             self.instructions.append(Pause(self._line, tuple(emitter.lines), f"wait({values[0]})"))
             return
@@ -205,34 +182,34 @@ class _RoutineLowerer:
         called = _CALLS[node.word][len(node.arguments)] if node.word in _CALLS else node.word.lower()
         self._do(emitter, f"{called}({', '.join(values)})")
 
-    def _argument(self, one: Argument, place: Value, emitter: Emitter) -> list[str]:
-        match one:
-            case Text(text):
+    def _argument(self, argument: tree.Argument, place: Value, emitter: Emitter) -> list[str]:
+        match argument:
+            case tree.Text(text):
                 self._texts.append(text)
                 return [str(len(self._texts) - 1)]
-            case Mode(word):
+            case tree.Mode(word):
                 return [str(MODES[word])]
-            case Unary("!", (Direct() | Indexed()) as bit) if place is Value.CAM_BIT:
+            case tree.Unary("!", (tree.Direct() | tree.Indexed()) as bit) if place is Value.CAM_BIT:
                 return ["1", str(int(bit.letter == "O")), emitter.index(bit)]
-            case Direct() | Indexed() if place is Value.CAM_BIT:
-                return ["0", str(int(one.letter == "O")), emitter.index(one)]
-            case Direct() | Indexed() if place in (Value.VARIABLE, Value.FLAG):
-                return [emitter.index(one)]
-            case Number(raw) if place in instructions.CONSTANT and place not in instructions.OR_VARIABLE:
+            case tree.Direct() | tree.Indexed() if place is Value.CAM_BIT:
+                return ["0", str(int(argument.letter == "O")), emitter.index(argument)]
+            case tree.Direct() | tree.Indexed() if place in (Value.VARIABLE, Value.FLAG):
+                return [emitter.index(argument)]
+            case tree.Number(raw) if place in instructions.CONSTANT and place not in instructions.OR_VARIABLE:
                 return [str(raw // 1000)]
-        return [emitter.value(one)]
+        return [emitter.value(argument)]
 
     # ---- events
 
-    def _on_event(self, node: OnEvent) -> None:
+    def _on_event(self, node: tree.OnEvent) -> None:
         emitter = Emitter()
         routine = self._numbers[node.routine]
-        assert isinstance(node.enable, Direct | Indexed)
+        assert isinstance(node.enable, tree.Direct | tree.Indexed)
         head = f"{node.number}, {routine}, {emitter.index(node.enable)}"
         match node.condition:
-            case BitCondition(edge, (Direct() | Indexed()) as bit):
+            case tree.BitCondition(edge, (tree.Direct() | tree.Indexed()) as bit):
                 self._do(emitter, f"on_bit({head}, {EDGES[edge]}, {int(bit.letter == 'I')}, {emitter.index(bit)})")
-            case PositionCondition(Number(raw), relation, (Direct() | Indexed()) as variable):
+            case tree.PositionCondition(tree.Number(raw), relation, (tree.Direct() | tree.Indexed()) as variable):
                 is_above = int(relation == ">")
                 self._do(emitter, f"on_position({head}, {raw // 1000}, {is_above}, {emitter.index(variable)})")
 

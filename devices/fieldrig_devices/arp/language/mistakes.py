@@ -1,4 +1,4 @@
-"""What a compiler has to say: where, what, and what would be right."""
+"""Messages of the compiler: where a mistake is, what is wrong, and what was expected."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ class Mistake:
     what: str
     expected: str = ""
     is_note: bool = False
-    """Worth reading, but the program compiles."""
+    """True if the program compiles all the same."""
 
     def __str__(self) -> str:
         head = f"{self.line}:{self.column}: {'note: ' if self.is_note else ''}{self.what}"
@@ -19,7 +19,7 @@ class Mistake:
 
 
 class CompileError(Exception):
-    """A program that can't be compiled, with everything that is wrong in it."""
+    """A program that cannot be compiled, with every mistake in it."""
 
     def __init__(self, mistakes: Sequence[Mistake]) -> None:
         super().__init__("\n".join(map(str, mistakes)))
@@ -27,7 +27,7 @@ class CompileError(Exception):
 
 
 class LineError(Exception):
-    """The mistake that ends the reading of one line."""
+    """The mistake that stops the parser in one line."""
 
     def __init__(self, column: int, what: str, expected: str = "") -> None:
         super().__init__(what)

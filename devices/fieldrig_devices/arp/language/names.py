@@ -1,7 +1,8 @@
-"""What the names of an ARP program mean: EQU names, labels, routines, and the tree with their meanings put in.
+"""Resolve the names of an ARP program: EQU names, labels and routines.
 
-Source: manual 5, 5.1, 5.5; digest chapter 3.  All names are unique in the whole source.  An EQU may stand anywhere and
-holds everywhere, and may name another one; the same EQU twice is one symbol, as the manual's own example writes it.
+Source: manual 5, 5.1, 5.5; digest chapter 3.  All names are unique in the whole source.  An EQU may appear anywhere,
+applies everywhere, and may refer to another EQU; repeating the same EQU defines one symbol, as in the manual's own
+example.
 """
 
 import dataclasses
@@ -32,14 +33,14 @@ _LOOKS_LIKE = str.maketrans("IO", "10")  # the manual's own misprints: VI for V1
 @dataclass
 class Symbols:
     equs: dict[str, Resource | Number] = field(default_factory=dict)
-    """With the names in them resolved."""
+    """Meaning of each EQU name, with the names in it resolved."""
     labels: dict[str, str] = field(default_factory=dict)
-    """The routine of each label."""
+    """Name of the routine that contains each label."""
     routines: dict[str, Routine] = field(default_factory=dict)
 
 
 def resolve(program: Program) -> tuple[Program, Symbols, list[Mistake]]:
-    """The program without names but those of labels and routines.  A line with an unknown name loses its content."""
+    """Replace all names apart from labels and routines.  A line with an unknown name loses its content."""
     resolver = _Resolver(program)
     return resolver.program(), resolver.symbols, resolver.mistakes
 
@@ -88,7 +89,7 @@ class _Resolver:
         if isinstance(line.content, Equ):
             equ = line.content
             if self._raw.get(equ.name) == equ.meaning:
-                what = f"{equ.name} already stands in line {self._lines[equ.name]}"
+                what = f"{equ.name} is already in line {self._lines[equ.name]}"
                 self.mistakes.append(Mistake(line.number, equ.column, what, is_note=True))
             elif self._define(equ.name, line.number, equ.column):
                 self._raw[equ.name] = equ.meaning
@@ -102,7 +103,7 @@ class _Resolver:
     def _meaning(self, meaning: Resource | Number, path: tuple[str, ...]) -> Resource | Number:
         if isinstance(meaning, Name):
             if meaning.text in path:
-                raise _Unknown(meaning, f"{' is '.join([*path, meaning.text])}: it has no meaning in the end")
+                raise _Unknown(meaning, f"{' is '.join([*path, meaning.text])}: the definition is circular")
             if meaning.text not in self._raw:
                 raise self._unknown(meaning)
             return self._meaning(self._raw[meaning.text], (*path, meaning.text))
@@ -110,13 +111,15 @@ class _Resolver:
             return self._indexed(meaning, self._meaning(meaning.index, path))
         return meaning
 
-    def _indexed(self, one: Indexed, index: object) -> Direct | Indexed:
+    def _indexed(self, resource: Indexed, index: object) -> Direct | Indexed:
         if isinstance(index, Direct) and index.letter == "V":
-            return Indexed(one.letter, index, column=one.column)
+            return Indexed(resource.letter, index, column=resource.column)
         if isinstance(index, Number) and index.raw % 1000 == 0 and not index.is_hex:
-            return Direct(one.letter, index.raw // 1000, column=one.column)
-        assert isinstance(one.index, Name)
-        raise _Unknown(one.index, f"{one.index.text} can't be an index", "a name for a variable V or a whole number")
+            return Direct(resource.letter, index.raw // 1000, column=resource.column)
+        assert isinstance(resource.index, Name)
+        raise _Unknown(
+            resource.index, f"{resource.index.text} cannot be an index", "a name for a variable V or a whole number"
+        )
 
     def _resolved_lines(self, routine: Routine) -> Iterator[Line]:
         for line in routine.lines:
@@ -131,14 +134,14 @@ class _Resolver:
                 yield dataclasses.replace(line, content=None)
 
     def _resolved(self, node: _N) -> _N:
-        """The node with every Name in it replaced by what it means, standing where the name stood."""
+        """Replace every Name in the node by its meaning, at the column of the name."""
         changes: dict[str, Any] = {}
         for part in dataclasses.fields(node):
             value = getattr(node, part.name)
             if isinstance(value, Node):
                 changes[part.name] = self._replacement(value)
             elif isinstance(value, tuple):
-                changes[part.name] = tuple(self._replacement(one) for one in value)
+                changes[part.name] = tuple(self._replacement(element) for element in value)
         return dataclasses.replace(node, **changes) if changes else node
 
     def _replacement(self, node: Node) -> Node:
@@ -157,7 +160,7 @@ class _Resolver:
             return _Unknown(name, f"{text} is a label, which has no value", "a variable, a bit or a number")
         if text in self.symbols.routines:
             return _Unknown(name, f"{text} is a routine, which has no value", "CALL before it, or a variable")
-        if text in self._raw:  # wrong itself, and told there
+        if text in self._raw:  # its own definition is wrong, and that has been reported
             return _Unknown(name, f"{text} has no meaning, see line {self._lines[text]}")
         looks = text[0] + text[1:].translate(_LOOKS_LIKE)
         if len(text) > 1 and text[0] in instructions.RANGES and looks[1:].isdigit():

@@ -1,11 +1,12 @@
-"""From the text of an ARP program to its tree, with every mistake in one go.
+"""Parse the text of an ARP program into its tree, and report all mistakes at once.
 
-Source: manual 5; digest chapter 3 (grammar) and 18 (readings).  An instruction never leaves its line, so a line that
-can't be read costs one message and no other line.  Written by hand, a function a rule: lark would read the grammar too,
-but takes 37 ms more to import, knows after an error only which terminals could have followed, and needs the tables of
-`instructions` a second time as rules; here the same tables say what was expected, in the manual's words.
+Source: manual 5; digest chapter 3 (grammar) and chapter 18 (interpretations).  An instruction never extends beyond its
+line, so an unreadable line causes one message and affects no other line.  The parser is written by hand, one function
+per rule. lark could read the grammar too, but takes 37 ms more to import, reports only which terminals could have
+followed an error, and would need the tables of `instructions` a second time as rules; here the same tables say what was
+expected, in the manual's words.
 
-Hexadecimal numbers and names look alike (HEAD): a word that the program defines as a name is that name (digest 3, rule
+Hexadecimal numbers and names look alike (HEAD).  A word that the program defines as a name is that name (digest 3, rule
 4), so names are collected before the lines are read.
 """
 
@@ -23,12 +24,12 @@ _BEGINS = {"BEG": False, "BEGA": True}
 
 
 def parse(text: str) -> tuple[Program, list[Mistake]]:
-    """The program as far as it can be read, and what is wrong.  Names are not looked at yet (`resolve`)."""
+    """Parse a program as far as possible, and return it with its mistakes.  Names are not resolved yet (`resolve`)."""
     return parse_lines(enumerate(re.split(r"\r\n|\n|\r", text), start=1))
 
 
 def parse_lines(numbered: Iterable[tuple[int, str]], longest: int = LONGEST_LINE) -> tuple[Program, list[Mistake]]:
-    """The same, of lines that bring their numbers."""
+    """Parse lines that carry their own numbers."""
     source = list(numbered)
     reader = _ProgramReader(_names(text for _, text in source), longest)
     for number, text in source:
@@ -42,7 +43,7 @@ def _names(lines: Iterable[str]) -> set[str]:
 
 
 class _ProgramReader:
-    """Puts lines together to routines."""
+    """Groups lines into routines."""
 
     def __init__(self, names: Collection[str], longest: int) -> None:
         self._names, self._longest = names, longest
@@ -51,7 +52,8 @@ class _ProgramReader:
         self._outside: list[Line] = []
         self._lines: list[Line] = []
         self._open: tuple[int, str, bool] | None = None
-        """Line, name and kind of the routine that has begun."""
+        """Line, name and kind (True for an interrupt routine) of the routine that is open, or None outside of routines.
+        """
 
     def line(self, number: int, text: str) -> None:
         try:
@@ -61,7 +63,7 @@ class _ProgramReader:
         except LineError as wrong:
             self._mistakes.append(Mistake(number, wrong.column, wrong.what, wrong.expected))
             label = label_of(text, number) if self._open is not None else None
-            if label is not None:  # jumps to it, and a second one of its name, are judged all the same
+            if label is not None:  # jumps to the label, and duplicates of it, are still checked
                 self._lines.append(label)
 
     def end(self) -> tuple[Program, list[Mistake]]:
@@ -107,7 +109,7 @@ class _ProgramReader:
         self._close(number)
         if is_interrupt is not was_interrupt:
             end = "ENDA" if was_interrupt else "END"
-            raise LineError(token.column, f"{token.text} can't end {name}", end)
+            raise LineError(token.column, f"{token.text} cannot end {name}", end)
 
     def _close(self, number: int) -> None:
         assert self._open is not None
@@ -122,4 +124,4 @@ class _ProgramReader:
         elif line.label is None and isinstance(line.content, Equ):
             self._outside.append(line)
         else:
-            raise LineError(reader.first_column, "this stands outside of every routine", "BEG name before it, or EQU")
+            raise LineError(reader.first_column, "this is outside of every routine", "BEG name before it, or EQU")

@@ -1,4 +1,4 @@
-"""The program that a rig file names: a source, or an object, compiled when the card is built.
+"""Read the program that a rig file names: a source or an object, compiled when the card is built.
 
 Source: manual 5.2; digest chapter 17.  The two digits at the end of the file's name are the card's number.
 """
@@ -16,7 +16,7 @@ _BINARY_OBJECT = b"ARPO"
 
 
 def read_program(path: Path, number: int) -> bytes:
-    """The object file for card `number`.  ConfigError with every mistake in the program, by line and column."""
+    """Return the object file for card `number`.  Raises ConfigError with every mistake, by line and column."""
     data = path.read_bytes()
     named = system_of(path)
     if data.startswith(_BINARY_OBJECT):
@@ -39,5 +39,5 @@ def read_program(path: Path, number: int) -> bytes:
 
 
 def _shown(path: Path, mistake: Mistake) -> Wrong:
-    expected = f"right would be {mistake.expected}" if mistake.expected else ""
+    expected = f"expected {mistake.expected}" if mistake.expected else ""
     return Wrong(f"{path}:{mistake.line}:{mistake.column}", None, "", mistake.what, expected)

@@ -1,7 +1,7 @@
-"""Words, numbers and signs of one line of ARP source.
+"""Split one line of ARP source into words, numbers and signs.
 
-Source: manual 5, 5.1; digest chapter 3.  Upper and lower case are the same; blanks only separate, except that the
-number of a system variable touches its name.  Strings may stand in typographic quotes, as the manual prints them.
+Source: manual 5, 5.1; digest chapter 3.  Upper and lower case are equivalent.  Blanks only separate, but none is
+allowed between a system variable and its number.  Strings may be in typographic quotes, as the manual prints them.
 """
 
 import re
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fieldrig_devices.arp.language.mistakes import LineError
 
-LONGEST_LINE = 120  # manual 5.1, with blanks and comment
+LONGEST_LINE = 120  # manual 5.1, including blanks and comment
 
 
 class Kind(Enum):
@@ -25,7 +25,7 @@ class Kind(Enum):
 class Token(NamedTuple):
     kind: Kind
     text: str
-    """In capitals, except of a string, which comes without its quotes."""
+    """Text in capitals; the text of a string keeps its case and has no quotes."""
     column: int
 
     def is_sign(self, *signs: str) -> bool:
@@ -54,13 +54,13 @@ _KINDS = {"system": Kind.SYSTEM, "word": Kind.WORD, "number": Kind.NUMBER, "stri
 
 
 def tokens(line: str) -> list[Token]:
-    """The tokens of a line, always with END as the last one.  LineError for a character that has no place here."""
+    """The tokens of a line, the last of which is always END.  Raises LineError for an unexpected character."""
     found = []
     place = 0
     while place < len(line):
         match = _TOKEN.match(line, place)
         if match is None:
-            raise _stranger(line, place)
+            raise _unexpected(line, place)
         if match.lastgroup == "end":
             break
         if match.lastgroup in _KINDS:
@@ -73,7 +73,7 @@ def _token(kind: Kind, text: str, column: int) -> Token:
     return Token(kind, text[1:-1] if kind is Kind.STRING else text.upper(), column)
 
 
-def _stranger(line: str, place: int) -> LineError:
+def _unexpected(line: str, place: int) -> LineError:
     if line[place] in '"“”„':
         return LineError(place + 1, "the string has no end", "a closing quote on the same line")
     shown = line[place] if line[place].isprintable() else f"U+{ord(line[place]):04X}"

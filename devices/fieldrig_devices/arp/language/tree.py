@@ -1,7 +1,7 @@
-"""What an ARP program consists of, as read from its text.
+"""The tree of an ARP program as it is read from text.
 
-Columns don't count when two trees are compared, so that a tree printed and read again is the same tree.  Division is
-always `/`, whichever of its two signs the text has.  Names stand as they are; `resolve` puts what they mean.
+Comparison ignores columns, so that a tree that is printed and read again is equal.  Division is always `/`, whichever
+of its two signs the text has.  Names are kept as written; `resolve` replaces them.
 """
 
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ class Number(Node):
 
 @dataclass(frozen=True, slots=True)
 class Constant(Node):
-    """PIG, HI, LO, ON, OFF."""
+    """One of the words PIG, HI, LO, ON and OFF."""
 
     word: str
 
@@ -36,7 +36,7 @@ class Name(Node):
 
 @dataclass(frozen=True, slots=True)
 class Direct(Node):
-    """V5, F10, I101, O104."""
+    """A resource with a constant number: V5, F10, I101, O104."""
 
     letter: str
     number: int
@@ -44,7 +44,7 @@ class Direct(Node):
 
 @dataclass(frozen=True, slots=True)
 class Indexed(Node):
-    """V[V1], F[COUNTER]; V[10] is read as V10."""
+    """A resource with a computed number: V[V1], F[COUNTER].  V[10] is read as V10."""
 
     letter: str
     index: Direct | Name
@@ -52,7 +52,7 @@ class Indexed(Node):
 
 @dataclass(frozen=True, slots=True)
 class System(Node):
-    """@POS1 is ("@POS", 1); @PAR[5] is ("@PAR", None, 5), @PAR2[4] is ("@PAR", 2, 4)."""
+    """A system variable: @POS1 is ("@POS", 1), @PAR[5] is ("@PAR", None, 5), @PAR2[4] is ("@PAR", 2, 4)."""
 
     word: str
     number: int | None = None
@@ -74,7 +74,7 @@ class Binary(Node):
 
 @dataclass(frozen=True, slots=True)
 class Function(Node):
-    """SQR, INT, SEN, COS."""
+    """A call of SQR, INT, SEN or COS."""
 
     word: str
     operand: "Expression"
@@ -86,14 +86,14 @@ Expression: TypeAlias = Number | Constant | Resource | Unary | Binary | Function
 
 @dataclass(frozen=True, slots=True)
 class Text(Node):
-    """The string of MSG."""
+    """The string of a MSG instruction."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Mode(Node):
-    """E or P, the last word of TERM."""
+    """The mode of TERM, E or P."""
 
     word: str
 
@@ -105,7 +105,7 @@ Argument: TypeAlias = Expression | Text | Mode
 
 @dataclass(frozen=True, slots=True)
 class Read(Node):
-    """What can only be read as a whole: ADC n, TIM n, ERROR, WARNING."""
+    """A value that may only be assigned by itself: ADC n, TIM n, ERROR, WARNING."""
 
     word: str
     number: Expression | None = None
@@ -120,7 +120,7 @@ class Assign(Node):
 
 @dataclass(frozen=True, slots=True)
 class Goto(Node):
-    """GOTO, or the label after the comma of IF."""
+    """A GOTO instruction, or the label after the comma of an IF."""
 
     label: str
     is_bare: bool = False
@@ -141,7 +141,7 @@ class If(Node):
 
 @dataclass(frozen=True, slots=True)
 class BitCondition(Node):
-    """`edge` is empty, "!" (low), "/" (rising) or "\\" (falling)."""
+    """A condition on one bit; `edge` is empty, "!" (low), "/" (rising) or "\\" (falling)."""
 
     edge: str
     bit: Resource
@@ -164,7 +164,7 @@ class OnEvent(Node):
 
 @dataclass(frozen=True, slots=True)
 class Command(Node):
-    """Every instruction that is a word and its values (see `instructions`); `number` is that of CAMn and bare ONn."""
+    """A word and its values (see `instructions`); `number` is the n of CAMn and of a bare ONn."""
 
     word: str
     arguments: tuple[Argument, ...] = ()
@@ -182,7 +182,7 @@ class Equ(Node):
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One source line that says something."""
+    """A source line with content."""
 
     number: int = field(compare=False)
     label: str | None = None
@@ -196,13 +196,13 @@ class Routine:
     is_interrupt: bool
     lines: tuple[Line, ...]
     number: int = field(compare=False)
-    """Its first line."""
+    """Number of its first line."""
     end_number: int = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """Routines in the order of the source, the main program first, and the EQU lines outside of them."""
+    """The routines in source order, the main program first, and the EQU lines outside of routines."""
 
     routines: tuple[Routine, ...]
     outside: tuple[Line, ...] = ()

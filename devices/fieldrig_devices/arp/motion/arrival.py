@@ -1,11 +1,12 @@
-"""When an axis has arrived: its error has stayed inside the window for the dwell.
+"""Detection of the arrival of an axis: its error has stayed inside the window for the dwell time.
 
-Source: manual 3.2, @ParX[15], [16], and 4.6 (F260); digest chapter 12.  Once arrived it stays so until it moves again.
+Source: manual 3.2, @ParX[15], [16], and 4.6 (F260); digest chapter 12.  Once an axis has arrived, it stays so until it
+moves again.
 """
 
 
 class Arrival:
-    """`is_awaited` tells whether there is anything to look at."""
+    """Arrival of one axis.  `is_awaited` is False if there is nothing to check."""
 
     __slots__ = ("_inside_ns", "is_awaited")
 
@@ -13,15 +14,15 @@ class Arrival:
         self.expect()
 
     def expect(self) -> None:
-        """From now on."""
+        """Await an arrival from now on."""
         self.is_awaited = True
         self._inside_ns: int | None = None
 
     def forget(self) -> None:
         self.is_awaited = False
 
-    def has_come(self, now_ns: int, is_inside: bool, dwell_ns: int) -> bool:
-        """Once a control loop while it is awaited."""
+    def check(self, now_ns: int, is_inside: bool, dwell_ns: int) -> bool:
+        """Check once per control loop while an arrival is awaited.  True when the axis arrives."""
         if not is_inside:
             self._inside_ns = None
             return False

@@ -1,8 +1,9 @@
-"""The two axes of the card, as its control loop and the program's instructions see them.
+"""The two axes of the card, with an interface for its control loop and one for the program's instructions.
 
-Source: manual 3.2, 4.2.1, 4.6, 5.9; digest chapters 6.1, 7, 8.2, 12 and 13.  Axis 2, the master of PST, comes first in
-each loop, so that axis 1 follows where it is and not where it was.  Instructions act from the last control loop on.
-Moves of an axis that may not move (encoder only, PID, not under control) are skipped without an error.
+Source: manual 3.2, 4.2.1, 4.6, 5.9; digest chapters 6.1, 7, 8.2, 12 and 13.  Each loop processes axis 2, the master of
+PST, first, so that axis 1 follows its present position and not the previous one.  Instructions act from the last
+control loop on.  Moves of an axis that may not move (encoder only, PID, not under control) are skipped without an
+error.
 """
 
 import logging
@@ -13,9 +14,9 @@ from fieldrig.clock import MS, S
 from fieldrig_devices.arp.card_errors import PARAMETERS, CardErrors
 from fieldrig_devices.arp.fixed import LIMIT, SCALE
 from fieldrig_devices.arp.motion.axis import Axis
-from fieldrig_devices.arp.motion.cam import Cam
 from fieldrig_devices.arp.motion.cam_table import CamTable, Demand, TableError, read_points
-from fieldrig_devices.arp.motion.guides import Move, Run
+from fieldrig_devices.arp.motion.electronic_cam import ElectronicCam
+from fieldrig_devices.arp.motion.reference_generators import Move, Run
 from fieldrig_devices.arp.motion.setup import Setup
 from fieldrig_devices.arp.parameters import GENERAL, Kind, Par, Parameters
 from fieldrig_devices.arp.readings import Readings
@@ -42,24 +43,31 @@ class Axes:
     # ---- the card's side
 
     def start(self) -> None:
-        """After parameters were loaded at power-on or a reset: control off, VEL/ACC/DEC back to 100 %, flags as new."""
+        """Start after a power-on or reset has loaded parameters: control off, VEL/ACC/DEC at 100 %, flags cleared."""
         self._refresh()
         for axis in self._axes.values():
             axis.start()
 
     def engage(self) -> None:
-        """Enable is high and the card runs: axes of kind 1 and 2 come under control where they stand; F260 follows."""
+        """Engage when Enable is high and the card runs: axes of kind 1 and 2 come under control in place.
+
+        F260 is set once they have arrived there.
+        """
         self._refresh()
         for axis in self._axes.values():
             axis.engage()
 
     def release(self) -> None:
-        """Control off (Enable low, Ctrl-F2, blocking error): output 0, the reading goes on."""
+        """Switch control off (Enable low, Ctrl-F2, blocking error): output 0; reading continues."""
         for axis in self._axes.values():
             axis.release()
 
     def control(self, now_ns: int, counts: Sequence[int | None], latches: Sequence[int]) -> None:
-        """One loop.  `counts[1]`, `counts[2]`: encoder counters (None: no wire yet, reads 0); `latches` likewise."""
+        """Run one loop.  `counts[1]` and `counts[2]` are encoder counters (None before the first signal, which reads
+        0).
+
+        `latches` are the levels of the latch inputs, by axis.
+        """
         self._refresh()
         seconds = self._seconds_to(now_ns)
         slave, master = self._slave, self._master
@@ -74,7 +82,7 @@ class Axes:
         return (now_ns - last_ns) / S
 
     def _refresh(self) -> None:
-        """Parameters as they are now; a program may change one and use it in the next line."""
+        """Apply changed parameters; a program may change one and use it in the next line."""
         if self._parameters.version == self._version:
             return
         self._version = self._parameters.version
@@ -85,36 +93,36 @@ class Axes:
                 self._axes[axis].configure(Setup.of(ram))
 
     def volts(self, axis: int) -> float | None:
-        """What the position loop gives to the driver; None if the axis doesn't own its output (kind 0, 1, 3)."""
+        """Voltage from the position loop to the drive, or None if the axis does not own its output (kind 0, 1, 3)."""
         self._refresh()
-        one = self._axes[axis]
-        return one.volts if one.setup.kind is Kind.CONTROLLED else None
+        found = self._axes[axis]
+        return found.volts if found.setup.kind is Kind.CONTROLLED else None
 
     def tracking_error(self, axis: int) -> int:
         return _raw(self._axes[axis].error)
 
     def diagnostic(self, axis: int, code: int) -> float:
-        """Codes 1 to 9 of @Par[10]; 0 for any other."""
-        one = self._axes[axis]
+        """CurveValue for one of the codes 1 to 9 of @Par[10]; 0 for any other code."""
+        found = self._axes[axis]
         match code:
             case 1:
-                return float(one.counter.counts)
+                return float(found.counter.counts)
             case 2:
-                return one.reading
+                return found.reading
             case 3:
-                return one.measured_speed
+                return found.measured_speed
             case 4:
-                return one.reference
+                return found.reference
             case 5:
-                return one.speed
+                return found.speed
             case 6:
-                return one.acceleration
+                return found.acceleration
             case 7:
-                return one.volts
+                return found.volts
             case 8:
-                return one.error
+                return found.error
             case 9:
-                return float(one.counter.delta)
+                return float(found.counter.delta)
         return 0.0
 
     # ---- the program's side: names and arguments as in runtime/card.py
@@ -136,41 +144,41 @@ class Axes:
         return _raw(self._axes[axis].latch.falling)
 
     def limit_speed(self, axis: int, percent: int) -> None:
-        self._axes[axis].shares.speed = percent / SCALE
+        self._axes[axis].overrides.speed = percent / SCALE
 
     def limit_acceleration(self, axis: int, percent: int) -> None:
-        self._axes[axis].shares.acceleration = percent / SCALE
+        self._axes[axis].overrides.acceleration = percent / SCALE
 
     def limit_deceleration(self, axis: int, percent: int) -> None:
-        self._axes[axis].shares.deceleration = percent / SCALE
+        self._axes[axis].overrides.deceleration = percent / SCALE
 
     def home(self, axis: int) -> None:
-        """Not in firmware 3.00 (manual 5.9.2.1): no effect."""
+        """Do nothing: HOME has no effect in firmware 3.00 (manual 5.9.2.1)."""
 
     def move_to(self, axis: int, target: int) -> None:
-        if (one := self._movable(axis)) is not None:
-            self._move(one, target / SCALE)
+        if (moved := self._movable(axis)) is not None:
+            self._move(moved, target / SCALE)
 
     def move_by(self, axis: int, distance: int) -> None:
-        if (one := self._movable(axis)) is not None:
-            self._move(one, one.reference + distance / SCALE)
+        if (moved := self._movable(axis)) is not None:
+            self._move(moved, moved.reference + distance / SCALE)
 
     def move_at(self, axis: int, percent: int) -> None:
-        """To a share of @ParX[7], capped by VEL."""
-        if (one := self._movable(axis)) is not None:
-            limits = one.shares.of(one.setup)
-            wanted = one.setup.speed * min(percent / SCALE, one.shares.speed) / 100
-            one.begin(Run(one, profile.change_speed(one.speed, wanted, limits)))
+        """Accelerate to a percentage of @ParX[7], limited by VEL."""
+        if (moved := self._movable(axis)) is not None:
+            limits = moved.overrides.of(moved.setup)
+            wanted = moved.setup.speed * min(percent / SCALE, moved.overrides.speed) / 100
+            moved.begin(Run(moved, profile.change_speed(moved.speed, wanted, limits)))
 
     def stop_axis(self, axis: int) -> None:
-        """An axis that stands has nothing to do."""
-        one = self._movable(axis)
-        if one is not None and one.guide is not None:
-            braking = profile.brake(one.speed, one.shares.of(one.setup))
-            one.begin(Move(one, braking, one.reference + braking.distance, obeys_stop_flag=False))
+        """Brake to a stop.  An axis at rest is not affected."""
+        moved = self._movable(axis)
+        if moved is not None and moved.generator is not None:
+            braking = profile.brake(moved.speed, moved.overrides.of(moved.setup))
+            moved.begin(Move(moved, braking, moved.reference + braking.distance, obeys_stop_flag=False))
 
     def follow_table(self, master: int, slave: int, first: int) -> None:
-        """PST.  E13 leaves everything as it was, and so does a master outside the table, without an error."""
+        """Execute PST.  E13, or a master outside the table (without an error), leaves everything unchanged."""
         self._refresh()
         if (master, slave) != (MASTER, SLAVE):
             self._refuse("master and slave must be 2 and 1")
@@ -180,28 +188,28 @@ class Axes:
         except TableError as cause:
             self._refuse(str(cause))
             return
-        if (one := self._movable(SLAVE)) is None:
+        if (follower := self._movable(SLAVE)) is None:
             return
-        cam = Cam(one, self._master, table, self._readings.zero_offset_step == "ignore")
+        cam = ElectronicCam(follower, self._master, table, self._readings.zero_offset_step == "ignore")
         if cam.is_inside:
-            _, acceleration, deceleration = one.shares.of(one.setup)
-            cam.enter(one, Limits(one.setup.entry_speed, acceleration, deceleration))
+            _, acceleration, deceleration = follower.overrides.of(follower.setup)
+            cam.enter(follower, Limits(follower.setup.entry_speed, acceleration, deceleration))
 
     def _movable(self, axis: int) -> Axis | None:
-        """None if the axis isn't under control: the instruction is not executed (manual 5.9.3.1)."""
+        """The axis, or None if it is not under control; the instruction is then not executed (manual 5.9.3.1)."""
         self._refresh()
-        one = self._axes[axis]
-        return one if one.is_controlled else None
+        found = self._axes[axis]
+        return found if found.is_controlled else None
 
     def _move(self, axis: Axis, end: float) -> None:
-        course = profile.move(end - axis.reference, axis.speed, axis.shares.of(axis.setup))
-        axis.begin(Move(axis, course, end))
+        trajectory = profile.move(end - axis.reference, axis.speed, axis.overrides.of(axis.setup))
+        axis.begin(Move(axis, trajectory, end))
 
     def _table(self, first: int) -> CamTable:
         setup = self._slave.setup
         if setup.master_speed <= 0:
             raise TableError("@ParX[24] of the slave must be greater than 0")
-        speed, acceleration, _ = self._slave.shares.of_cam(setup)
+        speed, acceleration, _ = self._slave.overrides.of_electronic_cam(setup)
         demand = Demand(setup.master_speed, speed, acceleration)
         points = read_points(self._variables, first)
         return CamTable(points, self._master.setup.span, setup.span, demand, self._readings.pst_join)
@@ -212,5 +220,5 @@ class Axes:
 
 
 def _raw(value: float) -> int:
-    """As programs see it."""
+    """Convert to the raw integer that programs see."""
     return min(max(round(value * SCALE), -LIMIT), LIMIT)

@@ -1,9 +1,9 @@
-"""One axis: its counter, its reference, what leads the reference, its position loop, its flags.
+"""One axis: its counter, its reference, the generator of the reference, its position loop, and its flags.
 
-Source: manual 3.2, 4.2.1, 4.6, 5.9.3; digest chapters 8.2 and 12.  What gives a moving axis its reference is a `Guide`;
-an axis without one rests.  The counter reads the encoder, but on a simulated axis it is the reference itself.  An axis
-that is not under control (encoder only, PID, no Enable, control lost) has its reading for a reference.
-Without effect in firmware 3.00, and here: HOME.
+Source: manual 3.2, 4.2.1, 4.6, 5.9.3; digest chapters 8.2 and 12.  A `ReferenceGenerator` moves the reference of an
+axis; an axis without one is at rest.  The counter reads the encoder; on a simulated axis it is the reference itself.
+The reference of an axis that is not under control (encoder only, PID, no Enable, control lost) is its reading.  HOME
+has no effect, as in firmware 3.00.
 """
 
 from typing import Protocol
@@ -14,50 +14,51 @@ from fieldrig_devices.arp.motion.counter import Counter
 from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
 from fieldrig_devices.arp.motion.latch import Latch
 from fieldrig_devices.arp.motion.position_loop import PositionLoop
-from fieldrig_devices.arp.motion.setup import Setup, Shares
+from fieldrig_devices.arp.motion.setup import Overrides, Setup
 from fieldrig_devices.arp.parameters import Kind
 from fieldrig_devices.motion.profile import State
 
 
-class Guide(Protocol):
-    """Leads an axis' reference until it lets go of the axis itself, or another takes its place."""
+class ReferenceGenerator(Protocol):
+    """Moves the reference of an axis until it releases the axis itself or is replaced."""
 
-    def lead(self, axis: "Axis", now_ns: int) -> None:
-        """Called once a control loop."""
+    def advance(self, axis: "Axis", now_ns: int) -> None:
+        """Advance the reference; the axis calls it once per control loop."""
 
     def shift(self, distance: float) -> None:
-        """The counter was written: what stood at p now stands at p + distance."""
+        """Shift all positions by `distance`, because the counter was written."""
 
 
 class Axis:
     def __init__(self, number: int, setup: Setup, flags: list[int], errors: CardErrors) -> None:
         self.number, self.setup, self._errors = number, setup, errors
-        self.shares = Shares()
+        self.overrides = Overrides()
         self.flags = AxisFlags(number, flags)
         self.latch = Latch(self.flags)
         self._arrival = Arrival()
         self.counter = Counter(setup.span, setup.per_count)
         self._loop = PositionLoop(setup)
-        self.guide: Guide | None = None
+        self.generator: ReferenceGenerator | None = None
         self.reference = self.speed = self.acceleration = 0.0
-        """What the axis should do; `speed` and `acceleration` are the reference's too."""
+        """Reference position of the axis; `speed` and `acceleration` are those of the reference."""
         self.measured_speed = self.error = self.volts = 0.0
         self.jump = 0.0
-        """By how much the counter went round or was written since this was last set to 0: travel is reading + jump."""
+        """Distance by which the counter wrapped or was written since this was last set to 0: travel is reading + jump.
+        """
         self.is_controlled = False
         self.now_ns = 0
-        """Of the last control loop: where instructions begin."""
+        """Time of the last control loop, at which instructions begin."""
         self._ahead = 0.0
-        """By how many whole ranges the reference goes round later than the reading, in units."""
+        """Whole ranges, in units, by which the reference wraps later than the reading."""
         self._is_engaged = self._is_lost = False
         self._has_wire = False
 
     # ---- being put under control, and parameters
 
     def start(self) -> None:
-        """Control off, flags and limits as new; the reading stays."""
+        """Switch control off, and clear flags and limits; the reading is kept."""
         self.release()
-        self.shares = Shares()
+        self.overrides = Overrides()
         self.flags.clear()
 
     def engage(self) -> None:
@@ -71,7 +72,7 @@ class Axis:
         self._take_control()
 
     def configure(self, setup: Setup) -> None:
-        """Parameters have changed.  A new kind ends what is going on, and takes control or leaves it."""
+        """Apply changed parameters.  A new kind of axis ends the present motion and takes or releases control."""
         old, self.setup = self.setup, setup
         self._loop.configure(setup)
         if (old.span.low, old.span.high, old.per_count) != (setup.span.low, setup.span.high, setup.per_count):
@@ -83,7 +84,7 @@ class Axis:
             self._take_control()
 
     def _take_control(self) -> None:
-        """Where the axis stands, if it may be controlled at all."""
+        """Take control at the present position, if the axis may be controlled at all."""
         kind = self.setup.kind
         self.is_controlled = self._is_engaged and not self._is_lost and kind in (Kind.SIMULATED, Kind.CONTROLLED)
         self._follow_reading()
@@ -91,9 +92,9 @@ class Axis:
         self._arrival.expect()
 
     def _leave(self) -> None:
-        """Whatever moves the axis ends; arrival and final speed stay as they are."""
-        if self.guide is not None:
-            self.guide = None
+        """End any motion of the axis; the flags for arrival and final speed are kept."""
+        if self.generator is not None:
+            self.generator = None
             self.flags[AxisFlag.RUNNING] = 0
             self.flags[AxisFlag.SYNCHRONOUS] = 0
         self.speed = self.acceleration = self.volts = 0.0
@@ -104,11 +105,11 @@ class Axis:
         self.is_controlled = False
         self._errors.fail(CONTROL_LOSS, self.number)
 
-    # ---- what guides do with the axis
+    # ---- what generators do with the axis
 
-    def begin(self, guide: Guide) -> None:
-        """The flags of a movement that starts (digest 12)."""
-        self.guide = guide
+    def begin(self, generator: ReferenceGenerator) -> None:
+        """Set the flags of a movement that starts, and let `generator` move the axis (digest 12)."""
+        self.generator = generator
         self._arrival.forget()
         self.flags[AxisFlag.ARRIVED] = 0
         self.flags[AxisFlag.SYNCHRONOUS] = 0
@@ -117,7 +118,7 @@ class Axis:
         self.flags[AxisFlag.FINAL_SPEED] = 0
 
     def place(self, reference: float, state: State) -> float:
-        """Put the reference there, going round if it must; returns what was taken off in doing so."""
+        """Set the reference, wrapped into the counter's range.  Returns the distance that wrapping removed."""
         self.speed, self.acceleration = state.speed, state.acceleration
         span = self.setup.span
         if span.low <= reference <= span.high:
@@ -132,14 +133,14 @@ class Axis:
         return removed
 
     def rest(self) -> None:
-        """The reference has come to its end."""
-        self.guide = None
+        """End the motion: the reference has reached its end."""
+        self.generator = None
         self.speed = self.acceleration = 0.0
         self.flags[AxisFlag.RUNNING] = 0
         self._arrival.expect()
 
     def end_at_speed(self) -> None:
-        """The flags of an instruction that ends with the axis moving."""
+        """Set the flags of an instruction that ends while the axis moves."""
         self.flags[AxisFlag.RUNNING] = 0
         self.flags[AxisFlag.SYNCHRONOUS] = 0
         self.flags[AxisFlag.FINAL_SPEED] = 1
@@ -151,7 +152,7 @@ class Axis:
         return self.counter.reading
 
     def preset(self, position: float) -> None:
-        """@POS: counter and reference are written together, and nothing moves (digest 7)."""
+        """Write counter and reference together, without motion (digest 7): @POS."""
         span, counter = self.setup.span, self.counter
         before, error = counter.reading, self.error
         target = span.wrapped(position)
@@ -161,27 +162,27 @@ class Axis:
         counter.preset(span.back(reading, laps))
         self._ahead = -laps * span.length if laps else 0.0
         self.jump += before - counter.reading
-        if self.guide is not None:
-            self.guide.shift(distance)
+        if self.generator is not None:
+            self.generator.shift(distance)
 
     def _follow_reading(self) -> None:
         self.reference = self.counter.reading
         self._ahead = self.error = 0.0
 
     def _pass(self, laps: int) -> None:
-        """The counter went round."""
+        """Record that the counter wrapped."""
         self.flags[AxisFlag.PASSED_MAXIMUM if laps > 0 else AxisFlag.PASSED_MINIMUM] = 1
         self.jump += laps * self.setup.span.length
 
     # ---- the control loop
 
     def control(self, now_ns: int, seconds: float, counts: int | None, level: int) -> None:
-        """One loop, `seconds` after the last."""
+        """Run one loop, `seconds` after the last."""
         kind = self.setup.kind
         if counts is not None:
             self._read(counts, seconds, kind)
-        if self.guide is not None:
-            self.guide.lead(self, now_ns)
+        if self.generator is not None:
+            self.generator.advance(self, now_ns)
         if kind is Kind.SIMULATED:
             self.counter.reading = self.reference
             self._ahead = 0.0
@@ -192,7 +193,7 @@ class Axis:
             self._regulate(seconds)
         if self._arrival.is_awaited and self.is_controlled:
             is_inside = abs(self.error) <= self.setup.window
-            if self._arrival.has_come(now_ns, is_inside, self.setup.dwell_ns):
+            if self._arrival.check(now_ns, is_inside, self.setup.dwell_ns):
                 self.flags[AxisFlag.ARRIVED] = 1
         if level != self.latch.level:
             self.latch.take(level, self.counter.reading)
@@ -212,7 +213,7 @@ class Axis:
             self._pass(laps)
 
     def _find(self, counts: int) -> None:
-        """The encoder is heard of for the first time: that is where the axis stands, without having moved there."""
+        """Take the position of an encoder whose first signal has come.  That is no motion."""
         self._has_wire = True
         self.counter.skip_to(counts)
         if self.setup.kind is not Kind.SIMULATED:

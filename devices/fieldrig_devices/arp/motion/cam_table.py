@@ -1,9 +1,9 @@
-"""The table of PST as a curve: straight pieces between the points, parabolas at the joins.
+"""The table of PST as a curve: straight pieces between the points, and parabolas at the joins.
 
-Source: manual 5.9.4.1; digest chapters 13.1 to 13.3 and 13.6.  A join is so wide that the slave gets along with its
-acceleration at the master's maximum speed.  It rounds the corner off; with the other reading, `through`, the corners
-are moved until the curve passes through the points of the table.  A table that spans the master's counter repeats
-itself if the slave is back where it began, or has gone round its own counter: then the ends are joined too.
+Source: manual 5.9.4.1; digest chapters 13.1 to 13.3 and 13.6.  Each join is wide enough for the slave's acceleration at
+the master's maximum speed.  It rounds off the corner; with the interpretation `through`, the corners are moved until
+the curve passes through the points of the table.  A table that spans the master's counter is repetitive if the slave
+ends where it began or has travelled once around its own counter; the ends are then joined too.
 """
 
 from bisect import bisect_right
@@ -19,13 +19,13 @@ from fieldrig_devices.arp.motion.counter import Span
 FEWEST_PAIRS: Final = 2
 MOST_PAIRS: Final = 22
 _LAST_VARIABLE: Final = 1_000
-_ROUNDINGS: Final = 1e-12  # relative: what is at a limit is within it
+_ROUNDINGS: Final = 1e-12  # relative tolerance of a limit
 _ITERATIONS: Final = 200
-_CLOSE: Final = 1e-9  # units; the program's are 0.001
+_CLOSE: Final = 1e-9  # units; programs resolve 0.001
 
 
 class TableError(Exception):
-    """E13; the message says which of its causes."""
+    """A table that causes E13; the message gives the reason."""
 
 
 class Point(NamedTuple):
@@ -35,7 +35,7 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What the slave is to be capable of."""
+    """Limits that the curve must respect: maximum speeds and the slave's acceleration."""
 
     master_speed: float
     slave_speed: float
@@ -43,7 +43,7 @@ class Demand:
 
 
 class Piece(NamedTuple):
-    """slave = position + slope * u + bend * u^2, with u = master - begin."""
+    """A piece of the curve: slave = position + slope * u + bend * u^2, with u = master - begin."""
 
     begin: float
     position: float
@@ -51,23 +51,23 @@ class Piece(NamedTuple):
     bend: float
 
 
-class Value(NamedTuple):
+class CurveValue(NamedTuple):
     slave: float
     slope: float
     curvature: float
 
 
 def read_points(variables: Sequence[int], first: int) -> list[Point]:
-    """The pairs of the table at V`first`.  TableError for a count or an order that can't be."""
+    """Read the pairs of the table at V`first`.  Raises TableError for an invalid count or order."""
     pairs = whole(variables[first]) if 1 <= first <= _LAST_VARIABLE else 0
     if not FEWEST_PAIRS <= pairs <= MOST_PAIRS:
-        raise TableError(f"{pairs} pairs; 2 to 22 are right")
+        raise TableError(f"{pairs} pairs; expected 2 to 22")
     if first + 2 * pairs > _LAST_VARIABLE:
-        raise TableError(f"the table ends behind V{_LAST_VARIABLE}")
+        raise TableError(f"the table ends after V{_LAST_VARIABLE}")
     raw = variables[first + 1 : first + 1 + 2 * pairs]
     points = [Point(master / SCALE, slave / SCALE) for master, slave in zip(raw[::2], raw[1::2], strict=True)]
     if any(left.master >= right.master for left, right in pairwise(points)):
-        raise TableError("the master's positions don't rise from each point to the next")
+        raise TableError("the master's positions do not increase from each point to the next")
     return points
 
 
@@ -80,13 +80,13 @@ class CamTable:
         demand: Demand,
         join: Literal["round", "through"] = "round",
     ) -> None:
-        """TableError if the slave can't follow, or joins don't fit between their points."""
+        """Raises TableError if the slave cannot follow, or if a join does not fit between its points."""
         first, last = points[0], points[-1]
         spans_master = (first.master, last.master) == (master.low, master.high)
         goes_round = {first.slave, last.slave} == {slave.low, slave.high}
         self.is_repetitive = spans_master and (goes_round or first.slave == last.slave)
         self.lap = last.slave - first.slave if self.is_repetitive else 0.0
-        """How far the slave has got when the master has gone round once."""
+        """Distance that the slave advances while the master goes round once."""
         self.low, self.high = first.master, last.master
         within = all(slave.low <= point.slave <= slave.high for point in points)
         self.leaves_slave_span = not within and not self.is_repetitive
@@ -100,19 +100,19 @@ class CamTable:
         self._pieces = self._built(corners)
         self._begins = [piece.begin for piece in self._pieces]
 
-    def at(self, master: float) -> Value:
-        """For a master position from `low` to `high`; beyond, the last piece goes on."""
+    def at(self, master: float) -> CurveValue:
+        """The curve at a master position from `low` to `high`; beyond `high`, the last piece continues."""
         begin, position, slope, bend = self._pieces[max(bisect_right(self._begins, master) - 1, 0)]
         u = master - begin
-        return Value(position + (slope + bend * u) * u, slope + 2 * bend * u, 2 * bend)
+        return CurveValue(position + (slope + bend * u) * u, slope + 2 * bend * u, 2 * bend)
 
     @property
     def joins(self) -> list[float]:
-        """The width of each point's join, in master units; 0 where there is none."""
+        """Width of each point's join, in master units; 0 without a join."""
         return self._widths(self._slopes(self._corners))
 
     def _slopes(self, corners: Sequence[float]) -> list[float]:
-        """Of the segments, and before and after them what a point at either end joins to."""
+        """Slopes of the segments, preceded and followed by the slopes that the end points join to."""
         inner = [
             (right - left) / (after - before)
             for (left, right), (before, after) in zip(pairwise(corners), pairwise(self._masters), strict=True)
@@ -130,10 +130,10 @@ class CamTable:
             raise TableError("the slave would exceed its maximum speed")
         for (left, right), (before, after) in zip(pairwise(self._widths(slopes)), pairwise(self._masters), strict=True):
             if (left + right) / 2 > (after - before) * (1 + _ROUNDINGS):
-                raise TableError("a join is wider than there is room between the points")
+                raise TableError("a join is wider than the distance between its points")
 
     def _moved(self, points: Sequence[float]) -> list[float]:
-        """Corners whose joins pass through the points: each lies off its point by what its join cuts off."""
+        """Corners whose joins pass through the points: each is off its point by what its join cuts off."""
         corners = list(points)
         for _ in range(_ITERATIONS):
             slopes = self._slopes(corners)

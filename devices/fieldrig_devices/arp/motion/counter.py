@@ -1,8 +1,8 @@
-"""The position counter: encoder counts to a reading in user units that goes round between two limits.
+"""The position counter: it converts encoder counts to a reading in user units that wraps between two limits.
 
-Source: manual 3.2, @ParX[1], [3], [5], [6]; digest chapters 6.2 and 12.  Both limits are positions that an axis can
-stand on; what goes beyond the maximum goes on from the minimum and the other way round.  The encoder's own counter has
-32 bits, so a jump of half of that or more looks like one the other way.
+Source: manual 3.2, @ParX[1], [3], [5], [6]; digest chapters 6.2 and 12.  Both limits are valid positions; a position
+beyond the maximum continues from the minimum, and vice versa.  The encoder's own counter has 32 bits, so a jump of half
+its range or more looks like a jump the other way.
 """
 
 import math
@@ -11,7 +11,7 @@ from fieldrig_devices.arp.fixed import signed
 
 
 class Span:
-    """The range of a counter.  With its limits in the wrong order nothing goes round."""
+    """Range of a counter.  If its limits are in the wrong order, the counter does not wrap."""
 
     __slots__ = ("high", "length", "low")
 
@@ -22,7 +22,8 @@ class Span:
         self.length = high - low
 
     def laps(self, value: float) -> int:
-        """How many ranges a value lies beyond the maximum, or, negative, the minimum; 0 within."""
+        """Number of ranges by which a value is above the maximum (positive) or below the minimum (negative); 0 if
+        within."""
         if value > self.high:
             return math.ceil((value - self.high) / self.length)
         if value < self.low:
@@ -30,7 +31,7 @@ class Span:
         return 0
 
     def back(self, value: float, laps: int) -> float:
-        """A value that lies `laps` beyond, as the counter has it."""
+        """Move a value back by `laps` ranges, into the range of the counter."""
         return min(max(value - laps * self.length, self.low), self.high) if laps else value
 
     def wrapped(self, value: float) -> float:
@@ -46,7 +47,7 @@ class Counter:
         self.reading = self._origin = 0.0
 
     def configure(self, span: Span, per_count: float) -> None:
-        """The reading stays, even if it is outside the new range."""
+        """Change range and scale.  The reading is kept, even outside the new range."""
         self.span, self._per_count = span, per_count
         self.preset(self.reading)
 
@@ -55,11 +56,11 @@ class Counter:
         self._net = 0
 
     def skip_to(self, counts: int) -> None:
-        """The encoder is there, and that is no motion."""
+        """Take over the encoder's counts without motion."""
         self.counts, self.delta = signed(counts), 0
 
     def take(self, counts: int) -> int:
-        """What the encoder says in this sample; returns how many ranges were passed, negative beyond the minimum."""
+        """Take one sample of the encoder.  Returns how many ranges were passed; negative below the minimum."""
         if counts == self.counts:
             self.delta = 0
             return 0

@@ -1,4 +1,4 @@
-"""The flags of an axis, as numbers within its 32: F257 is number 1 of axis 1, F289 of axis 2.
+"""The flags of an axis, numbered within its own 32: F257 is number 1 of axis 1, F289 of axis 2.
 
 Source: manual 4.6; digest chapter 8.2.
 """
@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Final
 
 FLAGS_BEFORE: Final = (0, 256, 288)
-"""By axis: the flag numbers in front of its own."""
+"""Number of flags before the axis' own, by axis."""
 
 
 class AxisFlag(IntEnum):
@@ -25,7 +25,7 @@ class AxisFlag(IntEnum):
 
 
 class AxisFlags:
-    """One axis' own in the card's list."""
+    """View of one axis' flags in the card's list."""
 
     __slots__ = ("_before", "_flags", "_stop")
 

@@ -1,7 +1,7 @@
-"""The latch input of an axis: an edge that is armed for takes the position, once.
+"""The latch input of an axis: an edge captures the position once if it is armed.
 
-Source: manual 4.2.1, 4.6 (F265, F266); digest chapter 8.2.  Sampled in each control loop, so the position is that of
-the loop that sees the edge.
+Source: manual 4.2.1, 4.6 (F265, F266); digest chapter 8.2.  The input is sampled in each control loop, so the position
+is that of the loop that sees the edge.
 """
 
 from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
@@ -14,7 +14,7 @@ class Latch:
         self.rising = self.falling = 0.0
 
     def take(self, level: int, reading: float) -> None:
-        """The input has changed; the first level that is seen is no edge."""
+        """Handle a changed input.  The first level that is seen is not an edge."""
         is_first, self.level = self.level is None, level
         arm = AxisFlag.ARM_RISING if level else AxisFlag.ARM_FALLING
         if is_first or not self._flags[arm]:

@@ -1,7 +1,7 @@
-"""The filter that turns tracking error into the volts of a driver's current reference.
+"""The position loop: it converts the tracking error into the voltage of a drive's current reference.
 
-Source: manual 3.2, @ParX[10] to [13]; digest chapter 12, which gives the form: feed-forward on the speed of the
-reference, and a PID.  The sum stands still while the output is at its limit and the error drives it further out.
+Source: manual 3.2, @ParX[10] to [13]; digest chapter 12, which gives the form: feed-forward of the reference's speed,
+and a PID.  The integrator is frozen while the output is at its limit and the error drives it further out.
 """
 
 from typing import Final
@@ -25,7 +25,7 @@ class PositionLoop:
         self._sum, self._last = 0.0, error
 
     def volts(self, error: float, speed: float, seconds: float) -> float:
-        """`seconds` since the last sample."""
+        """Output voltage for one sample, `seconds` after the last."""
         setup = self._setup
         total = self._sum + error * seconds
         volts = (

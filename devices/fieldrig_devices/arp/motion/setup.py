@@ -1,4 +1,4 @@
-"""An axis' parameters as its control loop uses them: floats in user units, seconds and volts.
+"""The parameters of an axis as its control loop uses them: floats in user units, seconds and volts.
 
 Source: manual 3.2; digest chapter 6.2.
 """
@@ -15,13 +15,13 @@ from fieldrig_devices.motion.profile import Limits
 _NS_OF_RAW: Final = 1_000_000  # one raw unit of a time is a millisecond
 _FULL: Final = 100.0  # per cent
 _SMALLEST: Final = 0.001
-"""What a limit of 0 % comes down to: the smallest that its parameter can hold."""
+"""Limit that 0 % results in: the smallest value that its parameter can hold."""
 _REVERSED_ENCODER, _REVERSED_OUTPUT = 1, 2  # bits of @ParX[3]
 
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """An offset of PST: where it shall be, and by how much it may move there in a sampling period."""
+    """An offset of PST: its target, and the largest step toward it in a sampling period."""
 
     wanted: float
     step: float
@@ -31,7 +31,7 @@ class Offset:
 class Setup:
     kind: Kind
     per_count: float
-    """Units per encoder count, negative with a reversed encoder."""
+    """Units per encoder count; negative for a reversed encoder."""
     span: Span
     speed: float
     acceleration: float
@@ -51,7 +51,7 @@ class Setup:
 
     @classmethod
     def of(cls, table: Sequence[int]) -> Self:
-        """From the raw parameters of one axis."""
+        """Build the setup from the raw parameters of one axis."""
         value = [raw / SCALE for raw in table]
         signs = table[ParX.SIGNS] // SCALE
         return cls(
@@ -77,22 +77,22 @@ class Setup:
 
 
 @dataclass(slots=True)
-class Shares:
-    """What VEL, ACC and DEC leave of the limits, in per cent."""
+class Overrides:
+    """Limits set by VEL, ACC and DEC, in per cent of the parameters."""
 
     speed: float = _FULL
     acceleration: float = _FULL
     deceleration: float = _FULL
 
     def of(self, setup: Setup) -> Limits:
-        """The limits in force now: each instruction takes them when it begins (digest 12)."""
+        """Limits in effect now; each instruction takes them when it begins (digest 12)."""
         return Limits(
             max(setup.speed * self.speed / _FULL, _SMALLEST),
             max(setup.acceleration * self.acceleration / _FULL, _SMALLEST),
             max(setup.acceleration * self.deceleration / _FULL, _SMALLEST),
         )
 
-    def of_cam(self, setup: Setup) -> Limits:
-        """A cam has one acceleration for both ways: the smaller (digest 13.2)."""
+    def of_electronic_cam(self, setup: Setup) -> Limits:
+        """Limits of an electronic cam, whose acceleration is the smaller of the two (digest 13.2)."""
         speed, acceleration, deceleration = self.of(setup)
         return Limits(speed, min(acceleration, deceleration), min(acceleration, deceleration))

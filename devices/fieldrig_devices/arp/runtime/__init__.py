@@ -1,1 +1,1 @@
-"""Running a compiled ARP program: tasks, events, timers, and what it asks of the card."""
+"""Execution of a compiled ARP program: tasks, events, timers, and the interface to the card."""

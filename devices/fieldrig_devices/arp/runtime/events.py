@@ -1,8 +1,9 @@
-"""The six events of ONn: which interrupt routine is due.
+"""The six events of ONn, which select the interrupt routine to run.
 
-Source: manual 5.5; digest chapters 11 and 15.  Edges are looked for once a control loop, while the enabling flag is
-high, and kept until served; levels and positions are looked at whenever a routine could begin, so one that stays true
-keeps the main program from running, as the manual warns.  The lowest number goes first; routines don't nest.
+Source: manual 5.5; digest chapters 11 and 15.  Edges are detected once per control loop, while the enabling flag is
+high, and kept until they are served.  Levels and positions are checked whenever a routine could begin, so a condition
+that stays true keeps the main program from running, as the manual warns.  The lowest number is served first; routines
+are not nested.
 """
 
 from dataclasses import dataclass
@@ -47,7 +48,7 @@ class Events:
         self._armed.clear()
 
     def arm(self, number: int, event: BitEvent | PositionEvent) -> None:
-        """Takes the place of an event of the same number at once."""
+        """Arm an event; it replaces an event of the same number at once."""
         if isinstance(event, BitEvent):
             event.level = self._level(event)
         self._armed[number] = event
@@ -57,7 +58,7 @@ class Events:
         self._armed.pop(number, None)
 
     def sample(self) -> None:
-        """Once a control loop: remember edges."""
+        """Detect edges, once per control loop."""
         for event in self._armed.values():
             if isinstance(event, BitEvent) and event.edge >= Edge.RISING:
                 level = self._level(event)
@@ -66,7 +67,7 @@ class Events:
                 event.level = level
 
     def due(self) -> int | None:
-        """The routine of the event that is to be served now, which counts as served; None without one."""
+        """The routine of the event to be served now, which then counts as served, or None."""
         for event in self._armed.values():
             if self._card.F[event.enable]:
                 if self._is_true(event):

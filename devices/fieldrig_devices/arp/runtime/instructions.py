@@ -1,9 +1,9 @@
-"""What compiled programs call: the card's instructions behind the checks of their ranges.
+"""The functions that compiled programs call: the card's instructions, with checks of their ranges.
 
-Source: manual 5.6 to 5.12; digest chapter 5.  A value outside its range is W03, and the instruction is not executed
-(the manual only says that its effect is not granted); TERM off the screen warns and shows what fits.
+Source: manual 5.6 to 5.12; digest chapter 5.  A value outside its range causes W03, and the instruction is not executed
+(the manual only says that its effect is not guaranteed); TERM off the screen warns and shows the visible part.
 
-Every name that generated code may use (`language.lower.NAMES`) is an attribute here, under the same name.
+Every name that generated code may use (`language.lower.NAMES`) is an attribute of `Instructions` with the same name.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from typing import Any, Final
 from fieldrig_devices.arp.fixed import SCALE, WRONG_PARAMETER, Arithmetic, whole
 from fieldrig_devices.arp.language.instructions import CONSTANT, WRITABLE, Value, numbers
 from fieldrig_devices.arp.language.lower import NAMES
-from fieldrig_devices.arp.runtime.card import Cam, Card, Shown
+from fieldrig_devices.arp.runtime.card import CamSwitch, Card, Shown
 from fieldrig_devices.arp.runtime.events import BitEvent, Edge, Events, PositionEvent
 from fieldrig_devices.arp.runtime.timers import Timers
 from fieldrig_devices.arp.runtime.words import packed, unpacked
@@ -24,7 +24,7 @@ _WAIT: Final = (1, 100_000)
 _TIMER: Final = (10, 100_000)
 _VARIABLES: Final = (1, 1_000)
 _COUNTER_MAXIMUM, _COUNTER_MINIMUM = 5, 6  # axis parameters
-_FREE_FLAG_WORDS: Final = 8  # words of flags all of which a program may write
+_FREE_FLAG_WORDS: Final = 8  # words of flags in which the program may write every bit
 _MODES: Final = ("", "E", "P")
 
 
@@ -32,7 +32,7 @@ class Instructions:
     def __init__(
         self, card: Card, timers: Timers, events: Events, texts: Sequence[str], start_wait: Callable[[int], None]
     ) -> None:
-        """`start_wait` gets the raw seconds of a WAIT that is within its range."""
+        """`start_wait` is called with the raw seconds of a WAIT whose value is within its range."""
         self._card, self._timers, self._events = card, timers, events
         self._texts, self._start_wait = texts, start_wait
         self.V, self.F, self.I, self.O = card.V, card.F, card.I, card.O
@@ -47,19 +47,19 @@ class Instructions:
         self.general, self.parameter = card.general_parameter, card.axis_parameter
         self.set_parameter = card.set_axis_parameter
         self.adc, self.home, self.stop, self.pst = card.read_analog, card.home, card.stop_axis, card.follow_table
-        self.prc, self.cam_off = card.move_by, card.disarm_cam
+        self.prc, self.cam_off = card.move_by, card.disarm_cam_switch
         self.term_clear = card.clear_screen
         self.tim, self.stim, self.on_off = timers.elapsed, timers.start, events.disarm
 
     def names(self) -> dict[str, Any]:
-        """What generated code sees."""
+        """Names that generated code can use."""
         return {name: getattr(self, name) for name in NAMES}
 
     def _refused(self) -> None:
         self._card.warn(WRONG_PARAMETER)
 
     def _is_within(self, raw: int, span: tuple[int, int]) -> bool:
-        """W03 if not."""
+        """True if the value is within the span; W03 if not."""
         if span[0] <= raw <= span[1]:
             return True
         self._refused()
@@ -74,12 +74,12 @@ class Instructions:
     # ---- data
 
     def wrong_index(self) -> int:
-        """What an element that is not there reads as; a write to it is dropped."""
+        """Warn, and return the value of an element that does not exist; a write to it is dropped."""
         self._refused()
         return 0
 
     def set_flag(self, number: int, bit: int) -> None:
-        """By a computed number; a flag that only the system writes keeps its value."""
+        """Write a flag with a computed number; a flag that only the system writes keeps its value."""
         if self._is_within(number, (1, 320)) and number in WRITABLE:
             self.F[number] = bit
 
@@ -113,7 +113,7 @@ class Instructions:
     # ---- time
 
     def wait(self, seconds: int) -> bool:
-        """Whether there is something to wait for."""
+        """Start a wait.  Returns True if there is something to wait for."""
         if not self._is_within(seconds, _WAIT):
             return False
         self._start_wait(seconds)
@@ -163,7 +163,7 @@ class Instructions:
     ) -> None:
         letter = "O" if is_output else "F"
         if self._is_one_of(bit, self.terminals if is_output else WRITABLE):
-            self._card.arm_cam(number, Cam(axis, set_at, reset_at, bool(is_inverted), letter, bit))
+            self._card.arm_cam_switch(number, CamSwitch(axis, set_at, reset_at, bool(is_inverted), letter, bit))
 
     # ---- events
 

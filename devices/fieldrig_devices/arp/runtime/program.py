@@ -1,9 +1,9 @@
-"""The user's program on the card: the main program, the interrupt routines, the timers, and how they are debugged.
+"""The user's program on the card: the main program, the interrupt routines, the timers, and debugging.
 
 Source: manual 3.3, 5.1, 5.5, 5.10; digest chapters 10 and 11.  The card calls `tick` in every control loop and then
-`run` with a budget (`slices`); between two slices the program stands between two instructions.  Events are served at
-the start of a slice and after each routine, also while the main program waits or is held on a busy axis (digest I-59).
-At its END the main program stops, and events with it; outputs stay as they are.
+`run` with a budget (`slices`); a slice always ends between two instructions.  Events are served at the start of a slice
+and after each routine, even while the main program waits or is held on a busy axis (digest I-59).  At its END the main
+program stops, and so do events; outputs keep their state.
 """
 
 from dataclasses import dataclass
@@ -25,16 +25,16 @@ _NS_OF_RAW: Final = 1_000_000  # one raw unit of a time is a millisecond
 
 
 class ProgramState(Enum):
-    HELD = auto()  # at its first instruction
+    HELD = auto()  # held at its first instruction
     RUNNING = auto()
-    PAUSED = auto()  # by a breakpoint or from outside; goes on from there
+    PAUSED = auto()  # paused by a breakpoint or from outside; it can be continued
     ENDED = auto()
     FAILED = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a program stands: the instruction that comes next."""
+    """The instruction that a program executes next."""
 
     routine: str
     line: int
@@ -47,14 +47,14 @@ class _Thread:
 
 
 class ArpProgram:
-    """One compiled program, bound to the tables and instructions of one card."""
+    """A compiled program, bound to the tables and instructions of one card."""
 
     def __init__(self, compiled: Compiled, card: Card) -> None:
         self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
         self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL)
-        self.code.functions(Build.FAST)  # now, while nothing runs, instead of in the first slice
+        self.code.functions(Build.FAST)  # compile now, while nothing runs, not in the first slice
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)
         self._active = self._main
@@ -64,29 +64,29 @@ class ArpProgram:
     # ---- run
 
     def start(self) -> None:
-        """From the first instruction."""
+        """Run from the first instruction."""
         self.reset()
         self._main.task.start(self.compiled.main)
         self.state = ProgramState.RUNNING
 
     def reset(self) -> None:
-        """Hold it at its first instruction, with events and timers disarmed."""
+        """Hold the program at its first instruction, with events and timers disarmed."""
         self._events.reset()
         self._timers.reset()
         self._active = self._main
         for thread in (self._main, self._interrupt):
-            thread.task.start(self.compiled.main)  # where it stands, for those who look
+            thread.task.start(self.compiled.main)  # so that `place` and `calls` report the first instruction
             thread.task.stop()
             thread.wake_ns = 0
         self.state = ProgramState.HELD
 
     def tick(self) -> None:
-        """Once a control loop, before `run`: timers that are over, edges of events."""
+        """Set the flags of expired timers and detect edges of events, once per control loop before `run`."""
         self._timers.tick()
         self._events.sample()
 
     def run(self, budget: int) -> int:
-        """One slice.  Returns what is left of the budget: 0 or less if it was used up."""
+        """Run one slice.  Returns what is left of the budget: 0 or less if it was used up."""
         now_ns = self._card.now_ns()
         while budget > 0 and self.state is ProgramState.RUNNING:
             thread = self._next_thread()
@@ -121,7 +121,7 @@ class ArpProgram:
     # ---- debugging
 
     def break_at(self, lines: set[int]) -> set[int]:
-        """Stop in front of these source lines and no others; returns those that have an instruction."""
+        """Stop before these source lines and no others.  Returns the lines that have an instruction."""
         found = self.code.stop_at(lines)
         self.breakpoints = frozenset(found)
         for thread in (self._main, self._interrupt):
@@ -133,13 +133,13 @@ class ArpProgram:
             self.state = ProgramState.PAUSED
 
     def go_on(self) -> None:
-        """Leave a pause; the instruction it stands in front of runs even if a breakpoint is there."""
+        """Leave a pause; the next instruction runs even if it has a breakpoint."""
         if self.state is ProgramState.PAUSED:
             self._active.task.go_on()
             self.state = ProgramState.RUNNING
 
     def step(self) -> None:
-        """While paused: run one instruction, or begin the event that is due.  A WAIT that is not over stays."""
+        """Run one instruction while paused, or begin the event that is due.  An unfinished WAIT is not skipped."""
         if self.state is not ProgramState.PAUSED:
             return
         thread = self._next_thread()
@@ -154,6 +154,6 @@ class ArpProgram:
 
     @property
     def calls(self) -> list[Place]:
-        """Where the callers go on, outermost first."""
+        """Places to which the callers return, outermost first."""
         stack = self._active.task.stack
         return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc in stack]

@@ -11,7 +11,7 @@ class Timers:
         self._card = card
         self._started_ns: dict[int, int] = {}
         self._due: dict[int, tuple[int, int]] = {}
-        """When, and which flag."""
+        """Time at which each timer expires, and the flag that it sets."""
 
     def reset(self) -> None:
         self._started_ns.clear()
@@ -22,7 +22,7 @@ class Timers:
         self._due.pop(number, None)
 
     def start_with_flag(self, number: int, time: int, flag: int) -> None:
-        """Clears the flag, and sets it when `time` (raw seconds) is over."""
+        """Start a timer that clears `flag` and sets it after `time` (raw seconds)."""
         self.start(number)
         self._card.F[flag] = 0
         self._due[number] = (self._started_ns[number] + time * _NS_OF_RAW, flag)
@@ -35,7 +35,7 @@ class Timers:
         return min((self._card.now_ns() - started_ns) // _NS_OF_RAW, fixed.LIMIT)
 
     def tick(self) -> None:
-        """Set the flags of the timers that are over."""
+        """Set the flags of expired timers."""
         if self._due:
             now_ns = self._card.now_ns()
             for number, (due_ns, flag) in list(self._due.items()):

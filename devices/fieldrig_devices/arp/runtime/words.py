@@ -1,4 +1,4 @@
-"""32 bits as one number: the first is bit 0 (digest chapter 7)."""
+"""Conversion of 32 bits to one number; the first is bit 0 (digest chapter 7)."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ _TO_ASCII = bytes.maketrans(b"\x00\x01", b"01")
 
 
 def packed(bits: Sequence[int]) -> int:
-    """The raw number of 32 bits."""
+    """Pack 32 bits into a raw number."""
     return signed(int(bytes(bits[::-1]).translate(_TO_ASCII), 2))
 
 

@@ -1,9 +1,10 @@
 """The six analog inputs: two load cells with range and filter, two of +-10 V, two of 0 to 10 V.
 
 Source: manual 3.1 (@Par[2] to [4]), 5.6.1; digest chapters 6.1 and 9.  A load cell is read in microvolts.  Its
-converter gives a value at the output rate of @Par[4], through a first-order low-pass that is at -3 dB where the manual
-says; every rate of its table is 25 times that frequency, so one coefficient serves all.  Every input saturates.
-Left out: the stop frequencies of the table, which a filter of first order doesn't have; noise and resolution.
+converter gives a value at the output rate of @Par[4], through a first-order low-pass that is at -3 dB at the manual's
+frequency; every rate of its table is 25 times that frequency, so one coefficient serves all.  Every input saturates.
+
+Left out: the stop frequencies of the table, which a first-order filter does not have; noise and resolution.
 """
 
 import math
@@ -19,9 +20,9 @@ _VOLT_SPANS: Final = {3: (-10.0, 10.0), 4: (-10.0, 10.0), 5: (0.0, 10.0), 6: (0.
 
 
 def _kept_each_conversion() -> float:
-    """What of a deviation is left after one conversion: 1 - a of y += a (x - y).
+    """Share of a deviation that is left after one conversion: 1 - a of y += a (x - y).
 
-    From |H|^2 = 1/2 at a 25th of the rate: a^2 + 2 c a - 2 c = 0 with c = 1 - cos(2 pi / 25).
+    It follows from |H|^2 = 1/2 at a 25th of the rate: a^2 + 2 c a - 2 c = 0 with c = 1 - cos(2 pi / 25).
     """
     c = 1 - math.cos(2 * math.pi / 25)
     return 1 + c - math.sqrt(c * c + 2 * c)
@@ -36,9 +37,9 @@ class _LoadCell:
         self._filtered_volt: float | None = None
 
     def convert(self, volt: float, kept: float) -> int:
-        """The raw value after conversions of `volt` that leave this share of an older deviation.
+        """The raw value after conversions of `volt` that leave the share `kept` of an older deviation.
 
-        The first one after power-on finds nothing to settle from.
+        The first conversion after power-on starts without a deviation.
         """
         volt = max(-self._limit_volt, min(self._limit_volt, volt))
         before = self._filtered_volt
@@ -56,7 +57,7 @@ class AnalogInputs:
         self._conversions = 0
 
     def start(self) -> None:
-        """Power-on: the only time at which ranges and filter are read."""
+        """Read ranges and filter.  The card does so only at power-on."""
         table = self._parameters.ram[GENERAL]
         ranges = (table[Par.LOAD_CELL_1_RANGE], table[Par.LOAD_CELL_2_RANGE])
         limits = [_LOAD_CELL_VOLT[code // SCALE] for code in ranges]
@@ -65,14 +66,14 @@ class AnalogInputs:
         self._period_ns = S * SCALE // table[Par.LOAD_CELL_FILTER_HZ]
 
     def take(self, channel: int, volt: float) -> None:
-        """A wire has changed."""
+        """Take the new voltage of a wire."""
         self._volts[channel] = volt
         if channel in _VOLT_SPANS:
             low, high = _VOLT_SPANS[channel]
             self._raw[channel] = round(max(low, min(high, volt)) * SCALE)
 
     def control(self, now_ns: int) -> None:
-        """Once a control loop, before the regulators: the conversions that have come due since the last one."""
+        """Perform the conversions that are due, once per control loop, before the regulators."""
         conversions = now_ns // self._period_ns
         if conversions == self._conversions:
             return
@@ -82,5 +83,5 @@ class AnalogInputs:
             self._raw[cell.channel] = cell.convert(self._volts[cell.channel], kept)
 
     def read(self, channel: int) -> int:
-        """ADC 1 to 6, in the scale of the program."""
+        """Value of ADC 1 to 6, in the scale that programs use."""
         return self._raw[channel]

@@ -1,9 +1,9 @@
-"""The two analog outputs: who drives each, the slopes of the DAC instruction, diagnostic values.
+"""The two analog outputs: their owners, the slopes of the DAC instruction, and diagnostic values.
 
 Source: manual 3.1 (@Par[10] to [15]), 5.6.2; digest chapters 6.1 and 9.  An output belongs, in this order, to
-diagnostics (its @Par[10] or [13] is not 0), to its axis if that is under position control, to a PID instruction; else
-it is free for DAC, which on an owned output is ignored with W03.  An owner makes earlier DACs forgotten: an output that
-has lost its owner is at 0 V until the next one.  The slope time is that of a change of 10 V.
+diagnostics (its @Par[10] or [13] is not 0), to its axis if that is under position control, or to a PID instruction.
+Otherwise it is free for DAC, which is ignored with W03 on an output that has an owner.  An owner cancels earlier DACs:
+an output that has lost its owner is at 0 V until the next DAC.  The slope time is the time for a change of 10 V.
 """
 
 from typing import Final, NamedTuple
@@ -16,7 +16,7 @@ from fieldrig_devices.arp.signals.axis_values import AxisValues
 
 LIMIT_VOLT: Final = 10.0
 _CHANNELS: Final = (1, 2)
-_FIRST_OF_DIAGNOSTICS: Final = {1: Par.DIAGNOSTIC_1_SOURCE, 2: Par.DIAGNOSTIC_2_SOURCE}  # then gain, then offset
+_FIRST_OF_DIAGNOSTICS: Final = {1: Par.DIAGNOSTIC_1_SOURCE, 2: Par.DIAGNOSTIC_2_SOURCE}  # followed by gain and offset
 
 
 class _Diagnostic(NamedTuple):
@@ -27,12 +27,12 @@ class _Diagnostic(NamedTuple):
 
 
 class _Free:
-    """What DAC instructions make of one output."""
+    """State of an output that DAC instructions drive."""
 
     def __init__(self) -> None:
         self.volts = self._from = self._to = 0.0
         self._since_ns = self._travel_ns = 0
-        """The travel takes 0 when nothing moves."""
+        """Duration of the slope; 0 if the output does not move."""
 
     def aim(self, now_ns: int, volts: float, slope_ms: int) -> None:
         self._from, self._to, self._since_ns = self.volts, volts, now_ns
@@ -64,7 +64,7 @@ class AnalogOutputs:
         self._now_ns = 0
 
     def write(self, channel: int, volt: int, slope_ms: int) -> None:
-        """The DAC instruction, raw.  Without a slope the output follows at once, else from the last `control` on."""
+        """Execute DAC with raw volts.  Without a slope the output follows at once, else from the last `control` on."""
         if self._driven(channel) is not None:
             self._errors.warn(WRONG_PARAMETER)
             return
@@ -72,11 +72,11 @@ class AnalogOutputs:
         self._volts[channel] = self._free[channel].volts
 
     def regulate(self, channel: int, volts: float | None) -> None:
-        """What a PID instruction drives; None: there is none for this output."""
+        """Set the voltage that a PID instruction drives, or None if no PID instruction drives this output."""
         self._regulated[channel] = volts
 
     def control(self, now_ns: int) -> None:
-        """Once a control loop, after axes and regulators."""
+        """Update the outputs, once per control loop, after axes and regulators."""
         self._now_ns = now_ns
         for channel in _CHANNELS:
             volts = self._driven(channel)
@@ -87,7 +87,7 @@ class AnalogOutputs:
                 self._volts[channel] = max(-LIMIT_VOLT, min(LIMIT_VOLT, volts))
 
     def release(self) -> None:
-        """Both 0 V (Enable low, blocked), until the next `control`; what DAC instructions asked for is forgotten."""
+        """Set both outputs to 0 V (Enable low, blocked) until the next `control`, and cancel all DAC instructions."""
         for channel in _CHANNELS:
             self._free[channel].forget()
             self._volts[channel] = 0.0
@@ -96,7 +96,7 @@ class AnalogOutputs:
         return self._volts[channel]
 
     def _driven(self, channel: int) -> float | None:
-        """What the owner of an output gives; None if it is free."""
+        """Voltage that the owner of an output drives, or None if the output is free."""
         if self._version != self._parameters.version:
             self._refresh()
         diagnostic = self._diagnostics[channel]

@@ -1,9 +1,9 @@
-"""One tension regulator: what the PID instruction computes in every control period.
+"""One tension regulator: the computation of the PID instruction in every control period.
 
-Source: manual 5.8.1 and its list of the table; digest chapter 14, whose algorithm this is, since the diagram is lost.
-The measured tension and speed are kept up to date while the regulator is in reset, for calibration; the rest is 0.
-Anti-windup: the sum doesn't take an error that would drive the filter further beyond MAXPID or MINPID.
-Where the reference begins its ramp is the reading `pid_ramp_start`.
+Source: manual 5.8.1 and its list of the table; digest chapter 14, which supplies the algorithm, since the diagram is
+lost.  The measured tension and speed are kept up to date while the regulator is in reset, for calibration; the other
+diagnostic values are 0.  Anti-windup: the integrator ignores an error that would drive the filter further beyond MAXPID
+or MINPID.  The interpretation `pid_ramp_start` determines where the reference begins its ramp.
 """
 
 from typing import Final, NamedTuple
@@ -20,7 +20,7 @@ _SPEED_SOURCES: Final = (0, 1, 2)  # SWCVEL: none, axis 1, axis 2
 
 
 class Table(NamedTuple):
-    """The variables that the program gives, in their order."""
+    """The variables that the program supplies, in their order."""
 
     refpid: float
     sgloff: float
@@ -43,7 +43,7 @@ class Table(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """@ParX[11] to [13] of the axis of the output."""
+    """Gains @ParX[11] to [13] of the axis of the output."""
 
     kp: float
     ki: float
@@ -52,7 +52,7 @@ class Gains(NamedTuple):
 
 _GIVEN: Final = len(Table._fields)
 SIZE: Final = _GIVEN + 7
-"""Variables of the table, with the seven DG_..."""
+"""Number of variables in the table, including the seven DG_... variables."""
 
 
 def _clamp(value: float, low: float, high: float) -> float:
@@ -78,17 +78,17 @@ class Regulator:
         self._raw: list[int] = []
         self._table = Table(*(0.0,) * _GIVEN)
         self._speed_source = 0
-        self._reference = 0  # in units of 1e-9 raw, in which the step of a period is a whole number
+        self._reference = 0  # in units of 1e-9 raw, so that the step of a period is a whole number
         self._sum = 0.0
         self._last_error: float | None = None
         self._read_table()
 
     def at_rest(self) -> float:
-        """Volts of the output while the regulator is off."""
+        """Voltage of the output while the regulator is off."""
         return _clamp(self._table.offdac, -LIMIT_VOLT, LIMIT_VOLT)
 
     def control(self, period_ns: int, *, is_started: bool) -> float:
-        """One period; the volts of the output."""
+        """Compute one period.  Returns the voltage of the output."""
         self._read_table()
         table = self._table
         measured = self._inputs.read(self.cell) / SCALE * table.kmis + table.offmis
@@ -107,7 +107,7 @@ class Regulator:
         return volts
 
     def _read_table(self) -> None:
-        """The program may change any of it at any time."""
+        """Read the table, which the program may change at any time."""
         raw = self._variables[self.first : self.first + _GIVEN]
         if raw == self._raw:
             return
@@ -119,7 +119,7 @@ class Regulator:
             self._errors.warn(WRONG_PARAMETER)
 
     def _advance(self, period_ns: int, is_started: bool) -> None:
-        """On and off, and the ramp of the reference."""
+        """Switch on and off, and advance the ramp of the reference."""
         refpid, sgloff, deltar = self._raw[:3]
         if self.is_reset:
             self._reference = sgloff * S if self._starts_at_sgloff else 0
@@ -144,7 +144,7 @@ class Regulator:
         return _clamp(value, self._table.minpid, self._table.maxpid)
 
     def _tell(self, *values: float) -> None:
-        """The diagnostic variables, in their order: DG_MIS, REF, ERR, PID, OUT, VEL, DAC."""
+        """Write the diagnostic variables, in their order: DG_MIS, REF, ERR, PID, OUT, VEL, DAC."""
         raw = [round(value * SCALE) for value in values]
         if max(raw) > LIMIT or min(raw) < -LIMIT:
             raw = [max(-LIMIT, min(LIMIT, value)) for value in raw]

@@ -1,8 +1,9 @@
 """The PID instruction: one regulator for each analog output, with its flags.
 
 Source: manual 5.8; digest chapter 14.  The instruction is executed if the axis of its output is of kind 3, and ends
-when that is so no longer.  Its flags are those of the axis of the output: F271 to F274, F303 to F306.  Executed again
-with the same numbers it changes nothing, else the new one takes the place of the old.  Stop ends it, and is cleared.
+when the axis changes its kind.  Its flags are those of the axis of the output: F271 to F274, F303 to F306.  Executed
+again with the same numbers, it changes nothing; with other numbers, the new regulator replaces the old one.  The stop
+flag ends it and is cleared.
 """
 
 from typing import Final, NamedTuple
@@ -46,7 +47,7 @@ class Regulators:
         self._now_ns = 0
 
     def regulate(self, cell: int, output: int, first: int) -> None:
-        """The PID instruction: 25 variables from V`first` on."""
+        """Execute PID with 25 variables from V`first`."""
         if not self._is_of_kind_3(output):
             return
         present = self._present.get(output)
@@ -64,7 +65,7 @@ class Regulators:
             self._end(output)
 
     def control(self, now_ns: int) -> None:
-        """Once a control loop, after inputs and axes, before the outputs."""
+        """Run the regulators, once per control loop, after inputs and axes, before the outputs."""
         period_ns, self._now_ns = now_ns - self._now_ns, now_ns
         if not self._present or period_ns <= 0:
             return

@@ -1,7 +1,6 @@
-"""The terminal behind its CANopen objects: what is written to them is shown, printed and kept; edits are told by them.
+"""The application of the terminal: its CANopen objects show, print and store messages, and report edits.
 
-Source: manual 5.12; docs/arp-terminal.md.  What a command can't mean is refused: by SDO with an abort, in a PDO it is
-dropped.
+Source: manual 5.12; docs/arp-terminal.md.  An invalid command is refused: an SDO gets an abort, a PDO is dropped.
 """
 
 from datetime import datetime
@@ -27,7 +26,7 @@ _EDITS: Final[dict[Act, Edit]] = {Act.SHOW: "", Act.SHOW_VALUE: "", Act.EDIT: "E
 
 
 class Application(Service):
-    """`node` is to have the objects of terminal.eds."""
+    """The application of a `node` that has the objects of terminal.eds."""
 
     def __init__(
         self, node: CanopenNode, settings: TerminalSettings, store: Store, printer: Link[bytes] | None
@@ -48,13 +47,13 @@ class Application(Service):
         node.attach(self)
 
     def reset(self, scope: Reset) -> None:
-        """A terminal that starts has an empty screen; messages and the printed lines stay."""
+        """Clear the screen when the terminal starts; messages and the printed lines are kept."""
         if scope is Reset.NODE:
             self.screen.clear()
             self.editor.follow()
 
     def enter(self, state: State) -> None:
-        """TPDO 2 goes out when the terminal starts: then it tells of no edit, also not once more of the last one."""
+        """Reset the edit, so that the TPDO 2 that is sent when the terminal starts does not repeat the last edit."""
         if state is State.OPERATIONAL:
             for subindex in (1, 2, 3, 4):
                 self._at(objects.EDITED, subindex).put(0)
@@ -129,7 +128,7 @@ class Application(Service):
         return field.put_into(message, field.show(_signed(self._at(objects.PRINTER, 1).data), self._decimals))
 
     def _on_edited(self, place: Place, raw: int) -> None:
-        """TPDO 2: it is sent once, for all of it changes at one instant."""
+        """Report an edit by TPDO 2, which is sent once, because all its objects change at the same instant."""
         self._edits = self._edits % 0xFF + 1
         for subindex, number in enumerate((*place, self._edits, raw), start=1):
             self._at(objects.EDITED, subindex).put(number)

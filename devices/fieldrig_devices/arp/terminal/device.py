@@ -1,8 +1,8 @@
-"""The operator terminal TR4 or TR5: a screen, keys, LEDs and a serial printer behind a CANopen node.
+"""The operator terminal TR4 or TR5: a screen, keys, LEDs and a serial printer, with a CANopen node.
 
-Source: manual 4.5 and 5.12; digest chapters 8.1 and 16.  What the manual leaves open, the objects on the bus and how a
-value is edited, is in docs/arp-terminal.md.  Left out: characters beyond ISO 8859-1, contrast, buzzer, the terminal's
-own set-up pages.
+Source: manual 4.5 and 5.12; digest chapters 8.1 and 16. docs/arp-terminal.md describes what the manual leaves open: the
+objects on the bus, and how a value is edited.  Left out: characters beyond ISO 8859-1, contrast, buzzer, and the
+terminal's own set-up pages.
 """
 
 from collections.abc import Mapping
@@ -67,18 +67,22 @@ class Terminal(Device):
     def _screen_points(self) -> dict[str, Point]:
         application = self._application
         return {
-            "screen": Point(lambda: "\n".join(application.screen.lines()), about="all eight lines"),
+            "screen": Point(lambda: "\n".join(application.screen.lines()), about="all eight lines of the screen"),
             **{
                 f"screen.{line}": Point(partial(self._line, line), about=f"line {line}") for line in range(1, LINES + 1)
             },
-            "texts": Point(lambda: "\n".join(application.screen.described()), about="line, column, height, text"),
-            "cursor": Point(self._cursor, about="line and column; empty without a value that may be changed"),
-            "printer": Point(lambda: "\n".join(application.printer.lines), about="the last lines"),
+            "texts": Point(
+                lambda: "\n".join(application.screen.described()), about="line, column, height and text of each message"
+            ),
+            "cursor": Point(self._cursor, about="line and column of the cursor; empty if no value can be edited"),
+            "printer": Point(lambda: "\n".join(application.printer.lines), about="the last printed lines"),
         }
 
     def _panel_points(self, leds: Mapping[str, int]) -> dict[str, Point]:
         return {
-            "press": Point(lambda: self._presses.last, self._press, about="keys by name, one after the other: 1 2 CR"),
+            "press": Point(
+                lambda: self._presses.last, self._press, about="keys to press by name, one after the other: 1 2 CR"
+            ),
             **{f"key.{name}": self._key_point(name) for name in self._keys},
             **{f"led.{name}": Point(partial(self._application.is_lit, bit)) for name, bit in leds.items()},
         }
@@ -93,7 +97,7 @@ class Terminal(Device):
             try:
                 messages[number] = str(value)
             except StoreError as cause:
-                raise ValueError(f"message {number} can't be stored: {cause.strerror}") from cause
+                raise ValueError(f"message {number} cannot be stored: {cause.strerror}") from cause
 
         return Point(lambda: messages[number], write)
 

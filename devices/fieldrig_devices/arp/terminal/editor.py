@@ -1,12 +1,13 @@
-"""How the operator changes a value on the screen.
+"""The editor by which the operator changes a value on the screen.
 
-Source: manual 5.12 (TERM, mode E and P) says that he can, and names the keys; how is ours (docs/arp-terminal.md):
+Source: manual 5.12 (TERM, mode E and P) says that values can be changed, and names the keys; the rest is ours
+(docs/arp-terminal.md):
 
-    nothing typed   arrows                          the cursor goes to the next or previous field that may be changed
-                    digit, POINT, MINUS or CR       typing begins, with that key; mode P first asks for the password
-    typing          digits, POINT, MINUS, DEL       as far as the pattern has room
-                    CR                              the value is told, or the password tried
-                    ESC                             the value stays as it was
+    idle            arrows                          the cursor moves to the next or previous editable field
+                    digit, POINT, MINUS or CR       typing begins with that key; mode P first requires the password
+    typing          digits, POINT, MINUS, DEL       the text changes as far as the pattern permits
+                    CR                              the value is reported, or the password is checked
+                    ESC                             the value is kept
 """
 
 from collections.abc import Callable
@@ -29,7 +30,7 @@ class Phase(Enum):
 
 class Editor:
     def __init__(self, screen: Screen, password: str, on_value: Callable[[Place, int], None]) -> None:
-        """`on_value` is told the place and the raw value that was typed there."""
+        """`on_value` is called with the place and the raw value that was entered there."""
         self._screen, self._password, self._on_value = screen, password, on_value
         self._phase = Phase.IDLE
         self._place: Place | None = None
@@ -38,11 +39,11 @@ class Editor:
 
     @property
     def cursor(self) -> Place | None:
-        """The cell where it stands."""
+        """Cell of the cursor, or None if there is no editable field."""
         return None if self._place is None else self._screen.field_cell(self._place)
 
     def follow(self) -> None:
-        """The screen has changed: what is typed into a text that is no longer there is forgotten."""
+        """Follow a change of the screen: input for a text that has disappeared is discarded."""
         if self._place is None or self._screen.texts.get(self._place) is not self._text:
             self._phase = Phase.IDLE
             self._go_to(self._place)
@@ -60,7 +61,7 @@ class Editor:
                 self._type(key, self._text)
 
     def _go_to(self, place: Place | None) -> None:
-        """There if it may be changed, else to the first that may."""
+        """Move to `place` if it is editable, or else to the first editable place."""
         places = self._screen.editable()
         self._place = place if place in places else next(iter(places), None)
         self._text = None if self._place is None else self._screen.texts[self._place]
@@ -106,6 +107,6 @@ class Editor:
         assert self._place is not None
         raw = field.parse(text.typed or "")
         self._end(text)
-        if raw is not None:  # nothing typed: the value stays as it was
+        if raw is not None:  # an empty input keeps the value
             text.value = raw
             self._on_value(self._place, raw)

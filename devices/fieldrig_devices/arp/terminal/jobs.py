@@ -1,8 +1,8 @@
-"""What the card still has to tell its terminal, in the order of the instructions.
+"""The instructions that the card still has to send to its terminal, in order.
 
-Instructions come faster than the bus carries them, also for ever, from a program that shows the same in a loop.  So a
-TERM goes in place of what waits for the same place, and one that clears in place of all of those: what is on the
-screen in the end is the same.  Messages and lines to print are never left out for others.
+A program that shows the same text in a loop issues instructions faster than the bus can ever carry them.  So a TERM
+replaces a waiting one for the same place, and one that clears the screen replaces all of those; the final screen is the
+same.  Messages and lines to print are never replaced.
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from fieldrig_devices.arp.runtime.card import Shown
 from fieldrig_devices.arp.terminal.messages import COUNT
 from fieldrig_devices.arp.terminal.screen import Place
 
-MOST: Final = COUNT + 100
-"""A program that loads all messages, and then some."""
+MAX_WAITING: Final = COUNT + 100
+"""Maximum number of waiting jobs: a program that loads all messages, and a reserve."""
 
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """MSG."""
+    """An MSG instruction."""
 
     number: int
     text: str
@@ -40,12 +40,12 @@ class Show:
     place: Place
     shown: Shown
     raw: int | None = None
-    """What the variable was when TERM was executed."""
+    """Value of the variable when TERM was executed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """PRINT."""
+    """A PRINT instruction."""
 
     message: int
     raw: int | None
@@ -60,12 +60,14 @@ class Jobs:
         self._numbers = count()
 
     def put(self, job: Job) -> bool:
-        """Whether there was room."""
+        """Add a job.  False if there was no room."""
         if isinstance(job, Clear):
-            self._waiting = {key: one for key, one in self._waiting.items() if isinstance(one, Store | Line)}
+            self._waiting = {
+                key: waiting for key, waiting in self._waiting.items() if isinstance(waiting, Store | Line)
+            }
         key = job.place if isinstance(job, Erase | Show) else next(self._numbers)
         self._waiting.pop(key, None)
-        if len(self._waiting) >= MOST:
+        if len(self._waiting) >= MAX_WAITING:
             return False
         self._waiting[key] = job
         return True

@@ -1,6 +1,6 @@
-"""F225 to F256: the keys as the program sees them.
+"""F225 to F256: the keys as flags of the program.
 
-One image of the keys in each pass of the scheduler, so that the program sees a key that was only touched.
+Each pass of the scheduler takes one image of the keys, so that the program sees even a short press.
 """
 
 from collections import deque
@@ -21,18 +21,18 @@ class KeyFlags:
         self._waiting: deque[list[int]] = deque(maxlen=_MOST_WAITING)
 
     def take(self, data: bytes) -> None:
-        """TPDO 1."""
+        """Take the data of TPDO 1."""
         bits = unpacked(int.from_bytes(data, "little"))
         if len(data) == _SIZE and bits != (self._waiting[-1] if self._waiting else self._present):
             self._waiting.append(bits)
 
     def let_go(self) -> None:
-        """The terminal is gone: no key stays pressed that nobody can let go."""
+        """Release all keys, because the terminal is lost."""
         self._waiting.clear()
         self._present = unpacked(0)
 
     def refresh(self) -> None:
-        """What the program has written there doesn't stay (manual 4.5: R)."""
+        """Update the flags, once per pass of the scheduler.  Writes of the program are overwritten (manual 4.5: R)."""
         if self._waiting:
             self._present = self._waiting.popleft()
         if self._flags[_FLAGS] != self._present:

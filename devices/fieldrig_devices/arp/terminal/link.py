@@ -1,8 +1,9 @@
 """The card's side of the operator terminal: MSG, TERM, PRINT, keys and LEDs, and the values on the screen.
 
-Source: manual 4.5 and 5.12; digest chapters 8.1 and 16.  How it goes over the bus is ours (docs/arp-terminal.md):
-messages by SDO, all else by PDO.  A terminal that doesn't answer, or is gone, is E06, and so is every instruction for
-it.  When it is back it gets the screen that the program has made meanwhile; messages and lines to print are lost.
+Source: manual 4.5 and 5.12; digest chapters 8.1 and 16.  The transfer over the bus is ours (docs/arp-terminal.md):
+messages by SDO, everything else by PDO.  A terminal that does not answer or is lost causes E06, and so does every
+instruction for it.  When it is back, it receives the current screen of the program; messages and lines to print are
+lost.
 """
 
 from collections.abc import Callable
@@ -31,13 +32,13 @@ from fieldrig_devices.canopen.managed_slave import ManagedSlave
 
 HEARTBEAT_MS: Final = 500
 FRAMES_IN_PASS: Final = 8
-"""PDOs to the terminal in one pass of the scheduler, and one or two more: it shares the bus with others."""
-_FURTHEST: Final = 255  # of the lines and columns that the bus carries; far off the screen
+"""PDOs to the terminal in one pass of the scheduler, plus one or two, since other nodes share the bus."""
+_FURTHEST: Final = 255  # limit of lines and columns on the bus, far off the screen
 _LEDS: Final = slice(panel.FIRST_LED_FLAG, panel.FIRST_KEY_FLAG)
 
 
 class TerminalLink:
-    """Instructions only ask: they are carried out in their order, as fast as the terminal takes them."""
+    """Carries out instructions in their order, as fast as the terminal accepts them."""
 
     def __init__(
         self,
@@ -49,9 +50,9 @@ class TerminalLink:
         set_variable: Callable[[int, int], None],
         readings: Readings | None = None,
     ) -> None:
-        """`set_variable` gets the number of a V and the raw value that the operator has given it.
+        """`set_variable` is called with the number of a V and the raw value from the operator.
 
-        Without `can` no terminal is configured.
+        Without `can`, no terminal is configured.
         """
         self._clock, self._errors, self._set_variable = clock, errors, set_variable
         self._variables, self._flags = variables, flags
@@ -63,14 +64,17 @@ class TerminalLink:
         self._is_storing = False
         self._frames_left = 0
         self._stored: dict[int, str] = {}
-        """Messages that this terminal has confirmed since it came."""
+        """Messages that the terminal has confirmed since it was found."""
         self._picture = Picture(variables, (readings or Readings()).terminal_value == "follows", self._send)
         self._keys = KeyFlags(flags)
-        self._told_leds: int | None = None
+        self._sent_leds: int | None = None
         self._edit_counter = 0
 
     def start(self, node_id: int | None) -> None:
-        """Power-on.  None: no terminal is configured, F218 to F256 are the program's, and instructions are E06."""
+        """Start at power-on.
+
+        If `node_id` is None, no terminal is configured: F218 to F256 belong to the program, and instructions cause E06.
+        """
         if self._shared is None or node_id is None:
             return
         self._can = self._shared.share()
@@ -84,20 +88,21 @@ class TerminalLink:
         self._node.start()
 
     def refresh(self) -> None:
-        """Every pass of the scheduler: keys to F225-F256, LEDs, instructions that wait, values that have changed."""
+        """Update keys (F225-F256), LEDs and changed values, and send waiting instructions; call it in each scheduler
+        pass."""
         if self._node is None:
             return
         self._keys.refresh()
         self._frames_left = FRAMES_IN_PASS
         if self._node.is_running:
-            self._tell_leds()
+            self._send_leds()
             self._go_on()
             for place, raw in self._picture.next_values():
                 if self._frames_left > 0:
-                    self._picture.tell_value(place, raw)
+                    self._picture.send_value(place, raw)
 
     def release(self) -> None:
-        """The program was reset: what it asked for and was not carried out yet is forgotten, but for messages."""
+        """Discard waiting instructions apart from messages, because the program was reset."""
         self._keep(lambda job: isinstance(job, Store))
 
     # The instructions.
@@ -127,7 +132,7 @@ class TerminalLink:
         for job in filter(is_kept, self._jobs.take_all()):
             self._jobs.put(job)
 
-    # The terminal comes and goes.
+    # The terminal is lost and found.
 
     def _on_lost(self) -> None:
         self._is_lost, self._is_storing = True, False
@@ -136,17 +141,20 @@ class TerminalLink:
         self._errors.fail(CAN)
 
     def _on_back(self) -> None:
-        """Whatever it shows now, it gets the program's screen, and then what the program has asked for since."""
+        """Draw the program's screen again, whatever the terminal shows, and then carry out later instructions."""
         self._is_lost = False
         self._stored.clear()
-        self._told_leds = None
+        self._sent_leds = None
         for job in (*self._picture.redrawn(), *self._jobs.take_all()):
             self._jobs.put(job)
 
     # From the terminal.
 
     def _on_edited(self, data: bytes) -> None:
-        """A counter of 0 only says that the terminal has started; the same one again, that the PDO was repeated."""
+        """Take an edit.
+
+        Counter 0 means that the terminal has started; an unchanged counter, that the PDO was repeated.
+        """
         edited = Edited.decode(data)
         if edited is None or edited.counter == self._edit_counter:
             return
@@ -164,10 +172,10 @@ class TerminalLink:
         self._frames_left -= 1
         self._can.send(CanFrame(first_id + self._node.node_id, data))
 
-    def _tell_leds(self) -> None:
+    def _send_leds(self) -> None:
         leds = packed(self._flags[_LEDS])
-        if leds != self._told_leds:
-            self._told_leds = leds
+        if leds != self._sent_leds:
+            self._sent_leds = leds
             self._send(objects.LEDS_ID, bytes((leds,)))
 
     def _go_on(self) -> None:
@@ -176,7 +184,7 @@ class TerminalLink:
                 self._store(job)
             else:
                 self._jobs.drop_first()
-                self._tell(job)
+                self._carry_out(job)
 
     def _store(self, job: Store) -> None:
         assert self._node is not None
@@ -194,7 +202,7 @@ class TerminalLink:
             self._errors.fail(CAN)
         self._go_on()
 
-    def _tell(self, job: Job) -> None:
+    def _carry_out(self, job: Job) -> None:
         match job:
             case Clear() | Erase():
                 self._picture.carry_out(job, None)

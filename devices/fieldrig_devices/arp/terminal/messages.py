@@ -1,4 +1,4 @@
-"""The terminal's EEPROM: messages 1 to 500 of 16 characters, kept over power-off.
+"""The terminal's EEPROM: messages 1 to 500 of 16 characters, which survive power-off.
 
 Source: manual 5.12 (MSG); digest I-25 (500 and not 200).  Characters are those of ISO 8859-1.
 """
@@ -20,14 +20,14 @@ class Messages:
             self._find_ram()
 
     def __getitem__(self, number: int) -> str:
-        """Empty if nothing was stored, or nothing that can be shown."""
+        """The message, or an empty text if nothing was stored or it cannot be shown."""
         text = bytes(self._ram[self._span(number)]).rstrip(b"\x00").decode("latin-1")
         return text if text.isprintable() else ""
 
     def __setitem__(self, number: int, text: str) -> None:
-        """ValueError, with what would be right, for what is no message.  StoreError if the memory is not there."""
+        """Store a message.  Raises ValueError for an invalid message, and StoreError if the memory is not available."""
         if len(text) > LENGTH or not text.isprintable() or max(text, default="") > "\xff":
-            raise ValueError(f"{text!r} is no message: up to {LENGTH} characters of ISO 8859-1 would be right")
+            raise ValueError(f"{text!r} is not a message; expected up to {LENGTH} characters of ISO 8859-1")
         self._find_ram()
         self._ram[self._span(number)] = text.encode("latin-1").ljust(LENGTH, b"\x00")
 

@@ -1,7 +1,7 @@
-"""The objects by which a card and a terminal understand each other (terminal.eds).
+"""The objects through which a card and a terminal communicate (terminal.eds).
 
 The manual says only that the terminal conforms to CANopen; the objects are ours, and docs/arp-terminal.md has their
-tables.  Commands are carried out when they are written, and repeat when they are written again.
+tables.  Commands are executed when they are written, and again when they are written again.
 """
 
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ VALUE: Final = 0x2011
 PRINTER: Final = 0x2012
 EDITED: Final = 0x2020
 MESSAGES: Final = 0x2100
-"""1 to 250; the others are in 2101h, for an array has no more than 254."""
+"""Index of messages 1 to 250; the others are in 2101h, because an array has at most 254 elements."""
 _MESSAGES_IN_OBJECT: Final = COUNT // 2
 
-# The first identifiers of the PDOs, to which the terminal's node-ID is added.
+# First identifiers of the PDOs; the terminal's node-ID is added.
 KEYS_ID, EDITED_ID = 0x180, 0x280  # from the terminal
 LEDS_ID, SCREEN_ID, VALUE_ID, PRINTER_ID = 0x200, 0x300, 0x400, 0x500  # to it
 
 
 class Act(IntEnum):
-    """2010h sub-index 5; manual 5.12, the forms of TERM."""
+    """Actions of 2010h sub-index 5; manual 5.12, the forms of TERM."""
 
     NONE = 0
     CLEAR = 1
@@ -39,17 +39,17 @@ class Act(IntEnum):
 
 
 class Print(IntEnum):
-    """2012h sub-index 3."""
+    """Actions of 2012h sub-index 3."""
 
     NONE = 0
     MESSAGE = 1
-    """Message 0 is date and time."""
+    """Print a message; message 0 is date and time."""
     MESSAGE_WITH_VALUE = 2
 
 
 @dataclass(frozen=True, slots=True)
 class ScreenCommand:
-    """RPDO 2."""
+    """Data of RPDO 2, an action on the screen."""
 
     WIRE: ClassVar = Struct("<BBBHB")
 
@@ -65,7 +65,7 @@ class ScreenCommand:
 
 @dataclass(frozen=True, slots=True)
 class ValueAt:
-    """RPDO 3."""
+    """Data of RPDO 3, a value for the text at a place."""
 
     WIRE: ClassVar = Struct("<BBi")
 
@@ -79,7 +79,7 @@ class ValueAt:
 
 @dataclass(frozen=True, slots=True)
 class PrintCommand:
-    """RPDO 4."""
+    """Data of RPDO 4, an action of the printer."""
 
     WIRE: ClassVar = Struct("<iHB")
 
@@ -93,7 +93,7 @@ class PrintCommand:
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """TPDO 2; `counter` goes from 1 to 255 and round again, 0 says that there was no edit yet."""
+    """Data of TPDO 2, an edit.  `counter` goes from 1 to 255 and wraps to 1; 0 means that there was no edit yet."""
 
     WIRE: ClassVar = Struct("<BBBi")
 
@@ -104,11 +104,11 @@ class Edited:
 
     @classmethod
     def decode(cls, data: bytes) -> "Edited | None":
-        """None for what has another length."""
+        """Decode an edit, or return None if the length is wrong."""
         return cls(*cls.WIRE.unpack(data)) if len(data) == cls.WIRE.size else None
 
 
 def place_of_message(number: int) -> tuple[int, int]:
-    """Index and sub-index."""
+    """Index and sub-index of the object for a message."""
     block, offset = divmod(number - 1, _MESSAGES_IN_OBJECT)
     return MESSAGES + block, offset + 1

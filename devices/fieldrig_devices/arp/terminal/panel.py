@@ -1,4 +1,4 @@
-"""The keys and LEDs of both terminals, and which flag of the card and which bit on the bus each has.
+"""The keys and LEDs of both terminals, with the card's flag and the bit on the bus for each.
 
 Source: manual 4.5, row by row.
 """
@@ -59,12 +59,12 @@ _COLUMN: Final[dict[Model, int]] = {"TR4": 0, "TR5": 1}
 
 
 def keys(model: Model) -> dict[str, int]:
-    """Bit of object 2000h, by name."""
+    """Bit in object 2000h, by name of the key."""
     return _bits(_KEYS, model, FIRST_KEY_FLAG)
 
 
 def leds(model: Model) -> dict[str, int]:
-    """Bit of object 2001h, by name."""
+    """Bit in object 2001h, by name of the LED."""
     return _bits(_LEDS, model, FIRST_LED_FLAG)
 
 

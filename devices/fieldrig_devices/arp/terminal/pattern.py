@@ -1,8 +1,8 @@
-"""Numeric fields in messages: `#####.#` shows a value, and says what an operator may type in its place.
+"""Numeric fields in messages: `#####.#` shows a value, and determines what an operator may type.
 
-Source: manual 5.12 (MSG); digest chapter 16.  A field is as wide as its pattern; the number stands at its right end,
-a minus takes a place, and what doesn't fit is shown as `*`.  The longest pattern is `#####.###`: of a longer one the
-rest is text.
+Source: manual 5.12 (MSG); digest chapter 16.  A field is as wide as its pattern.  The number is right-aligned, a minus
+sign takes one place, and a number that does not fit is shown as `*`.  The longest pattern is `#####.###`; the rest of a
+longer one is text.
 """
 
 import re
@@ -12,7 +12,7 @@ from typing import Final, Literal
 Decimals = Literal["cut", "rounded"]
 
 _PATTERN: Final = re.compile(r"#{1,5}(?:\.#{1,3})?")
-_DECIMALS: Final = 3  # of a raw integer: value x 1000
+_DECIMALS: Final = 3  # decimals of a raw integer, value x 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Pattern:
     decimals: int
 
     def show(self, raw: int, decimals: Decimals = "cut") -> str:
-        """`width` characters; what the decimals have no room for is cut off, or rounded away from 0 if it is half."""
+        """Format a value in `width` characters.  Excess decimals are cut off, or rounded with halves away from 0."""
         divisor = 10 ** (_DECIMALS - self.decimals)
         units = (abs(raw) + (divisor // 2 if decimals == "rounded" else 0)) // divisor
         digits = f"{units:0{self.decimals + 1}}"
@@ -32,11 +32,11 @@ class Pattern:
         return text.rjust(self.width) if len(text) <= self.width else "*" * self.width
 
     def put_into(self, message: str, inside: str) -> str:
-        """The message with `inside` in place of the pattern."""
+        """The message with `inside` instead of the pattern."""
         return message[: self.start] + inside + message[self.start + self.width :]
 
     def parse(self, typed: str) -> int | None:
-        """The raw value of what was typed; None if that is no number yet."""
+        """Raw value of the text that was typed, or None if it is not a number yet."""
         whole, _, fraction = typed.lstrip("-").partition(".")
         if not whole + fraction:
             return None
@@ -44,7 +44,7 @@ class Pattern:
         return -raw if typed.startswith("-") else raw
 
     def typed(self, before: str, key: str) -> str:
-        """What stands in the field after a digit, POINT, MINUS or DEL; the same as before if that can't be."""
+        """The typed text after a digit, POINT, MINUS or DEL; unchanged if the key is not possible."""
         if key == "DEL":
             return before[:-1]
         if key == "MINUS":
@@ -63,7 +63,7 @@ class Pattern:
 
 
 def find(text: str) -> Pattern | None:
-    """The first field in a message."""
+    """The first field in a message, or None."""
     match = _PATTERN.search(text)
     if match is None:
         return None

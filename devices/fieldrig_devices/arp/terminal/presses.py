@@ -1,4 +1,4 @@
-"""Fingers on the keys: which are down, and presses that are to come, one after the other."""
+"""Key presses: which keys are down, and presses that are still waiting, one after the other."""
 
 from collections import deque
 from collections.abc import Callable
@@ -13,7 +13,7 @@ _MOST_WAITING: Final = 256
 
 class Presses:
     def __init__(self, clock: Clock, names: frozenset[str], on_change: Callable[[str, bool], None]) -> None:
-        """`on_change` is told the key, and whether it went down."""
+        """`on_change` is called with the name of the key, and whether it went down."""
         self._clock, self._names, self._on_change = clock, names, on_change
         self.down: set[str] = set()
         self._waiting: deque[str] = deque()
@@ -30,13 +30,15 @@ class Presses:
         self._on_change(name, is_down)
 
     def press(self, names: str) -> None:
-        """Keys with blanks between them, each down for `DOWN_NS`.  ValueError for what is no key."""
+        """Press keys, which are separated by blanks, for `DOWN_NS` each.  Raises ValueError for an unknown key."""
         keys = names.upper().split()
         for key in keys:
             if key not in self._names:
-                raise ValueError(f"{key!r} is no key here; these are: {', '.join(sorted(self._names))}")
+                raise ValueError(
+                    f"{key!r} is not a key of this terminal; expected one of {', '.join(sorted(self._names))}"
+                )
         if len(self._waiting) + len(keys) > _MOST_WAITING:
-            raise ValueError(f"{len(self._waiting)} keys are still to be pressed; at most {_MOST_WAITING} may be")
+            raise ValueError(f"{len(self._waiting)} keys are still waiting; expected at most {_MOST_WAITING} in total")
         self._waiting.extend(keys)
         if not self._is_pressing:
             self._next()

@@ -1,6 +1,6 @@
-"""The printer at the terminal's serial port: one line for each message.
+"""The printer at the terminal's serial port: it prints one line for each message.
 
-Source: manual 5.12 (PRINT).  The form of date and time is ours.  Left out: a printer that is busy or has no paper.
+Source: manual 5.12 (PRINT).  The format of date and time is ours.  Left out: a printer that is busy or has no paper.
 """
 
 from collections import deque
@@ -9,12 +9,12 @@ from typing import Final
 
 from fieldrig.link import Link
 
-_KEPT: Final = 20  # lines
+_KEPT: Final = 20  # number of lines
 _END_OF_LINE: Final = b"\r\n"
 
 
 class Printer:
-    """Without `line` nothing is connected; the last lines are kept all the same."""
+    """The printer.  If `line` is None, nothing is connected; the last lines are kept all the same."""
 
     def __init__(self, line: Link[bytes] | None) -> None:
         self._line = line

@@ -1,10 +1,10 @@
-"""The screen: 8 lines of 16 columns, 128 x 64 pixels, and the messages that stand on it.
+"""The screen: 8 lines of 16 columns, 128 x 64 pixels, and the messages on it.
 
-Source: manual 5.12 (TERM); digest chapter 16.  Each message stands at the place of its first character, whatever its
-height; another one at the same place takes its place, and lies over those that were there before.  Erasing a place
-brings back what lay under it.  What goes beyond the screen is cut off.
+Source: manual 5.12 (TERM); digest chapter 16.  Each message is at the place of its first character, regardless of its
+height.  Another message at the same place replaces it, and covers older messages.  Erasing a place shows what was
+covered.  Text beyond the edge of the screen is cut off.
 
-As text, a tall character is its letter in the first of its cells and blanks in the others.
+In text form, a tall character is its letter in the first of its cells and blanks in the others.
 """
 
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from fieldrig_devices.arp.terminal.pattern import Decimals, Pattern, find
 LINES: Final = 8
 COLUMNS: Final = 16
 CELLS: Final = {1: 1, 2: 2, 3: 4}
-"""Cells of 8 x 8 pixels that a character is wide and high, by height: 8, 16 and 32 pixels."""
+"""Width and height of a character in cells of 8 x 8 pixels, by its height code: 8, 16 and 32 pixels."""
 
 Edit = Literal["", "E", "P"]
 
 
 class Place(NamedTuple):
-    """From 1; off the screen it may be too."""
+    """Line and column, from 1.  It may be off the screen."""
 
     line: int
     column: int
@@ -29,7 +29,10 @@ class Place(NamedTuple):
 
 @dataclass(slots=True)
 class Text:
-    """A message on the screen.  A field without a value stands as its pattern; one that waits for it is blank."""
+    """A message on the screen.
+
+    A field that takes no value is shown as its pattern; a field that waits for its value is blank.
+    """
 
     message: str
     height: int = 1
@@ -37,7 +40,7 @@ class Text:
     edit: Edit = ""
     value: int | None = None
     typed: str | None = None
-    """What the operator has typed so far, in place of the value."""
+    """Text that the operator has typed so far, shown instead of the value."""
 
     @property
     def field(self) -> Pattern | None:
@@ -58,7 +61,7 @@ class Screen:
     def __init__(self, decimals: Decimals = "cut") -> None:
         self._decimals = decimals
         self.texts: dict[Place, Text] = {}
-        """What lies over others comes later."""
+        """Texts by place; a text that covers others comes later."""
 
     def show(self, place: Place, text: Text) -> None:
         self.texts.pop(place, None)
@@ -71,13 +74,13 @@ class Screen:
         self.texts.clear()
 
     def set_value(self, place: Place, raw: int) -> None:
-        """What is not there takes no value."""
+        """Set the value of the text at a place; without such a text, the value is dropped."""
         text = self.texts.get(place)
         if text is not None and text.has_value:
             text.value = raw
 
     def lines(self) -> list[str]:
-        """Eight texts of 16 characters: what each cell shows."""
+        """The screen as eight texts of 16 characters."""
         grid = [[" "] * COLUMNS for _ in range(LINES)]
         for place, text in self.texts.items():
             size = CELLS[text.height]
@@ -86,18 +89,18 @@ class Screen:
         return ["".join(row) for row in grid]
 
     def described(self) -> list[str]:
-        """Each text with its line, column and height, however much of it is on the screen."""
+        """A description of each text with its line, column and height, even if it is off the screen."""
         return [
             f"{place.line} {place.column} {text.height} {text.shown(self._decimals)}"
             for place, text in self.texts.items()
         ]
 
     def editable(self) -> list[Place]:
-        """The places whose field the operator can see and change, in reading order."""
+        """Places whose field the operator can see and change, in reading order."""
         return sorted(place for place, text in self.texts.items() if text.edit and self.field_cell(place) is not None)
 
     def field_cell(self, place: Place) -> Place | None:
-        """The cell of the last character of its field that is on the screen; None if none is."""
+        """Cell of the last visible character of a text's field, or None if none is visible."""
         text = self.texts[place]
         field, size = text.field, CELLS[text.height]
         if field is None or not 1 - size < place.line <= LINES:
@@ -108,7 +111,7 @@ class Screen:
 
 
 def _draw(grid: list[list[str]], top: int, left: int, size: int, character: str) -> None:
-    """From 0."""
+    """Draw a character; `top` and `left` count from 0."""
     for row in range(max(top, 0), min(top + size, LINES)):
         for column in range(max(left, 0), min(left + size, COLUMNS)):
             is_first = row == max(top, 0) and column == max(left, 0)

@@ -19,16 +19,19 @@ _PRODUCT_CODES: Final[dict[Model, int]] = {"TR4": 4, "TR5": 5}
 
 
 class TerminalSettings(Settings):
-    model: Model = Field(default="TR4", description="which keys and LEDs it has")
-    node_id: int = Field(default=20, ge=1, le=127, description="the card has it in @Par[8]")
+    model: Model = Field(default="TR4", description="model, which determines the keys and LEDs")
+    node_id: int = Field(default=20, ge=1, le=127, description="node-ID; the card's @Par[8] must have the same value")
     password: str = Field(
-        default="0000", pattern=rf"^[0-9]{{1,{LONGEST_PASSWORD}}}$", description="of fields in mode P: digits"
+        default="0000",
+        pattern=rf"^[0-9]{{1,{LONGEST_PASSWORD}}}$",
+        description="password of fields in mode P, in digits",
     )
     time: str = Field(
-        default=EPOCH.isoformat(), description="its clock at power-on, such as 2026-11-21T10:00:00; TIME sets it too"
+        default=EPOCH.isoformat(),
+        description="clock at power-on, such as 2026-11-21T10:00:00; a TIME message sets it too",
     )
     decimals: Decimals = Field(
-        default="cut", description="of a value that its field has no room for: cut off, or rounded (digest 16)"
+        default="cut", description="how excess decimals of a value are removed: cut off or rounded (digest 16)"
     )
 
     def claims(self, device: str) -> Iterator[Claim]:
@@ -40,9 +43,9 @@ class TerminalSettings(Settings):
         try:
             days = (datetime.fromisoformat(value).replace(tzinfo=None) - EPOCH).days
         except ValueError as cause:
-            raise ValueError(f"{value!r} is no time; right would be 2026-11-21T10:00:00") from cause
+            raise ValueError(f"{value!r} is not a time; expected a time such as 2026-11-21T10:00:00") from cause
         if not 0 <= days <= 0xFFFF:
-            raise ValueError(f"{value!r}: a time from 1984-01-01 on, for 65536 days, would be right")
+            raise ValueError(f"{value!r} is out of range; expected a time within 65536 days from 1984-01-01")
         return value
 
     @property

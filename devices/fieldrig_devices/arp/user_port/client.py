@@ -1,11 +1,12 @@
-"""A PC's end of the USER port: what a service tool, a script or a test does with a card.
+"""The PC's end of the USER port, for service tools, scripts and tests.
 
     with ArpPort.open("/dev/ttyUSB0") as card:
         card.set_variables(1, [2500])
         card.run()
 
-`open` takes what pyserial's `serial_for_url` does: a device or pty, socket://HOST:PORT, rfc2217://HOST:PORT.  Values
-are raw integers.  BusError if the port is gone or nobody answers, RefusedByCardError for what the card doesn't do.
+`open` accepts the addresses of pyserial's `serial_for_url`: a device or pty, socket://HOST:PORT, rfc2217://HOST:PORT.
+Values are raw integers.  Methods raise BusError if the port is lost or does not answer, and RefusedByCardError for a
+request that the card refuses.
 """
 
 import struct
@@ -45,14 +46,14 @@ from fieldrig_devices.arp.user_port.messages import (
 from fieldrig_devices.arp.user_port.quantities import GROUPS, Kind
 
 LOAD_S: Final = 60.0
-"""How long a card may take to look at a program that has been downloaded."""
+"""Time that a card may take to check a downloaded program, in seconds."""
 
 OnProgress = Callable[[int, int], None]
-"""Bytes done, and all of them."""
+"""Called with the number of bytes done and the total."""
 
 
 class RefusedByCardError(RefusedError):
-    """The card answers that it doesn't do this."""
+    """A request that the card refuses."""
 
     def __init__(self, status: Status, what: str, remedy: str = "") -> None:
         super().__init__(what, remedy)
@@ -61,29 +62,35 @@ class RefusedByCardError(RefusedError):
 
 class Sample(NamedTuple):
     loop: int
-    """The number of the control loop."""
+    """Number of the control loop."""
     values: tuple[int, ...]
     lost: int
-    """How many samples the card had to leave out since the trace began."""
+    """Number of samples that the card had to leave out since the trace began."""
 
 
 WRONG: Final = {
-    Status.VERSION: ("the card speaks another version of the protocol", "use the fieldrig that the card runs on"),
-    Status.COMMAND: ("the card doesn't know this request", "use the fieldrig that the card runs on"),
+    Status.VERSION: (
+        "the card speaks another version of the protocol",
+        "use the fieldrig version that the card runs on",
+    ),
+    Status.COMMAND: ("the card does not know this request", "use the fieldrig version that the card runs on"),
     Status.LENGTH: ("the request is too short or too long", ""),
-    Status.RANGE: ("there is no such thing, or it can't have this value", ""),
-    Status.REFUSED: ("the card refuses", ""),
-    Status.ORDER: ("the blocks of the program got out of order", "begin again"),
-    Status.DAMAGED: ("the program was damaged on its way; the card keeps the old one", "try again"),
-    Status.OBJECT: ("this is no program for the card; it keeps the old one", "compile it: fieldrig arp compile FILE"),
+    Status.RANGE: ("the object does not exist, or cannot have this value", ""),
+    Status.REFUSED: ("the card refuses the request", ""),
+    Status.ORDER: ("the blocks of the program arrived out of order", "start the transfer again"),
+    Status.DAMAGED: ("the program was damaged in transfer; the card keeps the old program", "try again"),
+    Status.OBJECT: (
+        "the file is not a program for the card; the card keeps the old program",
+        "compile it: fieldrig arp compile FILE",
+    ),
     Status.NO_PROGRAM: ("the card has no program", "download one: fieldrig arp download FILE"),
 }
-"""What is wrong, and what to do."""
+"""Problem and remedy for each status of an answer."""
 
 
 class ArpPort:
     def __init__(self, line: CardLine) -> None:
-        """Say `hello` first, or use `open`."""
+        """Create a client of an open line.  Call `hello` first, or use `open` instead."""
         self._line = line
         self._number = ANY_CARD
         self._sequence = 0
@@ -94,7 +101,7 @@ class ArpPort:
     def open(
         cls, port: str, number: int | None = None, baud: int = 9600, timeout_s: float = 1.0, retries: int = 3
     ) -> Self:
-        """Open a port and greet the card; `number` is its address nn if it must be that one."""
+        """Open a port and greet the card; `number` is its expected address nn."""
         opened = cls(open_line(port, baud, timeout_s, retries))
         try:
             opened.hello(number)
@@ -113,40 +120,40 @@ class ArpPort:
         self.close()
 
     def request(self, command: Command, data: bytes = b"", patience_s: float = 0.0) -> bytes:
-        """The data of the answer, which may take `patience_s`; for what has no method here."""
+        """Send a request and return the data of the answer, for commands without a method; it may take `patience_s`."""
         self._sequence = self._sequence % 255 + 1
         return _checked(self._line.ask(Message(self._number, self._sequence, command, data), patience_s))
 
     # ---- the card
 
     def hello(self, number: int | None = None) -> Identity:
-        """Begin: the card ends what another PC had begun."""
+        """Begin a session; the card ends the session of any other PC."""
         identity = Identity.decode(_checked(self._line.ask(Message(ANY_CARD, UNNUMBERED, Command.HELLO))))
         if number is not None and identity.number != number:
             raise RefusedByCardError(
                 Status.RANGE,
                 f"the card at this port is number {identity.number:02}, not {number:02}",
-                f"a program for it is called NAME.I{identity.number:02}; or take the port of card {number:02}",
+                f"name the program NAME.I{identity.number:02}, or use the port of card {number:02}",
             )
         self._number, self._sequence = identity.number, 0
         return identity
 
     @property
     def number(self) -> int:
-        """nn of the card that was greeted."""
+        """Address nn of the card that was greeted."""
         return self._number
 
     def condition(self) -> Condition:
         return Condition.decode(self.request(Command.STATE))
 
     def run(self) -> None:
-        """From the first instruction, or on from where it is paused."""
+        """Run the program: from its first instruction, or on from a pause."""
         self.request(Command.RUN)
 
     def stop(self) -> None:
         self.request(Command.STOP)
 
-    def make_stand(self) -> None:
+    def ensure_stopped(self) -> None:
         """Stop the program if it runs."""
         try:
             self.stop()
@@ -155,7 +162,7 @@ class ArpPort:
                 raise
 
     def reset(self) -> None:
-        """Ctrl-F2."""
+        """Reset the card, as Ctrl-F2 does."""
         self.request(Command.RESET)
 
     # ---- values
@@ -168,7 +175,7 @@ class ArpPort:
         return found
 
     def bits(self, kind: Kind, first: int, count: int) -> list[int]:
-        """Flags, inputs or outputs."""
+        """Read flags, inputs or outputs."""
         found = list[int]()
         for start, some in _parts(count, MOST_BITS):
             head = struct.pack("<BHH", kind, first + start, some)
@@ -182,7 +189,7 @@ class ArpPort:
         return found
 
     def polled(self, wanted: Sequence[Quantity], every_s: float) -> Iterator[list[int]]:
-        """The same at once, and then again and again."""
+        """Read the values at once, and then every `every_s` seconds."""
         for _ in self._line.paced(every_s):
             yield self.values(wanted)
 
@@ -192,13 +199,13 @@ class ArpPort:
             self.request(Command.WRITE_VARIABLES, struct.pack("<H", first + start) + part)
 
     def set_bits(self, kind: Kind, first: int, bits: Sequence[int]) -> None:
-        """Flags or outputs."""
+        """Write flags or outputs."""
         for start, some in _parts(len(bits), MOST_BITS):
             part = messages.packed_bits(bits[start : start + some])
             self.request(Command.WRITE_BITS, struct.pack("<BHH", kind, first + start, some) + part)
 
     def set(self, quantity: Quantity, raw: int) -> None:
-        """V, F, O, and the RAM copies of parameters; the card refuses the others."""
+        """Write V, F, O, or the RAM copy of a parameter; the card refuses other quantities."""
         kind = Kind(quantity.kind)
         if kind is Kind.VARIABLE:
             self.set_variables(quantity.number, [raw])
@@ -208,18 +215,18 @@ class ArpPort:
             self.set_bits(kind, quantity.number, [raw])
 
     def parameters(self, copy: int, group: int) -> list[int]:
-        """All of a group; element 0 is not used."""
+        """Read all parameters of a group; element 0 is not used."""
         head = bytes((copy, group, 1, len(PARAMETERS[group])))
         return [0, *messages.values_in(self.request(Command.READ_PARAMETERS, head))]
 
     def set_parameter(self, copy: int, group: int, number: int, raw: int) -> None:
-        """RAM alone, or flash and RAM."""
+        """Write the copy in RAM, or the copies in flash and RAM."""
         self.request(Command.WRITE_PARAMETER, struct.pack("<BBBi", copy, group, number, raw))
 
     # ---- the program
 
     def download(self, data: bytes, on_progress: OnProgress = lambda _done, _all: None) -> None:
-        """An object file.  The card's program is the old one until this returns."""
+        """Download an object file.  The card keeps its old program until this returns."""
         self.request(Command.DOWNLOAD_BEGIN, WHOLE.pack(len(data), zlib.crc32(data)))
         for offset in range(0, len(data), LARGEST_BLOCK):
             on_progress(offset, len(data))
@@ -228,7 +235,7 @@ class ArpPort:
         self.request(Command.DOWNLOAD_COMMIT, patience_s=LOAD_S)
 
     def upload(self, on_progress: OnProgress = lambda _done, _all: None) -> bytes:
-        """The object file of the card's program."""
+        """Read the object file of the card's program."""
         length, crc = WHOLE.unpack(self.request(Command.UPLOAD_BEGIN))
         data = b""
         while len(data) < length:
@@ -236,11 +243,11 @@ class ArpPort:
             data += self.request(Command.UPLOAD_BLOCK, BLOCK.pack(len(data)))
         on_progress(length, length)
         if zlib.crc32(data) != crc:
-            raise RefusedByCardError(Status.DAMAGED, "the card's program was damaged on its way", "try again")
+            raise RefusedByCardError(Status.DAMAGED, "the card's program was damaged in transfer", "try again")
         return data
 
     def break_at(self, lines: Iterable[int]) -> list[int]:
-        """Breakpoints on these source lines and no others; those that have an instruction."""
+        """Set breakpoints on these source lines and no others.  Returns the lines that have an instruction."""
         return _lines(self.request(Command.BREAKPOINTS_SET, b"".join(map(LINE.pack, sorted(set(lines))))))
 
     def breakpoints(self) -> list[int]:
@@ -250,35 +257,35 @@ class ArpPort:
         self.request(Command.PAUSE)
 
     def step(self) -> None:
-        """One instruction."""
+        """Execute one instruction."""
         self.request(Command.STEP)
 
     def place(self) -> list[int]:
-        """The line that comes next, then where each caller goes on, innermost first."""
+        """Line of the next instruction, then the lines to which the callers return, innermost first."""
         return _lines(self.request(Command.PLACE))
 
-    # ---- what the card tells unasked
+    # ---- unsolicited messages
 
     def events(self, is_on: bool) -> None:
         self._line.forget(EVENT)
         self.request(Command.EVENTS, bytes((is_on,)))
 
     def event(self, patience_s: float) -> Condition | None:
-        """The next one; None if none comes in this time."""
-        told = self._line.told(EVENT, patience_s, self.condition)
-        return None if told is None else Condition.decode(told.data)
+        """The next event, or None if none arrives within the time."""
+        event = self._line.unsolicited(EVENT, patience_s, self.condition)
+        return None if event is None else Condition.decode(event.data)
 
     def trace(self, every: int, wanted: Sequence[Quantity]) -> None:
-        """Samples of these in every `every`th control loop from now on."""
+        """Start a trace that samples these quantities in every `every`th control loop."""
         self._line.forget(SAMPLES)
         self._samples.clear()
         self._sample = struct.Struct(f"<I{len(wanted)}i")
         self.request(Command.TRACE_START, TRACE.pack(every) + _packed(wanted))
 
     def sample(self, patience_s: float) -> Sample | None:
-        """The next one; None if none comes in this time."""
-        if not self._samples and (told := self._line.told(SAMPLES, patience_s, self.condition)) is not None:
-            self._samples += self._samples_in(told.data)
+        """The next sample, or None if none arrives within the time."""
+        if not self._samples and (message := self._line.unsolicited(SAMPLES, patience_s, self.condition)) is not None:
+            self._samples += self._samples_in(message.data)
         return self._samples.popleft() if self._samples else None
 
     def end_trace(self) -> None:
@@ -293,25 +300,27 @@ class ArpPort:
 
 
 def _checked(answer: Message) -> bytes:
-    """The data of an answer whose status is OK."""
+    """Return the data of an answer whose status is OK, or raise RefusedByCardError."""
     code, data = answer.data[0], answer.data[1:]
     if code == Status.OK:
         return data
     if code not in WRONG:
-        raise RefusedByCardError(Status.COMMAND, f"the card refuses with code {code}", "is it of another version?")
+        raise RefusedByCardError(
+            Status.COMMAND, f"the card refuses with code {code}", "use the fieldrig version that the card runs on"
+        )
     what, remedy = WRONG[Status(code)]
     text = data.decode(errors="replace")
     raise RefusedByCardError(Status(code), f"{what}: {text}" if text else what, remedy)
 
 
 def _parts(count: int, most: int) -> Iterator[tuple[int, int]]:
-    """Where each part starts, and how many are in it."""
+    """First index and size of each part, with at most `most` elements."""
     for start in range(0, count, most):
         yield start, min(most, count - start)
 
 
 def _packed(wanted: Sequence[Quantity]) -> bytes:
-    return b"".join(QUANTITY.pack(*one) for one in wanted)
+    return b"".join(QUANTITY.pack(*quantity) for quantity in wanted)
 
 
 def _lines(data: bytes) -> list[int]:

@@ -1,13 +1,13 @@
-"""A debugger for the program in a card: one command a line, for people and for scripts.
+"""A debugger for the program in a card, with one command per line, for users and scripts.
 
-It knows nothing of terminals: `do` takes a line and says what it has to say through `say`.  KeyboardInterrupt, while a
-program is waited for, pauses it.
+It does not depend on a terminal: `do` executes a line and calls `say` with the output.  A KeyboardInterrupt during a
+wait for the program pauses the program.
 """
 
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.user_port import quantities, wording
 from fieldrig_devices.arp.user_port.client import ArpPort
 from fieldrig_devices.arp.user_port.debugger_words import COMMANDS, HINT, command, count, none
@@ -15,20 +15,20 @@ from fieldrig_devices.arp.user_port.listing import Listing
 from fieldrig_devices.arp.user_port.messages import Condition, ProgramCode
 
 EVENT_S: Final = 0.5
-"""How long to wait for an event before the state is asked for, in case that it was lost."""
+"""Time to wait for an event before the state is requested, in case the event was lost, in seconds."""
 MOST_STEPS: Final = 25
-"""Instructions in one line of the source, and a WAIT that isn't over, before a step gives up."""
+"""Number of instructions after which a step gives up: one source line, or a WAIT that is not over."""
 REACH: Final = 5
-"""Lines shown above and below."""
+"""Number of lines shown above and below."""
 
 
 class NotStoppedError(Exception):
-    """The program didn't stop in the time given."""
+    """The program did not stop in the given time."""
 
 
 class Debugger:
     def __init__(self, card: ArpPort, listing: Listing, say: Callable[[str], None], limit_s: float | None) -> None:
-        """`limit_s`: how long a program is waited for that isn't told to stop somewhere; None: for ever."""
+        """`limit_s` is the time to wait for a program that runs, in seconds; None means without limit."""
         self._card, self._listing, self._say, self._limit_s = card, listing, say, limit_s
         self._stops = set(card.breakpoints())
         self.is_over = False
@@ -53,7 +53,10 @@ class Debugger:
         }
 
     def do(self, line: str) -> None:
-        """One command.  ValueError, with what would be right; NotStoppedError; whatever the client raises."""
+        """Execute one command.
+
+        Raises ValueError, which says what was expected, NotStoppedError, or an error of the client.
+        """
         word, *arguments = line.split()
         self._acts[command(word)](arguments)
 
@@ -71,39 +74,39 @@ class Debugger:
 
     def _run(self, arguments: list[str]) -> None:
         limit_s = self._limit(arguments)
-        self._card.make_stand()
+        self._card.ensure_stopped()
         self._card.run()
         self._wait(limit_s)
 
     def _continue(self, arguments: list[str]) -> None:
         limit_s = self._limit(arguments)
         if self._card.condition().program != ProgramCode.PAUSED:
-            raise ValueError("the program isn't paused\n`run` starts it, `pause` stops it where it is")
+            raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
         self._card.run()
         self._wait(limit_s)
 
     def _wait(self, limit_s: float | None) -> None:
-        """Until the program stands; Ctrl-C pauses it."""
+        """Wait until the program stops; Ctrl-C pauses it."""
         try:
             if limit_s is None:
-                self._say("it runs; Ctrl-C pauses it")
-            condition = self._until_it_stands(limit_s)
+                self._say("the program runs; Ctrl-C pauses it")
+            condition = self._until_it_stops(limit_s)
         except KeyboardInterrupt:
             self._card.pause()
             condition = self._card.condition()
         if condition.program == ProgramCode.RUNNING:
-            raise NotStoppedError(f"it still runs after {limit_s:g} s\n`pause` stops it where it is")
+            raise NotStoppedError(f"the program still runs after {limit_s:g} s\n`pause` pauses it")
         self.show_place()
 
-    def _until_it_stands(self, limit_s: float | None) -> Condition:
-        self._card.events(True)  # anew: a person who has thought for 10 s counts as gone
+    def _until_it_stops(self, limit_s: float | None) -> Condition:
+        self._card.events(True)  # request events again: after 10 s of silence the card ends them
         waits = 0
         while True:
-            told = self._card.event(EVENT_S)
+            event = self._card.event(EVENT_S)
             condition = self._card.condition()
             if condition.program != ProgramCode.RUNNING:
                 return condition
-            waits += told is None
+            waits += event is None
             if limit_s is not None and waits * EVENT_S >= limit_s:
                 return condition
 
@@ -122,21 +125,21 @@ class Debugger:
         self.show_place()
 
     def _step_once(self) -> None:
-        """To another line, or another depth of calls."""
+        """Step to another line or another depth of calls."""
         before = self._card.place()
         for _ in range(MOST_STEPS):
             self._card.step()
             if self._card.place() != before:
                 return
-        self._say("it waits on this line: a WAIT that isn't over, or an axis that is busy")
+        self._say("the program waits on this line: its WAIT is not over, or an axis is busy")
 
     def _leave_subprogram(self, back: int, depth: int) -> None:
-        """Go on to the line behind the call."""
+        """Run to the line after the call."""
         self._card.break_at(self._stops | {back})
         try:
             while True:
                 self._card.run()
-                if self._until_it_stands(self._limit_s).program != ProgramCode.PAUSED:
+                if self._until_it_stops(self._limit_s).program != ProgramCode.PAUSED:
                     return
                 place = self._card.place()
                 if len(place) <= depth or place[0] in self._stops:
@@ -166,7 +169,7 @@ class Debugger:
             [text] = arguments
             return float(text)
         except ValueError as cause:
-            raise ValueError(f"{' '.join(arguments)!r} is no time\na number of seconds is right") from cause
+            raise ValueError(f"{' '.join(arguments)!r} is not a time\nexpected a number of seconds") from cause
 
     # ---- looking
 
@@ -182,26 +185,26 @@ class Debugger:
         place, *callers = self._card.place()
         self._say(self._shown(place))
         for line in callers:
-            self._say(f"then back to {self._shown(line)}")
+            self._say(f"returns to {self._shown(line)}")
 
     def _print(self, arguments: list[str]) -> None:
         if not arguments:
-            raise ValueError(f"print what?\nright would be {quantities.FORMS}")
+            raise ValueError(f"nothing to print\nexpected {quantities.FORMS}")
         wanted = [self._listing.quantity(name) for name in arguments]
-        for name, one, raw in zip(arguments, wanted, self._card.values(wanted), strict=True):
-            own = quantities.name_of(one)
+        for name, quantity, raw in zip(arguments, wanted, self._card.values(wanted), strict=True):
+            own = quantities.name_of(quantity)
             shown = own if name.upper().lstrip("@#") == own.lstrip("@#") else f"{name.upper()} ({own})"
-            self._say(f"{shown} = {quantities.text_of(one, raw)}")
+            self._say(f"{shown} = {quantities.text_of(quantity, raw)}")
 
     def _set(self, arguments: list[str]) -> None:
         if not arguments:
-            raise ValueError("set what?\nright would be V1=2.5")
+            raise ValueError("nothing to set\nexpected NAME=VALUE, such as V1=2.5")
         for argument in arguments:
             name, sign, value = argument.partition("=")
             if not sign:
-                raise ValueError(f"{argument!r} says no value\nright would be {argument}=VALUE, without blanks")
-            one = self._listing.quantity(name)
-            self._card.set(one, quantities.raw_of(one, value))
+                raise ValueError(f"{argument!r} has no value\nexpected {argument}=VALUE, without blanks")
+            quantity = self._listing.quantity(name)
+            self._card.set(quantity, quantities.raw_of(quantity, value))
         self._print([argument.partition("=")[0] for argument in arguments])
 
     def _state(self, arguments: list[str]) -> None:
@@ -222,14 +225,14 @@ class Debugger:
 
     def _break(self, arguments: list[str]) -> None:
         if arguments:
-            self._stop_at(self._stops | {self._listing.line_of(one) for one in arguments})
+            self._stop_at(self._stops | {self._listing.line_of(argument) for argument in arguments})
         if not self._stops:
             self._say("no breakpoints")
         for line in sorted(self._stops):
             self._say(f"breakpoint at {self._shown(line)}")
 
     def _delete(self, arguments: list[str]) -> None:
-        gone = {self._listing.line_of(one) for one in arguments} if arguments else self._stops
+        gone = {self._listing.line_of(argument) for argument in arguments} if arguments else self._stops
         if arguments and not gone <= self._stops:
             raise ValueError("there is no such breakpoint\n`break` lists them")
         self._stop_at(self._stops - gone)
@@ -242,8 +245,8 @@ class Debugger:
 
     def _help(self, arguments: list[str]) -> None:
         none(arguments)
-        for one in COMMANDS:
-            self._say(f"  {', '.join(one.words):12} {one.arguments:20} {one.about}")
+        for entry in COMMANDS:
+            self._say(f"  {', '.join(entry.words):12} {entry.arguments:20} {entry.about}")
         self._say(HINT)
 
     def _quit(self, arguments: list[str]) -> None:
@@ -255,7 +258,7 @@ class Debugger:
         condition = self._card.condition()
         if condition.state == CardState.RUN and condition.program == ProgramCode.PAUSED:
             self._card.run()
-            self._say("the program goes on")
+            self._say("the program continues")
 
     def _leave(self, arguments: list[str]) -> None:
         none(arguments)

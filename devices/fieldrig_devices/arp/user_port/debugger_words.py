@@ -1,4 +1,4 @@
-"""The words of the debugger, and what may stand behind them."""
+"""The commands of the debugger and their arguments."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,53 +13,51 @@ class Help:
 
 
 COMMANDS: Final = (
-    Help(("run", "r"), "[SECONDS]", "run from the first instruction, until it stops somewhere"),
-    Help(("continue", "c"), "[SECONDS]", "go on, until it stops somewhere"),
+    Help(("run", "r"), "[SECONDS]", "run from the first instruction, and wait until it stops"),
+    Help(("continue", "c"), "[SECONDS]", "continue, and wait until it stops"),
     Help(("step", "s"), "[N]", "go to the next line, into subprograms"),
     Help(("next", "n"), "[N]", "go to the next line, over subprograms"),
-    Help(("pause",), "", "stop where it is"),
-    Help(("break", "b"), "[LINE|ROUTINE]...", "stop in front of these lines too; without one: list them"),
-    Help(("delete", "d"), "[LINE|ROUTINE]...", "take breakpoints away; without one: all"),
-    Help(("list", "l"), "[LINE|ROUTINE]", "show the program, there or where it stands"),
-    Help(("where", "w"), "", "show where it stands, and who called"),
-    Help(("print", "p"), "NAME...", "show values: V1, F3, POS1, or a name that the source gives by EQU"),
+    Help(("pause",), "", "pause the program"),
+    Help(("break", "b"), "[LINE|ROUTINE]...", "stop before these lines too; without arguments, list the breakpoints"),
+    Help(("delete", "d"), "[LINE|ROUTINE]...", "remove breakpoints; without arguments, all of them"),
+    Help(("list", "l"), "[LINE|ROUTINE]", "show the program around a line or around the next instruction"),
+    Help(("where", "w"), "", "show the next instruction and its callers"),
+    Help(("print", "p"), "NAME...", "show values: V1, F3, POS1, or a name defined by EQU"),
     Help(("set",), "NAME=VALUE...", "write variables, flags, outputs, parameters in RAM"),
     Help(("state",), "", "show the card's state, error and warning"),
-    Help(("stop",), "", "stop the program; outputs and axes stay"),
+    Help(("stop",), "", "stop the program; outputs and axes keep their state"),
     Help(("reset",), "", "Ctrl-F2: outputs and axes off, errors cleared, program held"),
-    Help(("help", "h"), "", "this"),
-    Help(("quit", "q"), "", "leave; breakpoints are taken away, and a paused program goes on"),
-    Help(("leave",), "", "leave; breakpoints and a pause stay as they are"),
+    Help(("help", "h"), "", "show this list"),
+    Help(("quit", "q"), "", "leave; remove breakpoints, and continue a paused program"),
+    Help(("leave",), "", "leave; keep breakpoints and a pause"),
 )
 HINT: Final = """\
-To begin: `break 12` or `break ROUTINE`, then `run`. When it stands: `step`, `next`, `print V1`, `continue`.
-A breakpoint stops in front of its line. Axes and outputs go on while a program stands: that is no emergency stop."""
+To begin, enter `break 12` or `break ROUTINE`, then `run`. After a stop: `step`, `next`, `print V1`, `continue`.
+A breakpoint stops before its line. It is no emergency stop: axes and outputs stay active while a program is paused."""
 
 
 def command(word: str) -> str:
-    """By its whole name, its short one, or its beginning.  ValueError, with what would be right, if there is none."""
+    """Find a command by its full name, its short name or its beginning.  Raises ValueError for an unknown command."""
     word = word.lower()
-    for one in COMMANDS:
-        if word in one.words:
-            return one.words[0]
-    found = [one.words[0] for one in COMMANDS if one.words[0].startswith(word)]
+    for entry in COMMANDS:
+        if word in entry.words:
+            return entry.words[0]
+    found = [entry.words[0] for entry in COMMANDS if entry.words[0].startswith(word)]
     if len(found) != 1:
-        close = f"{word!r} may be {' or '.join(found)}" if found else f"{word!r} is no command"
-        raise ValueError(f"{close}\n`help` lists them")
+        close = f"{word!r} is ambiguous: {' or '.join(found)}" if found else f"{word!r} is not a command"
+        raise ValueError(f"{close}\n`help` lists the commands")
     return found[0]
 
 
 def count(arguments: Sequence[str]) -> int:
-    """1 without one.  ValueError, with what would be right, for what is no count."""
+    """The count in the arguments, or 1 if there are none.  Raises ValueError for an invalid count."""
     if not arguments:
         return 1
     if len(arguments) == 1 and arguments[0].isdecimal() and 1 <= int(arguments[0]) <= 1_000:
         return int(arguments[0])
-    raise ValueError(f"{' '.join(arguments)!r} is no count\n1 to 1000 is right")
+    raise ValueError(f"{' '.join(arguments)!r} is not a count\nexpected 1 to 1000")
 
 
 def none(arguments: Sequence[str]) -> None:
     if arguments:
-        raise ValueError(
-            f"nothing comes after this command, but there is {' '.join(arguments)!r}\n`help` explains them"
-        )
+        raise ValueError(f"unexpected {' '.join(arguments)!r} after this command\n`help` lists the commands")

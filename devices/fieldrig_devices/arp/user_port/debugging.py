@@ -1,9 +1,9 @@
-"""Requests about the program: run, stop, reset, breakpoints, pause, step, where it stands."""
+"""Requests about the program: run, stop, reset, breakpoints, pause, step, and its place."""
 
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from fieldrig_devices.arp.outside import CardState, Outside
+from fieldrig_devices.arp.card_access import CardAccess, CardState
 from fieldrig_devices.arp.runtime.program import ArpProgram, ProgramState
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
 from fieldrig_devices.arp.user_port.messages import (
@@ -25,20 +25,20 @@ CODES: Final = {
 }
 WHY_NOT: Final = {
     CardState.INIT: "the card is starting",
-    CardState.RESET_ENABLE: "Enable (I108) is open: close it, and the program runs",
-    CardState.RUN: "the program runs already",
-    CardState.BLOCKED: "a blocking error: open and close Enable, or reset",
+    CardState.RESET_ENABLE: "Enable (I108) is open: close it to run the program",
+    CardState.RUN: "the program is already running",
+    CardState.BLOCKED: "the card is blocked by an error: open and close Enable, or reset",
 }
 
 
 def line_of(program: ArpProgram) -> int:
-    """The source line of the instruction that comes next."""
+    """Source line of the next instruction."""
     if program.state is ProgramState.HELD:
         return program.code.line(program.code.numbers[program.compiled.main], 0)
     return program.place.line
 
 
-def condition(card: Outside) -> Condition:
+def condition(card: CardAccess) -> Condition:
     program, errors = card.program, card.errors
     code = ProgramCode.NONE if program is None else CODES[program.state]
     line = 0 if program is None else line_of(program)
@@ -46,16 +46,16 @@ def condition(card: Outside) -> Condition:
     return Condition(card.state, code, errors.error, errors.error_axis, errors.warning, line, count)
 
 
-def news(card: Outside) -> object:
-    """What makes an event when it is another one.  The line is no part of it: only RUN and STEP lead to another."""
+def news(card: CardAccess) -> object:
+    """State of which every change causes an event.  The line is not part of it: only RUN and STEP change the line."""
     program, errors = card.program, card.errors
     state = None if program is None else program.state
     return card.state, program, state, errors.error, errors.error_axis, errors.warning
 
 
 class DebugRequests:
-    def __init__(self, card: Outside, on_go: Callable[[], None]) -> None:
-        """`on_go` is called when the program has been set going."""
+    def __init__(self, card: CardAccess, on_go: Callable[[], None]) -> None:
+        """`on_go` is called when a request has started the program."""
         self._card, self._on_go = card, on_go
         self.handlers: Handlers = {
             Command.STATE: bare(self._state),
@@ -81,7 +81,7 @@ class DebugRequests:
 
     def _stop(self) -> bytes:
         if not self._card.stop_program():
-            raise RequestError(Status.REFUSED, "no program runs")
+            raise RequestError(Status.REFUSED, "no program is running")
         return b""
 
     def _reset(self) -> bytes:
@@ -100,27 +100,27 @@ class DebugRequests:
     def _pause(self) -> bytes:
         program = self._program()
         if program.state is not ProgramState.RUNNING:
-            raise RequestError(Status.REFUSED, "the program doesn't run")
+            raise RequestError(Status.REFUSED, "the program is not running")
         program.pause()
         return b""
 
     def _step(self) -> bytes:
         program = self._program()
         if self._card.state is not CardState.RUN or program.state is not ProgramState.PAUSED:
-            raise RequestError(Status.REFUSED, "the program isn't paused")
+            raise RequestError(Status.REFUSED, "the program is not paused")
         program.step()
         self._on_go()
         return b""
 
     def _place(self) -> bytes:
-        """Innermost first."""
+        """Answer PLACE: the next line, then those of the callers, innermost first."""
         program = self._program()
         return _packed([line_of(program), *(place.line for place in reversed(program.calls))])
 
     def _program(self) -> ArpProgram:
         program = self._card.program
         if program is None:
-            raise RequestError(Status.NO_PROGRAM, "the card has no program: download one")
+            raise RequestError(Status.NO_PROGRAM, "the card has no program; download one")
         return program
 
 

@@ -1,9 +1,9 @@
-"""Frames on a serial line: HDLC-like framing as PPP has it, with its FCS-16.
+"""Frames on a serial line: HDLC-like framing as in PPP, with its FCS-16.
 
-Source: RFC 1662, 3.1, 4 and appendix C.  A frame is a body, its FCS (least significant octet first), a flag at either
-end; the flag between two frames may be one.  Flag and escape within a frame are escaped, and so may be any other octet.
-Left out: address and control fields of RFC 1662 (the body has its own, see `messages`), and the map of control
-characters, since every octet gets through the lines this is for.
+Source: RFC 1662, 3.1, 4 and appendix C.  A frame is a body, its FCS (least significant octet first), and a flag at each
+end; two frames may share the flag between them.  Flag and escape within a frame are escaped, and so may be any other
+octet.  Left out: address and control fields of RFC 1662 (the body has its own, see `messages`), and the map of control
+characters, since these lines carry every octet unchanged.
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from typing import Final
 FLAG: Final = 0x7E
 ESCAPE: Final = 0x7D
 FLIP: Final = 0x20
-GOOD_FCS: Final = 0xF0B8  # RFC 1662, C.2: of a body with its FCS
+GOOD_FCS: Final = 0xF0B8  # RFC 1662, C.2: checksum over a body and its FCS
 SHORTEST_BODY: Final = 4
 LONGEST_BODY: Final = 260
 
@@ -34,7 +34,7 @@ _TABLE: Final = tuple(_table())
 
 
 def fcs16(data: bytes) -> int:
-    """Without the complement that makes it the FCS."""
+    """Checksum of the data, before the complement that makes it the FCS."""
     value = 0xFFFF
     for octet in data:
         value = value >> 8 ^ _TABLE[(value ^ octet) & 0xFF]
@@ -42,17 +42,17 @@ def fcs16(data: bytes) -> int:
 
 
 def encode(body: bytes) -> bytes:
-    """What goes over the line."""
+    """Encode a body as a frame for the line."""
     checked = body + (fcs16(body) ^ 0xFFFF).to_bytes(2, "little")
     return _FLAG + checked.replace(_ESCAPE, _ESCAPED_ESCAPE).replace(_FLAG, _ESCAPED_FLAG) + _FLAG
 
 
 class Deframer:
-    """Takes bytes as they come, in whatever pieces, and gives the bodies of good frames; the rest is dropped."""
+    """Accepts data in pieces of any size and returns the bodies of valid frames; everything else is dropped."""
 
     def __init__(self) -> None:
         self._held = b""  # since the last flag
-        self._is_skipping = True  # up to the next flag: line noise, or a frame that is too long
+        self._is_skipping = True  # until the next flag: line noise, or a frame that is too long
 
     def feed(self, data: bytes) -> list[bytes]:
         *frames, rest = (self._held + data).split(_FLAG)
@@ -65,7 +65,7 @@ class Deframer:
 
 
 def _body(wire: bytes) -> bytes | None:
-    """None for what is no frame, is damaged, or ends in an escape (RFC 1662, 4.3: was aborted)."""
+    """Body of a frame, or None if it is damaged or not a frame, or ends in an escape (RFC 1662, 4.3: aborted)."""
     if ESCAPE in wire:
         first, *parts = wire.split(_ESCAPE)
         if not all(parts):

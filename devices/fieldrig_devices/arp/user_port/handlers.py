@@ -1,4 +1,4 @@
-"""What answers a request: data in, data of the answer out, or RequestError or struct.error for the length."""
+"""Handlers of requests: each takes data and returns the data of the answer, or raises RequestError or struct.error."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,7 +9,7 @@ Handlers = Mapping[int, Handler]
 
 
 def bare(act: Callable[[], bytes]) -> Handler:
-    """Of a request without data."""
+    """Make a handler of a request without data."""
 
     def handler(data: bytes) -> bytes:
         if data:

@@ -19,20 +19,20 @@ _Timeout: Final[Any] = serialutil.Timeout
 _serial_for_url: Final[Any] = serial.serial_for_url
 
 READ_S: Final = 0.05
-"""How long one read of the port waits; what is waited for longer is waited for in several."""
+"""Time that one read of the port waits, in seconds; a longer wait consists of several reads."""
 KEEP_S: Final = 3.0
-"""How often a PC that only listens shows that it is there; the card waits for 10 s."""
+"""Period at which a PC that only listens sends a request, in seconds; the card's limit is 10 s."""
 KEPT: Final = 1_000
-"""Messages told unasked that nobody has fetched yet; older ones are forgotten."""
+"""Maximum number of unsolicited messages that wait to be fetched; older messages are dropped."""
 
 
 class NoAnswerError(BusError):
-    """Nobody answers at this port."""
+    """No card answers at this port."""
 
 
 class CardLine:
     def __init__(self, line: Any, timeout_s: float, retries: int) -> None:
-        """`line` is an open port of pyserial whose reads wait for a moment only."""
+        """`line` is an open port of pyserial with a short read timeout."""
         self._line, self._timeout_s, self._retries = line, timeout_s, retries
         self._deframer = Deframer()
         self._kept: dict[int, deque[Message]] = {EVENT: deque(maxlen=KEPT), SAMPLES: deque(maxlen=KEPT)}
@@ -43,7 +43,7 @@ class CardLine:
         self._line.close()
 
     def ask(self, request: Message, patience_s: float = 0.0) -> Message:
-        """The answer; `patience_s` is how long to go on asking, where that is longer than usual."""
+        """Send a request and return the answer; `patience_s` extends the time for retries beyond the usual."""
         self._answers.clear()
         self._quiet = _Timeout(KEEP_S)
         wire = encode(request.encode())
@@ -54,13 +54,16 @@ class CardLine:
                 self._read()
                 if (answer := self._answer_to(request)) is not None:
                     return answer
-        who = "no card answers" if request.address == ANY_CARD else f"card {request.address:02} doesn't answer"
+        what = "no card answers" if request.address == ANY_CARD else f"card {request.address:02} does not answer"
         raise NoAnswerError(
-            f"{who} at {self._line.port}", "is its rig up, and is this the line of its USER port, with its baud rate?"
+            f"{what} at {self._line.port}", "check that its rig runs, and that this is its USER port with its baud rate"
         )
 
-    def told(self, what: int, patience_s: float, keep: Callable[[], object]) -> Message | None:
-        """The next one of what is told unasked; None if none comes in this time.  `keep` is called now and then."""
+    def unsolicited(self, what: int, patience_s: float, keep: Callable[[], object]) -> Message | None:
+        """The next unsolicited message, or None if none arrives in time.
+
+        It calls `keep` at intervals to keep the session.
+        """
         kept, timeout = self._kept[what], _Timeout(patience_s)
         while not kept and not timeout.expired():
             self._read()
@@ -69,7 +72,7 @@ class CardLine:
         return kept.popleft() if kept else None
 
     def paced(self, seconds: float) -> Iterator[None]:
-        """For ever: at once, and then each so many seconds, to within `READ_S`."""
+        """Yield at once, and then every `seconds` without end, to within `READ_S`."""
         while True:
             timeout = _Timeout(seconds)
             yield
@@ -82,9 +85,9 @@ class CardLine:
     def _answer_to(self, request: Message) -> Message | None:
         while self._answers:
             answer = self._answers.popleft()
-            is_from_it = request.address in (answer.address, ANY_CARD)
+            is_from_card = request.address in (answer.address, ANY_CARD)
             if (
-                is_from_it
+                is_from_card
                 and answer.data
                 and (answer.sequence, answer.command) == (request.sequence, request.command | ANSWER)
             ):
@@ -92,7 +95,7 @@ class CardLine:
         return None
 
     def _read(self) -> None:
-        """What comes within a moment."""
+        """Read for a moment, and sort the messages that arrive."""
         data: bytes = self._on_port(lambda: self._line.read(1))
         if data:
             data += self._on_port(lambda: self._line.read(self._line.in_waiting))
@@ -104,16 +107,16 @@ class CardLine:
         try:
             return act()
         except (serial.SerialException, OSError) as cause:
-            raise BusError(f"{self._line.port} is gone: {cause}", "has its rig ended? start it again") from cause
+            raise BusError(f"{self._line.port} is lost: {cause}", "check that its rig still runs") from cause
 
 
 def open_line(port: str, baud: int, timeout_s: float, retries: int) -> CardLine:
-    """BusError, with its remedy, if the port can't be had."""
+    """Open a port.  Raises BusError, with its remedy, if the port is not available."""
     try:
         line = _serial_for_url(port, baud, timeout=READ_S)
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
-            f"can't open {port}: {cause}", "right would be a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+            f"cannot open {port}: {cause}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
         ) from cause
-    longest_s = 20 * LARGEST_DATA / baud  # of a request and its answer, at 10 bits an octet
+    longest_s = 20 * LARGEST_DATA / baud  # time of a request and its answer, at 10 bits per octet
     return CardLine(line, timeout_s + longest_s, retries)

@@ -1,4 +1,4 @@
-"""The program in a card as text: of its source, or, without one, of the object that the card gives back."""
+"""The text of the program in a card: its source, or the object that the card returns."""
 
 from bisect import bisect_left
 from collections.abc import Iterator
@@ -13,10 +13,10 @@ from fieldrig_devices.arp.user_port.messages import Quantity
 
 class Listing:
     def __init__(self, compiled: Compiled, lines: dict[int, str], title: str) -> None:
-        """`lines` by their numbers."""
+        """`lines` are the texts by line number."""
         self._compiled, self.lines, self.title = compiled, lines, title
         lowered = compiled.lowered.routines.values()
-        self._executable = sorted({one.line for instructions in lowered for one in instructions})
+        self._executable = sorted({instruction.line for instructions in lowered for instruction in instructions})
 
     def routine_at(self, line: int) -> str:
         for routine in self._compiled.program.routines:
@@ -25,30 +25,33 @@ class Listing:
         return ""
 
     def line_of(self, text: str) -> int:
-        """The line with an instruction that a line number or the name of a routine stands for, itself or the next.
+        """The first line with an instruction at or after a line number or the name of a routine.
 
-        ValueError, with what would be right, if there is none.
+        Raises ValueError, which says what was expected, if there is none.
         """
         if text.isdecimal() and len(text) < 9:
             place = bisect_left(self._executable, int(text))
             if place == len(self._executable):
                 raise ValueError(
-                    f"there is no instruction from line {text} on\nthe last one is in line {self._executable[-1]}"
+                    f"there is no instruction at or after line {text}\nexpected a line up to {self._executable[-1]}"
                 )
             return self._executable[place]
         instructions = self._compiled.lowered.routines.get(text.upper())
         if instructions is None:
             known = ", ".join(self._compiled.lowered.routines)
-            raise ValueError(f"{text!r} is no line and no routine\nthe number of a line is right, or one of {known}")
+            raise ValueError(f"{text!r} is not a line or a routine\nexpected the number of a line, or one of {known}")
         return instructions[0].line
 
     @property
     def first(self) -> int:
-        """The line of the first instruction."""
+        """Line of the first instruction."""
         return self.line_of(self._compiled.main)
 
     def quantity(self, name: str) -> Quantity:
-        """By its own name, or one that the source gives it by EQU.  ValueError, with what would be right."""
+        """Find a quantity by its own name or by a name that the source defines by EQU.
+
+        Raises ValueError for an unknown name.
+        """
         meaning = self._compiled.symbols.equs.get(name.strip().upper())
         return quantities.named(name if meaning is None else argument_text(meaning))
 
@@ -58,19 +61,19 @@ class Listing:
                 yield number, self.lines[number]
 
     def is_of(self, data: bytes) -> bool:
-        """Whether the object that a card has is this program."""
+        """True if the object from a card is this program."""
         there = files.decode(data)
         return files.encode(self._compiled, there.name, there.system) == data
 
 
 def of_source(path: Path) -> Listing:
-    """CompileError if it can't be compiled."""
+    """Listing of a source file.  Raises CompileError if it cannot be compiled."""
     text = path.read_text(encoding="utf-8", errors="replace")
     return Listing(compile_text(text), dict(enumerate(text.splitlines(), 1)), path.name)
 
 
 def of_object(data: bytes) -> Listing:
-    """ObjectError for what is none."""
+    """Listing of an object.  Raises ObjectError for data that are not an object."""
     found = files.decode(data)
-    lines = {number: text for one in found.compiled.program.routines for number, text in routine_lines(one)}
+    lines = {number: text for routine in found.compiled.program.routines for number, text in routine_lines(routine)}
     return Listing(found.compiled, lines, f"program {found.name}, from the card")

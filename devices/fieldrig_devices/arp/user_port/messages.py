@@ -1,7 +1,7 @@
-"""What the frames of the USER port say: requests, answers, and what the card tells unasked.
+"""The content of the frames of the USER port: requests, answers, and unsolicited messages.
 
-docs/arp-user-port.md has all of it in tables.  A body is version, address, sequence number, command, then data; every
-number is little endian.  An answer's command is the request's with bit 7 set, and its data begin with a status.
+docs/arp-user-port.md describes all of it in tables.  A body is version, address, sequence number, command, then data;
+every number is little endian.  An answer's command is the request's with bit 7 set, and its data begin with a status.
 """
 
 import struct
@@ -14,12 +14,12 @@ from fieldrig_devices.arp.user_port.framing import LONGEST_BODY
 
 VERSION: Final = 1
 ANY_CARD: Final = 0xFF
-"""The address that every card takes for its own, in a HELLO."""
+"""Address in a HELLO that every card accepts."""
 ANSWER: Final = 0x80
 HIGHEST_REQUEST: Final = 0x5F
-"""The answers to those above it would look like what is told unasked."""
+"""Highest command of a request; answers to higher ones would look like unsolicited messages."""
 UNNUMBERED: Final = 0
-"""The sequence number of requests that are carried out as often as they come."""
+"""Sequence number of requests that are carried out each time they arrive."""
 LARGEST_DATA: Final = LONGEST_BODY - 4
 LONGEST_TEXT: Final = 200
 
@@ -53,23 +53,23 @@ class Command(IntEnum):
 
 
 EVENT: Final = 0xE0
-"""Unasked: the state of card or program is another one."""
+"""Unsolicited: the state of the card or of the program has changed."""
 SAMPLES: Final = 0xE1
-"""Unasked: samples of a trace."""
+"""Unsolicited: samples of a trace."""
 
 
 class Status(IntEnum):
-    """How an answer begins; everything but OK is followed by a text for a person, in UTF-8, which may be empty."""
+    """First byte of an answer; after every status but OK follows a text for the user, in UTF-8, which may be empty."""
 
     OK = 0
-    VERSION = 1  # this card speaks another version, which is in the answer's own version byte
+    VERSION = 1  # this card uses another version; it is in the answer's version byte
     COMMAND = 2  # no such command
-    LENGTH = 3  # too few or too many data for it
-    RANGE = 4  # no such variable, parameter, line; or a value that it can't have
-    REFUSED = 5  # not now, or not from outside
-    ORDER = 6  # a block without its beginning, or not the next one
-    DAMAGED = 7  # length or CRC of the whole is wrong
-    OBJECT = 8  # what was downloaded is no program for this card
+    LENGTH = 3  # too few or too many data for the command
+    RANGE = 4  # the variable, parameter or line does not exist or cannot have the value
+    REFUSED = 5  # not possible now, or not from outside
+    ORDER = 6  # a block without a beginning, or not the next one
+    DAMAGED = 7  # length or CRC of the whole object is wrong
+    OBJECT = 8  # the downloaded data are not a program for this card
     NO_PROGRAM = 9
 
 
@@ -106,11 +106,11 @@ class Identity(NamedTuple):
     """The answer to HELLO."""
 
     number: int
-    """nn"""
+    """Address nn of the card."""
     largest_data: int
-    """Octets of data that a frame may carry, either way."""
+    """Octets of data that a frame may carry in either direction."""
     name: str
-    """Of the program; empty without one."""
+    """Name of the program; empty without one."""
 
     def encode(self) -> bytes:
         return _IDENTITY.pack(self.number, self.largest_data) + self.name.encode()
@@ -126,7 +126,7 @@ _IDENTITY: Final = struct.Struct("<BH")
 
 
 class ProgramCode(IntEnum):
-    """What the program is doing."""
+    """Activity of the program."""
 
     NONE = 0
     HELD = 1  # at its first instruction
@@ -137,17 +137,17 @@ class ProgramCode(IntEnum):
 
 
 class Condition(NamedTuple):
-    """The answer to STATE, and what an EVENT tells."""
+    """The answer to STATE, and the content of an EVENT."""
 
     state: int
-    """CardState"""
+    """State of the card, a `CardState`."""
     program: int
-    """ProgramCode"""
+    """Activity of the program, a `ProgramCode`."""
     error: int
     error_axis: int
     warning: int
     line: int
-    """Of the instruction that comes next; 0 without a program."""
+    """Source line of the next instruction; 0 without a program."""
     breakpoints: int
 
     def encode(self) -> bytes:
@@ -162,7 +162,7 @@ _CONDITION: Final = struct.Struct("<BBHBHIB")
 
 
 class Quantity(NamedTuple):
-    """One value of the card: `kind` is a letter of `quantities`."""
+    """One value of the card; `kind` is a letter of `quantities`."""
 
     kind: int
     number: int
@@ -172,16 +172,18 @@ QUANTITY: Final = struct.Struct("<BH")
 VALUE: Final = struct.Struct("<i")
 LINE: Final = struct.Struct("<I")
 BLOCK: Final = struct.Struct("<I")
-"""The head of a block of a download or upload: its offset."""
+"""Head of a block of a download or upload: its offset."""
 WHOLE: Final = struct.Struct("<II")
 """Length and CRC-32 (that of zlib and IEEE 802.3) of an object file."""
 TRACE: Final = struct.Struct("<H")
-"""The head of TRACE_START: a sample every so many control loops; quantities follow."""
+"""Head of TRACE_START: the number of control loops between samples; quantities follow."""
 LOST: Final = struct.Struct("<I")
-"""The head of SAMPLES: how many samples were lost since the trace began, up to the last one here; samples follow, each
-the number of its control loop and a value for each quantity."""
+"""Head of SAMPLES: the number of samples lost since the trace began, up to the last one here; samples follow.
+
+Each sample is the number of its control loop and a value for each quantity.
+"""
 MOST_VARIABLES: Final = 60
-"""In one frame."""
+"""Maximum in one frame, like the constants below."""
 MOST_BITS: Final = 320
 MOST_QUANTITIES: Final = 60
 MOST_BREAKPOINTS: Final = 60
@@ -194,12 +196,12 @@ def packed_values(values: Iterable[int]) -> bytes:
 
 
 def values_in(data: bytes) -> list[int]:
-    """struct.error if their length is no multiple of 4."""
+    """Decode values.  Raises struct.error if the length is not a multiple of 4."""
     return [raw for (raw,) in VALUE.iter_unpack(data)]
 
 
 def packed_bits(bits: Sequence[int]) -> bytes:
-    """The first one is bit 0 of the first octet."""
+    """Pack bits; the first is bit 0 of the first octet."""
     octets = (bits[first : first + 8] for first in range(0, len(bits), 8))
     return bytes(sum(bit << place for place, bit in enumerate(octet)) for octet in octets)
 

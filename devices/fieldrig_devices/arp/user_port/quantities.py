@@ -1,8 +1,8 @@
-"""The values of the card that can be watched and traced: what they are called, where they are, how they are written.
+"""The values of the card that can be watched and traced: their names, where they are, and how they are written.
 
-Their names are the program's where it has one: V1, F3, I101, O101, @POS1, #VEL1, @PAR[5], @PAR1[7], @FLAG1, @OUT1,
+Names are those of the program, if it has one: V1, F3, I101, O101, @POS1, #VEL1, @PAR[5], @PAR1[7], @FLAG1, @OUT1,
 #INP1, ERROR, WARNING.  The others are ours: TERR1 (tracking error), ADC1, DAC1, STATE, ERRORAXIS.  `@`, `#` and case
-don't count, and PAR.5 and PAR1.7 are PAR[5] and PAR1[7] for shells, which have another use for brackets.
+are ignored, and PAR.5 and PAR1.7 mean PAR[5] and PAR1[7], since shells interpret brackets.
 """
 
 import re
@@ -12,8 +12,8 @@ from functools import partial
 from typing import Final
 
 from fieldrig_devices.arp import fixed
+from fieldrig_devices.arp.card_access import CardAccess, CardState
 from fieldrig_devices.arp.language.instructions import numbers
-from fieldrig_devices.arp.outside import CardState, Outside
 from fieldrig_devices.arp.parameters import AXIS_PARAMETERS, GENERAL_PARAMETERS
 from fieldrig_devices.arp.runtime import words
 from fieldrig_devices.arp.user_port.messages import Quantity, RequestError, Status
@@ -43,7 +43,7 @@ class Kind(IntEnum):
 BITS: Final = frozenset({Kind.FLAG, Kind.INPUT, Kind.OUTPUT})
 GROUPS: Final[Mapping[int, int]] = {Kind.GENERAL_PARAMETER: 0, Kind.PARAMETER_1: 1, Kind.PARAMETER_2: 2}
 STATE, ERROR, ERROR_AXIS, WARNING = range(4)
-"""The numbers of Kind.CONDITION."""
+"""Numbers of the quantities of Kind.CONDITION."""
 
 NUMBERS: Final[Mapping[int, frozenset[int]]] = {
     Kind.VARIABLE: numbers("V"),
@@ -67,7 +67,7 @@ WORDS: Final = frozenset({Kind.FLAG_WORD, Kind.INPUT_WORD, Kind.OUTPUT_WORD})
 
 # ---- on the card
 
-_CONDITION: Final[dict[int, Callable[[Outside], int]]] = {
+_CONDITION: Final[dict[int, Callable[[CardAccess], int]]] = {
     STATE: lambda card: card.state,
     ERROR: lambda card: card.errors.error,
     ERROR_AXIS: lambda card: card.errors.error_axis,
@@ -75,8 +75,8 @@ _CONDITION: Final[dict[int, Callable[[Outside], int]]] = {
 }
 
 
-def reader(card: Outside, wanted: Quantity) -> Callable[[], int]:
-    """What gives its present raw value.  RequestError for one that is not there."""
+def reader(card: CardAccess, wanted: Quantity) -> Callable[[], int]:
+    """Return a function that reads the present raw value.  Raises RequestError for a quantity that does not exist."""
     kind, number = wanted
     if number not in NUMBERS.get(kind, ()):
         raise RequestError(Status.RANGE, f"there is no quantity {kind:02X}h {number}")
@@ -109,8 +109,8 @@ def _word(bits: Sequence[int], first: int) -> int:
     return words.packed(bits[first : first + 32])
 
 
-def table(card: Outside, kind: int) -> list[int]:
-    """V, F, I or O.  RequestError for another kind."""
+def table(card: CardAccess, kind: int) -> list[int]:
+    """Table of V, F, I or O.  Raises RequestError for any other kind."""
     match kind:
         case Kind.VARIABLE:
             return card.V
@@ -157,7 +157,7 @@ FORMS: Final = (
 
 
 def named(text: str) -> Quantity:
-    """The quantity of this name.  ValueError, with what would be right, if there is none."""
+    """The quantity with this name.  Raises ValueError, which says what was expected, for an unknown name."""
     word = text.strip().upper()
     if word in _WORDS:
         return Quantity(Kind.CONDITION, _WORDS[word])
@@ -166,18 +166,18 @@ def named(text: str) -> Quantity:
         return _within(text, kind, int(found[2] or found[3]))
     if (found := _PLAIN.fullmatch(word)) is not None:
         return _within(text, _KINDS[found[1]], int(found[2]))
-    raise ValueError(f"{text!r} is nothing that the card has\nit has {FORMS}")
+    raise ValueError(f"{text!r} is not a value of the card\nexpected {FORMS}")
 
 
 def _within(text: str, kind: Kind, number: int) -> Quantity:
     if number not in NUMBERS[kind]:
-        raise ValueError(f"there is no {text.upper()}\n{_ranges(sorted(NUMBERS[kind]))} is what there is")
+        raise ValueError(f"there is no {text.upper()}\nexpected {_ranges(sorted(NUMBERS[kind]))}")
     return Quantity(kind, number)
 
 
 def _ranges(found: list[int]) -> str:
-    starts = [one for one in found if one - 1 not in found]
-    ends = [one for one in found if one + 1 not in found]
+    starts = [number for number in found if number - 1 not in found]
+    ends = [number for number in found if number + 1 not in found]
     return ", ".join(f"{first} to {last}" for first, last in zip(starts, ends, strict=True))
 
 
@@ -187,12 +187,12 @@ def name_of(quantity: Quantity) -> str:
         return next(word for word, code in _WORDS.items() if code == number)
     if kind in GROUPS:
         return f"@PAR{GROUPS[kind] or ''}[{number}]"
-    word = next(word for word, one in _KINDS.items() if one is kind)
+    word = next(word for word, known in _KINDS.items() if known is kind)
     return f"{_SIGNS.get(kind, '')}{word}{number}"
 
 
 def value_of(quantity: Quantity, raw: int) -> int | float | str:
-    """As data; words of bits as the 32 bits they are."""
+    """Value as data; words of bits as unsigned 32-bit numbers."""
     if quantity == (Kind.CONDITION, STATE):
         return state_name(raw)
     if quantity.kind in WORDS:
@@ -218,24 +218,24 @@ def state_name(code: int) -> str:
 
 
 def raw_of(quantity: Quantity, text: str) -> int:
-    """The raw value that a person has written for a quantity.  ValueError, with what would be right."""
+    """Raw value of a text for a quantity.  Raises ValueError, which says what was expected, for an invalid text."""
     if quantity.kind not in BITS:
         try:
             return fixed.to_raw(text)
         except (ValueError, ZeroDivisionError) as cause:
             raise ValueError(
-                f"{text!r} is no value\na number from -999999.999 to 999999.999, with at most three decimals, is right"
+                f"{text!r} is not a value\nexpected -999999.999 to 999999.999, with at most three decimals"
             ) from cause
     bits = {"0": 0, "1": 1, "LO": 0, "HI": 1, "OFF": 0, "ON": 1}
     if text.upper() not in bits:
-        raise ValueError(f"{text!r} is no bit\n0 or 1 is right")
+        raise ValueError(f"{text!r} is not a bit\nexpected 0 or 1")
     return bits[text.upper()]
 
 
 def assigned(text: str) -> tuple[Quantity, int]:
-    """`V1=2.5` as the quantity and its raw value.  ValueError, with what would be right."""
+    """Split `V1=2.5` into the quantity and its raw value.  Raises ValueError, which says what was expected."""
     name, sign, value = text.partition("=")
     if not sign:
-        raise ValueError(f"{text!r} says no value\nNAME=VALUE is right, such as V1=2.5")
+        raise ValueError(f"{text!r} has no value\nexpected NAME=VALUE, such as V1=2.5")
     quantity = named(name)
     return quantity, raw_of(quantity, value.strip())

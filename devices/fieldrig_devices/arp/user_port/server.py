@@ -1,12 +1,12 @@
-"""The card's side of its USER port: answers what a PC asks, in every state, and tells what happens.
+"""The card's side of its USER port: it answers a PC's requests in every state, and reports changes.
 
-Source: manual 4.0 (the serial link is always active, the state code can be asked for in each moment), 5.2; digest
-chapters 10, 17, 20.  WinAxis' protocol is not published, so this one is ours: docs/arp-user-port.md has every byte.
+Source: manual 4.0 (the serial link is always active, and the state code can be read at any time), 5.2; digest chapters
+10, 17, 20.  WinAxis' protocol is not published, so this one is ours: docs/arp-user-port.md specifies every byte.
 
-A request is carried out once, however often its frame comes: one that is the same as the last, sequence number and all,
-gets the same answer again.  Garbage and damaged frames are dropped in silence.  What is told unasked waits until the
-line has carried what was sent before, so an answer never waits for more than one such frame.  Left out: any protection
-against a PC that should not be there, as the card has none.
+A request is carried out once, however often its frame arrives: if it equals the last request, including the sequence
+number, the card repeats the answer.  Garbage and damaged frames are dropped silently.  An unsolicited message waits
+until the line has carried earlier data, so an answer waits for at most one such frame.  Left out: any protection
+against unauthorized PCs, since the card has none.
 """
 
 import logging
@@ -19,7 +19,7 @@ from fieldrig.clock import MS, Clock, S
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.serial.message import Format, SerialMessage
-from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.arp.user_port.debugging import DebugRequests, condition, news
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
@@ -46,28 +46,28 @@ from fieldrig_devices.arp.user_port.transfer import TransferRequests
 log = logging.getLogger(__name__)
 
 SILENCE_NS: Final = 10 * S
-"""A PC that is silent for longer has gone: half a download is dropped, trace and events end.  Breakpoints stay."""
+"""Silence after which the PC counts as gone: a partial download is dropped, trace and events end.  Breakpoints stay."""
 AHEAD_NS: Final = 5 * MS
-"""What is told unasked is sent when the line has no more than this to carry."""
+"""Unsolicited messages are sent if the line has at most this much left to carry."""
 
 
 class UserPortSettings(Settings):
-    baud: Annotated[int, Field(ge=300, le=10_000_000, description="bits a second that the card sends with")] = 9600
+    baud: Annotated[int, Field(ge=300, le=10_000_000, description="bit rate at which the card sends, in bit/s")] = 9600
 
 
 class UserPort:
-    """Put together by the card when it has a line: `start` at power-on, `tick` once in every control loop."""
+    """The port, created by the card if it has a line: `start` at power-on, `tick` once in every control loop."""
 
     def __init__(
-        self, clock: Clock, line: Link[SerialMessage], card: Outside, settings: UserPortSettings | None = None
+        self, clock: Clock, line: Link[SerialMessage], card: CardAccess, settings: UserPortSettings | None = None
     ) -> None:
         self._clock, self._line, self._card = clock, line, card
         self._format = Format((settings or UserPortSettings()).baud)
         self._character_ns = self._format.bits_per_character * S // self._format.baud
-        self._free_ns = 0  # when the line has carried what was sent
+        self._free_ns = 0  # time at which the line has carried all data sent so far
         self._deframer = Deframer()
         self._transfer, self._trace = TransferRequests(card), Trace(card)
-        debugging = DebugRequests(card, self._tell_anew)
+        debugging = DebugRequests(card, self._report_again)
         self._handlers: Handlers = {
             Command.HELLO: bare(self._hello),
             Command.EVENTS: self._set_events,
@@ -78,10 +78,10 @@ class UserPort:
         }
         self._last_request: Message | None = None
         self._last_answer = b""
-        self._heard_ns: int | None = None  # the last good request; None: nobody is there
+        self._heard_ns: int | None = None  # time of the last valid request; None without a PC
         self._has_events = False
-        self._told: object = None
-        self._unasked = 0  # counts them
+        self._reported: object = None
+        self._unasked = 0  # sequence number of unsolicited messages
         self._loop = 0
         line.on_receive(self._on_bytes)
 
@@ -89,7 +89,7 @@ class UserPort:
         self._line.send(self._format)
 
     def tick(self) -> None:
-        """Once in every control loop, after the program's slice."""
+        """Send unsolicited messages, once in every control loop, after the program's slice."""
         self._loop = self._loop + 1 & 0xFFFF_FFFF
         if self._heard_ns is None:
             return
@@ -100,7 +100,7 @@ class UserPort:
         if self._trace.is_on:
             self._trace.tick(self._loop)
         if self._free_ns - now_ns <= AHEAD_NS:
-            self._tell()
+            self._report()
 
     # ---- requests
 
@@ -141,7 +141,7 @@ class UserPort:
             return cause.status, cause.text.encode()[:LONGEST_TEXT]
 
     def _hello(self) -> bytes:
-        """A PC begins: nothing is left of another one, but breakpoints."""
+        """Begin a session.  Nothing is left of an earlier one, apart from breakpoints."""
         self._end_session()
         self._last_request = None
         self._heard_ns = self._clock.now_ns()
@@ -153,25 +153,25 @@ class UserPort:
         self._trace.stop()
         self._transfer.drop()
 
-    # ---- what is told unasked
+    # ---- unsolicited messages
 
     def _set_events(self, data: bytes) -> bytes:
         (switch,) = struct.unpack("<B", data)
         if switch > 1:
-            raise RequestError(Status.RANGE, "0 (off) or 1 (on)")
-        self._has_events, self._told = bool(switch), None
+            raise RequestError(Status.RANGE, "expected 0 (off) or 1 (on)")
+        self._has_events, self._reported = bool(switch), None
         return b""
 
-    def _tell_anew(self) -> None:
-        """A program that was set going is told of even if it stands again before anybody has looked."""
-        self._told = None
+    def _report_again(self) -> None:
+        """Report the state again, so that a program that was started is reported even if it stops again at once."""
+        self._reported = None
 
-    def _tell(self) -> None:
-        """One frame, if there is something to tell."""
+    def _report(self) -> None:
+        """Send at most one unsolicited message."""
         if self._has_events:
             now = news(self._card)
-            if now != self._told:
-                self._told = now
+            if now != self._reported:
+                self._reported = now
                 self._send_unasked(EVENT, condition(self._card).encode())
                 return
         if samples := self._trace.take():

@@ -1,11 +1,11 @@
-"""The trace: chosen values of the card in every n-th control loop, kept until the line can carry them."""
+"""The trace: selected values of the card in every n-th control loop, kept until the line can carry them."""
 
 import struct
 from collections import deque
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig_devices.arp.outside import Outside
+from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.arp.user_port import quantities
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
 from fieldrig_devices.arp.user_port.messages import (
@@ -21,17 +21,17 @@ from fieldrig_devices.arp.user_port.messages import (
 )
 
 MOST_WAITING: Final = 64
-"""Samples; those after them are lost, and counted."""
+"""Maximum number of waiting samples; further samples are lost and counted."""
 
 
 class Trace:
-    def __init__(self, card: Outside) -> None:
+    def __init__(self, card: CardAccess) -> None:
         self._card = card
         self._readers: list[Callable[[], int]] = []
         self._every = 1
         self._until_next = 0
         self._sample = struct.Struct("")
-        self._waiting: deque[tuple[int, bytes]] = deque()  # how many were lost before it, and a sample
+        self._waiting: deque[tuple[int, bytes]] = deque()  # samples, each with the number of samples lost before it
         self._lost = 0
         self.handlers: Handlers = {
             Command.TRACE_START: self._start,
@@ -47,7 +47,7 @@ class Trace:
         self._waiting.clear()
 
     def tick(self, loop: int) -> None:
-        """In control loop number `loop`, after everything else."""
+        """Take a sample if one is due; call it last in control loop number `loop`."""
         self._until_next -= 1
         if self._until_next > 0:
             return
@@ -58,7 +58,7 @@ class Trace:
             self._lost += 1
 
     def take(self) -> bytes:
-        """The data of the next SAMPLES: as many as fit; empty if none are waiting."""
+        """Data of the next SAMPLES message, with as many samples as fit; empty if none are waiting."""
         if not self._waiting:
             return b""
         count = min(len(self._waiting), (LARGEST_DATA - LOST.size) // self._sample.size)
@@ -69,10 +69,10 @@ class Trace:
         (every,) = TRACE.unpack_from(data)
         wanted = [Quantity(*fields) for fields in QUANTITY.iter_unpack(data[TRACE.size :])]
         if not 1 <= len(wanted) <= MOST_TRACED:
-            raise RequestError(Status.LENGTH, f"1 to {MOST_TRACED} quantities can be traced")
+            raise RequestError(Status.LENGTH, f"expected 1 to {MOST_TRACED} quantities")
         if every == 0:
-            raise RequestError(Status.RANGE, "every 1 to 65535 control loops")
-        readers = [quantities.reader(self._card, one) for one in wanted]
+            raise RequestError(Status.RANGE, "expected a period of 1 to 65535 control loops")
+        readers = [quantities.reader(self._card, quantity) for quantity in wanted]
         self.stop()
         self._readers, self._every, self._until_next, self._lost = readers, every, 0, 0
         self._sample = struct.Struct(f"<I{len(readers)}i")

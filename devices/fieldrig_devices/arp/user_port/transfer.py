@@ -1,14 +1,14 @@
-"""Requests that carry an object file: download, which counts when it is whole, and upload.
+"""Requests that transfer an object file: download, which takes effect when it is complete, and upload.
 
-Source: manual 5.2 (download in program STOP condition only).  The blocks of a download are kept aside; the program that
-is there stays until the last request has found everything whole, and the card has taken it.
+Source: manual 5.2 (download in program STOP condition only).  The blocks of a download are kept aside; the present
+program is kept until the last request has found everything complete and the card has accepted it.
 """
 
 import zlib
 
+from fieldrig_devices.arp.card_access import CardAccess, CardState, RefusedError
 from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.files import ObjectError
-from fieldrig_devices.arp.outside import CardState, Outside, RefusedError
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
 from fieldrig_devices.arp.user_port.messages import (
     BLOCK,
@@ -21,7 +21,7 @@ from fieldrig_devices.arp.user_port.messages import (
 
 
 class TransferRequests:
-    def __init__(self, card: Outside) -> None:
+    def __init__(self, card: CardAccess) -> None:
         self._card = card
         self._announced = (0, 0)  # length and CRC
         self._coming: bytearray | None = None
@@ -36,13 +36,13 @@ class TransferRequests:
         }
 
     def drop(self) -> None:
-        """Forget half a download."""
+        """Discard a partial transfer."""
         self._coming, self._going = None, b""
 
     def _begin(self, data: bytes) -> bytes:
         length, crc = WHOLE.unpack(data)
         if not 1 <= length <= files.LARGEST_OBJECT:
-            raise RequestError(Status.RANGE, f"an object has 1 to {files.LARGEST_OBJECT} bytes")
+            raise RequestError(Status.RANGE, f"expected an object of 1 to {files.LARGEST_OBJECT} bytes")
         self._refuse_while_running()
         self._announced, self._coming = (length, crc), bytearray()
         return LARGEST_BLOCK.to_bytes(2, "little")
@@ -53,7 +53,7 @@ class TransferRequests:
         if self._coming is None or offset != len(self._coming):
             raise RequestError(Status.ORDER, self._expected())
         if not 1 <= len(block) <= LARGEST_BLOCK or offset + len(block) > self._announced[0]:
-            raise RequestError(Status.LENGTH, f"1 to {LARGEST_BLOCK} bytes, and no more than were announced")
+            raise RequestError(Status.LENGTH, f"expected 1 to {LARGEST_BLOCK} bytes, and no more than announced")
         self._coming += block
         return b""
 
@@ -62,7 +62,9 @@ class TransferRequests:
             raise RequestError(Status.ORDER, self._expected())
         whole, self._coming = bytes(self._coming), None
         if (len(whole), zlib.crc32(whole)) != self._announced:
-            raise RequestError(Status.DAMAGED, "what came is not what was announced; begin again")
+            raise RequestError(
+                Status.DAMAGED, "the data do not match the announced length and CRC; start the transfer again"
+            )
         self._refuse_while_running()
         try:
             self._card.load(whole)
@@ -83,7 +85,7 @@ class TransferRequests:
 
     def _refuse_while_running(self) -> None:
         if self._card.state in (CardState.INIT, CardState.RUN):
-            raise RequestError(Status.REFUSED, "the program runs: stop it, or open Enable, before")
+            raise RequestError(Status.REFUSED, "the program is running: stop it or open Enable first")
 
     def _upload_begin(self) -> bytes:
         program = self._card.program
@@ -97,5 +99,5 @@ class TransferRequests:
         if not self._going:
             raise RequestError(Status.ORDER, "no upload has begun")
         if offset >= len(self._going):
-            raise RequestError(Status.RANGE, f"the object has {len(self._going)} bytes")
+            raise RequestError(Status.RANGE, f"the object has only {len(self._going)} bytes")
         return self._going[offset : offset + LARGEST_BLOCK]

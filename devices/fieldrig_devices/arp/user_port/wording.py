@@ -1,4 +1,4 @@
-"""What a card tells of its state, in words."""
+"""The state of a card in words."""
 
 from collections.abc import Iterator
 from typing import Any, Final
@@ -9,13 +9,13 @@ from fieldrig_devices.arp.user_port.quantities import state_name
 STATES: Final = {
     "INIT": "starting",
     "RESET_ENABLE": "reset: Enable (I108) is open",
-    "RESET_COMMAND": "reset by Ctrl-F2; `fieldrig arp run` leaves it",
+    "RESET_COMMAND": "reset by Ctrl-F2; `fieldrig arp run` ends the reset",
     "RUN": "runs",
-    "STOPPED": "stopped; `fieldrig arp run` begins anew",
+    "STOPPED": "stopped; `fieldrig arp run` starts it again",
     "BLOCKED": "blocked by an error: open and close Enable, or `fieldrig arp reset`",
 }
 PROGRAMS: Final = {
-    ProgramCode.NONE: "none; `fieldrig arp download FILE` puts one in",
+    ProgramCode.NONE: "none; `fieldrig arp download FILE` downloads one",
     ProgramCode.HELD: "held at its first instruction",
     ProgramCode.RUNNING: "running",
     ProgramCode.PAUSED: "paused",
@@ -23,19 +23,19 @@ PROGRAMS: Final = {
     ProgramCode.FAILED: "failed",
 }
 CODES: Final = {
-    103: "memory can't be read or written",
+    103: "memory cannot be read or written",
     105: "reset: Enable is open",
     106: "CAN: bus-off, or a node is lost",
-    111: "the program stopped: there is none, or it can't be run",
-    112: "more than 10 calls within calls",
-    113: "wrong parameters of an instruction",
-    116: "control of an axis lost",
+    111: "the program stopped: there is none, or it cannot be run",
+    112: "calls are nested more than 10 deep",
+    113: "invalid parameters of an instruction",
+    116: "an axis has lost control",
     201: "division by zero",
-    202: "a result outside of -999999.999 to 999999.999",
-    203: "a parameter of an instruction out of range",
+    202: "a result is outside -999999.999 to 999999.999",
+    203: "a parameter of an instruction is out of range",
     204: "memory was not initialised",
 }
-"""Digest 10.3."""
+"""Texts of error and warning codes (digest 10.3)."""
 
 
 def program_name(code: int) -> str:
@@ -57,7 +57,7 @@ def lines(identity: Identity, condition: Condition) -> Iterator[str]:
     yield f"card {identity.number:02}: {name} ({STATES.get(name, 'unknown')})"
     program = PROGRAMS.get(ProgramCode(condition.program)) if condition.program in PROGRAMS else "unknown"
     if name == "STOPPED" and condition.program == ProgramCode.PAUSED:
-        program = "stopped"  # it stands where it was, and won't go on from there
+        program = "stopped"  # the program keeps its place, but cannot be continued
     place = f", line {condition.line}" if condition.line else ""
     stops = f", {condition.breakpoints} breakpoints" if condition.breakpoints else ""
     yield f"program {identity.name}: {program}{place}{stops}" if identity.name else f"program: {program}"

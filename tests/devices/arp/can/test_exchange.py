@@ -1,4 +1,4 @@
-"""Cards that tell each other variables and flag words (manual line 91; digest I-38)."""
+"""Exchange of variables and flag words between cards (manual line 91; digest I-38)."""
 
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from fieldrig.rig import Rig
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 
 FRAME_NS = 111 * 2_000
-"""The longest frame with 4 bytes, at 500 kbit/s."""
+"""Time of the longest frame with 4 bytes, at 500 kbit/s."""
 PASS_NS = 20 * MS
 
 
@@ -85,7 +85,7 @@ def test_cards_without_exchange_say_nothing_to_each_other() -> None:
 
 @pytest.fixture
 def sender() -> FaceBench:
-    """Node 10, which starts itself; what it sends then is taken."""
+    """Node 10, which starts itself; its first frames are already taken."""
     bench = FaceBench(send=[{"channel": 2, "words": ["V10", "flag2"], "every_ms": 500, "inhibit_ms": 30}])
     assert "34A#00 00 00 00 00 00 00 00" in bench.start()
     bench.after(30)
@@ -128,7 +128,9 @@ def test_a_card_may_make_the_sync() -> None:
 
 @pytest.mark.manual("ARP-003")
 def test_receptions_leave_the_card_s_own_pdos_to_the_master() -> None:
-    bench = FaceBench(receive=[{"node": 5, "channel": one, "words": [f"V{100 + one}"]} for one in (1, 2, 3, 4)])
+    bench = FaceBench(
+        receive=[{"node": 5, "channel": channel, "words": [f"V{100 + channel}"]} for channel in (1, 2, 3, 4)]
+    )
     bench.start()
     for channel, can_id in enumerate(("245", "345", "445", "545"), start=1):
         bench.send(f"{can_id}#{channel:02x} 00 00 00")
@@ -183,7 +185,7 @@ def test_a_card_that_waits_for_a_master() -> None:
     assert bench.start() == ["70A#00"]
 
 
-def test_nobody_can_send_from_beyond_node_63(caplog: pytest.LogCaptureFixture) -> None:
+def test_no_card_beyond_node_63_can_send(caplog: pytest.LogCaptureFixture) -> None:
     bench = FaceBench(send=[{"channel": 1, "words": ["V1"]}])
     bench.card.parameters.ram[0][5] = 64_000
     assert not [frame for frame in bench.start() if frame.startswith("280#")]
@@ -198,13 +200,13 @@ def test_nobody_can_send_from_beyond_node_63(caplog: pytest.LogCaptureFixture) -
         ({"send": [{"channel": 1, "words": ["X"]}]}, "V1 to V1000"),
         ({"send": [{"channel": 1, "words": ["V1", "V2", "V3"]}]}, "at most 2"),
         ({"send": [{"channel": 5, "words": ["V1"]}]}, "less than or equal to 4"),
-        ({"send": [{"channel": 1, "words": ["V1"]}, {"channel": 1, "words": ["V2"]}]}, "each channel once"),
+        ({"send": [{"channel": 1, "words": ["V1"]}, {"channel": 1, "words": ["V2"]}]}, "each channel at most once"),
         ({"receive": [{"node": 64, "channel": 1, "words": ["V1"]}]}, "less than or equal to 63"),
-        ({"receive": [{"node": 5, "channel": 1, "words": ["POS1"]}]}, "can't be written"),
+        ({"receive": [{"node": 5, "channel": 1, "words": ["POS1"]}]}, "cannot be written"),
         ({"receive": [{"node": 5, "channel": 1, "words": ["INP1"]}]}, "V1 to V1000, FLAG1 to 10 or OUT1 to 3"),
     ],
 )
-def test_wrong_settings_are_refused_with_what_would_be_right(wrong: dict[str, Any], remedy: str) -> None:
+def test_wrong_settings_are_refused_with_a_remedy(wrong: dict[str, Any], remedy: str) -> None:
     with pytest.raises(ValidationError, match=remedy):
         ExchangeSettings.model_validate(wrong)
 

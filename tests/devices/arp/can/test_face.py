@@ -1,9 +1,9 @@
-"""What a master reads and writes of the card by SDO.  Node 10; requests and answers as CiA 301 7.2.4.3 has them."""
+"""Reads and writes of the card by SDO, from a master.  Node 10; requests and answers as in CiA 301 7.2.4.3."""
 
 import pytest
 from arp_face import FaceBench
 
-from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.card_access import CardState
 
 INVALID_VALUE, TOO_HIGH, TOO_LOW = "30 00 09 06", "31 00 09 06", "32 00 09 06"
 READ_ONLY, DEVICE_STATE = "02 00 01 06", "22 00 00 08"
@@ -70,7 +70,7 @@ def test_flags_are_words_with_the_first_flag_in_bit_0(bench: FaceBench) -> None:
 
 
 def test_read_only_bits_of_flag_words_are_dropped(bench: FaceBench) -> None:
-    """F257 to F261 are the system's, F262 stops the axis."""
+    """F257 to F261 belong to the system; F262 stops the axis."""
     bench.card.F[260] = 1
     assert bench.sdo("23 10 20 09 FF FF FF FF") == "60 10 20 09 00 00 00 00"
     assert bench.card.F[257:264] == [0, 0, 0, 1, 0, 1, 0]

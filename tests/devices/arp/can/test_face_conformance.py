@@ -1,4 +1,4 @@
-"""Our conformance suite against the face: all of its cases."""
+"""All cases of our conformance suite against the card's CAN node."""
 
 from pathlib import Path
 
@@ -26,9 +26,9 @@ def test_the_card_conforms_to_cia_301() -> None:
     config = {"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": {"card": card}}
     with Rig(from_dict(config, Path(arp_face.__file__).parent)) as rig:
         report = conform_virtual(rig, "can0", Description(EDS, NODE_ID), choose(()), Options(is_alone=True))
-    assert {one.case.number: one.reason for one in report.of(Verdict.FAILED)} == {}
-    missing = {one.case.number: one.reason for one in report.of(Verdict.NOT_APPLICABLE)}
+    assert {result.case.number: result.reason for result in report.of(Verdict.FAILED)} == {}
+    missing = {result.case.number: result.reason for result in report.of(Verdict.NOT_APPLICABLE)}
     assert missing.keys() == NOT_THERE.keys()
     assert all(NOT_THERE[number] in reason for number, reason in missing.items())
     assert len(report.of(Verdict.PASSED)) == 122
-    assert [one.case.number for one in report.of(Verdict.WARNING)] == ["1.0"]
+    assert [result.case.number for result in report.of(Verdict.WARNING)] == ["1.0"]

@@ -1,4 +1,4 @@
-"""The file arp-card.eds: right in itself, right about the card, and read by python canopen."""
+"""The file arp-card.eds: valid, consistent with the card, and readable by python canopen."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ DICTIONARY = eds.load(EDS, NODE_ID)
 
 
 class Wire(canopen.Network):
-    """A network of function calls: what the card answers arrives at once."""
+    """A network of function calls: the card's answers arrive at once."""
 
     def __init__(self, bench: FaceBench) -> None:
         super().__init__()
@@ -47,11 +47,11 @@ def node(bench: FaceBench) -> Any:
 
 
 def test_the_check_finds_nothing() -> None:
-    assert [one for one in check_eds(EDS) if "no clear mapping direction" not in one.what] == []
+    assert [finding for finding in check_eds(EDS) if "no clear mapping direction" not in finding.what] == []
 
 
 def test_every_object_of_the_manufacturer_has_something_behind_it() -> None:
-    described = {(one.index, one.subindex) for one in DICTIONARY if 0x2000 <= one.index < 0x6000}
+    described = {(entry.index, entry.subindex) for entry in DICTIONARY if 0x2000 <= entry.index < 0x6000}
     counts = {(index, 0) for index, subindex in described if subindex > 0}
     orders = {(objects.COMMAND, 0), (objects.CONTROL, 0)}
     assert {(cell.index, cell.subindex) for cell in objects.cells(OutsideCard())} == described - counts - orders
@@ -71,7 +71,7 @@ def test_values_have_the_size_of_their_type(bench: FaceBench) -> None:
 @pytest.mark.parametrize("group", [0, 1, 2])
 def test_limits_defaults_and_names_of_parameters(group: int) -> None:
     table, lowest, highest = PARAMETERS[group], -(1 << 31), (1 << 31) - 1
-    assert {one.subindex for one in DICTIONARY.members(objects.GROUPS[group])} == set(table)
+    assert {entry.subindex for entry in DICTIONARY.members(objects.GROUPS[group])} == set(table)
     for number, parameter in table.items():
         variable = DICTIONARY.find(objects.GROUPS[group], number)
         assert (variable.low or lowest, variable.high or highest) == (parameter.low or lowest, parameter.high)

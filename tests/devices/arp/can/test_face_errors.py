@@ -35,7 +35,7 @@ def test_each_error_has_its_message_and_its_end(bench: FaceBench, error: int, me
     assert bench.refresh() == ["08A#00 00 00 00 00 00 00 00"]
 
 
-def test_every_error_of_the_card_is_told() -> None:
+def test_every_error_of_the_card_is_sent() -> None:
     assert set(MEANINGS) == {103, 105, 106, 111, 112, 113, 116} >= BLOCKING
 
 
@@ -67,15 +67,15 @@ def test_an_error_at_power_on_follows_the_boot_up_message() -> None:
     assert bench.start() == ["70A#00", "08A#00 90 01 69 00 00 03 00"]
 
 
-def test_after_a_reset_of_the_node_errors_are_told_again(bench: FaceBench) -> None:
+def test_after_a_reset_of_the_node_errors_are_sent_again(bench: FaceBench) -> None:
     bench.card.errors.fail(116, 1)
     bench.refresh()
     assert bench.send("000#81 0A") == ["70A#00"]
     assert bench.refresh() == ["08A#11 86 81 74 00 01 03 00"]
 
 
-def test_bus_off_is_told_when_the_card_is_back(bench: FaceBench) -> None:
-    """8140h; who watches the modules makes it an error of the card, which stays until that is cleared."""
+def test_bus_off_is_sent_after_its_recovery(bench: FaceBench) -> None:
+    """8140h.  The monitor of the modules makes it an error of the card, which stays until it is cleared."""
     bench.notice(BusState(CanState.BUS_OFF, 256, 0))
     bench.card.errors.fail(106)
     bench.notice(BusState(CanState.ACTIVE, 0, 0))

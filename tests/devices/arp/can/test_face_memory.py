@@ -1,4 +1,4 @@
-"""A card that is killed while parameters are saved has all old ones or all new ones, its node's among them."""
+"""A card that is killed while it saves parameters has all old or all new ones, including its node's."""
 
 from collections.abc import Iterator
 from errno import ENOSPC
@@ -18,13 +18,13 @@ WRITES = (
     "2F 00 18 02 01 00 00 00",  # 1800:02, TPDO 1 with each SYNC
 )
 OLD, NEW = (1000, 1000, 100_000_000, "ff"), (2500, 2500, 5000, "01")
-"""These, in flash, and 1800:02."""
+"""Values of these parameters in flash, and of 1800:02."""
 COMMAND_4, SAVE_ALL, SAVE_OURS = "2F 00 21 00 04 00 00 00", "23 10 10 01 73 61 76 65", "23 10 10 04 73 61 76 65"
 LOAD_ALL = "23 11 10 01 6C 6F 61 64"
 
 
 class FailingStore(CutStore):
-    """It can't be written any more."""
+    """A store that can no longer be written."""
 
     def save(self, data: bytes) -> None:
         try:
@@ -48,17 +48,17 @@ class Card:
 
     @property
     def kept(self) -> tuple[int, int, int, str]:
-        flash = self.bench.outside.parameters.flash
+        flash = self.bench.access.parameters.flash
         return flash[1][11], flash[2][11], flash[2][8], self.sdo("40 00 18 02 00 00 00 00")[12:14]
 
 
 def after(data: bytes | None) -> tuple[int, int, int, str]:
-    """What the next start finds."""
+    """Values that the next start finds."""
     return Card(CutStore(data)).kept
 
 
 def cuts(request: str, data: bytes | None, writes: tuple[str, ...] = ()) -> Iterator[CutStore]:
-    """The store after a kill at each of the writes that a request takes, and at last without one."""
+    """The store after a kill at each of the writes of a request, and finally without a kill."""
     for allowed in range(100):
         card = Card(CutStore(data))
         for write in writes:
@@ -102,5 +102,5 @@ def test_what_the_memory_refuses_is_not_half_there(request_: str) -> None:
         card.sdo(write)
     card.store.allowed, card.store.saves = 0, 0
     assert card.sdo(request_) == f"80 {request_[3:11]} 00 00 06 06"
-    flash = card.bench.outside.parameters.flash
+    flash = card.bench.access.parameters.flash
     assert (flash[1][11], flash[2][11], flash[2][8]) == OLD[:3]

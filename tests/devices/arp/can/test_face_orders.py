@@ -27,20 +27,20 @@ def test_a_command_that_the_state_forbids_is_refused(bench: FaceBench, command: 
     assert bench.sdo(f"2F 00 21 00 {command} 00 00 00") == f"80 00 21 00 {DEVICE_STATE}"
 
 
-def test_there_are_four_commands_that_nobody_reads(bench: FaceBench) -> None:
+def test_there_are_four_commands_that_are_write_only(bench: FaceBench) -> None:
     assert bench.sdo("2F 00 21 00 00 00 00 00") == "80 00 21 00 32 00 09 06"
     assert bench.sdo("2F 00 21 00 05 00 00 00") == "80 00 21 00 31 00 09 06"
     assert bench.sdo("40 00 21 00 00 00 00 00") == "80 00 21 00 01 00 01 06"
 
 
 def test_bits_of_the_control_byte_act_when_they_rise(bench: FaceBench) -> None:
-    """RPDO 1: control byte, 3 bytes of nothing, F33 to F64."""
+    """Send RPDO 1: the control byte, 3 unused bytes, and F33 to F64."""
     for control in ("01", "01", "00", "01", "03", "07"):
         bench.send(f"20A#{control} 00 00 00 00 00 00 00")
     assert bench.card.asked == ["run", "run", "stop", "reset"]
 
 
-def test_stop_and_run_together_start_anew(bench: FaceBench) -> None:
+def test_stop_and_run_together_start_again(bench: FaceBench) -> None:
     bench.send("20A#03 00 00 00 00 00 00 00")
     assert bench.card.asked == ["stop", "run"]
 
@@ -60,7 +60,7 @@ def test_control_byte_by_sdo_says_that_it_was_refused(bench: FaceBench) -> None:
 
 @pytest.mark.parametrize("request_", ["2F 00 21 00 04 00 00 00", "23 10 10 01 73 61 76 65", "23 10 10 04 73 61 76 65"])
 def test_parameters_in_ram_are_saved_to_flash(bench: FaceBench, request_: str) -> None:
-    """Command 4, and 'save' to 1010h; only what is different is written."""
+    """Command 4, and 'save' to 1010h.  Only changed values are written."""
     bench.sdo("23 01 23 0B C4 09 00 00")  # @Par1[11] = 2.500
     assert bench.sdo(request_)[:2] == "60"
     assert bench.card.asked == ["save 1/11"]
@@ -88,7 +88,7 @@ def test_restored_defaults_are_in_flash_and_wait_for_the_next_start(bench: FaceB
 
 
 def test_node_keeps_its_pdo_parameters_and_no_variables(bench: FaceBench) -> None:
-    """1010h: TPDO 1 with SYNC; V1 is the card's affair, which has a memory of its own."""
+    """1010h saves TPDO 1 with SYNC.  V1 is not part of it, because the card has its own memory."""
     bench.sdo("2F 00 18 02 01 00 00 00")
     bench.sdo("23 00 20 01 88 13 00 00")
     bench.sdo("23 10 10 01 73 61 76 65")

@@ -1,4 +1,4 @@
-"""PDOs of the card: what a PLC gets without configuring anything, and what it may map."""
+"""PDOs of the card: their default content, and what a PLC may map."""
 
 import pytest
 from arp_face import FaceBench
@@ -106,7 +106,7 @@ def test_inputs_and_positions_can_not_be_mapped_to_be_received(bench: FaceBench)
     assert bench.sdo("23 07 16 01 20 01 00 22") == "80 07 16 01 41 00 04 06"
 
 
-def test_reset_of_the_node_is_none_of_the_card(bench: FaceBench) -> None:
+def test_reset_of_the_node_does_not_reset_the_card(bench: FaceBench) -> None:
     bench.card.V[1], bench.card.F[1] = 5, 1
     assert bench.send("000#81 0A") == ["70A#00"]
     assert (bench.card.V[1], bench.card.F[1], bench.card.asked) == (5, 1, [])

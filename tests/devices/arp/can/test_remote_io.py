@@ -35,7 +35,7 @@ class CardPart:
         self._pass()
 
     def inputs(self, first: int) -> list[int]:
-        """The numbers of those that are 1, of the module that begins at `first`."""
+        """Numbers of the elements that are 1, for the module that begins at `first`."""
         return [number for number in range(first, first + 32) if self.I[number]]
 
     def _pass(self) -> None:
@@ -111,7 +111,7 @@ def test_inputs_of_a_node_are_its_32(cell: Cell, module: str, first: int) -> Non
     cell.set_inputs(module, 4, 0b1000_0000)
     cell.run(50)
     assert cell.card.inputs(first) == [first, first + 2, first + 31]
-    assert cell.card.inputs(502 - first) == []  # the other node's
+    assert cell.card.inputs(502 - first) == []  # the other node's inputs
     cell.set_inputs(module, 1, 0)
     cell.run(50)
     assert cell.card.inputs(first) == [first + 31]
@@ -187,7 +187,7 @@ def test_module_that_is_back_works_again_and_the_error_waits_for_enable(cell: Ce
     cell.pull_plug("io1", 1000)
     cell.run(500)
     cell.card.O[202] = 1
-    cell.set_inputs("io1", 1, 0x04)  # nobody hears of it
+    cell.set_inputs("io1", 1, 0x04)  # the frame is lost
     cell.run(3000)
     assert cell.outputs("io1") == [3, 0, 0, 0]
     assert cell.card.inputs(201) == [203]
@@ -205,7 +205,7 @@ def test_what_is_missing_when_the_card_is_enabled_is_an_error_again(cell: Cell) 
     cell.card.io.freeze()
     cell.card.errors.clear()
     cell.run(5000)
-    assert cell.card.errors.error == 0  # the card's own state is what ERROR tells now
+    assert cell.card.errors.error == 0  # ERROR now shows the card's own state
     cell.card.io.release()
     assert cell.card.errors.error == CAN_ERROR
 
@@ -256,7 +256,7 @@ def test_modules_may_watch_the_card_by_its_node_id(make: Make) -> None:
     assert cell.rig.get("io1", "emcy.code") == 0x8130
 
 
-# On a bench
+# On a bench.
 
 
 class Bench:
@@ -288,7 +288,7 @@ def test_frames_are_those_of_the_predefined_connection_set() -> None:
     ]
     bench.card.O[201] = bench.card.O[232] = 1
     assert bench.hear() == ["201#01 00 00 80"]
-    assert bench.hear() == []  # only what changes is sent
+    assert bench.hear() == []  # only changes are sent
 
 
 @pytest.mark.parametrize(
@@ -329,7 +329,7 @@ def test_nodes_may_have_other_ids() -> None:
     assert bench.hear() == ["000#80 21", "621#2b 17 10 00 64 00 00 00"]
 
 
-def test_bus_off_without_a_loss_sends_outputs_anew() -> None:
+def test_bus_off_without_a_loss_sends_outputs_again() -> None:
     bench = Bench().started()
     off: Any = BusState(CanState.BUS_OFF, 256, 0)
     active: Any = BusState(CanState.ACTIVE, 0, 0)
@@ -340,7 +340,7 @@ def test_bus_off_without_a_loss_sends_outputs_anew() -> None:
     assert bench.hear(active) == []
 
 
-# The bit rate
+# The bit rate.
 
 
 @pytest.mark.manual("ARP-011")

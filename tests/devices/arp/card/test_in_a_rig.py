@@ -1,4 +1,4 @@
-"""A card between other devices of a rig: motor, I/O modules, terminal, another tool on its CAN."""
+"""A card with other devices in a rig: motor, I/O modules, terminal, and another tool on its CAN."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -132,7 +132,7 @@ def test_the_same_rig_gives_the_same_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kbaud", [125, 250, 500, 1000])
 def test_the_bit_rate_is_taken_at_power_on(kbaud: int) -> None:
     bench = CardBench(parameters={"general": {6: kbaud}}, with_can=True)
-    assert [one for one in bench.can.take() if isinstance(one, BitRate)] == [BitRate(kbaud * 1_000)]
-    bench.outside.save_parameter(0, 6, 125_000)
+    assert [message for message in bench.can.take() if isinstance(message, BitRate)] == [BitRate(kbaud * 1_000)]
+    bench.access.save_parameter(0, 6, 125_000)
     bench.run_for(20).drive("I108", False).run_for(20).drive("I108", True).run_for(20)
-    assert not any(isinstance(one, BitRate) for one in bench.can.take())
+    assert not any(isinstance(message, BitRate) for message in bench.can.take())

@@ -17,8 +17,8 @@ def test_each_digital_input_is_a_wire() -> None:
     for number in range(101, 109):
         for level in (True, False):
             bench.drive(f"I{number}", level).run_for(1)
-            assert bench.outside.I[number] == level
-            assert sum(bench.outside.I[101:108]) == (level if number < 108 else 0)
+            assert bench.access.I[number] == level
+            assert sum(bench.access.I[101:108]) == (level if number < 108 else 0)
 
 
 @pytest.mark.manual("ARP-036")
@@ -26,25 +26,25 @@ def test_inputs_are_sampled_once_a_control_loop() -> None:
     bench = CardBench(LOOP, {"general": {1: 5}}).run_for(20)
     bench.drive("I101", True).run_for(4)
     assert bench.get("I101") is True
-    assert bench.outside.I[101] == 0
+    assert bench.access.I[101] == 0
     bench.run_for(1)
-    assert bench.outside.I[101] == 1
+    assert bench.access.I[101] == 1
     bench.drive("I101", False).run_for(2).drive("I101", True).run_for(3)
-    assert bench.outside.I[101] == 1  # too short to be seen
+    assert bench.access.I[101] == 1  # too short to be seen
 
 
 @pytest.mark.manual("ARP-037")
-def test_each_digital_output_is_a_wire_that_is_told_when_it_changes() -> None:
+def test_each_digital_output_is_a_wire_that_carries_its_changes() -> None:
     bench = CardBench(
         "SET O101\nSET O103\nSET O105\nWAIT 0.01\nSET O101\nRES O103\nSET O232\n" + LOOP, is_enabled=False
     )
-    assert [one.name for one in bench.wires.take()] == [
+    assert [signal.name for signal in bench.wires.take()] == [
         *(f"card1.O{number}" for number in range(101, 105)),
         "card1.dac1",
         "card1.dac2",
-    ]  # each at first
+    ]  # all outputs at first
     bench.drive("I108", True).run_for(50)
-    assert [(one.name, one.value) for one in bench.wires.take()] == [
+    assert [(signal.name, signal.value) for signal in bench.wires.take()] == [
         ("card1.O101", True),
         ("card1.O103", True),
         ("card1.O103", False),
@@ -54,7 +54,7 @@ def test_each_digital_output_is_a_wire_that_is_told_when_it_changes() -> None:
 def test_analog_wires_are_in_volts() -> None:
     bench = CardBench("V3 == ADC 3\nV5 == ADC 5\nDAC 2, -2.5\n" + LOOP).drive("adc3", -1.25).drive("adc5", 10.0)
     bench.run_for(20)
-    assert (bench.variable(3), bench.variable(5), bench.told("dac2")) == (-1.25, 10.0, -2.5)
+    assert (bench.variable(3), bench.variable(5), bench.last_sent("dac2")) == (-1.25, 10.0, -2.5)
     assert bench.wires.sent[-1] == Signal("card1.dac2", -2.5, "V")
 
 
@@ -63,7 +63,9 @@ def test_a_wire_in_another_unit_is_not_taken(caplog: pytest.LogCaptureFixture) -
     for _ in range(2):
         bench.wires.deliver(Signal("card1.adc3", 5.0, "mV"))
     assert bench.get("adc3") == 0.0
-    assert [record.message for record in caplog.records] == ["card1.adc3 is in 'mV', adc3 in 'V'; not taken"]
+    assert [record.message for record in caplog.records] == [
+        "card1.adc3 has the unit 'mV', but adc3 has 'V'; the signal is ignored"
+    ]
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300])
@@ -73,7 +75,7 @@ def test_no_number_on_a_wire_harms(terminal: str, value: float) -> None:
     assert bench.drive(terminal, value).run_for(20).state == 3
 
 
-def test_a_motion_beyond_all_bounds_harms_nobody() -> None:
+def test_a_motion_beyond_all_bounds_does_no_harm() -> None:
     bench = CardBench(LOOP, ENCODER_ONLY).run_for(20)
     bench.wires.deliver(Motion("card1.encoder1", 0.0, "count", 0, 1e308, 1e308))
     assert bench.run_for(200).state == 3
@@ -99,7 +101,7 @@ def test_a_counter_sees_whole_counts_only() -> None:
 def test_a_latch_input_captures_the_position(latch1: str, level_of: str) -> None:
     bench = CardBench("SET F265\nLOOP:\nV1 == #LQOSP1\nGOTO LOOP", latch1=latch1).drive("encoder1", 0).run_for(20)
     bench.drive("encoder1", 42).run_for(5).drive(level_of, True).run_for(5)
-    assert (bench.variable(1), bench.outside.F[265]) == (42, 0)
+    assert (bench.variable(1), bench.access.F[265]) == (42, 0)
 
 
 def test_signals_rename_wires() -> None:
@@ -114,14 +116,14 @@ def test_signals_rename_wires() -> None:
 
 
 def test_one_wire_may_go_to_several_inputs() -> None:
-    """Both counters read one encoder; a button starts, and latches."""
+    """Both counters read the same encoder; a button starts and latches."""
     signals = {"encoder1": "line.encoder", "encoder2": "line.encoder", "I101": "button", "I103": "button"}
     bench = CardBench(LOOP, signals=signals)
     bench.wires.deliver(Signal("line.encoder", 7, "count"))
     bench.wires.deliver(Signal("button", True))
     bench.run_for(20)
     assert (bench.position(1), bench.position(2)) == (7, 7)
-    assert bench.outside.I[101:104] == [1, 0, 1]
+    assert bench.access.I[101:104] == [1, 0, 1]
 
 
 def test_an_input_without_a_wire_feels_what_the_rig_file_or_a_person_says() -> None:
@@ -129,12 +131,12 @@ def test_an_input_without_a_wire_feels_what_the_rig_file_or_a_person_says() -> N
         "LOOP:\nV1 == ADC 1\nGOTO LOOP", {"general": {2: 1}}, inputs={"I108": True, "I102": 1, "adc1": 0.001}
     )
     bench.run_for(50)
-    assert (bench.outside.I[102], bench.variable(1)) == (1, 1_000)  # microvolts
+    assert (bench.access.I[102], bench.variable(1)) == (1, 1_000)  # microvolts
     bench.set("I102", False)
     bench.set("adc1", 0.002)
     bench.set("encoder1", 12)
     bench.run_for(1_000)
-    assert (bench.outside.I[102], bench.variable(1), bench.position(1)) == (0, 2_000, 12.0)
+    assert (bench.access.I[102], bench.variable(1), bench.position(1)) == (0, 2_000, 12.0)
     assert (bench.get("adc1"), bench.get("encoder1"), bench.get("adc1.read")) == (0.002, 12, 2_000.0)
 
 

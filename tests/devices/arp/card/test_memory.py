@@ -1,4 +1,4 @@
-"""What a card keeps over power-off, and what it does when its memory fails (digest 10.1, 10.3; manual 2.1, 2.3)."""
+"""The memory of a card over power-off, and its behaviour if the memory fails (digest 10.1, 10.3; manual 2.1, 2.3)."""
 
 import json
 from collections.abc import Callable
@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from fieldrig.store import FileStore, MemoryStore, StoreError
 from fieldrig_devices.arp.card.permanent import MARK
+from fieldrig_devices.arp.card_access import CardState, RefusedError
 from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import ObjectError
-from fieldrig_devices.arp.outside import CardState, RefusedError
 from fieldrig_devices.arp.parameters import Par
 
 LOOP = "LOOP:\nV1 += 1\nGOTO LOOP"
@@ -26,7 +26,7 @@ AXIS_1 = 1
 
 
 class FailingStore(MemoryStore):
-    """Takes so many saves, and then no more."""
+    """Accepts a number of saves and then refuses."""
 
     def __init__(self, saves: int = 0) -> None:
         super().__init__()
@@ -44,7 +44,7 @@ def an_object(program: str, system: int = 1, name: str = "winder") -> bytes:
 
 
 def filled() -> MemoryStore:
-    """The store of a card that was on before."""
+    """The store of a card that was switched on before."""
     store = MemoryStore()
     CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).run_for(20)
     return store
@@ -70,7 +70,7 @@ def test_w04_is_cleared_like_any_other() -> None:
 def test_the_program_runs_after_power_off_without_its_file() -> None:
     store = filled()
     bench = CardBench(store=store).run_for(30)
-    assert (bench.state, bench.outside.program_name) == (CardState.RUN, "program")
+    assert (bench.state, bench.access.program_name) == (CardState.RUN, "program")
 
 
 @pytest.mark.manual("ARP-061")
@@ -81,17 +81,17 @@ def test_variables_last_over_power_off_reset_and_enable() -> None:
     bench.run_for(20)
     for _ in range(2):
         bench.drive("I108", False).run_for(20).drive("I108", True).run_for(20)
-    bench.outside.reset()
+    bench.access.reset()
     bench = CardBench(store=store)
-    assert [bench.outside.V[number] for number in (1, 1000, 500)] == [12_500, -(2**31), 3_000]
+    assert [bench.access.V[number] for number in (1, 1000, 500)] == [12_500, -(2**31), 3_000]
 
 
 @pytest.mark.manual("ARP-063")
 def test_flags_do_not_last() -> None:
     store = MemoryStore()
-    assert CardBench("SET F1\nSET F217", store=store).run_for(20).outside.F[217]
+    assert CardBench("SET F1\nSET F217", store=store).run_for(20).access.F[217]
     bench = CardBench("V1 == 1", store=store).run_for(20)
-    assert not any(bench.outside.F[1:218])
+    assert not any(bench.access.F[1:218])
 
 
 # ---- parameters
@@ -102,9 +102,9 @@ def test_a_program_changes_the_copy_in_ram_only() -> None:
     program = "V1 == @PAR1[7]\n@PAR1[7] == 55.5\nV2 == @PAR1[7]\nV3 == @PAR2[25]\nV4 == @PAR[16]\nLOOP:\nGOTO LOOP"
     bench = CardBench(program, {"axis1": {SPEED: 1234.5}}).run_for(20)
     assert [bench.variable(number) for number in (1, 2, 3, 4)] == [1234.5, 55.5, 10, 10]
-    assert bench.outside.parameters.flash[AXIS_1][SPEED] == 1_234_500
+    assert bench.access.parameters.flash[AXIS_1][SPEED] == 1_234_500
     bench.drive("I108", False).run_for(10).drive("I108", True)
-    bench.outside.parameters.ram[AXIS_1][SPEED] = 0
+    bench.access.parameters.ram[AXIS_1][SPEED] = 0
     bench.run_for(20)
     assert bench.variable(1) == 1234.5
 
@@ -113,13 +113,13 @@ def test_a_program_changes_the_copy_in_ram_only() -> None:
 def test_ctrl_f2_and_run_load_parameters_from_flash() -> None:
     bench = CardBench("@PAR2[8] == 7\nLOOP:\nGOTO LOOP").run_for(20)
     assert bench.get("par2.8") == 7.0
-    bench.outside.reset()
-    bench.outside.run_program()
+    bench.access.reset()
+    bench.access.run_program()
     assert bench.get("par2.8") == 100_000.0
 
 
 RESETS: dict[str, Callable[[CardBench], object]] = {
-    "Ctrl-F2": lambda bench: bench.outside.reset(),
+    "Ctrl-F2": lambda bench: bench.access.reset(),
     "Enable opened": lambda bench: bench.drive("I108", False).run_for(20),
 }
 
@@ -127,16 +127,16 @@ RESETS: dict[str, Callable[[CardBench], object]] = {
 @pytest.mark.manual("ARP-006")
 @pytest.mark.parametrize("reset", RESETS.values(), ids=RESETS)
 def test_every_reset_reads_the_parameters_from_flash_at_once(reset: Callable[[CardBench], object]) -> None:
-    """Manual 2.3: re-read at every starting and resetting; 4.2.2: set each time the system is reset."""
+    """Manual 2.3: read again at every start and reset; 4.2.2: set each time the system is reset."""
     bench = CardBench("@PAR2[8] == 7\nLOOP:\nGOTO LOOP", {"axis1": {SPEED: 1234}}).run_for(20)
-    assert bench.outside.save_parameter(AXIS_1, SPEED, 777_000)
-    assert bench.outside.set_parameter(AXIS_1, SPEED, 5_000)
-    assert bench.outside.set_parameter(0, Par.DIAGNOSTIC_1_GAIN, 3_000)
+    assert bench.access.save_parameter(AXIS_1, SPEED, 777_000)
+    assert bench.access.set_parameter(AXIS_1, SPEED, 5_000)
+    assert bench.access.set_parameter(0, Par.DIAGNOSTIC_1_GAIN, 3_000)
     assert [bench.get(key) for key in ("par2.8", "par.11", "par1.7")] == [7.0, 3.0, 5.0]
     reset(bench)
     assert [bench.get(key) for key in ("par2.8", "par.11", "par1.7")] == [100_000.0, 1.0, 777.0]
-    bench.outside.set_parameter(AXIS_1, SPEED, 5_000)
-    bench.outside.reset()  # once more, while it is held
+    bench.access.set_parameter(AXIS_1, SPEED, 5_000)
+    bench.access.reset()  # once more, while it is held
     assert bench.get("par1.7") == 777.0
 
 
@@ -144,11 +144,11 @@ def test_every_reset_reads_the_parameters_from_flash_at_once(reset: Callable[[Ca
 def test_a_reset_reads_the_flash_itself() -> None:
     bench = CardBench(LOOP).run_for(20)
     other = CardBench(LOOP).run_for(20)
-    assert other.outside.save_parameter(AXIS_1, SPEED, 777_000)
+    assert other.access.save_parameter(AXIS_1, SPEED, 777_000)
     data = other.store.load()
     assert data is not None
     bench.store.save(data)
-    bench.outside.reset()
+    bench.access.reset()
     assert bench.get("par1.7") == 777.0
 
 
@@ -156,15 +156,15 @@ def test_a_reset_reads_the_flash_itself() -> None:
 def test_what_the_service_port_saves_lasts() -> None:
     store = filled()
     bench = CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).run_for(20)
-    assert bench.outside.save_parameter(AXIS_1, SPEED, 777_000)
-    assert bench.outside.parameters.ram[AXIS_1][SPEED] == 777_000
+    assert bench.access.save_parameter(AXIS_1, SPEED, 777_000)
+    assert bench.access.parameters.ram[AXIS_1][SPEED] == 777_000
     bench = CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).run_for(20)
-    assert bench.get("par1.7") == 777.0  # the rig file says what it said before
+    assert bench.get("par1.7") == 777.0  # the rig file has not changed
 
 
 def test_a_changed_value_in_the_rig_file_is_written_again() -> None:
     store = filled()
-    CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).outside.save_parameter(AXIS_1, 8, 5_000)
+    CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).access.save_parameter(AXIS_1, 8, 5_000)
     bench = CardBench(LOOP, {"axis1": {SPEED: 4321}}, store=store).run_for(20)
     assert (bench.get("par1.7"), bench.get("par1.8")) == (4321.0, 5.0)
 
@@ -174,10 +174,10 @@ def test_a_changed_value_in_the_rig_file_is_written_again() -> None:
 )
 def test_a_parameter_out_of_range_is_refused_from_outside(group: int, number: int, raw: int) -> None:
     bench = CardBench(LOOP).run_for(20)
-    before = [list(table) for table in bench.outside.parameters.flash]
-    assert not bench.outside.set_parameter(group, number, raw)
-    assert not bench.outside.save_parameter(group, number, raw)
-    assert bench.outside.parameters.flash == before
+    before = [list(table) for table in bench.access.parameters.flash]
+    assert not bench.access.set_parameter(group, number, raw)
+    assert not bench.access.save_parameter(group, number, raw)
+    assert bench.access.parameters.flash == before
 
 
 @pytest.mark.manual("ARP-012", "ARP-026")
@@ -196,7 +196,7 @@ def test_periods_are_taken_at_power_on_only() -> None:
     bench = CardBench(LOOP, {"general": {1: 4, 16: 40}}).run_for(100)
     cycles = int(bench.get("cycles"))
     assert cycles == 25
-    assert bench.outside.save_parameter(0, Par.CONTROL_PERIOD_MS, 1_000)
+    assert bench.access.save_parameter(0, Par.CONTROL_PERIOD_MS, 1_000)
     bench.drive("I108", False).run_for(50).drive("I108", True).run_for(50)
     assert int(bench.get("cycles")) - cycles == 25
     again = CardBench(LOOP, {"general": {1: 4, 16: 40}}, store=bench.store).run_for(100)
@@ -229,10 +229,10 @@ def test_e03_if_what_is_stored_is_damaged(damage: Callable[[bytes], bytes]) -> N
     store = MemoryStore(damage(data))
     bench = CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).run_for(50)
     assert (bench.state, bench.error) == (CardState.BLOCKED, 103)
-    assert store.load() == damage(data)  # nobody has written over it
+    assert store.load() == damage(data)  # it was not overwritten
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(20)
     assert (bench.state, bench.error) == (CardState.BLOCKED, 103)
-    assert bench.outside.save_parameter(AXIS_1, 8, 5_000)  # writes all of it anew
+    assert bench.access.save_parameter(AXIS_1, 8, 5_000)  # writes the complete content
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(20)
     assert (bench.state, bench.error) == (CardState.RUN, 0)
 
@@ -266,7 +266,7 @@ def test_fields_that_no_card_writes_are_e03_too(wrong: dict[str, Any]) -> None:
 
 def test_a_damaged_flash_gives_the_version_before_it() -> None:
     bench = CardBench(LOOP).run_for(20)
-    bench.outside.save_parameter(AXIS_1, SPEED, 777_000)
+    bench.access.save_parameter(AXIS_1, SPEED, 777_000)
     data = bench.store.load()
     assert data is not None
     bench.store.save(data.replace(b"777000", b"-77000"))  # beyond its limits
@@ -303,11 +303,11 @@ def test_variables_last_again_after_a_reset_when_there_is_ram() -> None:
 def test_e03_if_a_parameter_cannot_be_saved() -> None:
     bench = CardBench(LOOP, store=FailingStore(saves=1)).run_for(50)
     assert bench.state is CardState.RUN
-    assert not bench.outside.save_parameter(AXIS_1, SPEED, 777_000)
+    assert not bench.access.save_parameter(AXIS_1, SPEED, 777_000)
     assert (bench.state, bench.error) == (CardState.BLOCKED, 103)
-    assert bench.outside.parameters.flash[AXIS_1][SPEED] == 10_000_000
+    assert bench.access.parameters.flash[AXIS_1][SPEED] == 10_000_000
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(20)
-    assert (bench.state, bench.error) == (CardState.RUN, 0)  # what is there can be read
+    assert (bench.state, bench.error) == (CardState.RUN, 0)  # the stored data are readable
 
 
 def test_a_read_error_of_the_store_is_e03(tmp_path: Path) -> None:
@@ -330,7 +330,7 @@ def test_ram_without_its_mark_is_e03_once_and_blank_afterwards() -> None:
     words = store.buffered_ram(4004).cast("i")
     words[0], words[5] = 12345, 678
     bench = CardBench(LOOP, store=store).run_for(50)
-    assert (bench.error, bench.outside.V[5]) == (103, 0)
+    assert (bench.error, bench.access.V[5]) == (103, 0)
     assert CardBench(LOOP, store=store).run_for(50).error == 0
 
 
@@ -343,7 +343,7 @@ def test_no_value_in_the_ram_crashes_the_card(content: bytes) -> None:
     ram[4:] = content
     bench = CardBench("V10 == V1 + V2\nV11 == SQR(V3)\nPAC 1, V4\nPST 2, 1, V5\nV12 == V[V6]\n" + LOOP, store=store)
     assert bench.run_for(30).state is CardState.RUN
-    assert -(2**31) <= min(bench.outside.V) <= max(bench.outside.V) < 2**31
+    assert -(2**31) <= min(bench.access.V) <= max(bench.access.V) < 2**31
 
 
 # ---- programs
@@ -359,12 +359,12 @@ def test_a_program_is_loaded_while_nothing_runs(state: CardState) -> None:
         case CardState.RESET_ENABLE:
             bench.drive("I108", False).run_for(20)
         case CardState.RESET_COMMAND:
-            bench.outside.reset()
+            bench.access.reset()
         case CardState.STOPPED:
-            bench.outside.stop_program()
+            bench.access.stop_program()
     assert bench.state is state
-    bench.outside.load(an_object("V7 == 7"))
-    assert (bench.state, bench.outside.program_name, bench.line) == (state, "winder", 2)
+    bench.access.load(an_object("V7 == 7"))
+    assert (bench.state, bench.access.program_name, bench.line) == (state, "winder", 2)
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(20)
     assert bench.variable(7) == 7
 
@@ -372,41 +372,41 @@ def test_a_program_is_loaded_while_nothing_runs(state: CardState) -> None:
 @pytest.mark.manual("ARP-117")
 def test_a_program_that_runs_is_not_replaced() -> None:
     bench = CardBench(LOOP).run_for(20)
-    with pytest.raises(RefusedError, match="runs"):
-        bench.outside.load(an_object("V7 == 7"))
-    assert (bench.state, bench.outside.program_name) == (CardState.RUN, "program")
+    with pytest.raises(RefusedError, match="is running"):
+        bench.access.load(an_object("V7 == 7"))
+    assert (bench.state, bench.access.program_name) == (CardState.RUN, "program")
 
 
 @pytest.mark.manual("ARP-118")
 @pytest.mark.parametrize("data", [b"", b"ARP OBJECT 1\n", an_object("V1 == 1", system=2), an_object("V1 == 1")[:-4]])
 def test_what_is_no_object_of_this_card_leaves_the_old_program(data: bytes) -> None:
     bench = CardBench(LOOP).run_for(20)
-    bench.outside.stop_program()
+    bench.access.stop_program()
     with pytest.raises(ObjectError):
-        bench.outside.load(data)
-    assert (bench.outside.program_name, bench.outside.run_program()) == ("program", True)
-    assert CardBench(store=bench.store).run_for(20).outside.program_name == "program"
+        bench.access.load(data)
+    assert (bench.access.program_name, bench.access.run_program()) == ("program", True)
+    assert CardBench(store=bench.store).run_for(20).access.program_name == "program"
 
 
 def test_a_program_that_cannot_be_saved_leaves_the_old_one() -> None:
     bench = CardBench(LOOP, store=FailingStore(saves=1)).run_for(20)
-    bench.outside.stop_program()
+    bench.access.stop_program()
     with pytest.raises(RefusedError, match="E03"):
-        bench.outside.load(an_object("V7 == 7"))
-    assert (bench.outside.program_name, bench.error) == ("program", 103)
+        bench.access.load(an_object("V7 == 7"))
+    assert (bench.access.program_name, bench.error) == ("program", 103)
 
 
 def test_what_was_downloaded_stays_until_the_file_changes() -> None:
     store = MemoryStore()
     bench = CardBench(LOOP, store=store).run_for(20)
-    bench.outside.stop_program()
-    bench.outside.load(an_object("V7 == 7"))
-    assert CardBench(LOOP, store=store).run_for(20).outside.program_name == "winder"
-    assert CardBench(LOOP + "\nV9 == 9", store=store).run_for(20).outside.program_name == "program"
+    bench.access.stop_program()
+    bench.access.load(an_object("V7 == 7"))
+    assert CardBench(LOOP, store=store).run_for(20).access.program_name == "winder"
+    assert CardBench(LOOP + "\nV9 == 9", store=store).run_for(20).access.program_name == "program"
 
 
 @pytest.mark.manual("ARP-050")
-def test_a_program_in_memory_that_is_none_is_e11_at_run() -> None:
+def test_an_invalid_program_in_memory_is_e11_at_run() -> None:
     store = filled()
     bench = CardBench(LOOP, store=store).run_for(20)
     memory = bench.card.parts.memory
@@ -425,7 +425,7 @@ def test_a_section_lasts_beside_the_rest() -> None:
     section.save(b"\x00\xff")
     again = CardBench(LOOP, store=bench.store).run_for(20)
     assert again.card.parts.memory.section("another", lambda: None).load() == b"\x00\xff"
-    assert again.outside.program_name == "program"
+    assert again.access.program_name == "program"
 
 
 def test_a_section_that_cannot_be_saved_is_e03() -> None:

@@ -1,4 +1,4 @@
-"""V1 to V1000 are in buffered RAM at the end of each control loop, whoever wrote them."""
+"""V1 to V1000 are in buffered RAM at the end of each control loop, regardless of what wrote them."""
 
 from random import Random
 
@@ -15,7 +15,7 @@ def words(store: Store) -> list[int]:
     return store.buffered_ram(4 * (COUNT + 1)).cast("i").tolist()
 
 
-def test_a_blank_ram_is_told_from_one_that_was_used() -> None:
+def test_a_blank_ram_differs_from_one_that_was_used() -> None:
     store = MemoryStore()
     assert Permanent(store).load() is Ram.BLANK
     assert Permanent(store).load() is Ram.GOOD
@@ -53,7 +53,7 @@ def test_variables_are_in_the_ram_before_an_output_shows_them() -> None:
     class Wires(RecordedLink[Signal]):
         def send(self, message: Signal) -> None:
             if bench is not None:
-                shown.append((words(store)[1:], bench.outside.V[1:]))
+                shown.append((words(store)[1:], bench.access.V[1:]))
 
     shown: list[tuple[list[int], list[int]]] = []
     store, bench = MemoryStore(), None
@@ -66,7 +66,7 @@ def test_variables_are_in_the_ram_before_an_output_shows_them() -> None:
 
 def test_what_comes_from_outside_is_kept_at_once() -> None:
     store = MemoryStore()
-    assert CardBench(store=store).outside.set_variables(999, [1, 2])
+    assert CardBench(store=store).access.set_variables(999, [1, 2])
     assert words(store)[999:] == [1, 2]
 
 
@@ -75,5 +75,5 @@ def test_what_comes_from_outside_is_kept_at_once() -> None:
 )
 def test_what_does_not_fit_changes_nothing(first: int, values: list[int]) -> None:
     bench = CardBench()
-    assert not bench.outside.set_variables(first, values)
-    assert not any(bench.outside.V)
+    assert not bench.access.set_variables(first, values)
+    assert not any(bench.access.V)

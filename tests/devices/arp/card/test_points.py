@@ -1,11 +1,11 @@
-"""What `fieldrig get` and `set` reach of a card, and under which rules."""
+"""Access to a card by `fieldrig get` and `set`, and its rules."""
 
 import pytest
 from arp_bench import CardBench
 
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
-from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.card_access import CardState
 
 LOOP = "LOOP:\nGOTO LOOP"
 
@@ -54,7 +54,7 @@ def test_axes_in_engineering_units() -> None:
 def test_variables_in_engineering_units(value: float, raw: int) -> None:
     bench = CardBench(LOOP)
     bench.set("V1000", value)
-    assert bench.outside.V[1000] == raw
+    assert bench.access.V[1000] == raw
     assert bench.get("V1000") == value
 
 
@@ -68,11 +68,11 @@ def test_what_no_variable_can_hold_is_refused(value: Value) -> None:
 def test_inputs_and_outputs_as_words() -> None:
     bench = CardBench("LOOP:\nV1 == #INP1 & H0082\nV2 == #INP2 & HFFFF0000\n@OUT3 == V2\nV3 == @OUT3\nGOTO LOOP")
     for number in (217, 232):
-        bench.outside.I[number] = 1
+        bench.access.I[number] = 1
     bench.set("I102", True)
     bench.run_for(20)
-    assert [bench.outside.V[number] for number in (1, 2, 3)] == [0x82, 0x10000 - 2**31, 0x10000 - 2**31]
-    assert [number for number in range(301, 333) if bench.outside.O[number]] == [317, 332]
+    assert [bench.access.V[number] for number in (1, 2, 3)] == [0x82, 0x10000 - 2**31, 0x10000 - 2**31]
+    assert [number for number in range(301, 333) if bench.access.O[number]] == [317, 332]
 
 
 @pytest.mark.manual("ARP-053")
@@ -81,14 +81,14 @@ def test_flags_one_by_one_and_as_words() -> None:
     for flag in (1, 3, 9, 32):
         bench.set(f"F{flag}", True)
     bench.run_for(20)
-    assert (bench.outside.V[1], bench.outside.V[2]) == (0x105 - 2**31, 5)
+    assert (bench.access.V[1], bench.access.V[2]) == (0x105 - 2**31, 5)
     assert bench.get("F3") is True
 
 
 def test_a_flag_of_the_system_can_only_be_read() -> None:
     with pytest.raises(ControlError, match="only be read"):
         CardBench(LOOP).set("F260", True)
-    assert not CardBench(LOOP).outside.set_flag(260, 1)
+    assert not CardBench(LOOP).access.set_flag(260, 1)
 
 
 def test_outputs_can_be_set_while_they_are_not_held() -> None:
@@ -97,7 +97,7 @@ def test_outputs_can_be_set_while_they_are_not_held() -> None:
         bench.set("O101", True)
     bench.drive("I108", True).run_for(20)
     bench.set("O101", True)
-    assert bench.run_for(2).told("O101") is True
+    assert bench.run_for(2).last_sent("O101") is True
 
 
 @pytest.mark.manual("ARP-005")
@@ -105,8 +105,8 @@ def test_parameters_in_engineering_units() -> None:
     bench = CardBench(LOOP, {"axis1": {7: 12.5}}).run_for(20)
     assert (bench.get("par.1"), bench.get("par1.7"), bench.get("par2.25")) == (1.0, 12.5, 10.0)
     bench.set("par1.7", 99.5)
-    assert bench.outside.parameters.ram[1][7] == 99_500
-    assert bench.outside.parameters.flash[1][7] == 12_500
+    assert bench.access.parameters.ram[1][7] == 99_500
+    assert bench.access.parameters.flash[1][7] == 12_500
     assert bench.card.points()["par1.7"].unit == "unit/s"
 
 

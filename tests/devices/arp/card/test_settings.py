@@ -1,4 +1,4 @@
-"""What a rig file may say about a card, and what `fieldrig check` says if it is wrong."""
+"""Valid and invalid settings of a card in a rig file, and the mistakes that `fieldrig check` reports."""
 
 import re
 from pathlib import Path
@@ -25,7 +25,7 @@ def rig(**settings: Any) -> dict[str, Any]:
 
 
 def wrong(folder: Path, **settings: Any) -> list[str]:
-    """What check finds."""
+    """Mistakes that check finds."""
     try:
         config = from_dict(rig(**settings), folder)
     except ConfigError as cause:
@@ -59,16 +59,16 @@ def test_a_card_with_everything(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ({"parameters": {"general": {1: 0}}}, r"@Par\[1\] .*can't be 0: right would be a whole number from 1 to 10 ms"),
-        ({"parameters": {"general": {1: 1.5}}}, r"@Par\[1\] .*can't be 1.5: right"),
-        ({"parameters": {"general": {6: 300}}}, r"@Par\[6\] .*right would be 125, 250, 500, 1000 kbaud"),
-        ({"parameters": {"general": {17: 1}}}, r"there is no @Par\[17\]: 1 to 16"),
+        ({"parameters": {"general": {1: 0}}}, r"@Par\[1\] .*cannot be 0; expected a whole number from 1 to 10 ms"),
+        ({"parameters": {"general": {1: 1.5}}}, r"@Par\[1\] .*cannot be 1.5; expected"),
+        ({"parameters": {"general": {6: 300}}}, r"@Par\[6\] .*expected 125, 250, 500, 1000 kbaud"),
+        ({"parameters": {"general": {17: 1}}}, r"there is no @Par\[17\]; expected a number from 1 to 16"),
         ({"parameters": {"axis1": {15: 60.001}}}, r"@Par1\[15\] .*0 to 60 s"),
-        ({"parameters": {"axis2": {1: 0.0001}}}, r"@Par2\[1\] .*more than three decimals; right would be 0.001 to"),
+        ({"parameters": {"axis2": {1: 0.0001}}}, r"@Par2\[1\] .*more than three decimals; expected 0.001 to"),
         ({"parameters": {"axis3": {}}}, r"parameters.axis3: there is no such key"),
         ({"inputs": {"I109": True}}, r"no terminal 'I109'"),
-        ({"inputs": {"I101": 2}}, r"I101 can't be 2: right would be true or false"),
-        ({"inputs": {"adc3": True}}, r"adc3 can't be True: right would be a number"),
+        ({"inputs": {"I101": 2}}, r"I101 cannot be 2; expected true or false"),
+        ({"inputs": {"adc3": True}}, r"adc3 cannot be True; expected a number"),
         ({"signals": {"encoder3": "x"}}, r"no terminal 'encoder3'"),
         ({"latch1": "I109"}, r"latch1"),
         ({"number": 100}, r"from 0 to 99"),
@@ -77,25 +77,31 @@ def test_a_card_with_everything(tmp_path: Path) -> None:
         ({"io_nodes": [10]}, r"node-ID 10 .*twice"),
         ({"terminal": True, "parameters": {"general": {8: 10}}}, r"node-ID 10 .*twice"),
         ({"program": "nothing.I01"}, r"no such file"),
-        ({"signals": {"O101": "lamp", "dac1": "lamp"}}, r"O101 and dac1 would both drive the wire 'lamp': one output"),
-        ({"signals": {"I101": ""}}, r"I101 has no wire: a name"),
-        ({"parameters": {"axis1": {7: float("inf")}}}, r"@Par1\[7\] .*: inf is no number; right would be 0.001"),
+        (
+            {"signals": {"O101": "lamp", "dac1": "lamp"}},
+            r"O101 and dac1 both drive the wire 'lamp'; expected one output",
+        ),
+        ({"signals": {"I101": ""}}, r"I101 has no wire; expected a name"),
+        ({"parameters": {"axis1": {7: float("inf")}}}, r"@Par1\[7\] .*: inf is not a number; expected 0.001"),
         ({"costs": {"control_us": 2_000}}, r"control_us and scheduler_us take all of @Par\[1\] \(2 ms\)"),
-        ({"exchange": {"receive": [{"node": 10, "channel": 1, "words": ["V1"]}]}}, r"node 10 is this card: another"),
+        (
+            {"exchange": {"receive": [{"node": 10, "channel": 1, "words": ["V1"]}]}},
+            r"node 10 is this card; expected the node-ID of another",
+        ),
         (
             {"exchange": {"send": [{"channel": 1, "words": ["V1"]}]}, "parameters": {"general": {5: 64}}},
-            r"node-IDs up to 63 send, and @Par\[5\] is 64",
+            r"@Par\[5\] is 64; expected a node-ID up to 63",
         ),
     ],
 )
 @pytest.mark.manual("ARP-005")
-def test_what_is_wrong_is_named_with_what_would_be_right(tmp_path: Path, settings: dict[str, Any], says: str) -> None:
+def test_a_mistake_is_reported_with_what_was_expected(tmp_path: Path, settings: dict[str, Any], says: str) -> None:
     found = wrong(tmp_path, **settings)
     assert len(found) == 1
     assert re.search(says, found[0], re.DOTALL), found[0]
 
 
-def test_each_wrong_parameter_input_and_signal_is_told_at_its_key(tmp_path: Path) -> None:
+def test_each_wrong_parameter_input_and_tie_is_reported_at_its_key(tmp_path: Path) -> None:
     found = wrong(
         tmp_path,
         parameters={"axis2": {26: 1, 4: 9}},
@@ -103,7 +109,7 @@ def test_each_wrong_parameter_input_and_signal_is_told_at_its_key(tmp_path: Path
         signals={"O101": "lamp", "O102": "lamp", "O103": ""},
     )
     keys = ("parameters.axis2[26]", "parameters.axis2[4]", "inputs.I109", "inputs.I108", "signals.O102", "signals.O103")
-    assert [f"devices.card1.{key}: " in one for key, one in zip(keys, found, strict=True)] == [True] * 6
+    assert [f"devices.card1.{key}: " in mistake for key, mistake in zip(keys, found, strict=True)] == [True] * 6
 
 
 @pytest.mark.parametrize(
@@ -112,17 +118,19 @@ def test_each_wrong_parameter_input_and_signal_is_told_at_its_key(tmp_path: Path
 def test_what_is_on_a_can_needs_one(tmp_path: Path, settings: dict[str, Any]) -> None:
     config = from_dict({"time": "virtual", "devices": {"card1": {"kind": "arp", **settings}}}, tmp_path)
     (found,) = try_devices(config.devices.values())
-    assert (found.key, found.remedy) == ("devices.card1", "add it to its links")
+    assert (found.key, found.remedy) == ("devices.card1", "add `can` to its links")
 
 
 @pytest.mark.manual("ARP-117")
 def test_every_mistake_in_a_program_has_its_line_and_column(tmp_path: Path) -> None:
     (tmp_path / "bad.I01").write_text("BEG MAIN\n  V1001 == 5\n  GOTO NOWHERE\nV1 = 3\nEND\n")
     found = wrong(tmp_path, program="bad.I01")
-    assert [f"bad.I01:{place}" in one for place, one in zip(("2:3", "3:3", "4:4"), found, strict=True)] == [True] * 3
+    assert [f"bad.I01:{place}" in mistake for place, mistake in zip(("2:3", "3:3", "4:4"), found, strict=True)] == [
+        True
+    ] * 3
 
 
-def test_mistakes_of_a_program_are_told_once_beside_those_of_the_rig_file(tmp_path: Path) -> None:
+def test_mistakes_of_a_program_are_reported_once_beside_those_of_the_rig_file(tmp_path: Path) -> None:
     (tmp_path / "bad.I01").write_text("BEG MAIN\nV1001 == 5\nEND\n")
     (tmp_path / "rig.yaml").write_text(
         "time: virtual\ndevices:\n"

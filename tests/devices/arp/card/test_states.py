@@ -1,4 +1,4 @@
-"""The states of a card: every pair of state and event, and what each state does (digest 10.1, 10.2)."""
+"""The states of a card: every pair of state and event, and the behaviour in each state (digest 10.1, 10.2)."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ from arp_bench import CardBench
 
 from fieldrig_devices.arp import card_errors as codes
 from fieldrig_devices.arp.card.states import NEXT_STATE, Event, States
-from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.runtime.program import ProgramState
 
 INIT, RESET_ENABLE, RESET_COMMAND = CardState.INIT, CardState.RESET_ENABLE, CardState.RESET_COMMAND
@@ -16,7 +16,7 @@ RUN, STOPPED, BLOCKED = CardState.RUN, CardState.STOPPED, CardState.BLOCKED
 LOOP = "SET O101\nDAC 1, 5\nLOOP:\nV1 += 1\nGOTO LOOP"
 AXES = {"axis1": {4: 1, 7: 1000, 8: 10_000}, "axis2": {4: 1}}
 
-# Digest 10.1, laid out anew: rows are states, columns what happens; a dot is "nothing changes".
+# Digest 10.1 in another layout: rows are states, columns are events; a dot is "nothing changes".
 TABLE = """
                  OPENED         CLOSED   RESET           STARTED   STOPPED   ENDED     FAILED
 INIT             RESET_ENABLE   RUN      .               .         .         .         BLOCKED
@@ -58,13 +58,13 @@ def disabled() -> CardBench:
 
 def at_reset() -> CardBench:
     bench = running()
-    bench.outside.reset()
+    bench.access.reset()
     return bench
 
 
 def stopped() -> CardBench:
     bench = running()
-    assert bench.outside.stop_program()
+    assert bench.access.stop_program()
     return bench
 
 
@@ -95,20 +95,20 @@ def test_each_state_can_be_reached_and_left_by_enable(state: CardState) -> None:
 @pytest.mark.parametrize("state", [RESET_ENABLE, RESET_COMMAND, BLOCKED])
 def test_a_card_that_is_held_has_its_outputs_at_0(state: CardState) -> None:
     bench = running()
-    assert (bench.told("O101"), bench.told("dac1")) == (True, 5.0)
+    assert (bench.last_sent("O101"), bench.last_sent("dac1")) == (True, 5.0)
     for number in (102, 132, 201, 232, 301, 332):
-        assert bench.outside.set_output(number, 1)
+        assert bench.access.set_output(number, 1)
     if state is BLOCKED:
-        bench.outside.errors.fail(codes.STACK)
+        bench.access.errors.fail(codes.STACK)
     elif state is RESET_ENABLE:
         bench.drive("I108", False)
     else:
-        bench.outside.reset()
+        bench.access.reset()
     bench.run_for(11)
     assert bench.state is state
-    assert (bench.told("O101"), bench.told("dac1")) == (False, 0.0)
-    assert not any(bench.outside.O)
-    assert not bench.outside.set_output(101, 1)
+    assert (bench.last_sent("O101"), bench.last_sent("dac1")) == (False, 0.0)
+    assert not any(bench.access.O)
+    assert not bench.access.set_output(101, 1)
 
 
 @pytest.mark.manual("ARP-041")
@@ -117,9 +117,9 @@ def test_a_card_without_enable_holds_its_program_at_the_first_instruction() -> N
     count = bench.variable(1)
     bench.run_for(100)
     assert bench.variable(1) == count
-    assert bench.outside.program is not None
-    assert bench.outside.program.state is ProgramState.HELD
-    assert bench.line == 2  # behind BEG
+    assert bench.access.program is not None
+    assert bench.access.program.state is ProgramState.HELD
+    assert bench.line == 2  # the line after BEG
 
 
 @pytest.mark.manual("ARP-043", "ARP-049")
@@ -131,27 +131,27 @@ def test_closing_enable_clears_errors_and_restores_the_initial_state() -> None:
     assert bench.warning == 201  # opening alone clears nothing
     bench.drive("I108", True).run_for(10)
     assert (bench.state, bench.error, bench.warning) == (RUN, 0, 0)
-    assert bench.outside.parameters.ram[1][7] == 1_000_000
-    assert not bench.outside.F[1]
-    assert not bench.outside.O[110]
+    assert bench.access.parameters.ram[1][7] == 1_000_000
+    assert not bench.access.F[1]
+    assert not bench.access.O[110]
 
 
 @pytest.mark.manual("ARP-044", "ARP-049")
 def test_ctrl_f2_resets_without_an_error() -> None:
     bench = running("V1 == 1 / V2\nSET O101\nLOOP:\nGOTO LOOP")
     assert bench.warning == 201
-    bench.outside.reset()
+    bench.access.reset()
     assert (bench.state, bench.error, bench.warning) == (RESET_COMMAND, 0, 0)
     bench.run_for(100)
-    assert bench.state is RESET_COMMAND  # until somebody says run
-    assert bench.outside.run_program()
+    assert bench.state is RESET_COMMAND  # until a user runs the program
+    assert bench.access.run_program()
     assert bench.state is RUN
 
 
 @pytest.mark.manual("ARP-044")
 def test_ctrl_f2_ends_a_blocking_error() -> None:
     bench = without_program()
-    bench.outside.reset()
+    bench.access.reset()
     assert (bench.state, bench.error) == (RESET_COMMAND, 0)
 
 
@@ -175,15 +175,15 @@ def test_a20_a_drop_of_enable_in_motion_is_seen_within_the_scheduler_period(peri
     bench.run_for(period_ms - 1)
     bench.drive("I108", False)
     fell_ns = bench.clock.now_ns()
-    while bench.told("O101"):
+    while bench.last_sent("O101"):
         bench.run_for(1)
     assert bench.clock.now_ns() - fell_ns <= (period_ms + 1) * 1_000_000
     stood_at = bench.position(1)
     assert 0 < stood_at < 1000
     bench.run_for(500)
-    assert bench.position(1) == stood_at  # a simulated axis has nothing that coasts
-    assert bench.outside.program is not None
-    assert bench.outside.program.state is ProgramState.HELD
+    assert bench.position(1) == stood_at  # a simulated axis does not coast
+    assert bench.access.program is not None
+    assert bench.access.program.state is ProgramState.HELD
 
 
 @pytest.mark.manual("ARP-042")
@@ -191,13 +191,13 @@ def test_a20_a_real_axis_coasts_and_is_read_on() -> None:
     bench = CardBench("LOOP:\nGOTO LOOP", {"axis1": {4: 2, 1: 10, 11: 1, 14: 100}}).drive("encoder1", 0).run_for(50)
     for counts in range(0, 500, 100):
         bench.drive("encoder1", counts).run_for(1)
-    assert bench.told("dac1") == -10.0  # 50 units pushed away, KP 1
+    assert bench.last_sent("dac1") == -10.0  # 50 units pushed away, KP 1
     bench.drive("I108", False).run_for(11)
-    assert bench.told("dac1") == 0.0
+    assert bench.last_sent("dac1") == 0.0
     bench.drive("encoder1", 2_000).run_for(2)
-    assert (bench.position(1), bench.told("dac1")) == (200.0, 0.0)
+    assert (bench.position(1), bench.last_sent("dac1")) == (200.0, 0.0)
     bench.drive("I108", True).run_for(12)
-    assert (bench.position(1), bench.told("dac1")) == (200.0, 0.0)  # under control where it stands
+    assert (bench.position(1), bench.last_sent("dac1")) == (200.0, 0.0)  # under control at its position
 
 
 def test_a_short_drop_of_enable_between_two_passes_is_not_seen() -> None:
@@ -209,7 +209,7 @@ def test_a_short_drop_of_enable_between_two_passes_is_not_seen() -> None:
 @pytest.mark.manual("ARP-041")
 def test_power_on_without_enable_waits_for_it() -> None:
     bench = CardBench(LOOP, is_enabled=False)
-    assert (bench.state, bench.told("O101"), bench.told("dac1")) == (INIT, False, 0.0)
+    assert (bench.state, bench.last_sent("O101"), bench.last_sent("dac1")) == (INIT, False, 0.0)
     bench.run_for(10)
     assert (bench.state, bench.error) == (RESET_ENABLE, codes.RESET)
     bench.drive("I108", True).run_for(10)
@@ -217,7 +217,7 @@ def test_power_on_without_enable_waits_for_it() -> None:
 
 
 @pytest.mark.manual("ARP-050")
-def test_e05_stands_as_long_as_enable_is_low() -> None:
+def test_e05_stays_as_long_as_enable_is_low() -> None:
     bench = CardBench(LOOP, is_enabled=False, with_can=True, io_nodes=[1], terminal=True).run_for(10)
     errors = {bench.run_for(10).error for _ in range(300)}  # terminal and I/O node are missing
     assert errors == {codes.RESET}
@@ -229,28 +229,28 @@ def test_at_its_end_the_main_program_leaves_outputs_as_they_are() -> None:
     bench = running("SET O101\nDAC 1, 5\nPAC 1, 100")
     assert (bench.state, bench.error) == (STOPPED, 0)
     bench.run_for(1_000)
-    assert (bench.told("O101"), bench.told("dac1"), bench.position(1)) == (True, 5.0, 100.0)
-    assert bench.outside.set_output(102, 1)
+    assert (bench.last_sent("O101"), bench.last_sent("dac1"), bench.position(1)) == (True, 5.0, 100.0)
+    assert bench.access.set_output(102, 1)
     bench.run_for(2)
-    assert bench.told("O102") is True
+    assert bench.last_sent("O102") is True
 
 
 def test_a_stopped_program_runs_again_from_its_first_instruction() -> None:
     bench = running("V1 += 1\nLOOP:\nV2 += 1\nGOTO LOOP")
-    bench.outside.stop_program()
+    bench.access.stop_program()
     bench.run_for(100)
     assert bench.variable(1) == 1
-    assert bench.outside.run_program()
+    assert bench.access.run_program()
     bench.run_for(5)
     assert bench.variable(1) == 2
 
 
 def test_run_goes_on_after_a_pause() -> None:
     bench = running("V1 += 1\nLOOP:\nV2 += 1\nGOTO LOOP")
-    assert bench.outside.program is not None
-    bench.outside.program.pause()
+    assert bench.access.program is not None
+    bench.access.program.pause()
     count = bench.run_for(20).variable(2)
-    assert bench.outside.run_program()
+    assert bench.access.run_program()
     assert bench.run_for(20).variable(2) > count
     assert bench.variable(1) == 1
 
@@ -258,7 +258,7 @@ def test_run_goes_on_after_a_pause() -> None:
 @pytest.mark.parametrize("state", [RUN, RESET_ENABLE, BLOCKED])
 def test_run_means_nothing_where_there_is_nothing_to_run(state: CardState) -> None:
     bench = WAYS[state]()
-    assert not bench.outside.run_program()
+    assert not bench.access.run_program()
     assert bench.state is state
 
 
@@ -273,10 +273,10 @@ def test_the_11th_call_blocks_with_e12_and_shows_where() -> None:
     bench = CardBench("BEG M\nCALL A\nEND\nBEG A\nSET O101\nV1 += 1\nIF V1 < 11, CALL B\nEND\nBEG B\nCALL A\nEND")
     bench.run_for(30)
     assert (bench.state, bench.error) == (BLOCKED, 112)
-    assert not any(bench.outside.O)
-    assert bench.outside.program is not None
-    assert bench.outside.program.state is ProgramState.FAILED
-    assert len(bench.outside.program.calls) == 10
+    assert not any(bench.access.O)
+    assert bench.access.program is not None
+    assert bench.access.program.state is ProgramState.FAILED
+    assert len(bench.access.program.calls) == 10
 
 
 @pytest.mark.manual("ARP-046")
@@ -286,7 +286,7 @@ def test_an_error_that_does_not_block_leaves_the_program_running() -> None:
     bench.run_for(10)
     assert (bench.state, bench.error, bench.variable(3)) == (RUN, 113, 113)
     assert bench.variable(2) > count
-    assert bench.told("O101") is True
+    assert bench.last_sent("O101") is True
 
 
 @pytest.mark.manual("ARP-047", "ARP-048", "ARP-051")

@@ -1,4 +1,4 @@
-"""Whole expressions, as compiled, against a model that computes them exactly, node by node."""
+"""Complete expressions: the compiled code against a model that computes them exactly, node by node."""
 
 import math
 from fractions import Fraction
@@ -50,14 +50,14 @@ SINGLE_BITS: st.SearchStrategy[Expression] = st.recursive(
 
 
 class Model:
-    """Exact rationals, cut to what the card can hold after each operation."""
+    """Computes with exact rationals, limited to the range of the card after each operation."""
 
     def __init__(self, variables: list[int]) -> None:
         self._variables = variables
         self.warnings: list[int] = []
 
-    def value(self, one: Expression) -> int:
-        match one:
+    def value(self, expression: Expression) -> int:
+        match expression:
             case Number(raw):
                 return raw
             case Constant():
@@ -78,7 +78,7 @@ class Model:
                 return math.trunc(Fraction(self.value(operand), 1_000)) * 1_000
             case Binary(sign, left, right):
                 return self._binary(sign, self.value(left), self.value(right))
-        raise AssertionError(one)
+        raise AssertionError(expression)
 
     def _held(self, raw: Fraction) -> int:
         whole = math.trunc(raw)
@@ -135,8 +135,8 @@ def test_a_compiled_expression_is_what_the_model_computes(expression: Expression
     assert sorted(bench.card.warnings) == sorted(model.warnings)
 
 
-def bit(one: Expression, bits: list[int]) -> int:
-    match one:
+def bit(expression: Expression, bits: list[int]) -> int:
+    match expression:
         case Constant(word):
             return int(word in ("HI", "ON"))
         case Number(raw):
@@ -148,7 +148,7 @@ def bit(one: Expression, bits: list[int]) -> int:
         case Binary(sign, left, right):
             a, b = bit(left, bits), bit(right, bits)
             return {"&": a and b, "|": a or b, "^": int(a != b)}[sign]
-    raise AssertionError(one)
+    raise AssertionError(expression)
 
 
 @MANY

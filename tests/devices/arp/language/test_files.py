@@ -68,7 +68,9 @@ ARP OBJECT 1 SYSTEM 07 NAME counter
 def test_an_object_is_loaded_as_the_same_program() -> None:
     loaded = files.decode(OBJECT)
     assert (loaded.name, loaded.system, loaded.compiled.program) == ("counter", 7, GOOD.program)
-    ours, theirs = (ArpProgram(one, RecordedCard()).code.source(Build.FAST) for one in (GOOD, loaded.compiled))
+    ours, theirs = (
+        ArpProgram(compiled, RecordedCard()).code.source(Build.FAST) for compiled in (GOOD, loaded.compiled)
+    )
     assert ours == theirs
 
 

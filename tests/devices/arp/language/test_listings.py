@@ -4,7 +4,7 @@ import pytest
 from arp_card import ArpBench, RecordedCard
 from arp_listings import EXAMPLE2, EXEMPLE1, TEST_PID
 
-from fieldrig_devices.arp.runtime.card import Cam
+from fieldrig_devices.arp.runtime.card import CamSwitch
 from fieldrig_devices.arp.runtime.program import ProgramState
 
 
@@ -13,8 +13,8 @@ def test_exemple1_arms_its_cams_and_events_once() -> None:
     bench = ArpBench(EXEMPLE1).run(5)
     assert bench.card.parameters[1, 4] == bench.card.parameters[2, 4] == 0
     assert bench.card.asked == [
-        ("CAM", 1, Cam(1, 5_000_000, 15_000_000, False, "O", 101)),
-        ("CAM", 2, Cam(1, 15_000_000, 5_000_000, False, "O", 102)),
+        ("CAM", 1, CamSwitch(1, 5_000_000, 15_000_000, False, "O", 101)),
+        ("CAM", 2, CamSwitch(1, 15_000_000, 5_000_000, False, "O", 102)),
     ]
     bench.card.positions[1] = 1_234_567
     bench.run()
@@ -301,9 +301,9 @@ cam1
 end""")
     bench.card.V[2], bench.card.V[3], bench.card.V[9] = 20_000, 30_000, 3_000
     assert bench.run().card.asked == [
-        ("CAM", 1, Cam(1, 20_000, 30_000, False, "O", 101)),
-        ("CAM", 6, Cam(1, 30_000, 20_000, True, "O", 106)),
-        ("CAM", 3, Cam(2, -1_500, 30_000, False, "F", 9)),
+        ("CAM", 1, CamSwitch(1, 20_000, 30_000, False, "O", 101)),
+        ("CAM", 6, CamSwitch(1, 30_000, 20_000, True, "O", 106)),
+        ("CAM", 3, CamSwitch(2, -1_500, 30_000, False, "F", 9)),
         ("CAM off", 1),
     ]
 
@@ -327,7 +327,7 @@ PST 2, 1, V10""")
 def test_a21_a_second_move_holds_the_program_on_its_line() -> None:
     bench = ArpBench("PAC 1, 100\nPAC 1, 200\nSET O101")
     bench.run()
-    assert bench.program.state is ProgramState.ENDED  # this card never says that it moves
+    assert bench.program.state is ProgramState.ENDED  # this card never reports motion
     bench.card.asked.clear()
     bench.card.O[101] = 0
     bench.card.F[263] = 1

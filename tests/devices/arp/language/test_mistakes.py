@@ -1,4 +1,4 @@
-"""What the compiler says of programs that are wrong: where, what, and what would be right."""
+"""Messages of the compiler about wrong programs: where, what is wrong, and what was expected."""
 
 import pytest
 
@@ -14,20 +14,20 @@ def mistakes(source: str) -> list[Mistake]:
 
 
 def of_line(line: str) -> list[Mistake]:
-    """What is said of one line, of a program with a subprogram SUB and an interrupt routine IRQ."""
+    """Mistakes in one line of a program with a subprogram SUB and an interrupt routine IRQ."""
     source = f"BEG MAIN\n{line}\nEND\nBEG SUB\nHERE:\nEND\nBEGA IRQ\nENDA"
     found = mistakes(source)
-    assert all(one.line == 2 for one in found), found
+    assert all(mistake.line == 2 for mistake in found), found
     return found
 
 
 SYNTAX = [
-    # line, column, what it is about, what was expected
+    # line, column, part of the message, part of what was expected
     ("V1 = 5", 4, "=", "=="),
     ("V1 == ", 6, "end of the line", "a number"),
     ("V1 == 5 +", 10, "end of the line", "a number"),
     ("V1 == (5 + V2", 14, ")", ")"),
-    ("V1 == 5 V2 == 6", 9, "too much", "one instruction a line"),
+    ("V1 == 5 V2 == 6", 9, "not expected here", "one instruction per line"),
     ("V1 == 5.", 7, "5.", "one to three digits"),
     ("V1 == 0.0001", 7, "0.0001", "one to three digits"),
     ("V1 == 1000000", 7, "too large", "999999.999"),
@@ -53,7 +53,7 @@ SYNTAX = [
     ("CAM0", 1, "CAM0", "CAM1 to CAM6"),
     ("CAM1 1, 2, 3", 13, "too early", "0 or 4 values"),
     ("PAC 1", 6, "too early", "an axis, 1 or 2; a number"),
-    ("STOP 1, 2", 9, "too much", "STOP with 1"),
+    ("STOP 1, 2", 9, "not expected here", "STOP with 1"),
     ("TERM 1, 2, 3", 13, "too early", "0 or 2 or 4 or 5 or 6"),
     ("TERM 1, 2, 1, 4, V1, X", 22, "X", "E or P"),
     ("MSG 1, HELLO", 8, "HELLO", "a string"),
@@ -97,7 +97,7 @@ MEANING = [
     ("@PAR[1] == 2", 1, "general parameters", "@PAR1"),
     ("#VEL1 == 2", 1, "only be read", "@"),
     ("I101 == HI", 1, "an input", "an output"),
-    ("SET I101", 5, "can't stand here", "a flag F or an output O"),
+    ("SET I101", 5, "not allowed here", "a flag F or an output O"),
     ("SET F260", 5, "only the system writes F260", "R/W"),
     ("F305 == LO", 1, "only the system writes F305", "R/W"),
     ("F1 == V1", 7, "one bit", "flags, inputs"),
@@ -105,12 +105,12 @@ MEANING = [
     ("F1 == 5 | F2", 9, "one bit", "flags, inputs"),
     ("F1 += 1", 1, "one bit", "=="),
     ("F1 == ADC 1", 7, "one bit", "a variable V"),
-    ("V1 == ADC 7", 11, "7 can't stand here", "ADC with 1 to 6"),
+    ("V1 == ADC 7", 11, "7 is not allowed here", "ADC with 1 to 6"),
     ("V1 == TIM V2", 11, "only a constant", "TIM with 1 to 6"),
     ("IF 5 > 4, SET F1", 4, "two constants", "a variable"),
     ("IF HI = LO, SET F1", 4, "two constants", "a variable"),
     ("GOTO THERE", 1, "no label THERE", "THERE:"),
-    ("GOTO HERE", 1, "stands in SUB", "same routine"),
+    ("GOTO HERE", 1, "is in SUB", "same routine"),
     ("GOTO SUB", 1, "a routine", "CALL SUB"),
     ("IF F1 = HI, THERE", 13, "no label THERE", "THERE:"),
     ("CALL THERE", 1, "no subprogram THERE", "BEG THERE"),
@@ -118,21 +118,21 @@ MEANING = [
     ("CALL MAIN", 1, "main program", "a subprogram"),
     ("ON1 F1 & F2 SUB", 1, "no interrupt routine", "BEGA"),
     ("ON1 F1 & F2 THERE", 1, "no interrupt routine THERE", "BEGA THERE"),
-    ("ON1 I101 & F2 IRQ", 5, "can't stand here", "a flag"),
-    ("ON1 F1 & O101 IRQ", 10, "can't stand here", "a flag or an input"),
-    ("ON1 F1 & 3 > V1 IRQ", 10, "3 can't stand here", "an axis"),
-    ("ON1 F1 & 1 > F1 IRQ", 14, "can't stand here", "a variable V"),
-    ("PAC 3, 100", 5, "3 can't stand here", "an axis"),
+    ("ON1 I101 & F2 IRQ", 5, "not allowed here", "a flag"),
+    ("ON1 F1 & O101 IRQ", 10, "not allowed here", "a flag or an input"),
+    ("ON1 F1 & 3 > V1 IRQ", 10, "3 is not allowed here", "an axis"),
+    ("ON1 F1 & 1 > F1 IRQ", 14, "not allowed here", "a variable V"),
+    ("PAC 3, 100", 5, "3 is not allowed here", "an axis"),
     ("PAC V1, 100", 5, "only a constant", "an axis"),
-    ("PST 2, 1, 10", 11, "can't stand here", "a variable V"),
-    ("DAC 3, 1", 5, "3 can't stand here", "an analog output"),
-    ("STIM 7", 6, "7 can't stand here", "a timer"),
-    ("STIM 1, 1, O101", 12, "can't stand here", "a flag F"),
-    ("CAM1 1, 2, 3, !I101", 16, "can't stand here", "a flag F or an output O"),
-    ("MSG 501, \"A\"", 5, "501 can't stand here", "1 to 500"),
-    ("TERM 1, 1, 4, 1", 12, "4 can't stand here", "a height"),
+    ("PST 2, 1, 10", 11, "not allowed here", "a variable V"),
+    ("DAC 3, 1", 5, "3 is not allowed here", "an analog output"),
+    ("STIM 7", 6, "7 is not allowed here", "a timer"),
+    ("STIM 1, 1, O101", 12, "not allowed here", "a flag F"),
+    ("CAM1 1, 2, 3, !I101", 16, "not allowed here", "a flag F or an output O"),
+    ("MSG 501, \"A\"", 5, "501 is not allowed here", "1 to 500"),
+    ("TERM 1, 1, 4, 1", 12, "4 is not allowed here", "a height"),
     ("TERM 2, V100", 9, "only a constant", "a column"),
-    ("PRINT 501", 7, "501 can't stand here", "0 to 500"),
+    ("PRINT 501", 7, "501 is not allowed here", "0 to 500"),
 ]  # fmt: skip
 
 
@@ -165,9 +165,9 @@ ROUTINES = [
     ("; nothing\n", 1, "no main program"),
     ("BEG MAIN\nV1 == 1", 1, "MAIN has no end"),
     ("BEG MAIN\nBEG SUB\nEND", 2, "MAIN, which begins in line 1, has no end"),
-    ("BEG MAIN\nENDA", 2, "ENDA can't end MAIN"),
+    ("BEG MAIN\nENDA", 2, "ENDA cannot end MAIN"),
     ("BEG MAIN\nEND\nEND", 3, "END ends nothing"),
-    ("BEG MAIN\nEND\nBEGA IRQ\nEND", 4, "END can't end IRQ"),
+    ("BEG MAIN\nEND\nBEGA IRQ\nEND", 4, "END cannot end IRQ"),
     ("BEGA IRQ\nENDA", 1, "the first routine is the main program"),
     ("V1 == 1\nBEG MAIN\nEND", 1, "outside of every routine"),
     ("BEG MAIN\nEND\nV1 == 1", 3, "outside of every routine"),
@@ -203,37 +203,37 @@ def test_a_label_is_the_only_one_of_its_name_in_the_whole_source(source: str, li
 @pytest.mark.manual("ARP-076")
 def test_only_a_colon_makes_a_name_a_label() -> None:
     assert mistakes("BEG MAIN\nL1:\nGOTO L1\nL2 : GOTO L2\nEND") == []
-    assert [one.line for one in mistakes("BEG MAIN\nL1\nEND")] == [2]
-    assert [one.line for one in mistakes("BEG MAIN\nGOTO L1:\nEND")] == [2]
+    assert [mistake.line for mistake in mistakes("BEG MAIN\nL1\nEND")] == [2]
+    assert [mistake.line for mistake in mistakes("BEG MAIN\nGOTO L1:\nEND")] == [2]
 
 
 WHOLE = [
     ("A EQU V1\nA EQU V2\nBEG MAIN\nEND", 2, "already defined in line 1"),
-    ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "A is B is A: it has no meaning"),
+    ("A EQU B\nB EQU A\nBEG MAIN\nEND", 1, "A is B is A: the definition is circular"),
     ("A EQU F1112\nBEG MAIN\nSET A\nEND", 3, "no F1112"),
     ("A EQU F1112\nBEG MAIN\nEND", 1, "no F1112"),
     ("BEG MAIN\nA EQU @PAR1[26]\nEND", 2, "no parameter 26"),
     ("BEG STOP\nEND", 1, "STOP is a word of the language"),
     ("BEG MAIN ; " + "x" * 120 + "\nEND", 1, "131 characters"),
-    ("BEG MAIN\nIF V1 = 1, END\nEND", 2, "END can't begin an instruction"),
+    ("BEG MAIN\nIF V1 = 1, END\nEND", 2, "END cannot begin an instruction"),
 ]
 
 
 @pytest.mark.parametrize(("source", "line", "what"), WHOLE)
 def test_a_program_that_does_not_hang_together(source: str, line: int, what: str) -> None:
-    assert any(one.line == line and what in one.what and not one.is_note for one in mistakes(source))
+    assert any(mistake.line == line and what in mistake.what and not mistake.is_note for mistake in mistakes(source))
 
 
 def test_a_name_may_stand_for_another_name() -> None:
     found = mistakes("A EQU B\nB EQU C\nC EQU V1\nBEG MAIN\nA == 1\nEND")
-    assert [one.what for one in found if not one.is_note] == []
+    assert [mistake.what for mistake in found if not mistake.is_note] == []
 
 
 @pytest.mark.manual("ARP-075")
 @pytest.mark.parametrize(
     ("line", "column", "what"),
     [
-        ("V1 == 1 V2 == 2", 9, "too much"),  # one instruction a line
+        ("V1 == 1 V2 == 2", 9, "not expected here"),  # one instruction per line
         ("V1 == 1 +", 10, "end of the line"),  # no continuation
         ("V1 == 1\u00b5", 8, "has no meaning here"),  # not ASCII
         ("V1 == 1 \x07", 9, "has no meaning here"),  # not printable
@@ -256,7 +256,7 @@ def test_a_line_has_120_characters_with_its_comment() -> None:
 
 def test_everything_wrong_is_said_in_one_go_and_in_order() -> None:
     source = "BEG MAIN\nV1 = 5\nGOTO L2\nV1001 == F400\nX: SET\nEND\nEND"
-    found = [(one.line, one.column) for one in mistakes(source)]
+    found = [(mistake.line, mistake.column) for mistake in mistakes(source)]
     assert found == [(2, 4), (3, 1), (4, 1), (4, 10), (5, 7), (7, 1)]
 
 
@@ -273,8 +273,8 @@ def test_a_label_counts_although_its_line_has_another_mistake(line: str) -> None
 
 
 def test_a_bit_that_does_not_exist_is_one_mistake() -> None:
-    assert [one.what for one in of_line("RES F0")] == ["there is no F0"]
-    assert [one.what for one in of_line("F0 == HI")] == ["there is no F0"]
+    assert [mistake.what for mistake in of_line("RES F0")] == ["there is no F0"]
+    assert [mistake.what for mistake in of_line("F0 == HI")] == ["there is no F0"]
 
 
 @pytest.mark.manual("ARP-017")
@@ -317,4 +317,4 @@ def test_a_comment_may_hold_anything() -> None:
 @pytest.mark.manual("ARP-083")
 def test_goto_stays_in_its_routine() -> None:
     assert mistakes("BEG M\nL1:\nGOTO L1\nEND") == []
-    assert "stands in M" in mistakes("BEG M\nL1:\nEND\nBEG S\nGOTO L1\nEND")[0].what
+    assert "is in M" in mistakes("BEG M\nL1:\nEND\nBEG S\nGOTO L1\nEND")[0].what

@@ -80,7 +80,7 @@ def test_a_busy_axis_holds_the_program_on_the_line(move: str, flag: int, asked: 
     bench.card.F[1] = bench.card.F[flag] = 1
     bench.run(3)
     assert (bench.card.asked, bench.card.O[101], bench.program.place) == ([], 0, Place("MAIN", 2))
-    bench.card.F[1] = 0  # the line has begun: its condition is not asked again
+    bench.card.F[1] = 0  # the line has begun: its condition is not evaluated again
     bench.card.F[flag] = 0
     bench.run()
     assert (bench.card.asked, bench.card.O[101]) == ([asked], 1)
@@ -222,7 +222,7 @@ def test_what_a_slice_ran_over_is_paid_off_in_the_next_ones() -> None:
 
     for _ in range(4):
         slices.give(run)
-    assert asked == [20, 15, 20]  # the second slice was paid off whole, and a quarter of the third
+    assert asked == [20, 15, 20]  # the second slice was paid off completely, and a quarter of the third
 
 
 def test_a_program_that_waits_saves_up_no_time() -> None:

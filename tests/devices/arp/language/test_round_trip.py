@@ -1,4 +1,4 @@
-"""Any text is read without anything but mistakes; any tree, printed and read again, is the same tree."""
+"""Reading any text raises nothing but mistakes; printing and reading any tree returns the same tree."""
 
 from dataclasses import replace
 
@@ -7,42 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig import sandbox
+from fieldrig_devices.arp.language import tree
 from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.instructions import KEYWORDS, SIGNATURES, Value
 from fieldrig_devices.arp.language.lower import NAMES
 from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
 from fieldrig_devices.arp.language.parser import parse
 from fieldrig_devices.arp.language.printer import line_text, program_text
-from fieldrig_devices.arp.language.tree import (
-    Argument,
-    Assign,
-    Binary,
-    BitCondition,
-    Call,
-    Command,
-    Constant,
-    Direct,
-    Equ,
-    Expression,
-    Function,
-    Goto,
-    If,
-    Indexed,
-    Line,
-    Mode,
-    Name,
-    Number,
-    OnEvent,
-    PositionCondition,
-    Program,
-    Read,
-    Resource,
-    Routine,
-    Statement,
-    System,
-    Text,
-    Unary,
-)
 from fieldrig_devices.arp.runtime.program import ArpProgram
 from fieldrig_devices.languages.resumable import Build
 
@@ -72,8 +43,8 @@ def test_any_text_gives_a_program_or_mistakes(text: str) -> None:
     if isinstance(found, Compiled):
         ArpProgram(found, RecordedCard()).code.functions(Build.FAST)
     else:
-        assert any(not one.is_note for one in found)
-        assert all(one.line >= 1 and one.column >= 1 and one.what for one in found)
+        assert any(not mistake.is_note for mistake in found)
+        assert all(mistake.line >= 1 and mistake.column >= 1 and mistake.what for mistake in found)
 
 
 @HEAVIER
@@ -104,86 +75,92 @@ NAME = st.from_regex(r"[A-Z][A-Z0-9_]{2,8}", fullmatch=True).filter(
 )
 DIGITS = st.integers(0, 9_999)
 NUMBER = st.one_of(
-    st.integers(0, 999_999_999).map(Number), st.builds(Number, st.integers(-(2**31), 2**31 - 1), st.just(True))
+    st.integers(0, 999_999_999).map(tree.Number),
+    st.builds(tree.Number, st.integers(-(2**31), 2**31 - 1), st.just(True)),
 )
-NAMED = NAME.map(Name)
-DIRECT = st.builds(Direct, st.sampled_from("VFIO"), DIGITS)
-INDEXED = st.builds(Indexed, st.sampled_from("VFIO"), st.one_of(st.builds(Direct, st.just("V"), DIGITS), NAMED))
+NAMED = NAME.map(tree.Name)
+DIRECT = st.builds(tree.Direct, st.sampled_from("VFIO"), DIGITS)
+INDEXED = st.builds(
+    tree.Indexed, st.sampled_from("VFIO"), st.one_of(st.builds(tree.Direct, st.just("V"), DIGITS), NAMED)
+)
 SYSTEM = st.one_of(
-    st.builds(System, st.sampled_from(["@POS", "#VEL", "#LQOSP", "#LQOSN", "@FLAG", "@OUT", "#INP"]), DIGITS),
-    st.builds(System, st.just("@PAR"), st.one_of(st.none(), st.integers(0, 9)), DIGITS),
+    st.builds(tree.System, st.sampled_from(["@POS", "#VEL", "#LQOSP", "#LQOSN", "@FLAG", "@OUT", "#INP"]), DIGITS),
+    st.builds(tree.System, st.just("@PAR"), st.one_of(st.none(), st.integers(0, 9)), DIGITS),
 )
-RESOURCE: st.SearchStrategy[Resource] = st.one_of(NAMED, DIRECT, INDEXED, SYSTEM)
-ATOM: st.SearchStrategy[Expression] = st.one_of(
-    NUMBER, RESOURCE, st.sampled_from(["PIG", "HI", "LO", "ON", "OFF"]).map(Constant)
+RESOURCE: st.SearchStrategy[tree.Resource] = st.one_of(NAMED, DIRECT, INDEXED, SYSTEM)
+ATOM: st.SearchStrategy[tree.Expression] = st.one_of(
+    NUMBER, RESOURCE, st.sampled_from(["PIG", "HI", "LO", "ON", "OFF"]).map(tree.Constant)
 )
-EXPRESSION: st.SearchStrategy[Expression] = st.recursive(
+EXPRESSION: st.SearchStrategy[tree.Expression] = st.recursive(
     ATOM,
     lambda inner: st.one_of(
-        st.builds(Unary, st.sampled_from("-+!"), inner),
-        st.builds(Binary, st.sampled_from(["|", "^", "&", "<<", ">>", "+", "-", "*", "/", "%"]), inner, inner),
-        st.builds(Function, st.sampled_from(["SQR", "INT", "SEN", "COS"]), inner),
+        st.builds(tree.Unary, st.sampled_from("-+!"), inner),
+        st.builds(tree.Binary, st.sampled_from(["|", "^", "&", "<<", ">>", "+", "-", "*", "/", "%"]), inner, inner),
+        st.builds(tree.Function, st.sampled_from(["SQR", "INT", "SEN", "COS"]), inner),
     ),
     max_leaves=6,
 )
-TEXT = st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"'), max_size=16).map(Text)
-VALUES: dict[Value, st.SearchStrategy[Argument]] = {Value.TEXT: TEXT, Value.MODE: st.sampled_from("EP").map(Mode)}
+TEXT = st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"'), max_size=16).map(tree.Text)
+VALUES: dict[Value, st.SearchStrategy[tree.Argument]] = {
+    Value.TEXT: TEXT,
+    Value.MODE: st.sampled_from("EP").map(tree.Mode),
+}
 
 
 @st.composite
-def commands(draw: st.DrawFn) -> Command:
-    signature = draw(st.sampled_from(sorted(SIGNATURES.values(), key=lambda one: one.word)))
+def commands(draw: st.DrawFn) -> tree.Command:
+    signature = draw(st.sampled_from(sorted(SIGNATURES.values(), key=lambda signature: signature.word)))
     count = draw(st.sampled_from(signature.counts or (len(signature.values),)))
     number = draw(st.integers(1, 6)) if signature.word in ("ON", "CAM") else None
     arguments = tuple(draw(VALUES.get(value, EXPRESSION)) for value in signature.values[:count])
-    return Command(signature.word, arguments, number)
+    return tree.Command(signature.word, arguments, number)
 
 
-SIMPLE: st.SearchStrategy[Statement] = st.one_of(
+SIMPLE: st.SearchStrategy[tree.Statement] = st.one_of(
     commands(),
     st.builds(
-        Assign, RESOURCE, st.sampled_from(["==", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="]),
+        tree.Assign, RESOURCE, st.sampled_from(["==", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="]),
         EXPRESSION,
     ),
-    st.builds(Assign, RESOURCE, st.just("=="), st.builds(Read, st.sampled_from(["ADC", "TIM"]), EXPRESSION)),
-    st.builds(Assign, RESOURCE, st.just("=="), st.builds(Read, st.sampled_from(["ERROR", "WARNING"]))),
-    st.builds(Goto, NAME),
-    st.builds(Call, NAME),
+    st.builds(tree.Assign, RESOURCE, st.just("=="), st.builds(tree.Read, st.sampled_from(["ADC", "TIM"]), EXPRESSION)),
+    st.builds(tree.Assign, RESOURCE, st.just("=="), st.builds(tree.Read, st.sampled_from(["ERROR", "WARNING"]))),
+    st.builds(tree.Goto, NAME),
+    st.builds(tree.Call, NAME),
     st.builds(
-        OnEvent, st.integers(1, 6), RESOURCE,
+        tree.OnEvent, st.integers(1, 6), RESOURCE,
         st.one_of(
-            st.builds(BitCondition, st.sampled_from(["", "!", "/", "\\"]), RESOURCE),
-            st.builds(PositionCondition, st.one_of(NUMBER, NAMED), st.sampled_from("<>"), RESOURCE),
+            st.builds(tree.BitCondition, st.sampled_from(["", "!", "/", "\\"]), RESOURCE),
+            st.builds(tree.PositionCondition, st.one_of(NUMBER, NAMED), st.sampled_from("<>"), RESOURCE),
         ),
         NAME,
     ),
 )  # fmt: skip
-STATEMENT: st.SearchStrategy[Statement] = st.recursive(
+STATEMENT: st.SearchStrategy[tree.Statement] = st.recursive(
     SIMPLE,
     lambda inner: st.builds(
-        If,
+        tree.If,
         EXPRESSION,
         st.sampled_from(["=", "<>", "<", ">", "<=", ">="]),
         EXPRESSION,
-        st.one_of(inner, st.builds(Goto, NAME, st.just(True))),
+        st.one_of(inner, st.builds(tree.Goto, NAME, st.just(True))),
     ),
     max_leaves=2,
 )
-EQU = st.builds(Equ, NAME, st.one_of(RESOURCE, NUMBER))
+EQU = st.builds(tree.Equ, NAME, st.one_of(RESOURCE, NUMBER))
 LINE = st.builds(
-    Line, st.just(0), st.one_of(st.none(), NAME), st.one_of(STATEMENT, STATEMENT, EQU)
+    tree.Line, st.just(0), st.one_of(st.none(), NAME), st.one_of(STATEMENT, STATEMENT, EQU)
 ).filter(lambda line: len(line_text(line)) <= 120)  # fmt: skip
 ROUTINE = st.builds(
-    Routine, NAME, st.booleans(), st.lists(LINE, max_size=5).map(tuple), st.just(0), st.just(0)
+    tree.Routine, NAME, st.booleans(), st.lists(LINE, max_size=5).map(tuple), st.just(0), st.just(0)
 )  # fmt: skip
 PROGRAM = st.builds(
-    Program,
-    st.tuples(ROUTINE.map(lambda one: replace(one, is_interrupt=False)), ROUTINE),
-    st.lists(EQU.map(lambda equ: Line(0, None, equ)), max_size=3).map(tuple),
+    tree.Program,
+    st.tuples(ROUTINE.map(lambda routine: replace(routine, is_interrupt=False)), ROUTINE),
+    st.lists(EQU.map(lambda equ: tree.Line(0, None, equ)), max_size=3).map(tuple),
 )
 
 
 @HEAVY
 @given(program=PROGRAM)
-def test_a_printed_program_is_read_as_the_same_program(program: Program) -> None:
+def test_a_printed_program_is_read_as_the_same_program(program: tree.Program) -> None:
     assert parse(program_text(program)) == (program, [])

@@ -1,4 +1,4 @@
-"""What each axis parameter may be, as manual 3.2 prints it; what is out of range changes nothing."""
+"""The range of each axis parameter, as in manual 3.2; a value out of range changes nothing."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from fieldrig_devices.arp.parameters import Kind, Parameters
 
 LARGEST = 999_999.999
 
-# Row of the digest, parameter, smallest and largest value, one that is refused.
+# Row of the digest, parameter, smallest and largest value, a value that is refused.
 PRINTED = [
     ("ARP-018", 1, 0.001, LARGEST, 0.0),
     ("ARP-020", 2, 1.0, 100_000.0, 0.999),

@@ -51,7 +51,7 @@ def test_slave_uses_its_acceleration_in_the_join_at_the_full_speed_of_the_master
 
 
 @pytest.mark.manual("ARP-101")
-def test_slave_stands_between_points_of_the_same_position() -> None:
+def test_slave_rests_between_points_of_the_same_position() -> None:
     table = CamTable(B, WIDE, WIDE, OF_B)
     for master in range(2150, 2901, 10):
         assert table.at(master).slave == 2000
@@ -60,18 +60,18 @@ def test_slave_stands_between_points_of_the_same_position() -> None:
 
 @pytest.mark.manual("ARP-102")
 def test_joins_that_pass_through_the_points() -> None:
-    """The other reading of "passing by": the points are on the curve, and the acceleration is kept."""
+    """The other interpretation of "passing by": the points are on the curve, and the acceleration is kept."""
     for points, demand in ((A, OF_A), (B, OF_B)):
         table = CamTable(points, WIDE, WIDE, demand, "through")
         for master, slave in points:
             assert table.at(master).slave == pytest.approx(slave, abs=1e-8)
             bend = abs(table.at(master).curvature) * demand.master_speed**2
             assert bend == pytest.approx(0, abs=1e-6) or bend == pytest.approx(demand.slave_acceleration)
-    assert table.at(2500).slope == pytest.approx(-0.043, abs=5e-4)  # digest 13.2: the dwell is none any more
+    assert table.at(2500).slope == pytest.approx(-0.043, abs=5e-4)  # digest 13.2: the dwell disappears
 
 
 def test_joins_through_points_that_leave_no_room_are_refused() -> None:
-    """Rounded off, these joins just fit; to pass through the points the corners would have to be sharper."""
+    """Rounded off, these joins just fit; to pass through the points, the corners would have to be sharper."""
     zigzag = [Point(100 * number, 100 * (number % 2)) for number in range(8)]
     demand = Demand(100.0, 1e9, 100.0**2 * 2 / 100)
     CamTable(zigzag, WIDE, WIDE, demand)
@@ -80,7 +80,7 @@ def test_joins_through_points_that_leave_no_room_are_refused() -> None:
 
 
 @pytest.mark.manual("ARP-104")
-def test_kind_of_the_cam_is_told_by_its_ends() -> None:
+def test_kind_of_the_cam_follows_from_its_ends() -> None:
     turn, other = Span(0, 10_000), Span(0, 5000)
     rising = [Point(0, 0), Point(4000, 3000), Point(10_000, 5000)]
     falling = [Point(0, 5000), Point(4000, 3000), Point(10_000, 0)]
@@ -127,7 +127,7 @@ def raw(*values: float) -> list[int]:
 
 
 @pytest.mark.manual("ARP-101")
-def test_table_stands_in_the_variables_as_pairs() -> None:
+def test_table_is_in_the_variables_as_pairs() -> None:
     """A17; the table of 22 pairs is 45 variables long (digest 21)."""
     flat = [value for point in B for value in point]
     assert read_points(raw(6, *flat), 1) == B
@@ -154,7 +154,7 @@ def test_table_must_end_within_the_variables(first: int) -> None:
 @pytest.mark.manual("ARP-103")
 @pytest.mark.parametrize("masters", [(0, 0, 5), (0, 5, 5), (0, 6, 5), (5, 4, 3)])
 def test_master_points_must_rise(masters: tuple[int, ...]) -> None:
-    with pytest.raises(TableError, match="rise"):
+    with pytest.raises(TableError, match="increase"):
         read_points(raw(3, *(value for master in masters for value in (master, 0))), 1)
 
 
@@ -167,11 +167,11 @@ def test_slave_may_not_exceed_its_speed() -> None:
 
 @pytest.mark.manual("ARP-103", "ARP-034")
 def test_join_may_be_as_wide_as_there_is_room() -> None:
-    """Digest 13.6: example A fits up to 15811.388 master units a second."""
+    """Digest 13.6: example A fits up to 15811.388 master units per second."""
     CamTable(A, WIDE, WIDE, Demand(15_811.388, 1e6, 50_000.0))
-    with pytest.raises(TableError, match="room"):
+    with pytest.raises(TableError, match="wider"):
         CamTable(A, WIDE, WIDE, Demand(15_811.389, 1e6, 50_000.0))
-    with pytest.raises(TableError, match="room"):  # repetitive: half a join at each end, so only half the room
+    with pytest.raises(TableError, match="wider"):  # repetitive: half a join at each end, so only half the distance
         CamTable(A, Span(0, 10_000), WIDE, Demand(15_811.388, 1e6, 50_000.0))
 
 

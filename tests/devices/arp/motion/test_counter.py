@@ -1,4 +1,4 @@
-"""From encoder counts to the position counter: manual 3.2, @ParX[1] to [6], and the passing flags of 4.6."""
+"""Conversion of encoder counts to the position counter: manual 3.2, @ParX[1] to [6], and the passing flags of 4.6."""
 
 import pytest
 from arp_axes import AxesBench
@@ -12,10 +12,10 @@ from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
 
 @pytest.mark.manual("ARP-018")
 def test_counts_become_units_as_in_the_example_of_the_manual() -> None:
-    """A22: 2000 pulses, a screw of 10 mm behind 1/12, counted in 0.01 mm."""
+    """A22: 2000 pulses, a leadscrew of 10 mm after a gear of 1/12, counted in 0.01 mm."""
     bench = AxesBench((1, 1, 2000 * 4 / (1000 / 12)))
     assert bench.parameters.ram[1][1] == 96_000
-    bench.counts[1] = 12 * 8000  # one turn of the screw
+    bench.counts[1] = 12 * 8000  # one turn of the leadscrew
     bench.loop()
     assert bench.axes.position(1) == 1_000_000
 

@@ -1,4 +1,4 @@
-"""What the diagnostic outputs may show of an axis: manual 3.1, @Par[10]; digest 6.1."""
+"""Values of an axis that the diagnostic outputs show: manual 3.1, @Par[10]; digest 6.1."""
 
 import pytest
 from arp_axes import AxesBench

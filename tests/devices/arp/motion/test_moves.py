@@ -15,7 +15,7 @@ BOTH = pytest.mark.parametrize(("axis", "first"), [(1, 257), (2, 289)])
 
 
 def bench_of_simulated(*parameters: tuple[int, int, float], ms: int = 1) -> AxesBench:
-    """Both axes simulated, 1000 unit/s and 5000 unit/s2, standing and arrived."""
+    """Both axes simulated, 1000 unit/s and 5000 unit/s2, at rest and arrived."""
     bench = AxesBench(*SIMULATED, *LIMITS, *parameters, ms=ms)
     bench.until_flag(1, AxisFlag.ARRIVED)
     return bench
@@ -136,7 +136,7 @@ def test_relative_move_goes_both_ways_and_across_the_wrap() -> None:
 
 @pytest.mark.manual("ARP-096")
 def test_relative_move_goes_on_from_the_reference_and_not_from_the_reading() -> None:
-    """@POS is what a program sees (manual 4.2.1); errors of the loop don't add up over many moves."""
+    """@POS is what a program sees (manual 4.2.1); loop errors do not accumulate over many moves."""
     bench = AxesBench((1, 4, 2.0), *LIMITS)
     bench.counts[1] = 0
     bench.loop()
@@ -191,7 +191,7 @@ def test_limits_scale_the_parameters_and_a_reset_restores_them() -> None:
     bench.axes.limit_deceleration(1, 20_000)
     bench.axes.move_by(1, 2_000_000)
     assert bench.until_flag(1, AxisFlag.RUNNING, 0) == round((500 / 500 + 500 / 1000 + (2000 - 375) / 500) * 1000)
-    bench.axes.move_by(1, 2_000_000)  # they stay
+    bench.axes.move_by(1, 2_000_000)  # the limits stay in effect
     assert bench.until_flag(1, AxisFlag.RUNNING, 0) == 4750
     bench.axes.start()
     bench.axes.engage()
@@ -225,7 +225,7 @@ def test_limit_of_0_percent_all_but_holds_the_axis() -> None:
 @pytest.mark.manual("ARP-069", "ARP-071")
 @BOTH
 def test_stop_flag_leaves_the_axis_at_its_speed(axis: int, first: int) -> None:
-    """A25, on a PAC."""
+    """A25, with a PAC."""
     bench = bench_of_simulated()
     bench.axes.move_to(axis, 1_000_000)
     bench.loop(100)
@@ -234,7 +234,7 @@ def test_stop_flag_leaves_the_axis_at_its_speed(axis: int, first: int) -> None:
     assert (bench.F[first + 3], bench.F[first + 6], bench.F[first + 7]) == (0, 0, 1)
     assert bench.speed(axis) == pytest.approx(500.0)
     before = bench.position(axis)
-    bench.loop(3000)  # past what was the target
+    bench.loop(3000)  # beyond the old target
     assert bench.position(axis) == pytest.approx(before + 1500.0)
     assert bench.F[first + 5] == 1
     bench.axes.move_by(axis, 0)
@@ -261,7 +261,7 @@ def test_stop_brakes_with_dec_and_then_the_axis_has_arrived() -> None:
     before = bench.position(1)
     bench.axes.stop_axis(1)
     assert (bench.F[260], bench.F[263], bench.F[264]) == (0, 1, 0)
-    bench.raise_flag(1, AxisFlag.STOP)  # is for moves and not for a stop
+    bench.raise_flag(1, AxisFlag.STOP)  # acts on moves, not on a stop
     assert bench.until_flag(1, AxisFlag.RUNNING, 0) == 1000  # 1000 unit/s at 1000 unit/s2
     assert bench.position(1) == pytest.approx(before + 500.0)
     assert (bench.F[260], bench.F[264]) == (1, 0)
@@ -292,12 +292,12 @@ def test_move_begins_at_the_speed_that_was_left_and_may_overshoot() -> None:
     bench.until_flag(1, AxisFlag.FINAL_SPEED)
     start = bench.position(1)
     bench.axes.move_to(1, round(start + 50) * 1000)
-    course = [0.0]
+    trajectory = [0.0]
     while bench.loop().F[263]:
-        course.append(bench.position(1) - start)
+        trajectory.append(bench.position(1) - start)
     # to rest in 200 ms and 100 units (1000^2 / 2 / 5000), and 50 units back in 200 ms, half of them faster and faster
-    assert [course[loop] for loop in (100, 200, 300, 399)] == pytest.approx([75.0, 100.0, 75.0, 50.0025])
-    assert (max(course), len(course)) == (course[200], 400)
+    assert [trajectory[loop] for loop in (100, 200, 300, 399)] == pytest.approx([75.0, 100.0, 75.0, 50.0025])
+    assert (max(trajectory), len(trajectory)) == (trajectory[200], 400)
     assert bench.axes.position(1) == round(start + 50) * 1000
     assert bench.F[264] == 0
 
@@ -363,7 +363,7 @@ def test_home_has_no_effect_in_firmware_3_00() -> None:
 
 @pytest.mark.manual("ARP-098")
 def test_second_move_holds_the_program_on_its_line_until_the_first_has_ended() -> None:
-    """A21, on the run-time."""
+    """A21, in the run-time system."""
     bench = bench_of_simulated()
     bench.load("BEG MAIN\nPAC 1, 100\nV1 == 1\nPAC 1, 50\nV1 == 2\nPVC 2, 10\nL: GOTO L\nEND")
     bench.until(lambda: bench.V[1] == 1_000)

@@ -10,14 +10,14 @@ LIMITS = ((1, 7, 500.0), (1, 8, 2000.0))
 
 
 def held(*parameters: tuple[int, int, float]) -> AxesBench:
-    """Axis 1 controlled, its encoder standing at 0 count, proportional gain 1 V/unit."""
+    """Axis 1 controlled, its encoder at rest at count 0, proportional gain 1 V/unit."""
     bench = AxesBench((1, 4, 2.0), (1, 11, 1.0), *parameters)
     bench.counts[1] = 0
     return bench.loop()
 
 
 def driven(*parameters: tuple[int, int, float]) -> AxesBench:
-    """Axis 1 with a motor of 2500 unit/s2 for a volt; 4 counts are a unit."""
+    """Axis 1 with a motor of 2500 unit/s2 per volt; a unit is 4 counts."""
     bench = AxesBench((1, 4, 2.0), (1, 1, 4.0), *GAINS, *LIMITS, *parameters)
     bench.motors[1] = Motor(10_000.0, friction=2.0)
     return bench.loop()
@@ -30,7 +30,7 @@ def test_card_moves_a_motor_to_the_target_by_its_torque_alone() -> None:
     most = 0.0
     while bench.loop().F[263]:
         most = max(most, abs(bench.axes.tracking_error(1) / 1000))
-    assert 0 < most < 5.0  # it follows all the way
+    assert 0 < most < 5.0  # it follows throughout
     bench.until_flag(1, AxisFlag.ARRIVED)
     bench.loop(1000)
     assert bench.motors[1].position / 4 == pytest.approx(300.0, abs=0.3)
@@ -80,7 +80,7 @@ def test_reference_is_clamped_and_the_sum_waits_meanwhile() -> None:
 @pytest.mark.manual("ARP-027")
 @pytest.mark.parametrize(("lag", "expected"), [(0.01, 0.06), (-0.01, -0.01 - 5000 * 0.01 * 0.101)])
 def test_sum_waits_at_the_limit_only_for_an_error_that_drives_it_further_out(lag: float, expected: float) -> None:
-    """FF alone asks for 20 V.  An error of 0.01 unit for 100 samples of 1 ms would be 5 V of the sum."""
+    """FF alone demands 20 V.  An error of 0.01 unit for 100 samples of 1 ms would add 5 V to the integrator."""
     bench = held((1, 1, 1000.0), (1, 10, 0.2), (1, 12, 5000.0), (1, 7, 100.0), (1, 8, 100_000.0))
     bench.axes.move_at(1, 100_000)
     for loop in range(100):
@@ -129,7 +129,7 @@ def test_only_a_cycle_of_enable_brings_lost_control_back() -> None:
     bench = held((1, 14, 5.0))
     bench.counts[1] = 6
     assert bench.loop().errors.error == 116
-    for kind in (1.0, 2.0):  # another kind of axis takes control, but not of one that was lost
+    for kind in (1.0, 2.0):  # another kind of axis takes control, but not of a lost axis
         bench.set(1, 4, kind)
         bench.axes.move_by(1, 1_000)
         assert bench.loop().F[263] == 0
@@ -172,11 +172,11 @@ def test_arrival_waits_until_the_error_stays_in_the_window() -> None:
     bench.until_flag(1, AxisFlag.ARRIVED)
     bench.axes.move_by(1, 3_000)
     bench.until_flag(1, AxisFlag.RUNNING, 0)
-    assert bench.loop(100).F[260] == 0  # 3 units short of it
+    assert bench.loop(100).F[260] == 0  # 3 units short of the target
     bench.counts[1] = 1
     bench.loop(9)
     bench.counts[1] = 0
-    bench.loop()  # left too early
+    bench.loop()  # the window is left too early
     bench.counts[1] = 1
     assert bench.until_flag(1, AxisFlag.ARRIVED) == 11
     bench.counts[1] = 9
@@ -239,7 +239,7 @@ def test_output_is_0_without_control_and_free_on_other_kinds() -> None:
     assert bench.axes.volts(1) == 0.0
     bench.counts[1] = 60
     assert bench.loop().axes.volts(1) == 0.0
-    assert bench.axes.position(1) == 60_000  # the reading goes on
+    assert bench.axes.position(1) == 60_000  # reading continues
     bench.axes.engage()
     assert bench.loop().axes.volts(1) == 0.0
     bench.set(1, 4, 3.0)

@@ -12,7 +12,7 @@ LIMITS = Limits(1000.0, 5000.0, 2500.0)
 
 
 def thousandths(low: float, high: float) -> st.SearchStrategy[float]:
-    """As parameters and programs give them."""
+    """Limits as parameters and programs give them."""
     return st.integers(round(low * 1000), round(high * 1000)).map(lambda raw: raw / 1000)
 
 
@@ -22,7 +22,7 @@ ANY_LIMITS = st.builds(Limits, thousandths(0.001, 1e4), thousandths(0.01, 1e6), 
 
 
 def closed_trapezoid(t: float, v: float, a: float, d: float, distance: float) -> float:
-    """Digest chapter 12, written down again: from rest, with a stretch at full speed."""
+    """Digest chapter 12, a second implementation: from rest, with a section at full speed."""
     total = v / a + v / d + (distance - v * v / 2 / a - v * v / 2 / d) / v
     if t < v / a:
         return a * t * t / 2
@@ -44,50 +44,50 @@ def samples(profile: Profile, count: int = 400) -> list[float]:
 @pytest.mark.manual("ARP-095")
 @pytest.mark.parametrize("sign", [1, -1])
 def test_trapezoid_of_the_manual_takes_10_3_s(sign: int) -> None:
-    course = move(sign * 10_000.0, 0.0, LIMITS)
-    assert course.duration_s == pytest.approx(10.3, abs=1e-12)
-    for t in samples(course):
-        assert course.at(t).position == pytest.approx(sign * closed_trapezoid(t, *LIMITS, 10_000.0), abs=1e-8)
+    trajectory = move(sign * 10_000.0, 0.0, LIMITS)
+    assert trajectory.duration_s == pytest.approx(10.3, abs=1e-12)
+    for t in samples(trajectory):
+        assert trajectory.at(t).position == pytest.approx(sign * closed_trapezoid(t, *LIMITS, 10_000.0), abs=1e-8)
 
 
 @pytest.mark.manual("ARP-095")
 def test_short_way_is_a_triangle_with_its_peak() -> None:
-    course = move(120.0, 0.0, LIMITS)
-    assert course.duration_s == pytest.approx(0.3795, abs=5e-5)
+    trajectory = move(120.0, 0.0, LIMITS)
+    assert trajectory.duration_s == pytest.approx(0.3795, abs=5e-5)
     peak_s = math.sqrt(2 * 5000 * 2500 * 120 / 7500) / 5000
-    assert course.at(peak_s).speed == pytest.approx(632.456, abs=5e-4)
-    for t in samples(course):
-        assert course.at(t).position == pytest.approx(closed_triangle(t, 5000, 2500, 120), abs=1e-9)
+    assert trajectory.at(peak_s).speed == pytest.approx(632.456, abs=5e-4)
+    for t in samples(trajectory):
+        assert trajectory.at(t).position == pytest.approx(closed_triangle(t, 5000, 2500, 120), abs=1e-9)
 
 
 def test_way_that_is_too_short_to_stop_in_overshoots_and_returns() -> None:
-    course = move(100.0, 1000.0, LIMITS)  # stopping takes 200
-    assert course.at(0.4).position == pytest.approx(200.0)
-    assert course.at(0.4).speed == pytest.approx(0.0, abs=1e-9)
+    trajectory = move(100.0, 1000.0, LIMITS)  # stopping takes 200
+    assert trajectory.at(0.4).position == pytest.approx(200.0)
+    assert trajectory.at(0.4).speed == pytest.approx(0.0, abs=1e-9)
     peak = math.sqrt(2 * 5000 * 2500 * 100 / 7500)
-    assert course.duration_s == pytest.approx(0.4 + peak / 5000 + peak / 2500)
-    assert course.at(course.duration_s).position == pytest.approx(100.0)
+    assert trajectory.duration_s == pytest.approx(0.4 + peak / 5000 + peak / 2500)
+    assert trajectory.at(trajectory.duration_s).position == pytest.approx(100.0)
 
 
 def test_moving_away_from_the_target_stops_first() -> None:
-    course = move(100.0, -1000.0, LIMITS)
-    assert course.at(0.4).position == pytest.approx(-200.0)
-    assert course.at(course.duration_s).position == pytest.approx(100.0)
+    trajectory = move(100.0, -1000.0, LIMITS)
+    assert trajectory.at(0.4).position == pytest.approx(-200.0)
+    assert trajectory.at(trajectory.duration_s).position == pytest.approx(100.0)
 
 
 def test_speed_above_the_limit_is_brought_down_to_it() -> None:
-    course = move(10_000.0, 1500.0, LIMITS)
-    assert course.at(0.1).speed == pytest.approx(1250.0)
-    assert course.at(0.3).speed == pytest.approx(1000.0)
-    assert course.distance == pytest.approx(10_000.0)
+    trajectory = move(10_000.0, 1500.0, LIMITS)
+    assert trajectory.at(0.1).speed == pytest.approx(1250.0)
+    assert trajectory.at(0.3).speed == pytest.approx(1000.0)
+    assert trajectory.distance == pytest.approx(10_000.0)
 
 
 def test_change_of_speed_brakes_through_rest() -> None:
-    course = change_speed(-500.0, 1000.0, LIMITS)
-    assert course.duration_s == pytest.approx(500 / 2500 + 1000 / 5000)
-    assert course.at(0.1).acceleration == 2500.0
-    assert course.at(0.3).acceleration == 5000.0
-    assert course.at(9.0).speed == 1000.0
+    trajectory = change_speed(-500.0, 1000.0, LIMITS)
+    assert trajectory.duration_s == pytest.approx(500 / 2500 + 1000 / 5000)
+    assert trajectory.at(0.1).acceleration == 2500.0
+    assert trajectory.at(0.3).acceleration == 5000.0
+    assert trajectory.at(9.0).speed == 1000.0
 
 
 def test_brake_from_rest_is_over_at_once() -> None:
@@ -98,21 +98,21 @@ def test_brake_from_rest_is_over_at_once() -> None:
 @settings(max_examples=200, deadline=None)
 @given(DISTANCES, SPEEDS, ANY_LIMITS)
 def test_every_move_ends_at_its_target_at_rest(distance: float, speed: float, limits: Limits) -> None:
-    course = move(distance, speed, limits)
+    trajectory = move(distance, speed, limits)
     scale = abs(distance) + speed * speed / limits.deceleration + 1
-    assert course.distance == pytest.approx(distance, abs=1e-9 * scale)
-    last = course.at(course.duration_s + 1)
+    assert trajectory.distance == pytest.approx(distance, abs=1e-9 * scale)
+    last = trajectory.at(trajectory.duration_s + 1)
     assert last.speed == 0
-    assert last.position == course.distance
+    assert last.position == trajectory.distance
 
 
 @settings(max_examples=200, deadline=None)
 @given(DISTANCES, SPEEDS, ANY_LIMITS)
 def test_no_move_exceeds_its_limits(distance: float, speed: float, limits: Limits) -> None:
-    course = move(distance, speed, limits)
+    trajectory = move(distance, speed, limits)
     top = max(limits.speed, abs(speed)) * (1 + 1e-9)
-    for t in samples(course, 60):
-        state = course.at(t)
+    for t in samples(trajectory, 60):
+        state = trajectory.at(t)
         assert abs(state.speed) <= top
         is_braking = state.speed * state.acceleration < 0 and abs(state.speed) > 1e-6
         allowed = limits.deceleration if is_braking else max(limits.acceleration, limits.deceleration)
@@ -122,11 +122,11 @@ def test_no_move_exceeds_its_limits(distance: float, speed: float, limits: Limit
 @settings(max_examples=100, deadline=None)
 @given(DISTANCES, SPEEDS, ANY_LIMITS)
 def test_speed_and_position_have_no_steps(distance: float, speed: float, limits: Limits) -> None:
-    course = move(distance, speed, limits)
-    assert course.at(0.0).speed == pytest.approx(speed)
-    grain = course.duration_s / 1e4
-    for t in samples(course, 50):
-        here, there = course.at(t), course.at(t + grain)
+    trajectory = move(distance, speed, limits)
+    assert trajectory.at(0.0).speed == pytest.approx(speed)
+    grain = trajectory.duration_s / 1e4
+    for t in samples(trajectory, 50):
+        here, there = trajectory.at(t), trajectory.at(t + grain)
         steepest = max(limits.acceleration, limits.deceleration)
         assert abs(there.speed - here.speed) <= steepest * grain * (1 + 1e-6) + 1e-6
         fastest = max(limits.speed, abs(speed))

@@ -19,14 +19,14 @@ SYNC, RUNNING, ARRIVED, FINAL = (
 
 
 def curve_a(master: float) -> float:
-    """Digest 13.2, example A, written down again."""
+    """Digest 13.2, example A, a second implementation."""
     if abs(master - 5000) >= 500:
         return min(master, 10_000 - master)
     return 5000 + (master - 5000) - 2 / 2000 * (master - 4500) ** 2
 
 
 def bench_of_a(*parameters: tuple[int, int, float], readings: Readings | None = None) -> AxesBench:
-    """Both axes simulated and standing on 0, table A at V10."""
+    """Both axes simulated and at rest at 0, table A at V10."""
     bench = AxesBench(*SIMULATED, *OF_EXAMPLE, *parameters, readings=readings)
     bench.write_table(10, *A)
     bench.until_flag(1, ARRIVED)
@@ -41,15 +41,22 @@ def locked(*parameters: tuple[int, int, float], readings: Readings | None = None
 
 
 def moved(bench: AxesBench, to: float) -> AxesBench:
-    """The master, to rest there."""
+    """Move the master to a position, and wait until it rests there."""
     bench.axes.move_to(2, round(to * 1000))
     bench.until_flag(2, RUNNING, 0)
     return bench
 
 
+def entering() -> AxesBench:
+    """A slave that has driven to the curve for 200 loops, with the master at rest at 500."""
+    bench = moved(bench_of_a(), 500)
+    bench.axes.follow_table(2, 1, 10)
+    return bench.loop(200)
+
+
 @pytest.mark.manual("ARP-101", "ARP-105", "ARP-068")
 def test_example_of_the_manual_runs_for_many_cycles() -> None:
-    """A15, with a simulated slave: every sample on the curve."""
+    """A15, with a simulated slave: every sample is on the curve."""
     bench = AxesBench(*OF_EXAMPLE)
     bench.load(EXAMPLE2.replace("@par1[4] == 2", "@par1[4] == 1"))
     assert 1000 <= bench.until_flag(1, SYNC) <= 1003  # at once after the WAIT
@@ -80,7 +87,7 @@ def test_synchronism_outlasts_a_thousand_parkings_at_the_ends() -> None:
 
 @pytest.mark.manual("ARP-101", "ARP-002")
 def test_example_of_the_manual_with_a_motor_on_the_slave() -> None:
-    """A15: the controlled slave, on torque, speed and counts."""
+    """A15: the controlled slave, with torque, speed and counts."""
     bench = AxesBench(*OF_EXAMPLE, (1, 10, 0.0005), (1, 11, 0.8), (1, 12, 2.0), (1, 13, 0.01), (1, 14, 200.0))
     bench.motors[1] = Motor(50_000.0, friction=5.0)
     bench.load(EXAMPLE2)
@@ -96,19 +103,19 @@ def test_example_of_the_manual_with_a_motor_on_the_slave() -> None:
 
 
 @pytest.mark.manual("ARP-068", "ARP-070")
-def test_slave_that_stands_on_the_curve_is_synchronous_at_once() -> None:
+def test_slave_at_rest_on_the_curve_is_synchronous_at_once() -> None:
     bench = bench_of_a()
     bench.axes.follow_table(2, 1, 10)
     assert [bench.flag(1, flag) for flag in (ARRIVED, SYNC, RUNNING, FINAL)] == [0, 1, 1, 0]
     moved(bench, 2500)
     assert bench.position(1) == 2500.0
     assert [bench.flag(1, flag) for flag in (ARRIVED, SYNC, RUNNING, FINAL)] == [0, 1, 1, 0]
-    assert bench.F[293] == 0  # the master's
+    assert bench.F[293] == 0  # the master's flag
 
 
 @pytest.mark.manual("ARP-105", "ARP-035", "ARP-068")
 @pytest.mark.parametrize(("start", "direction"), [(0.0, 1), (1000.0, -1)])
-def test_slave_drives_to_the_curve_while_the_master_stands(start: float, direction: int) -> None:
+def test_slave_drives_to_the_curve_while_the_master_is_at_rest(start: float, direction: int) -> None:
     """Digest 13.5: 500 units at 10 % of 2000 unit/s, 10000 unit/s2, take 2.52 s."""
     bench = bench_of_a((1, 7, 2000.0), (1, 8, 10_000.0), (1, 24, 1000.0))
     moved(bench, 500)
@@ -137,7 +144,7 @@ def test_moving_master_is_followed_at_once() -> None:
 
 
 @pytest.mark.manual("ARP-105")
-def test_master_with_an_encoder_stands_if_it_makes_no_count_in_a_sample() -> None:
+def test_master_with_an_encoder_is_at_rest_if_it_makes_no_count_in_a_sample() -> None:
     bench = AxesBench((1, 4, 1.0), (2, 1, 0.1), *OF_EXAMPLE)
     bench.write_table(10, *A)
     bench.counts[2] = 100
@@ -195,13 +202,13 @@ def test_stop_brakes_the_slave_and_ends_the_cam() -> None:
     assert [bench.flag(1, flag) for flag in (SYNC, RUNNING, FINAL)] == [0, 1, 0]
     assert bench.until_flag(1, RUNNING, 0) == 500
     assert bench.position(1) == pytest.approx(start + 1250.0)
-    assert bench.F[295] == 1  # the master goes on
+    assert bench.F[295] == 1  # the master continues
     bench.until_flag(1, ARRIVED)
 
 
 @pytest.mark.manual("ARP-068", "ARP-106", "ARP-069")
 def test_stop_flag_ends_the_cam_at_the_present_speed() -> None:
-    """A25, on a PST."""
+    """A25, with a PST."""
     bench = locked()
     bench.axes.move_to(2, 10_000_000)
     bench.loop(50)
@@ -220,10 +227,7 @@ def test_stop_flag_ends_the_cam_at_the_present_speed() -> None:
 
 @pytest.mark.manual("ARP-069")
 def test_stop_flag_ends_the_entry_too() -> None:
-    bench = bench_of_a()
-    moved(bench, 500)
-    bench.axes.follow_table(2, 1, 10)
-    bench.loop(200)
+    bench = entering()
     bench.raise_flag(1, AxisFlag.STOP)
     bench.loop()
     assert [bench.flag(1, flag) for flag in (SYNC, RUNNING, FINAL)] == [0, 0, 1]
@@ -249,7 +253,7 @@ def test_repetitive_linear_cam_goes_on_over_the_end_of_the_master() -> None:
 @pytest.mark.manual("ARP-104")
 @pytest.mark.parametrize("direction", [1, -1])
 def test_repetitive_cyclic_cam_takes_the_slave_round_too(direction: int) -> None:
-    """The slave has a motor that follows exactly, so a false lap would be a tracking error."""
+    """The motor of the slave follows exactly, so a wrong lap would be a tracking error."""
     bench = AxesBench(
         (1, 4, 2.0), (2, 4, 1.0), *OF_EXAMPLE, (2, 5, 10_000.0), (2, 6, 0.0), (1, 5, 4000.0), (1, 6, 0.0),
         (1, 14, 400.0), (1, 11, 0.001),
@@ -294,7 +298,7 @@ def test_gear_makes_the_virtual_master_faster_or_slower() -> None:
     assert bench.position(1) == pytest.approx(2000.0)  # no jump: the correspondence is lost instead
     moved(bench, 5000)
     assert bench.position(1) == pytest.approx(1000.0)
-    assert bench.axes.position(2) == 5_000_000  # the real counter is what it was
+    assert bench.axes.position(2) == 5_000_000  # the real counter is unchanged
 
 
 @pytest.mark.manual("ARP-032")
@@ -355,7 +359,7 @@ def test_master_offset_is_reached_by_its_step_in_each_sample() -> None:
 
 @pytest.mark.manual("ARP-032", "ARP-033")
 def test_master_offset_is_in_master_units_whatever_the_gear() -> None:
-    """Digest 13.4: x = xv + offset, and only xv goes by the gear."""
+    """Digest 13.4: x = xv + offset, and the gear applies only to xv."""
     bench = locked((1, 21, -2.0), (1, 22, 3000.0))
     moved(bench, 500)  # 2000 in the table
     assert bench.position(1) == pytest.approx(2000.0)
@@ -392,7 +396,7 @@ def test_entry_drives_to_the_curve_with_its_offset() -> None:
 
 
 def test_offset_that_takes_the_slave_round_is_no_tracking_error() -> None:
-    """The slave's counter ends at 4999: 10 + 4990 is the position 1, and the axis stands there already."""
+    """The slave's counter ends at 4999: 10 + 4990 is the position 1, where the axis already is."""
     bench = AxesBench((1, 4, 2.0), (2, 4, 1.0), *OF_EXAMPLE, (1, 5, 4999.0), (1, 6, 0.0), (1, 19, 4990.0), (1, 14, 9.0))
     bench.write_table(10, *A)
     bench.counts[1] = 1
@@ -420,10 +424,7 @@ def test_preset_of_the_master_before_pst_counts_and_during_it_does_not() -> None
 
 @pytest.mark.manual("ARP-105")
 def test_preset_of_the_slave_on_its_way_to_the_curve_moves_nothing() -> None:
-    bench = bench_of_a()
-    moved(bench, 500)
-    bench.axes.follow_table(2, 1, 10)
-    bench.loop(200)
+    bench = entering()
     bench.axes.preset_position(1, 40_000)
     assert bench.loop().position(1) == pytest.approx(40.0 + 0.6)
 
@@ -443,7 +444,7 @@ def test_slave_that_only_passes_the_curve_is_not_synchronous_yet() -> None:
 
 
 @pytest.mark.manual("ARP-105")
-def test_master_whose_encoder_was_never_heard_of_stands() -> None:
+def test_master_whose_encoder_has_sent_nothing_is_at_rest() -> None:
     bench = AxesBench((1, 4, 1.0), *OF_EXAMPLE)
     bench.write_table(10, *A)
     bench.axes.preset_position(1, 100_000)
@@ -485,7 +486,7 @@ def test_acceleration_of_the_joins_is_limited_by_acc_and_dec() -> None:
 
 @pytest.mark.manual("ARP-019")
 def test_coarse_master_makes_a_noisy_slave() -> None:
-    """Why the manual wants resolutions to match: a step of the master's is a step of the slave's reference."""
+    """Reason for matching resolutions in the manual: a step of the master's is a step of the slave's reference."""
     roughness = {}
     for per_unit in (10.0, 0.1):
         bench = AxesBench((1, 4, 1.0), (2, 1, per_unit), *OF_EXAMPLE)
@@ -518,7 +519,7 @@ def test_coarse_master_makes_a_noisy_slave() -> None:
     ],
 )
 def test_wrong_pst_is_error_113_and_moves_nothing(program: str) -> None:
-    """A19; the cause that is missing here can't be reached by a program, see below."""
+    """A19; no program can reach the cause that is missing here, see below."""
     bench = bench_of_a()
     before = list(bench.F)
     bench.load(f"BEG MAIN\n{program}\nV1 == ERROR\nEND")
@@ -543,7 +544,7 @@ def test_a_table_has_to_end_at_v1000(first: int, error: int) -> None:
 
 @pytest.mark.manual("ARP-103", "ARP-034")
 def test_master_speed_of_0_is_error_113() -> None:
-    """A19: RAM can't hold it, since a write out of range is refused; flash of an older card might."""
+    """A19: RAM cannot contain it, since a write out of range is refused; flash of an older card might."""
     bench = bench_of_a()
     bench.parameters.ram[1][24] = 0
     bench.parameters.version += 1
@@ -554,7 +555,7 @@ def test_master_speed_of_0_is_error_113() -> None:
 @pytest.mark.manual("ARP-103", "ARP-034")
 @pytest.mark.parametrize(("master_speed", "error"), [(15_811.388, 0), (15_811.389, 113)])
 def test_the_slave_s_parameter_24_says_how_fast_the_master_may_be(master_speed: float, error: int) -> None:
-    """Digest 13.6; neither the master's own [24] nor its maximum speed, which are far beyond here."""
+    """Digest 13.6; neither the master's own [24] nor its maximum speed, which are far larger here."""
     bench = bench_of_a((1, 7, 99_999.0), (1, 24, master_speed), (2, 7, 99_999.0), (2, 24, 99_999.0))
     bench.axes.follow_table(2, 1, 10)
     assert (bench.errors.error, bench.F[261]) == (error, int(not error))

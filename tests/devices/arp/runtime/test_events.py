@@ -14,7 +14,7 @@ def armed(event: str, routine: str = "V1 += 1") -> ArpBench:
 
 
 def served(bench: ArpBench) -> int:
-    """How often the routine has run since the last look."""
+    """Number of runs of the routine since the last call."""
     bench.run()
     count, bench.card.V[1] = bench.card.V[1] // 1000, 0
     return count
@@ -41,7 +41,7 @@ def test_levels_are_served_while_they_last(condition: str, level: int) -> None:
     assert served(bench) == 0
     bench.card.F[5] = bench.card.I[101] = level
     assert served(bench) == 1
-    assert served(bench) == 0  # the routine has taken away its own enabling flag
+    assert served(bench) == 0  # the routine has cleared its own enabling flag
     bench.card.F[1] = 1
     assert served(bench) == 1
 

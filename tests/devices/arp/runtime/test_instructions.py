@@ -1,9 +1,9 @@
-"""Instructions one by one: what they ask of the card, and what out of range becomes."""
+"""Each instruction: its calls to the card, and its result out of range."""
 
 import pytest
 from arp_card import ArpBench, RecordedCard
 
-from fieldrig_devices.arp.runtime.card import Cam, Shown
+from fieldrig_devices.arp.runtime.card import CamSwitch, Shown
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from fieldrig_devices.arp.runtime.card import Cam, Shown
         ("PID 1, 2, V50", ("PID", 1, 2, 50)),
         ("DAC 2, V1", ("DAC", 2, 2_500, 0)),
         ("DAC 1, -10, 0.01", ("DAC", 1, -10_000, 10)),
-        ("CAM2 1, V1, 7, F[V2]", ("CAM", 2, Cam(1, 2_500, 7_000, False, "F", 40))),
+        ("CAM2 1, V1, 7, F[V2]", ("CAM", 2, CamSwitch(1, 2_500, 7_000, False, "F", 40))),
         ("CAM2", ("CAM off", 2)),
         ('MSG 500, "LENGTH: ####.#"', ("MSG", 500, "LENGTH: ####.#")),
         ("MSG 1, “A; B”", ("MSG", 1, "A; B")),
@@ -169,7 +169,7 @@ def test_the_first_and_the_last_one_can_be_indexed(letter: str, first: int, last
     [("V", 0), ("V", 1001), ("F", 0), ("F", 321), ("O", 100), ("O", 133), ("O", 333), ("I", 100), ("I", 133)],
 )
 def test_an_index_out_of_range_reads_0_is_not_written_and_is_w03(letter: str, number: int) -> None:
-    """Digest 2, as the manual says nothing of it."""
+    """Digest 2, as the manual does not mention it."""
     bench = ArpBench(f"V1 == {number}\nV2 == 7\nV2 == {letter}[V1]").run(10)
     assert (bench.card.V[2], bench.card.warnings) == (0, [203])
     if letter != "I":

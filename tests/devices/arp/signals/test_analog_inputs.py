@@ -36,7 +36,7 @@ def settled(card: SignalsCard, channel: int, volt: float) -> int:
     ],
 )
 def test_a_load_cell_reads_in_microvolts_within_its_range(channel: int, code: int, volt: float, raw: int) -> None:
-    card = SignalsCard({channel + 1: code})  # the other one is absent
+    card = SignalsCard({channel + 1: code})  # the other load cell is absent
     assert settled(card, channel, volt) == raw
     assert settled(card, 3 - channel, volt) == 0
 
@@ -59,7 +59,7 @@ def test_range_and_filter_are_read_at_power_on_only() -> None:
 
 
 def steps_of(card: SignalsCard, ms: int) -> int:
-    """How often the value of ADC 1 changes in so many loops of 1 ms, after a step of its wire to -5 mV."""
+    """Number of changes of ADC 1 in a number of loops of 1 ms, after a step of its wire to -5 mV."""
     card.inputs.take(1, -0.005)
     changes, last = 0, card.inputs.read(1)
     for _ in range(ms):
@@ -90,7 +90,7 @@ def test_the_filter_is_at_minus_3_db_where_the_table_says(rate: int, hertz: int)
 
 
 def gain_of(rate: int, hertz: float) -> float:
-    """Of a sine at the output rate, over whole periods after it has settled."""
+    """Gain for a sine at the output rate, over whole periods after it has settled."""
     card = SignalsCard({2: 2, 4: rate})
     step_ms, turns = 1000 // rate, 4
     count = round(turns * rate / hertz)

@@ -1,4 +1,4 @@
-"""DAC with slope, who drives an output, diagnostic outputs (manual 3.1, 5.6.2)."""
+"""DAC with slope, the owner of an output, and diagnostic outputs (manual 3.1, 5.6.2)."""
 
 import pytest
 from arp_signals import SignalsBench, SignalsCard
@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from fieldrig_devices.arp.parameters import Kind
 
-SOURCE, GAIN, OFFSET = 10, 11, 12  # @Par of diagnostic output 1; 3 more for output 2
+SOURCE, GAIN, OFFSET = 10, 11, 12  # @Par of diagnostic output 1; add 3 for output 2
 CODES = range(1, 10)
 
 
 def ms_until(card: SignalsCard, channel: int, volts: float) -> int:
-    """Loops of 1 ms until the output is there."""
+    """Number of loops of 1 ms until the output has settled."""
     for ms in range(20_000):
         if card.outputs.volts(channel) == volts:
             return ms
@@ -159,13 +159,13 @@ def test_an_owner_makes_an_earlier_dac_forgotten() -> None:
 @pytest.mark.parametrize("axis", [1, 2])
 def test_every_source_of_a_diagnostic_output(channel: int, axis: int) -> None:
     card = SignalsCard()
-    card.diagnostics = {(one, code): one + code / 10 for one in (1, 2) for code in CODES}
+    card.diagnostics = {(axis, code): axis + code / 10 for axis in (1, 2) for code in CODES}
     for code in CODES:
         assert card.set_general(SOURCE + 3 * (channel - 1), 10 * (axis - 1) + code)
         card.loop()
         assert card.outputs.volts(channel) == pytest.approx(axis + code / 10)
         assert card.outputs.volts(3 - channel) == 0.0
-    assert not card.set_general(SOURCE + 3 * (channel - 1), 10)  # 10 and 20 are no sources
+    assert not card.set_general(SOURCE + 3 * (channel - 1), 10)  # 10 and 20 are not sources
     assert not card.set_general(SOURCE + 3 * (channel - 1), 20)
 
 

@@ -1,4 +1,4 @@
-"""Load cells, outputs, cams and a regulator on a whole card, between its wires."""
+"""Load cells, outputs, cam switches and a regulator on a whole card, with its wires."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ class Bench:
     def feel(self, terminal: str, volt: float) -> None:
         self.wires.deliver(Signal(f"c.{terminal}", volt, "V"))
 
-    def told(self, name: str) -> list[float]:
+    def values_sent(self, name: str) -> list[float]:
         """Every value of a wire, oldest first."""
         return [signal.value for signal in self.wires.sent if signal.name == f"c.{name}"]
 
@@ -41,20 +41,20 @@ class Bench:
 @pytest.mark.manual("ARP-092")
 def test_a10_a_slope_on_the_wire(tmp_path: Path) -> None:
     bench = Bench(tmp_path, "BEG M\nDAC 1, -5\nWAIT 0.1\nDAC 1, 5, 2\nLOOP:\nGOTO LOOP\nEND").run(3_000)
-    course = bench.told("dac1")
-    assert (course[:2], course[-1], len(course)) == ([0.0, -5.0], 5.0, 2 + 2_000)
+    volts = bench.values_sent("dac1")
+    assert (volts[:2], volts[-1], len(volts)) == ([0.0, -5.0], 5.0, 2 + 2_000)
 
 
 @pytest.mark.manual("ARP-112")
 def test_a_cam_from_the_wrap_of_a_cyclic_encoder_comes_on_in_every_turn(tmp_path: Path) -> None:
     source = "BEG M\nCAM1 1, 0, 250, O101\nCAM2 1, 1000, 750, O102\nLOOP:\nGOTO LOOP\nEND"
     bench = Bench(tmp_path, source, axis1={4: 0, 5: 1000, 6: 0}).run(100)
-    for speed, output, other in ((7_000, "O101", "O102"), (-7_000, "O102", "O101")):  # 7 units a loop
+    for speed, output, other in ((7_000, "O101", "O102"), (-7_000, "O102", "O101")):  # 7 units per loop
         bench.wires.sent.clear()
         bench.wires.deliver(Motion("c.encoder1", 0, "count", bench.clock.now_ns(), speed))
         bench.run(1_000)  # 7 turns
-        assert bench.told(output) == [True, False] * 7
-        assert bench.told(other) == []
+        assert bench.values_sent(output) == [True, False] * 7
+        assert bench.values_sent(other) == []
         bench.wires.deliver(Motion("c.encoder1", 0, "count", bench.clock.now_ns(), 0))
         bench.run(10)
 
@@ -85,14 +85,14 @@ LOOP:
 GOTO LOOP
 END"""
     bench = Bench(tmp_path, source, general={2: 1, 4: 1000}).run(100)
-    assert bench.told("dac2")[-1] == 8.0
+    assert bench.values_sent("dac2")[-1] == 8.0
     bench.feel("adc1", 0.0015)  # 1500 uV: a tension of 15
     bench.run(200)
-    assert bench.told("dac2")[-1] == pytest.approx(5.0)
+    assert bench.values_sent("dac2")[-1] == pytest.approx(5.0)
     bench.wires.deliver(Signal("c.I108", False))
     bench.run(20)
-    assert bench.told("dac2")[-1] == 0.0
+    assert bench.values_sent("dac2")[-1] == 0.0
     assert bench.card.parts.F[305:307] == [0, 0]
     bench.wires.deliver(Signal("c.I108", True))
     bench.run(100)
-    assert bench.told("dac2")[-1] == pytest.approx(5.0)
+    assert bench.values_sent("dac2")[-1] == pytest.approx(5.0)

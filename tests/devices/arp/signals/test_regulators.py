@@ -19,7 +19,7 @@ INPUTS = (
 DIAGNOSTICS = ("DG_MIS", "DG_REF", "DG_ERR", "DG_PID", "DG_OUT", "DG_VEL", "DG_DAC")
 NAMES = (*INPUTS, *DIAGNOSTICS)
 FIRST = 50
-# A plain regulator: everything at scale 1, clamps that never matter, the reference there within a loop.
+# A plain regulator: everything at scale 1, clamps without effect, the reference reached within a loop.
 PLAIN = {
     **dict.fromkeys(NAMES, 0.0),
     "DELTAR": 999_999.0,
@@ -53,7 +53,7 @@ class Bench:
             assert self.card.real_parameters.set_ram(axis, number, round(value * 1_000))
 
     def measure(self, microvolt: float) -> None:
-        """What the load cell says from now on, with its filter settled."""
+        """Set the load cell, with its filter settled."""
         self.card.inputs.take(1, microvolt * 1e-6)
         self.card.inputs.start()
         self.card.loop(1)
@@ -150,7 +150,7 @@ def test_start_stop_reset_and_exec(output: int, start: int) -> None:
     card.loop(10)
     assert (card.F[reset], card.F[present], card.outputs.volts(output)) == (1, 1, -1.5)
     card.F[start] = 1
-    card.loop(2_500)  # 100 at 40 a second
+    card.loop(2_500)  # 100 at 40 per second
     assert (card.F[reset], card.F[present]) == (0, 1)
     assert card.outputs.volts(output) == pytest.approx(5)
     card.F[start] = 0
@@ -188,7 +188,7 @@ def test_started_again_on_its_way_down_it_goes_up_again() -> None:
 
 @pytest.mark.manual("ARP-113")
 @pytest.mark.manual("ARP-120")
-def test_executed_again_it_goes_on_and_with_other_numbers_it_begins_anew() -> None:
+def test_executed_again_it_goes_on_and_with_other_numbers_it_begins_again() -> None:
     bench = Bench(ki=1, REFPID=1).start().run(1_000)
     bench.card.regulate(1, 2, FIRST)
     assert bench.run()["DG_PID"] == 1.001
@@ -196,7 +196,7 @@ def test_executed_again_it_goes_on_and_with_other_numbers_it_begins_anew() -> No
     bench.card.regulate(1, 2, 200)
     bench.run()
     assert bench.card.V[200 + NAMES.index("DG_PID")] == 1
-    assert bench["DG_PID"] == 1.001  # the old table is left alone
+    assert bench["DG_PID"] == 1.001  # the old table is unchanged
 
 
 @pytest.mark.manual("ARP-113")
@@ -244,7 +244,7 @@ def test_dac_does_not_reach_the_output_of_a_regulator() -> None:
 @pytest.mark.manual("ARP-113")
 def test_the_filter_on_a_constant_error() -> None:
     bench = Bench(kp=2, ki=4, kd=0.5, REFPID=1).start()
-    assert bench.run()["DG_PID"] == pytest.approx(2.004)  # no jump of the error before it was started
+    assert bench.run()["DG_PID"] == pytest.approx(2.004)  # no jump of the error before the start
     assert bench.run(249)["DG_PID"] == pytest.approx(2 + 4 * 0.25)
     assert bench.run(750)["DG_PID"] == pytest.approx(2 + 4 * 1.0)
     bench.gains(1, 0, 0)
@@ -326,7 +326,7 @@ def test_the_source_of_the_speed() -> None:
 
 
 @pytest.mark.manual("ARP-121")
-def test_in_reset_measure_and_speed_are_still_told() -> None:
+def test_in_reset_measure_and_speed_are_still_published() -> None:
     bench = Bench(kp=1, REFPID=5, OFFDAC=0.5, KMIS=0.5, KVEL=2, SWCVEL=1, OFFMIS=1)
     bench.card.speeds[1] = 3_000
     bench.measure(20)
@@ -342,7 +342,7 @@ def test_a_diagnostic_variable_out_of_range_is_its_limit_with_w02() -> None:
 
 @pytest.mark.manual("ARP-113")
 @pytest.mark.parametrize("sign", [1, -1])
-def test_the_sum_stands_still_at_a_clamp(sign: int) -> None:
+def test_the_integrator_is_frozen_at_a_clamp(sign: int) -> None:
     bench = Bench(ki=1, REFPID=sign, MAXPID=2, MINPID=-2).start()
     assert bench.run(1_900)["DG_PID"] == pytest.approx(sign * 1.9)
     assert bench.run(10_000)["DG_PID"] == sign * 2
@@ -368,7 +368,7 @@ def test_the_sum_begins_at_0_after_a_reset() -> None:
 
 
 @pytest.mark.manual("ARP-113")
-def test_after_a_reset_the_slope_of_the_error_begins_anew() -> None:
+def test_after_a_reset_the_slope_of_the_error_begins_again() -> None:
     bench = Bench(kd=1, REFPID=10).start().run(10)
     bench.card.F[303] = 0
     bench.run(10)
@@ -387,7 +387,7 @@ def test_switched_off_the_output_is_at_offdac(offdac: float, volts: float) -> No
 
 
 def in_a_loop(bench: Bench, ms: int, plant: Callable[[float], float]) -> list[float]:
-    """Tension after each period; `plant` gets the volts and returns the tension."""
+    """Tension after each period; `plant` receives the volts and returns the tension."""
     bench.card.V[FIRST + INPUTS.index("KMIS")] = 1_000
     tensions = []
     for _ in range(ms):
@@ -405,7 +405,7 @@ def test_with_an_integral_part_the_tension_comes_to_its_reference() -> None:
 
     def lag(volts: float) -> float:
         nonlocal state
-        state += (100 * volts - state) * PERIOD_S / 0.2  # 100 uV a volt, 0.2 s
+        state += (100 * volts - state) * PERIOD_S / 0.2  # 100 uV per volt, 0.2 s
         return state
 
     tensions = in_a_loop(bench, 4_000, lag)
@@ -428,14 +428,14 @@ def test_without_one_a_proportional_part_leaves_the_error_of_its_gain() -> None:
 
 
 def computed(
-    table: dict[str, float], gains: tuple[float, float, float], courses: list[tuple[float, float]]
+    table: dict[str, float], gains: tuple[float, float, float], runs: list[tuple[float, float]]
 ) -> list[float]:
     """DG_... of the last period of a regulator that is started at once, by digest 14 line by line."""
     kp, ki, kd = gains
     ref = integral = 0.0
     old: float | None = None
-    told: list[float] = []
-    for cell, speed in courses:
+    published: list[float] = []
+    for cell, speed in runs:
         mis = cell * table["KMIS"] + table["OFFMIS"]
         way = table["REFPID"] - ref
         ref += min(abs(way), table["DELTAR"] * PERIOD_S) * (1 if way > 0 else -1)
@@ -452,8 +452,8 @@ def computed(
         vel = table["KVEL"] * speed if table["SWCVEL"] else 0.0
         out = pid * table["KREG"] + dg_ref * table["KFF"] + vel
         dac = sorted([table["MINDAC"], out * table["KOUT"], table["MAXDAC"]])[1]
-        told = [mis, dg_ref, err, pid, out, vel, sorted([-10.0, dac, 10.0])[1]]
-    return told
+        published = [mis, dg_ref, err, pid, out, vel, sorted([-10.0, dac, 10.0])[1]]
+    return published
 
 
 def thousandths(low: int, high: int) -> st.SearchStrategy[float]:
@@ -481,16 +481,16 @@ TABLES = st.fixed_dictionaries(
     st.lists(st.tuples(st.integers(-9_000, 9_000), thousandths(-50_000, 50_000)), min_size=1, max_size=30),
 )
 def test_every_diagnostic_is_that_of_a_second_computation(
-    table: dict[str, float], gains: tuple[float, float, float], courses: list[tuple[float, float]]
+    table: dict[str, float], gains: tuple[float, float, float], runs: list[tuple[float, float]]
 ) -> None:
     bench = Bench(*gains)
     for name, value in table.items():
         bench[name] = value
     bench.start()
-    for index, (cell, speed) in enumerate(courses):
+    for index, (cell, speed) in enumerate(runs):
         bench.card.speeds[1] = round(speed * 1_000)
         bench.measure(cell)
-        expected = computed(table, gains, [(one, two) for one, two in courses[: index + 1]])
+        expected = computed(table, gains, [(cell, speed) for cell, speed in runs[: index + 1]])
         # rounded to a thousandth, and the load cell itself to a thousandth of a microvolt
         assert [bench[name] for name in DIAGNOSTICS] == pytest.approx(expected, abs=0.00051, rel=1e-9)
         assert bench.volts == pytest.approx(expected[-1], abs=1e-6)
@@ -503,7 +503,7 @@ def test_every_diagnostic_is_that_of_a_second_computation(
     st.lists(st.integers(-(2**31), 2**31 - 1), min_size=18, max_size=18), st.booleans(), st.integers(-20_000, 20_000)
 )
 def test_no_table_breaks_it(raw: list[int], is_started: bool, cell: int) -> None:
-    """Variables may hold any bits."""
+    """Variables may contain any bits."""
     bench = Bench(kp=999_999, ki=999_999, kd=999_999)
     bench.measure(cell)
     bench.card.V[FIRST : FIRST + 18] = raw

@@ -1,6 +1,6 @@
-"""The operator changes values: cursor, keys, password, and what goes back to the card.
+"""The operator changes values: cursor, keys, password, and the report to the card.
 
-How it is done is ours (docs/arp-terminal.md); that it is done, the manual's 5.12.
+The procedure is ours (docs/arp-terminal.md); manual 5.12 only says that values can be changed.
 """
 
 import pytest
@@ -18,7 +18,7 @@ TERM 3, 2, 1, 2, V2, E
 
 @pytest.fixture
 def bench() -> TerminalBench:
-    """`A= 1.5` in line 1, to be changed."""
+    """`A= 1.5` in line 1, which can be edited."""
     bench = TerminalBench(password="12")
     bench.store_message(1, "A=##.#")
     bench.send("314#01 01 01 01 00 05", "414#01 01 dc 05 00 00")
@@ -26,7 +26,7 @@ def bench() -> TerminalBench:
     return bench
 
 
-# Keys, what line 1 shows, and the edited values that were told (place 1, 1; counter; value).
+# Keys, text of line 1, and the edited values that were sent (place 1, 1; counter; value).
 EDITS = [
     ("4 2 POINT 5 CR", "A=42.5", ["294#01 01 01 04 a6 00 00"]),
     ("MINUS 3 CR", "A=-3.0", ["294#01 01 01 48 f4 ff ff"]),
@@ -39,15 +39,15 @@ EDITS = [
     ("CR CR", "A= 1.5", []),
     ("CR MINUS CR", "A= 1.5", []),
     ("4 2 POINT", "A= 42.", []),
-    ("4 F1 END UP 2", "A=  42", []),  # other keys don't type
+    ("4 F1 END UP 2", "A=  42", []),  # other keys do not type
     ("ESC DEL END F5", "A= 1.5", []),
 ]
 
 
-@pytest.mark.parametrize(("keys", "shown", "told"), EDITS)
-def test_keys_change_the_value(bench: TerminalBench, keys: str, shown: str, told: list[str]) -> None:
+@pytest.mark.parametrize(("keys", "shown", "edits"), EDITS)
+def test_keys_change_the_value(bench: TerminalBench, keys: str, shown: str, edits: list[str]) -> None:
     sent = bench.press(keys)
-    assert [frame for frame in sent if frame.startswith("294")] == told
+    assert [frame for frame in sent if frame.startswith("294")] == edits
     assert bench.screen[0] == shown
 
 
@@ -64,11 +64,11 @@ def test_values_from_the_card_do_not_disturb_what_is_typed(bench: TerminalBench)
 
 
 @pytest.mark.parametrize("frame", ["314#01 01 01 00 00 02", "314#00 00 01 00 00 01", "314#01 01 01 01 00 05"])
-def test_erasing_clearing_or_showing_anew_ends_the_typing(bench: TerminalBench, frame: str) -> None:
+def test_erasing_clearing_or_showing_again_ends_the_typing(bench: TerminalBench, frame: str) -> None:
     bench.press("4")
     bench.send(frame, "314#01 01 01 01 00 05", "414#01 01 dc 05 00 00")
     assert bench.screen[0] == "A= 1.5"
-    assert [one for one in bench.press("CR") if one.startswith("294")] == []
+    assert [frame for frame in bench.press("CR") if frame.startswith("294")] == []
 
 
 def test_terminal_that_starts_again_tells_of_no_edit(bench: TerminalBench) -> None:
@@ -78,7 +78,7 @@ def test_terminal_that_starts_again_tells_of_no_edit(bench: TerminalBench) -> No
 
 def test_only_fields_that_may_be_changed_have_the_cursor(bench: TerminalBench) -> None:
     assert bench.get("cursor") == "1 6"
-    bench.send("314#01 01 01 01 00 04")  # with a value, but not to be changed
+    bench.send("314#01 01 01 01 00 04")  # with a value, but not editable
     assert bench.get("cursor") == ""
     assert [frame for frame in bench.press("4 CR") if frame.startswith("294")] == []
 
@@ -90,7 +90,7 @@ def test_message_without_a_field_can_not_be_changed() -> None:
     assert (bench.get("cursor"), bench.screen[0]) == ("", "READY")
 
 
-# Place and height of a message `A=##.#`; where the cursor is.
+# Place and height of a message `A=##.#`; place of the cursor.
 CURSORS = [
     ("08 01 02", "8 11"),
     ("01 0c 01", "1 16"),  # cut off within its field
@@ -101,13 +101,13 @@ CURSORS = [
 
 
 @pytest.mark.parametrize(("place", "cursor"), CURSORS)
-def test_cursor_stands_at_the_last_cell_of_the_field_that_can_be_seen(place: str, cursor: str) -> None:
+def test_cursor_is_at_the_last_cell_of_the_field_that_can_be_seen(place: str, cursor: str) -> None:
     bench = TerminalBench()
     bench.store_message(1, "A=##.#")
     bench.send(f"314#{place} 01 00 05")
     assert bench.get("cursor") == cursor
-    told = [frame for frame in bench.press("4 CR") if frame.startswith("294")]
-    assert len(told) == (cursor != "")  # what can't be seen can't be changed
+    edits = [frame for frame in bench.press("4 CR") if frame.startswith("294")]
+    assert len(edits) == (cursor != "")  # an invisible value cannot be changed
 
 
 # Keys and the cursor after each, from field to field in reading order, round and round.
@@ -145,7 +145,7 @@ def test_value_that_the_program_sets_back_at_once_is_shown_again() -> None:
         assert cell.screen[0] == "A= 5.0"
 
 
-def test_edit_is_told_once_also_if_the_terminal_is_started_again() -> None:
+def test_edit_is_sent_once_even_if_the_terminal_is_started_again() -> None:
     with CellBench() as cell:
         cell.program(TWO_FIELDS)
         cell.press("4 2 CR")
@@ -158,24 +158,24 @@ def test_edit_is_told_once_also_if_the_terminal_is_started_again() -> None:
         assert cell.card.V[1] == 42_000
 
 
-# Keys at a field of mode P (password 12), what line 1 shows, the edited values that were told.
+# Keys for a field of mode P (password 12), text of line 1, the edited values that were sent.
 PASSWORDS = [
     ("CR 1", "A=   *", []),
     ("CR 1 2", "A=  **", []),
     ("CR 1 2 CR", "A=", []),
     ("CR 1 2 CR 7 CR", "A= 7.0", ["294#01 01 01 58 1b 00 00"]),
-    ("1 2 CR 7 CR", "A= 7.0", ["294#01 01 01 58 1b 00 00"]),  # the first digit is one of the password
+    ("1 2 CR 7 CR", "A= 7.0", ["294#01 01 01 58 1b 00 00"]),  # the first digit is part of the password
     ("CR 1 3 DEL 2 CR 7 CR", "A= 7.0", ["294#01 01 01 58 1b 00 00"]),
     ("CR 1 3 CR", "A= 1.5", []),  # the wrong one
     ("CR CR", "A= 1.5", []),
     ("CR 1 ESC", "A= 1.5", []),
-    ("CR 1 2 CR 7 CR CR", "A=", ["294#01 01 01 58 1b 00 00"]),  # asked for again at each value
+    ("CR 1 2 CR 7 CR CR", "A=", ["294#01 01 01 58 1b 00 00"]),  # each value requires it again
 ]
 
 
-@pytest.mark.parametrize(("keys", "shown", "told"), PASSWORDS)
-def test_mode_p_asks_for_the_password_first(bench: TerminalBench, keys: str, shown: str, told: list[str]) -> None:
+@pytest.mark.parametrize(("keys", "shown", "edits"), PASSWORDS)
+def test_mode_p_asks_for_the_password_first(bench: TerminalBench, keys: str, shown: str, edits: list[str]) -> None:
     bench.send("314#01 01 01 01 00 06", "414#01 01 dc 05 00 00")
     sent = bench.press(keys)
-    assert [frame for frame in sent if frame.startswith("294")] == told
+    assert [frame for frame in sent if frame.startswith("294")] == edits
     assert bench.screen[0] == shown

@@ -40,7 +40,7 @@ def test_series_of_term_and_msg_makes_this_screen(cell: CellBench) -> None:
     cell.program(SERIES)
     assert cell.screen == [
         "",
-        "",  # at column 22 there is no screen
+        "",  # column 22 is off the screen
         "",
         "AUTOMATIC CYCLE",
         " L E N G T H :",

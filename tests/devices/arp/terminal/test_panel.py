@@ -58,7 +58,7 @@ def test_every_led_follows_its_bit_of_rpdo_1(model: Model) -> None:
     bench = TerminalBench(model=model)
     for flag, name in LEDS[model].items():
         assert bench.send(f"214#{1 << flag - 218:02x}") == []
-        assert {one for one in LEDS[model].values() if bench.get(f"led.{one}")} == {name}
+        assert {led for led in LEDS[model].values() if bench.get(f"led.{led}")} == {name}
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -79,7 +79,7 @@ def test_every_led_flag_lights_its_led(model: Model) -> None:
     with CellBench(model=model) as cell:
         cell.after(100)
         for flag in range(218, 225):
-            cell.card.F[218:225] = [int(one == flag) for one in range(218, 225)]
+            cell.card.F[218:225] = [int(number == flag) for number in range(218, 225)]
             cell.after(40)
             lit = [name for name in LEDS[model].values() if cell.rig.get("tr", f"led.{name}")]
             assert lit == [name for number, name in LEDS[model].items() if number == flag]
@@ -99,7 +99,7 @@ def test_key_that_is_only_touched_is_seen_by_one_pass() -> None:
         cell.after(2)
         cell.rig.set("tr", "key.5", False)
         seen = [cell.after(10).card.F[229] for _ in range(8)]
-        assert sum(seen) == 2  # looked at twice in the pass that saw it
+        assert sum(seen) == 2  # read twice in the pass that saw it
         assert seen[-1] == 0
 
 
@@ -117,7 +117,7 @@ def test_press_holds_keys_for_100_ms_one_after_the_other() -> None:
 @pytest.mark.parametrize(("model", "name"), [("TR5", "F5"), ("TR4", "AUTO"), ("TR4", "ENTER")])
 def test_press_of_a_key_that_is_not_there_says_which_are(model: Model, name: str) -> None:
     bench = TerminalBench(model=model)
-    with pytest.raises(ControlError, match=f"{name!r} is no key here; these are: 0, 1, .* UP"):
+    with pytest.raises(ControlError, match=f"{name!r} is not a key of this terminal; expected one of 0, 1, .* UP"):
         bench.set("press", f"1 {name}")
     assert bench.after(200) == []
 

@@ -1,4 +1,4 @@
-"""Numeric fields: golden cases, and what holds for all of them."""
+"""Numeric fields: golden cases, and properties of all fields."""
 
 from decimal import Decimal
 
@@ -10,7 +10,7 @@ from fieldrig_devices.arp.terminal.pattern import Pattern, find
 
 pytestmark = pytest.mark.manual("ARP-114")
 
-# Pattern, raw value, what the field shows.
+# Pattern, raw value, text of the field.
 SHOWN = [
     ("#####.###", 1_234_567, " 1234.567"),
     ("#####.###", 99_999_999, "99999.999"),
@@ -23,7 +23,7 @@ SHOWN = [
     ("#####.###", -5, "   -0.005"),
     ("#####.#", 9_999_900, " 9999.9"),
     ("#####.#", 9_999_999, " 9999.9"),
-    ("#####.#", -99, "    0.0"),  # there is no minus nothing
+    ("#####.#", -99, "    0.0"),  # there is no minus zero
     ("#####.##", 1_239, "    1.23"),
     ("#####", 12_999, "   12"),
     ("#", 9_000, "9"),
@@ -63,7 +63,7 @@ def test_field_in_a_message(message: str, field: Pattern | None) -> None:
     assert find(message) == field
 
 
-# Pattern, keys, what stands in the field then.
+# Pattern, keys, text of the field after them.
 TYPED = [
     ("###.#", "1 2 POINT 5", "12.5"),
     ("###.#", "1 2 POINT 5 6", "12.5"),

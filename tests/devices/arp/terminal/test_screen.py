@@ -1,4 +1,4 @@
-"""The screen: heights, places, what is cut off, erasing."""
+"""The screen: heights, places, text beyond the edge, erasing."""
 
 import pytest
 from hypothesis import given, settings
@@ -26,7 +26,7 @@ def test_screen_has_8_lines_of_16_columns() -> None:
     assert [len(line) for line in Screen().lines()] == [16] * 8
 
 
-# Height; the lines from the first on that "AB" at line 2, column 3 makes; letters stand in the first of their cells.
+# Height, and the lines that "AB" at line 2, column 3 fills; a letter is in the first of its cells.
 HEIGHTS = [
     (1, ["", "  AB", "", "", "", ""]),
     (2, ["", "  A B", "", "", "", ""]),
@@ -47,7 +47,7 @@ def test_letter_covers_8_16_or_32_pixels(height: int, cells: int) -> None:
     assert covered == {(row, column) for row in range(2, 2 + cells) for column in range(4, 4 + cells)}
 
 
-# What goes beyond the screen is cut off; place and text.
+# Text beyond the edge of the screen is cut off; place and text.
 CUT = [
     ((1, 10, 1, "AUTOMATIC CYCLE"), ["         AUTOMAT"]),
     ((1, 16, 1, "AB"), ["               A"]),
@@ -80,7 +80,7 @@ def test_later_text_lies_over_the_earlier_and_erasing_it_brings_that_back() -> N
     assert lines(screen)[0] == "ABCDEF"
 
 
-def test_text_that_is_shown_anew_comes_to_the_top() -> None:
+def test_text_that_is_shown_again_comes_to_the_top() -> None:
     screen = screen_with((1, 1, 1, "ABCDEF"), (1, 3, 1, "xy"), (1, 1, 1, "abcd"))
     assert lines(screen)[0] == "abcd"
 
@@ -95,7 +95,7 @@ def test_field_shows_pattern_blank_or_value() -> None:
     screen = screen_with((1, 1, 1, "L ##.#"))
     assert lines(screen)[0] == "L ##.#"  # TERM without a variable
     screen.show(Place(1, 1), Text("L ##.# mm", has_value=True))
-    assert screen.lines()[0][:9] == "L      mm"  # its value is on the way
+    assert screen.lines()[0][:9] == "L      mm"  # its value has not arrived yet
     screen.set_value(Place(1, 1), 12_340)
     assert lines(screen)[0] == "L 12.3 mm"
 

@@ -1,4 +1,4 @@
-"""The card's side of the terminal, with a terminal on the same bus: bytes, order, loss, what the program may expect."""
+"""The card's side of the terminal, with a terminal on the same bus: bytes, order, loss, and the program's view."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.card import Shown
-from fieldrig_devices.arp.terminal.jobs import MOST
+from fieldrig_devices.arp.terminal.jobs import MAX_WAITING
 from fieldrig_devices.arp.terminal.link import TerminalLink
 
 CAN_ERROR = 106
@@ -31,7 +31,7 @@ TAKEN_UP = [
     "314#00 00 01 00 00 01",
 ]
 
-# Instructions of a program, and the frames that they make; answers of SDO are left out.
+# Instructions of a program, and the frames that they cause; answers of SDO are left out.
 INSTRUCTIONS = [
     ("TERM", ["314#00 00 01 00 00 01"]),
     ("TERM 6, 8", ["314#06 08 01 00 00 02"]),
@@ -104,7 +104,7 @@ def test_shown_variable_follows_its_value(started: CellBench) -> None:
 
 
 @pytest.mark.manual("ARP-115")
-def test_or_stands_as_it_was_at_the_instruction_with_the_other_reading() -> None:
+def test_or_shows_the_value_at_the_instruction_with_the_other_setting() -> None:
     with CellBench(Readings(terminal_value="once")) as cell:
         cell.program('MSG 1, "L=##.#"\nTERM 1, 1, 1, 1, V1\nV1 == 5\nTERM 2, 1, 1, 1, V1\nV1 == 7')
         cell.after(200)
@@ -132,13 +132,13 @@ def test_program_that_shows_the_same_in_a_loop_costs_the_bus_nothing(started: Ce
     assert started.screen[0] == "L=   4"  # nor does it disturb the operator
 
 
-def test_fast_changes_are_told_at_the_pace_of_the_bus_and_the_last_one_stays(started: CellBench) -> None:
+def test_fast_changes_are_sent_at_the_pace_of_the_bus_and_the_last_one_stays(started: CellBench) -> None:
     started.program('MSG 1, "A"\nMSG 2, "B"')
     started.take()
     for _ in range(100):
         started.program("TERM 1, 1, 1, 1\nTERM 1, 1, 1, 2\nTERM\nTERM 1, 1, 1, 1\nTERM 1, 1, 1, 2", ms=1)
     started.after(60)
-    assert len(started.take()) <= 6 * 3  # passes, and in each a TERM that clears, and one that shows
+    assert len(started.take()) <= 6 * 3  # in each pass, a TERM that clears, and one that shows
     assert started.screen[0] == "B"
     assert started.errors.error == 0
 
@@ -161,16 +161,16 @@ def test_values_that_change_all_the_time_get_their_turns(started: CellBench) -> 
     for count in range(1, 5):
         started.card.V[11:90] = [count * 1_000] * 79
         started.after(20)
-    told = started.take()
-    assert len(told) == 4 * 8
-    assert len({frame[4:9] for frame in told}) == 24  # places
+    sent = started.take()
+    assert len(sent) == 4 * 8
+    assert len({frame[4:9] for frame in sent}) == 24  # places
 
 
 def test_one_pass_takes_no_more_of_the_bus_than_eight_frames_or_nine(started: CellBench) -> None:
     started.program("\n".join(f"TERM {line}, {column}, 1, 1, V1" for line in (1, 2) for column in range(1, 11)), ms=0)
-    told = [len(started.after(20).take()) for _ in range(6)]
-    assert max(told) <= 9
-    assert sum(told) == 40  # 20 places, each with its value
+    sent = [len(started.after(20).take()) for _ in range(6)]
+    assert max(sent) <= 9
+    assert sum(sent) == 40  # 20 places, each with its value
 
 
 def test_text_that_takes_the_place_of_a_waiting_one_comes_after_its_message(started: CellBench) -> None:
@@ -190,7 +190,7 @@ def test_loader_of_all_500_messages_loses_none(started: CellBench) -> None:
 
 
 def test_more_than_the_card_can_remember_is_error_6(started: CellBench) -> None:
-    for _ in range(MOST):
+    for _ in range(MAX_WAITING):
         started.link.print_text(1, None)
     assert started.errors.error == 0
     started.link.print_text(1, None)
@@ -218,7 +218,7 @@ def test_every_instruction_for_a_missing_terminal_is_error_6(instruction: str) -
 
 
 class Alone:
-    """The card's side alone; the terminal is the test."""
+    """The card's side alone; the test plays the terminal."""
 
     def __init__(self, node_id: int | None = NODE_ID, *, has_can: bool = True) -> None:
         self.clock, self.can = VirtualClock(), RecordedLink[CanFrame]()
@@ -241,12 +241,12 @@ class Alone:
             self.answer()
 
 
-HEARTBEAT_WRITTEN, HEARTBEAT, TOLD = "594#60 17 10 00 00 00 00 00", "714#05", "594#60 00 21 01 00 00 00 00"
+HEARTBEAT_WRITTEN, HEARTBEAT, STORED = "594#60 17 10 00 00 00 00 00", "714#05", "594#60 00 21 01 00 00 00 00"
 
 
 @pytest.fixture
 def alone() -> Alone:
-    """The terminal was taken up, and shows message 1 with V1."""
+    """The terminal was found, and shows message 1 with V1."""
     alone = Alone()
     alone.answer(HEARTBEAT_WRITTEN)
     alone.link.show_text(Shown(1, 1, 1, 1, 1, "E"))
@@ -292,11 +292,11 @@ def test_terminal_that_is_back_gets_leds_the_screen_and_what_was_shown_meanwhile
     ]
 
 
-def test_messages_are_told_anew_to_a_terminal_that_may_be_another(alone: Alone) -> None:
+def test_messages_are_sent_again_to_a_terminal_that_may_be_another(alone: Alone) -> None:
     asked = ["614#2b 00 21 01 41 42 00 00"]
     alone.link.store_message(1, "AB")
     assert alone.answer() == asked
-    alone.answer(TOLD)
+    alone.answer(STORED)
     alone.link.store_message(1, "AB")
     assert alone.answer() == []
     alone.answer("714#00")
@@ -314,7 +314,7 @@ def test_message_under_way_when_the_terminal_restarts_does_not_hold_up_the_rest(
     alone.link.store_message(1, "CD")
     assert alone.answer() == ["614#2b 00 21 01 43 44 00 00"]
     alone.link.print_text(1, None)
-    assert alone.answer(TOLD) == ["514#00 00 00 00 01 00 01"]
+    assert alone.answer(STORED) == ["514#00 00 00 00 01 00 01"]
 
 
 @pytest.mark.parametrize("answer", ["594#80 00 21 01 00 00 06 06", "594#80 00 21 01 30 00 09 06"])
@@ -332,14 +332,14 @@ def test_reset_of_the_program_forgets_what_waits_but_for_messages(alone: Alone) 
     alone.link.print_text(1, None)
     alone.link.release()
     assert alone.answer() == ["614#2b 00 21 01 41 42 00 00"]
-    assert alone.answer(TOLD) == []
+    assert alone.answer(STORED) == []
 
 
-# Edited values that don't count: frame, and why.
+# Edited values that are ignored: frame and reason.
 NOT_EDITED = [
     ("294#01 01 00 10 27 00 00", "counter 0: the terminal has started"),
-    ("294#02 01 01 10 27 00 00", "nothing stands at this place"),
-    ("294#01 01 01 00 ca 9a 3b", "1 000 000 000 is no value of a variable"),
+    ("294#02 01 01 10 27 00 00", "there is no text at this place"),
+    ("294#01 01 01 00 ca 9a 3b", "1 000 000 000 is not a value of a variable"),
     ("294#01 01 01 10 27 00", "too short"),
     ("294#01 01 01 10 27 00 00 00", "too long"),
 ]

@@ -1,4 +1,4 @@
-"""The terminal as a CANopen node: bytes in and out, messages in its EEPROM, the printer, what it refuses.
+"""The terminal as a CANopen node: bytes in and out, messages in its EEPROM, the printer, refused requests.
 
 The objects are ours; frames are written by hand from CiA 301 and the tables of docs/arp-terminal.md.
 """
@@ -76,14 +76,14 @@ def test_messages_251_to_500_are_in_the_second_object(bench: TerminalBench) -> N
     assert bench.send("614#40 01 21 fa 00 00 00 00") == ["594#43 01 21 fa 4f 4b 21 21"]
     assert bench.send("614#2b 00 21 fa 41 42 00 00") == ["594#60 00 21 fa 00 00 00 00"]
     assert bench.get("message.250") == "AB"
-    assert bench.send("614#40 01 21 fb 00 00 00 00") == ["594#80 01 21 fb 11 00 09 06"]  # there is no 501
+    assert bench.send("614#40 01 21 fb 00 00 00 00") == ["594#80 01 21 fb 11 00 09 06"]  # there is no message 501
 
 
-# What the network sends, and the abort that answers it.
+# Requests from the network, and the abort that answers each.
 REFUSED = [
-    ("one that can't be shown", "614#2b 00 21 01 41 07 00 00", "594#80 00 21 01 30 00 09 06"),
-    ("a command that is none", "614#2f 10 20 05 07 00 00 00", "594#80 10 20 05 30 00 09 06"),
-    ("a print command that is none", "614#2f 12 20 03 03 00 00 00", "594#80 12 20 03 30 00 09 06"),
+    ("a message that cannot be shown", "614#2b 00 21 01 41 07 00 00", "594#80 00 21 01 30 00 09 06"),
+    ("an unknown command", "614#2f 10 20 05 07 00 00 00", "594#80 10 20 05 30 00 09 06"),
+    ("an unknown print command", "614#2f 12 20 03 03 00 00 00", "594#80 12 20 03 30 00 09 06"),
     ("keys, which only the operator presses", "614#23 00 20 00 01 00 00 00", "594#80 00 20 00 02 00 01 06"),
 ]
 
@@ -186,7 +186,7 @@ def test_message_that_the_memory_does_not_take_is_a_hardware_error() -> None:
     write = f"614#23 {index & 0xFF:02x} {index >> 8:02x} {subindex:02x} 41 42 43 44"
     (answer,) = bench.send(write)
     assert answer == f"594#80 {index & 0xFF:02x} {index >> 8:02x} {subindex:02x} 00 00 06 06"
-    with pytest.raises(ControlError, match="message 1 can't be stored: No space left on device"):
+    with pytest.raises(ControlError, match="message 1 cannot be stored: No space left on device"):
         bench.store_message(1, "ABCD")
     assert bench.get("message.1") == ""
     store.has_ram = True
@@ -195,7 +195,7 @@ def test_message_that_the_memory_does_not_take_is_a_hardware_error() -> None:
 
 
 @pytest.mark.parametrize("text", ["x" * 17, "A\nB", "€"])
-def test_point_of_a_message_refuses_what_is_none(bench: TerminalBench, text: str) -> None:
+def test_point_of_a_message_refuses_an_invalid_message(bench: TerminalBench, text: str) -> None:
     with pytest.raises(ControlError, match="up to 16 characters of ISO 8859-1"):
         bench.set("message.1", text)
 
@@ -242,13 +242,13 @@ def test_rounded_decimals_are_a_setting() -> None:
         ({"time": "1970-01-01"}, "1984"),
     ],
 )
-def test_wrong_settings_say_what_would_be_right(wrong: dict[str, object], says: str) -> None:
+def test_wrong_settings_say_what_was_expected(wrong: dict[str, object], says: str) -> None:
     with pytest.raises(ValidationError, match=says):
         TerminalSettings.model_validate(wrong)
 
 
 def test_the_eds_is_faultless() -> None:
-    assert [one for one in check_eds(EDS) if "no clear mapping direction" not in one.what] == []
+    assert [finding for finding in check_eds(EDS) if "no clear mapping direction" not in finding.what] == []
 
 
 @pytest.mark.manual("ARP-119")
@@ -257,7 +257,7 @@ def test_it_conforms_to_cia_301() -> None:
     config = from_dict({"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": devices})
     with Rig(config) as rig:
         report = conform_virtual(rig, "can0", Description(EDS, 20), choose(()), Options(is_alone=True))
-    assert {one.case.number: one.reason for one in report.of(Verdict.FAILED)} == {}
+    assert {result.case.number: result.reason for result in report.of(Verdict.FAILED)} == {}
     assert len(report.of(Verdict.PASSED)) > 80
 
 

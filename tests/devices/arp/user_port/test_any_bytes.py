@@ -1,4 +1,4 @@
-"""Whatever bytes arrive at the USER port: nothing is raised, nothing changes unless a whole valid frame asks for it."""
+"""Bytes of any kind at the USER port: nothing is raised, and only a complete valid frame changes anything."""
 
 import struct
 import zlib
@@ -14,17 +14,17 @@ SOURCE = "L:\nV1 += 1\nWAIT 1\nGOTO L"
 
 
 def everything(bench: PortBench) -> tuple[object, ...]:
-    outside, program = bench.outside, bench.outside.program
+    access, program = bench.access, bench.access.program
     assert program is not None
-    parameters = outside.parameters
+    parameters = access.parameters
     return (
-        list(outside.V), list(outside.F), list(outside.O), parameters.ram[0] + parameters.ram[1] + parameters.ram[2],
-        bench.store.load(), outside.state, program.state, program.breakpoints,
+        list(access.V), list(access.F), list(access.O), parameters.ram[0] + parameters.ram[1] + parameters.ram[2],
+        bench.store.load(), access.state, program.state, program.breakpoints,
     )  # fmt: skip
 
 
 def good_bodies(wire: bytes) -> bool:
-    """Whether there may be a valid frame in it."""
+    """True if the data may contain a valid frame."""
     for part in wire.split(b"~"):
         octets, rest = bytearray(), iter(part)
         for octet in rest:
@@ -52,8 +52,8 @@ def test_noise_changes_nothing_and_is_not_answered(chunks: list[bytes]) -> None:
 def test_any_valid_frames_are_answered_once_each(requests: list[tuple[int, bytes, int]], enabled: bool) -> None:
     bench = PortBench(SOURCE, is_enabled=enabled)
     for command, data, sequence in requests:
-        heard = [one for one in bench.send(command, data, sequence=sequence) if one[3] not in (0xE0, 0xE1)]
-        assert [one[:4] for one in heard] == ([bytes((1, 1, sequence, command | 0x80))] if command < 0x60 else [])
+        heard = [body for body in bench.send(command, data, sequence=sequence) if body[3] not in (0xE0, 0xE1)]
+        assert [body[:4] for body in heard] == ([bytes((1, 1, sequence, command | 0x80))] if command < 0x60 else [])
         bench.run_for(2)
 
 
@@ -74,7 +74,7 @@ def test_requests_that_read_change_nothing(requests: list[tuple[int, bytes]]) ->
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_a_download_with_any_frame_lost_doubled_or_damaged_is_all_or_nothing(data: st.DataObject) -> None:
-    """A PC that gives up at once: what it sent may be damaged, and none of it comes again."""
+    """A PC that stops at once: its data may be damaged, and none of them are repeated."""
     new = an_object("\n".join(["V2 == 7"] * 40), name="NEW")
     bench = PortBench(SOURCE)
     frames = [bytes((1, 1, 1, 0x30)) + struct.pack("<II", len(new), zlib.crc32(new))]
@@ -93,6 +93,6 @@ def test_a_download_with_any_frame_lost_doubled_or_damaged_is_all_or_nothing(dat
                 is_whole = False
                 wire[data.draw(st.integers(1, len(wire) - 2))] ^= 1 << data.draw(st.integers(0, 7))
         bench.user.deliver(bytes(wire))
-    assert bench.outside.program_name == ("NEW" if is_whole else "program")
+    assert bench.access.program_name == ("NEW" if is_whole else "program")
     bench.enable()
-    assert (bench.outside.V[1] == 1_000, bench.outside.V[2] == 7_000) == (not is_whole, is_whole)
+    assert (bench.access.V[1] == 1_000, bench.access.V[2] == 7_000) == (not is_whole, is_whole)

@@ -1,4 +1,4 @@
-"""The client for PCs, on a card in virtual time, over good lines and bad ones."""
+"""The client for PCs, with a card in virtual time, over good lines and bad ones."""
 
 import random
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ import pytest
 from arp_user_port import PortBench, an_object, client, frame
 
 from fieldrig.errors import BusError
-from fieldrig_devices.arp.outside import CardState
+from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.user_port.client import ArpPort, RefusedByCardError
 from fieldrig_devices.arp.user_port.line import NoAnswerError
 from fieldrig_devices.arp.user_port.memory import FLASH, RAM
@@ -68,7 +68,7 @@ def test_parameters_in_ram_and_flash() -> None:
         1_000,
         6_000,
     ]
-    with pytest.raises(RefusedByCardError, match="can't be 11000"):
+    with pytest.raises(RefusedByCardError, match="cannot be 11000"):
         card.set_parameter(RAM, 0, 1, 11_000)
 
 
@@ -81,10 +81,10 @@ def test_debugging() -> None:
     card.events(True)
     assert card.break_at([9, 100]) == [9]
     assert card.breakpoints() == [9]
-    while (told := card.event(1.0)) is not None and told.program != ProgramCode.PAUSED:
+    while (event := card.event(1.0)) is not None and event.program != ProgramCode.PAUSED:
         pass
-    assert told is not None
-    assert (told.line, card.place()) == (9, [9, 5])
+    assert event is not None
+    assert (event.line, card.place()) == (9, [9, 5])
     card.step()
     assert card.place() == [10, 5]
     card.break_at([])
@@ -109,7 +109,7 @@ def test_who_only_listens_shows_that_he_is_there(monkeypatch: pytest.MonkeyPatch
     bench = PortBench(COUNT, is_enabled=True, user_port={"baud": 1_000_000})
     card = client(bench)
     card.trace(1_000, [named("V1")])
-    assert all(card.sample(10.0) is not None for _ in range(15))  # seconds of the card
+    assert all(card.sample(10.0) is not None for _ in range(15))  # seconds of the card's time
 
 
 # ---- lines
@@ -117,7 +117,7 @@ def test_who_only_listens_shows_that_he_is_there(monkeypatch: pytest.MonkeyPatch
 
 @dataclass
 class Noise:
-    """Loses, damages and doubles what goes over the line, by chance."""
+    """Loses, damages and doubles data on the line, by chance."""
 
     chance: random.Random = field(default_factory=lambda: random.Random(7))
 
@@ -137,7 +137,7 @@ class Noise:
 
 def test_a_bad_line_costs_time_and_nothing_else() -> None:
     bench = PortBench("L:\nIF V2 = 0, L\nV1 += 1\nV2 == 0\nGOTO L", is_enabled=True)
-    card = client(bench, Noise(), step_ms=0.01, timeout_s=0.02, retries=20)  # many times of 20 ms are no 10 s
+    card = client(bench, Noise(), step_ms=0.01, timeout_s=0.02, retries=20)  # many times 20 ms are less than 10 s
     for count in range(1, 60):
         card.set_variables(2, [1])
         bench.run_for(5)
@@ -158,16 +158,16 @@ def test_a_commit_whose_answer_is_lost_is_not_carried_out_twice() -> None:
 
     bench = PortBench(COUNT)
     client(bench, lose_the_first, step_ms=0.01, timeout_s=0.05).download(LONG)
-    assert (len(lost), len(set(lost)), bench.outside.program_name) == (3, 1, "LONG")
+    assert (len(lost), len(set(lost)), bench.access.program_name) == (3, 1, "LONG")
 
 
 def silent(_wire: bytes) -> bytes:
     return b""
 
 
-def test_a_card_that_does_not_answer_is_told_with_the_remedy() -> None:
+def test_a_card_that_does_not_answer_is_reported_with_the_remedy() -> None:
     bench = PortBench()
-    with pytest.raises(NoAnswerError, match="no card answers at the bench\n  is its rig up"):
+    with pytest.raises(NoAnswerError, match="no card answers at the bench\n  check that its rig runs"):
         client(bench, silent, timeout_s=0.01, retries=1)
 
 
@@ -179,13 +179,13 @@ def test_another_number_than_expected_is_refused() -> None:
 
 @pytest.mark.parametrize("port", ["/dev/no-such-port", "socket://127.0.0.1:1", "nonsense://x"])
 def test_a_port_that_is_not_there(port: str) -> None:
-    with pytest.raises(BusError, match="can't open"):
+    with pytest.raises(BusError, match="cannot open"):
         ArpPort.open(port)
 
 
 def test_what_the_card_says_is_in_the_error() -> None:
     card = client(PortBench(COUNT, is_enabled=True))
-    with pytest.raises(RefusedByCardError, match="the card refuses: the program runs") as refused:
+    with pytest.raises(RefusedByCardError, match="the card refuses the request: the program is running") as refused:
         card.download(LONG)
     assert refused.value.status is Status.REFUSED
 
@@ -193,7 +193,7 @@ def test_what_the_card_says_is_in_the_error() -> None:
 STRANGE = b"".join(
     map(frame, map(bytes.fromhex, ("01 02 01 82 00", "01 01 63 82 00", "01 01 01 83 00", "01 01 01 82")))
 )
-"""Of another card, to another request, to another command, without a status."""
+"""Answers of another card, to another request, to another command, and without a status."""
 
 
 def test_answers_of_other_cards_and_to_other_requests_are_not_taken() -> None:

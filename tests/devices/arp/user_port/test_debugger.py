@@ -1,4 +1,4 @@
-"""The debugger, on a card in virtual time."""
+"""The debugger, with a card in virtual time."""
 
 import re
 from pathlib import Path
@@ -38,7 +38,7 @@ class Session:
         self.debugger = Debugger(self.card, found, self.said.append, limit_s)
 
     def do(self, *lines: str) -> list[str]:
-        """What the last one said."""
+        """Output of the last command."""
         for line in lines:
             self.said.clear()
             self.debugger.do(line)
@@ -60,13 +60,13 @@ def session(source: Path) -> Session:
 def test_to_a_breakpoint_and_on(session: Session) -> None:
     assert session.do("break 11") == ["breakpoint at SUB, line 11: V2 == COUNT * 2"]
     assert session.do("run") == ["paused at SUB, line 11: V2 == COUNT * 2"]
-    assert session.do("where") == ["SUB, line 11: V2 == COUNT * 2", "then back to MAIN, line 7: WAIT 0.005"]
+    assert session.do("where") == ["SUB, line 11: V2 == COUNT * 2", "returns to MAIN, line 7: WAIT 0.005"]
     session.do("set COUNT=41")
     assert session.do("continue") == ["paused at SUB, line 11: V2 == COUNT * 2"]
     assert session.do("print count V2 v1") == ["COUNT (V1) = 42", "V2 = 82", "V1 = 42"]
 
 
-def test_a_line_without_an_instruction_stands_for_the_next_and_a_routine_for_its_first(session: Session) -> None:
+def test_a_line_without_an_instruction_means_the_next_and_a_routine_its_first(session: Session) -> None:
     assert session.do("b 3") == ["breakpoint at MAIN, line 5: COUNT += 1 ; one more"]
     assert session.do("b deep 12")[1:] == [
         "breakpoint at SUB, line 12: CALL DEEP",
@@ -113,7 +113,7 @@ def test_without_a_source_the_object_is_shown() -> None:
     bench = PortBench(SOURCE, is_enabled=True)
     session = Session(listing.of_object(client(bench).upload()), bench)
     assert session.do("b SUB") == ["breakpoint at SUB, line 11: V2 == V1 * 2"]
-    with pytest.raises(ValueError, match="nothing that the card has"):
+    with pytest.raises(ValueError, match="not a value of the card"):
         session.do("print COUNT")
 
 
@@ -123,7 +123,7 @@ def test_a_source_is_known_from_another_program(source: Path) -> None:
     assert not found.is_of(client(PortBench("V1 == 1")).upload())
 
 
-def test_a_program_that_ends_or_fails_stands(session: Session) -> None:
+def test_a_program_that_ends_or_fails_is_shown_at_its_line(session: Session) -> None:
     session.do("set V9=1")
     assert session.do("run")[0] == "ended at MAIN, line 9: END"
     assert session.do("state")[0].startswith("STOPPED: ")
@@ -131,12 +131,12 @@ def test_a_program_that_ends_or_fails_stands(session: Session) -> None:
     bench = PortBench(failing, is_enabled=True)
     other = Session(listing.of_object(client(bench).upload()), bench)
     assert other.do("state")[1:] == [
-        "error 112: more than 10 calls within calls",
+        "error 112: calls are nested more than 10 deep",
         "warning 204: memory was not initialised",
-    ] or (other.do("state")[1:] == ["error 112: more than 10 calls within calls"])
+    ] or (other.do("state")[1:] == ["error 112: calls are nested more than 10 deep"])
 
 
-def test_a_program_that_does_not_stop_is_told(session: Session) -> None:
+def test_a_program_that_does_not_stop_is_reported(session: Session) -> None:
     with pytest.raises(NotStoppedError, match=r"still runs after 0.5 s\n`pause`"):
         session.do("run 0.5")
     assert session.do("pause")[0].startswith("paused at ")
@@ -144,7 +144,7 @@ def test_a_program_that_does_not_stop_is_told(session: Session) -> None:
 
 def test_quit_takes_breakpoints_away_and_leaves_the_program_running(session: Session) -> None:
     session.do("break 5", "run")
-    assert session.do("quit") == ["the program goes on"]
+    assert session.do("quit") == ["the program continues"]
     assert session.debugger.is_over
     assert (session.card.breakpoints(), session.card.condition().program) == ([], 2)
 
@@ -158,7 +158,7 @@ def test_leave_leaves_everything(session: Session) -> None:
 def test_stop_and_reset(session: Session) -> None:
     assert session.do("stop")[0].startswith("STOPPED: ")
     assert session.do(["run 0.1", " "][0] if False else "reset")[0].startswith("RESET_COMMAND: ")
-    with pytest.raises(ValueError, match="isn't paused"):
+    with pytest.raises(ValueError, match="is not paused"):
         session.do("continue")
     with pytest.raises(RefusedByCardError):
         session.do("step")
@@ -167,22 +167,22 @@ def test_stop_and_reset(session: Session) -> None:
 @pytest.mark.parametrize(
     ("line", "remedy"),
     [
-        ("frobnicate", "`help` lists them"),
-        ("st", "'st' may be step or state or stop"),
-        ("break 99", "the last one is in line 16"),
+        ("frobnicate", "`help` lists the commands"),
+        ("st", "'st' is ambiguous: step or state or stop"),
+        ("break 99", "expected a line up to 16"),
         ("break NOWHERE", "one of MAIN, SUB, DEEP"),
         ("delete 5", "`break` lists them"),
-        ("print", "right would be V1"),
+        ("print", "expected V1"),
         ("print V2000", "1 to 1000"),
         ("set V1", "V1=VALUE"),
-        ("set V1=x", "a number from"),
+        ("set V1=x", "expected -999999.999 to"),
         ("set F1=2", "0 or 1"),
         ("step x", "1 to 1000"),
         ("run soon", "a number of seconds"),
-        ("where now", "`help` explains them"),
+        ("where now", "`help` lists the commands"),
     ],
 )
-def test_mistakes_are_told_with_what_would_be_right(session: Session, line: str, remedy: str) -> None:
+def test_mistakes_are_reported_with_what_was_expected(session: Session, line: str, remedy: str) -> None:
     with pytest.raises(ValueError, match=re.escape(remedy)):
         session.do(line)
 

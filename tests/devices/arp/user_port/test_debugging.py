@@ -1,4 +1,4 @@
-"""Debugging through the USER port: breakpoints, pause, step, place, and events when something changes."""
+"""Debugging through the USER port: breakpoints, pause, step, place, and events for changes."""
 
 import struct
 from itertools import pairwise
@@ -35,17 +35,17 @@ def test_breakpoints_stop_in_front_of_their_lines_and_run_goes_on(bench: PortBen
     assert bench.ok(SET, lines(9, 1, 500)) == lines(9)
     assert bench.ok(GET) == lines(9)
     bench.run_for(20)
-    assert bench.told_state()[:2] == (3, PAUSED)
-    assert bench.told_state()[5:] == (9, 1)
+    assert bench.condition()[:2] == (3, PAUSED)
+    assert bench.condition()[5:] == (9, 1)
     assert bench.ok(PLACE) == lines(9, 5)
-    count = bench.outside.V[2]
+    count = bench.access.V[2]
     bench.ok(RUN)
     bench.run_for(30)
-    assert (bench.outside.V[2], bench.ok(PLACE)) == (count + 1_000, lines(9, 5))
+    assert (bench.access.V[2], bench.ok(PLACE)) == (count + 1_000, lines(9, 5))
     bench.ok(SET)
     bench.ok(RUN)
     bench.run_for(30)
-    assert bench.told_state()[:2] == (3, RUNNING)
+    assert bench.condition()[:2] == (3, RUNNING)
 
 
 def test_pause_and_single_steps(bench: PortBench) -> None:
@@ -59,7 +59,7 @@ def test_pause_and_single_steps(bench: PortBench) -> None:
     assert places == [lines(3), lines(4), lines(9, 5), lines(10, 5), lines(5), lines(6)]
     bench.ok(RUN)
     bench.ok(PAUSE)
-    assert bench.told_state()[1] == PAUSED
+    assert bench.condition()[1] == PAUSED
 
 
 def test_what_needs_a_pause_or_a_program_is_refused_without(bench: PortBench) -> None:
@@ -84,25 +84,25 @@ def test_breakpoints_of_the_old_program_go_with_it(bench: PortBench) -> None:
 
 
 def events(bench: PortBench) -> list[tuple[int, int, int]]:
-    """State, program and line of each that was told; their numbers must follow one another."""
+    """State, program and line of each event; the sequence numbers must be consecutive."""
     heard = bench.heard()
-    assert all(one[:2] + one[3:4] == bytes((1, 1, 0xE0)) for one in heard)
-    numbers = [one[2] for one in heard]
+    assert all(body[:2] + body[3:4] == bytes((1, 1, 0xE0)) for body in heard)
+    numbers = [body[2] for body in heard]
     assert all((before + 1) & 0xFF == after for before, after in pairwise(numbers))
-    return [(one[4], one[5], struct.unpack_from("<I", one, 11)[0]) for one in heard]
+    return [(body[4], body[5], struct.unpack_from("<I", body, 11)[0]) for body in heard]
 
 
-def test_nothing_is_told_unless_asked_for(bench: PortBench) -> None:
+def test_nothing_is_sent_unless_requested(bench: PortBench) -> None:
     bench.ok(0x02)
-    bench.outside.stop_program()
+    bench.access.stop_program()
     bench.run_for(100)
     assert bench.heard() == []
 
 
-def test_breakpoints_and_states_are_told_when_they_come(bench: PortBench) -> None:
+def test_breakpoints_and_states_are_reported_at_once(bench: PortBench) -> None:
     bench.ok(EVENTS, b"\x01")
     bench.run_for(30)
-    assert [event[:2] for event in events(bench)] == [(3, RUNNING)]  # how it is at first
+    assert [event[:2] for event in events(bench)] == [(3, RUNNING)]  # the state at the beginning
     bench.ok(SET, lines(9))
     bench.run_for(30)
     assert events(bench) == [(3, PAUSED, 9)]
@@ -114,7 +114,7 @@ def test_breakpoints_and_states_are_told_when_they_come(bench: PortBench) -> Non
     assert events(bench) == []
 
 
-def test_a_program_that_stops_at_once_again_is_told(bench: PortBench) -> None:
+def test_a_program_that_stops_at_once_again_is_reported(bench: PortBench) -> None:
     bench.ok(EVENTS, b"\x01")
     bench.ok(SET, lines(3, 4))
     bench.run_for(50)
@@ -128,12 +128,12 @@ def test_a_program_that_stops_at_once_again_is_told(bench: PortBench) -> None:
         assert events(bench)[-1] == (3, PAUSED, place)
 
 
-def test_errors_are_told() -> None:
+def test_errors_are_reported() -> None:
     bench = PortBench("L:\nIF V9 = 0, L\nV1 == 1 / 0\nV8 == 1\nM:\nGOTO M", is_enabled=True)
     bench.ok(EVENTS, b"\x01")
     bench.run_for(20)
     bench.heard()
-    bench.outside.set_variables(9, [1])
+    bench.access.set_variables(9, [1])
     bench.run_for(20)
     [event] = bench.heard()
     assert struct.unpack_from("<H", event, 9) == (201,)  # the warning

@@ -68,8 +68,8 @@ def test_any_bytes_leave_it_able_to_hear(chunks: list[bytes]) -> None:
 @pytest.mark.parametrize(
     "wire",
     [
-        "7e 7e",  # nothing
-        "7e 01 01 00 7e",  # too short for a FCS
+        "7e 7e",  # empty
+        "7e 01 01 00 7e",  # too short for an FCS
         "7e 31 32 33 34 35 36 37 38 39 6e 91 7e",  # wrong FCS
         "7e 31 32 33 34 35 36 37 38 39 6e 90 7d 7e",  # aborted (RFC 1662, 4.3)
         "7e 7d 7e",

@@ -19,27 +19,31 @@ def announced(data: bytes) -> bytes:
 
 
 def does_the_old_program_run(bench: PortBench) -> bool:
-    """It counts in V1, OTHER in V2."""
+    """Load a program that counts in V1; OTHER counts in V2."""
     bench.enable(False)
     bench.enable()
-    before = bench.outside.V[1:3]
+    before = bench.access.V[1:3]
     bench.run_for(100)
-    return bench.outside.V[1] > before[0] and bench.outside.V[2] == before[1]
+    return bench.access.V[1] > before[0] and bench.access.V[2] == before[1]
 
 
 @pytest.mark.manual("ARP-044")
 def test_ctrl_f2_puts_the_card_in_reset_without_an_error() -> None:
     bench = PortBench(f"SET O101\nPVC 1, 10\n{COUNT}", parameters={"axis1": {4: 1}}, is_enabled=True)
-    moving = bench.outside.position(1)
+    moving = bench.access.position(1)
     bench.run_for(10)
-    assert (bench.told("O101"), bench.told_state()[:3], bench.outside.position(1) > moving) == (True, (3, 2, 0), True)
-    assert bench.told_state()[5] > 3  # in the loop
+    assert (bench.last_sent("O101"), bench.condition()[:3], bench.access.position(1) > moving) == (
+        True,
+        (3, 2, 0),
+        True,
+    )
+    assert bench.condition()[5] > 3  # in the loop
     bench.ok(RESET)
     bench.run_for(2)
-    still = bench.outside.position(1)
+    still = bench.access.position(1)
     bench.run_for(100)
-    assert (bench.told("O101"), bench.outside.position(1)) == (False, still)
-    assert bench.told_state()[:6] == (2, 1, 0, 0, 0, 2)  # no error; held at its first instruction, on line 2
+    assert (bench.last_sent("O101"), bench.access.position(1)) == (False, still)
+    assert bench.condition()[:6] == (2, 1, 0, 0, 0, 2)  # no error; held at its first instruction, on line 2
 
 
 @pytest.mark.manual("ARP-044")
@@ -48,37 +52,37 @@ def test_run_leaves_the_reset_state_at_the_first_instruction() -> None:
     bench.ok(RESET)
     bench.ok(RUN)
     bench.run_for(50)
-    assert (bench.told_state()[:2], bench.outside.V[3]) == ((3, 2), 2_000)
+    assert (bench.condition()[:2], bench.access.V[3]) == ((3, 2), 2_000)
 
 
 @pytest.mark.manual("ARP-049")
 def test_ctrl_f2_clears_errors_and_warnings() -> None:
     bench = PortBench("V1 == 1 / 0\nPST 1, 1, V1\nL:\nGOTO L", is_enabled=True)
-    assert bench.told_state()[2:5] == (113, 1, 201)
+    assert bench.condition()[2:5] == (113, 1, 201)
     bench.ok(RESET)
-    assert bench.told_state()[:5] == (2, 1, 0, 0, 0)
+    assert bench.condition()[:5] == (2, 1, 0, 0, 0)
 
 
 @pytest.mark.manual("ARP-049")
 def test_opening_and_closing_enable_clears_errors_and_warnings() -> None:
     bench = PortBench("IF V9 = 0, V1 == 1 / 0\nIF V9 = 0, PST 1, 1, V1\nL:\nGOTO L", is_enabled=True)
-    assert bench.told_state()[2:5] == (113, 1, 201)
-    bench.outside.set_variables(9, [1_000])
+    assert bench.condition()[2:5] == (113, 1, 201)
+    bench.access.set_variables(9, [1_000])
     bench.enable(False)
-    assert bench.told_state()[:3] == (1, 1, 105)
+    assert bench.condition()[:3] == (1, 1, 105)
     bench.enable()
-    assert bench.told_state()[:5] == (3, 2, 0, 0, 0)
+    assert bench.condition()[:5] == (3, 2, 0, 0, 0)
 
 
 def test_run_and_stop_say_why_not() -> None:
     bench = PortBench(COUNT)
-    assert bench.ask(RUN) == (REFUSED, b"Enable (I108) is open: close it, and the program runs")
+    assert bench.ask(RUN) == (REFUSED, b"Enable (I108) is open: close it to run the program")
     assert bench.ask(STOP)[0] == REFUSED
     bench.enable()
-    assert bench.ask(RUN) == (REFUSED, b"the program runs already")
+    assert bench.ask(RUN) == (REFUSED, b"the program is already running")
     bench.ok(STOP)
-    assert bench.told_state()[:2] == (4, 3)
-    assert bench.ask(STOP) == (REFUSED, b"no program runs")
+    assert bench.condition()[:2] == (4, 3)
+    assert bench.ask(STOP) == (REFUSED, b"no program is running")
     assert PortBench().ask(RUN)[0] == NO_PROGRAM
     assert bench.ask(RUN, b"x")[0] == LENGTH
 
@@ -90,14 +94,14 @@ def test_run_and_stop_say_why_not() -> None:
 def test_a_program_is_downloaded_while_stopped_and_run_from_the_pc_or_by_enable() -> None:
     bench = PortBench(COUNT, is_enabled=True)
     bench.ok(STOP)
-    assert bench.ok(BEGIN, announced(OTHER)) == bytes.fromhex("F0 00")  # the most octets in a block
+    assert bench.ok(BEGIN, announced(OTHER)) == bytes.fromhex("F0 00")  # the maximum number of octets in a block
     assert bench.downloaded(OTHER) == (OK, b"")
-    assert bench.outside.program_name == "OTHER"
+    assert bench.access.program_name == "OTHER"
     bench.run_for(50)
-    assert bench.outside.V[2] == 0  # held until it is run
+    assert bench.access.V[2] == 0  # held until it is started
     bench.ok(RUN)
     bench.run_for(50)
-    assert bench.outside.V[2] > 0
+    assert bench.access.V[2] > 0
     assert not does_the_old_program_run(bench)
 
 
@@ -107,7 +111,7 @@ def test_what_was_downloaded_is_permanent() -> None:
     assert bench.downloaded(OTHER)[0] == OK
     again = CardBench(store=bench.store)
     again.run_for(100)
-    assert (again.outside.program_name, again.outside.V[2] > 0) == ("OTHER", True)
+    assert (again.access.program_name, again.access.V[2] > 0) == ("OTHER", True)
 
 
 @pytest.mark.manual("ARP-117")
@@ -132,10 +136,10 @@ def test_a_program_that_was_started_meanwhile_is_not_replaced() -> None:
     ("data", "status"),
     [
         (b"nonsense", OBJECT),
-        (OTHER[:-1], OK),  # the last line end is no part of it
+        (OTHER[:-1], OK),  # the final line end is missing
         (OTHER[:-3], OBJECT),
-        (OTHER.replace(b"V2", b"V3"), OBJECT),  # its own CRC
-        (an_object("V1 == 1", number=2), OBJECT),  # of another card
+        (OTHER.replace(b"V2", b"V3"), OBJECT),  # with its own CRC
+        (an_object("V1 == 1", number=2), OBJECT),  # for another card
     ],
 )
 def test_what_is_no_program_for_this_card_leaves_the_old_one(data: bytes, status: int) -> None:

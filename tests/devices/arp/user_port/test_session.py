@@ -1,4 +1,4 @@
-"""Requests as such: whom they are for, how often they are carried out, what is left of a PC that has gone."""
+"""Requests in general: their addressee, how often they are carried out, and what is left after a PC has gone."""
 
 import re
 import struct
@@ -28,7 +28,7 @@ def test_the_examples_of_the_page_are_what_is_on_the_line(bench: PortBench) -> N
     assert len(EXAMPLES) >= 10
     for way, text in EXAMPLES:
         wire = bytes.fromhex(text)
-        assert [frame(body) for body in bodies(wire)] == [wire]  # by RFC 1662 once more
+        assert [frame(body) for body in bodies(wire)] == [wire]  # checked again by RFC 1662
         if way == ">":
             bench.user.deliver(wire)
         else:
@@ -37,16 +37,18 @@ def test_the_examples_of_the_page_are_what_is_on_the_line(bench: PortBench) -> N
 
 def test_the_tables_of_the_page_are_complete() -> None:
     commands = re.findall(r"^\| `([0-9A-F]{2})` \| ([A-Z_]+) \|", PAGE, re.MULTILINE)
-    told = {"EVENT": 0xE0, "SAMPLES": 0xE1}
-    assert {name: int(code, 16) for code, name in commands} == {one.name: one.value for one in Command} | told
+    unsolicited = {"EVENT": 0xE0, "SAMPLES": 0xE1}
+    assert {name: int(code, 16) for code, name in commands} == {
+        command.name: command.value for command in Command
+    } | unsolicited
     statuses = re.findall(r"^\| (\d) \| ([A-Z_]+) \|", PAGE, re.MULTILINE)
-    assert {name: int(code) for code, name in statuses} == {one.name: one.value for one in Status}
+    assert {name: int(code) for code, name in statuses} == {status.name: status.value for status in Status}
 
 
 @pytest.mark.parametrize("number", [0, 2, 99, 0xFE, 0xFF])
 def test_requests_for_another_card_are_not_heard(bench: PortBench, number: int) -> None:
     assert bench.send(WRITE_V, bytes.fromhex("01 00 01 00 00 00"), number) == []
-    assert bench.outside.V[1] == 0
+    assert bench.access.V[1] == 0
 
 
 def test_hello_to_any_card_tells_the_number() -> None:
@@ -59,7 +61,7 @@ def test_hello_tells_the_name_of_the_program() -> None:
     assert PortBench("V1 == 1").ok(HELLO) == bytes.fromhex("01 00 01") + b"program"
 
 
-def test_another_version_is_told_ours(bench: PortBench) -> None:
+def test_another_version_is_answered_with_ours(bench: PortBench) -> None:
     bench.user.deliver(frame(bytes.fromhex("02 01 07 02")))
     assert bench.heard() == [bytes.fromhex("01 01 07 82 01")]
 
@@ -74,31 +76,31 @@ def test_the_same_request_is_carried_out_once_and_answered_as_often_as_it_comes(
     stop = 0x04
     first = bench.send(stop, sequence=9)
     assert bench.send(stop, sequence=9) == first == [bytes.fromhex("01 01 09 84 00")]
-    bench.outside.run_program()
+    bench.access.run_program()
     assert bench.send(stop, sequence=9) == first
-    assert bench.told_state()[0] == 3  # RUN: it was not stopped again
+    assert bench.condition()[0] == 3  # RUN: it was not stopped again
     bench.send(stop, sequence=10)
-    assert bench.told_state()[0] == 4
+    assert bench.condition()[0] == 4
 
 
 def test_it_is_so_after_a_long_silence_too() -> None:
     bench = PortBench("L:\nGOTO L", is_enabled=True)
     first = bench.send(0x04, sequence=9)
     bench.run_for(20_000)
-    bench.outside.run_program()
+    bench.access.run_program()
     assert bench.send(0x04, sequence=9) == first
-    assert bench.told_state()[0] == 3
+    assert bench.condition()[0] == 3
 
 
 def test_another_request_with_the_same_number_is_another_request(bench: PortBench) -> None:
     bench.send(WRITE_V, bytes.fromhex("01 00 01 00 00 00"), sequence=5)
     bench.send(WRITE_V, bytes.fromhex("01 00 02 00 00 00"), sequence=5)
-    assert bench.outside.V[1] == 2
+    assert bench.access.V[1] == 2
 
 
 def test_number_0_is_carried_out_each_time(bench: PortBench) -> None:
     for value in (1, 2):
-        bench.outside.V[1] = value
+        bench.access.V[1] = value
         assert bench.send(READ, bytes.fromhex("56 01 00 01 00"), sequence=0) == [
             bytes.fromhex("01 01 00 90 00") + struct.pack("<i", value)
         ]
@@ -107,7 +109,7 @@ def test_number_0_is_carried_out_each_time(bench: PortBench) -> None:
 def test_a_new_pc_is_not_taken_for_the_last_one(bench: PortBench) -> None:
     request = bytes.fromhex("56 01 00 01 00")
     bench.send(READ, request, sequence=1)
-    bench.outside.V[1] = 5
+    bench.access.V[1] = 5
     bench.send(HELLO, sequence=0)
     assert bench.send(READ, request, sequence=1)[0][5:] == struct.pack("<i", 5)
 
@@ -131,8 +133,8 @@ def test_the_state_code_can_be_asked_for_in_every_state(
 ) -> None:
     bench = PortBench(program, is_enabled=enabled)
     if does:
-        getattr(bench.outside, does)()
-    assert bench.told_state()[:3] == expected
+        getattr(bench.access, does)()
+    assert bench.condition()[:3] == expected
     bench.ok(WRITE_V, bytes.fromhex("64 00 07 00 00 00"))  # and everything else works too
     assert bench.ok(READ, bytes.fromhex("56 64 00 01 00")) == bytes.fromhex("07 00 00 00")
 
@@ -148,7 +150,7 @@ def test_before_the_first_control_loop_the_state_is_init() -> None:
 
 def test_a_pc_that_is_silent_for_ten_seconds_has_gone() -> None:
     bench = PortBench(ADD, is_enabled=True)
-    bench.outside.stop_program()
+    bench.access.stop_program()
     data = an_object("V2 == 1")
     bench.ok(0x30, struct.pack("<II", len(data), 0))
     bench.ok(EVENTS, b"\x01")
@@ -158,23 +160,23 @@ def test_a_pc_that_is_silent_for_ten_seconds_has_gone() -> None:
     bench.run_for(20)
     bench.heard()
     bench.run_for(1_000)
-    bench.outside.run_program()
+    bench.access.run_program()
     bench.run_for(100)
     assert bench.heard() == []
     assert bench.ask(0x31, bytes(4) + data[:240])[0] == 6  # no download has begun
 
 
-@pytest.mark.parametrize(("silent_ms", "is_told"), [(10_000, True), (10_001, False)])
-def test_the_ten_seconds_have_an_exact_end(silent_ms: int, is_told: bool) -> None:
+@pytest.mark.parametrize(("silent_ms", "is_reported"), [(10_000, True), (10_001, False)])
+def test_the_ten_seconds_have_an_exact_end(silent_ms: int, is_reported: bool) -> None:
     bench = PortBench(ADD, is_enabled=True)
-    bench.outside.stop_program()
+    bench.access.stop_program()
     bench.run_for(1)
     bench.ok(EVENTS, b"\x01")
     bench.run_for(silent_ms - 1)
     bench.heard()
-    bench.outside.run_program()
+    bench.access.run_program()
     bench.run_for(1)
-    assert bool(bench.heard()) is is_told
+    assert bool(bench.heard()) is is_reported
 
 
 def test_a_pc_that_asks_now_and_then_is_there() -> None:

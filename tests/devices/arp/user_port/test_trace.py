@@ -1,4 +1,4 @@
-"""The trace: values in every n-th control loop, as much of it as the line carries."""
+"""The trace: values in every n-th control loop, as far as the line can carry them."""
 
 import struct
 
@@ -15,7 +15,7 @@ def request(every: int, *quantities: tuple[str, int]) -> bytes:
 
 
 def samples(bench: PortBench, count: int) -> tuple[list[tuple[int, ...]], int]:
-    """Loop and values of all that were heard, and how many were lost so far."""
+    """Loop and values of all samples received, and the number of samples lost so far."""
     found, lost = [], 0
     for body in bench.heard():
         assert body[:2] + body[3:4] == bytes((1, 1, 0xE1))
@@ -88,16 +88,16 @@ def test_sixteen_quantities_fit(bench: PortBench) -> None:
 
 
 class SlowLine:
-    """What 9600 baud have still to carry, 960 octets a second."""
+    """Octets that the line has still to carry at 9600 baud, 960 octets per second."""
 
     def __init__(self, bench: PortBench) -> None:
         self._bench, self.unsent, self.sent = bench, 0.0, 0
 
     def run(self) -> int:
-        """One millisecond; how much was sent in it."""
+        """Run one millisecond, and return the number of octets sent in it."""
         before = len(self._bench.user.sent)
         self._bench.run_for(1)
-        more = sum(len(one) for one in self._bench.user.sent[before:] if isinstance(one, bytes))
+        more = sum(len(data) for data in self._bench.user.sent[before:] if isinstance(data, bytes))
         self.unsent = max(self.unsent - 0.96, 0) + more
         self.sent += more
         return more
@@ -127,7 +127,7 @@ def test_an_answer_waits_for_one_frame_of_the_trace_at_most() -> None:
     assert 100 < most < 2 * 262 + 2 + 5
 
 
-def test_a_card_that_nobody_asks_sends_nothing() -> None:
+def test_a_card_without_requests_sends_nothing() -> None:
     bench = PortBench(COUNT, is_enabled=True)
     bench.run_for(20_000)
     assert bench.heard() == []

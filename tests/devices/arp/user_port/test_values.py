@@ -1,4 +1,4 @@
-"""Values through the USER port: variables, flags, inputs, outputs, what can be watched, parameters."""
+"""Values through the USER port: variables, flags, inputs, outputs, watchable quantities, and parameters."""
 
 import struct
 
@@ -16,15 +16,15 @@ def bench() -> PortBench:
 
 
 def test_variables_are_raw_and_little_endian(bench: PortBench) -> None:
-    bench.outside.set_variables(999, [1, -2])
+    bench.access.set_variables(999, [1, -2])
     assert bench.ok(READ, bytes.fromhex("56 e7 03 02 00")) == bytes.fromhex("01 00 00 00 fe ff ff ff")
     assert bench.ok(WRITE_V, bytes.fromhex("01 00 c4 09 00 00 ff ff ff ff")) == b""
-    assert bench.outside.V[1:4] == [2_500, -1, 0]
+    assert bench.access.V[1:4] == [2_500, -1, 0]
 
 
 def test_bits_are_packed_from_bit_0_of_the_first_octet(bench: PortBench) -> None:
     assert bench.ok(WRITE_BITS, bytes.fromhex("46 01 00 0a 00 05 02")) == b""
-    assert bench.outside.F[1:12] == [1, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0]
+    assert bench.access.F[1:12] == [1, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0]
     assert bench.ok(READ, bytes.fromhex("46 01 00 20 00")) == bytes.fromhex("05 02 00 00")
     assert bench.ok(READ, bytes.fromhex("46 01 00 40 01")) == bytes.fromhex("05 02") + bytes(38)  # all 320
     bench.drive("I103", True)
@@ -36,7 +36,7 @@ def test_outputs_while_the_card_runs() -> None:
     bench = PortBench(FOR_EVER, is_enabled=True)
     assert bench.ok(WRITE_BITS, bytes.fromhex("4f 66 00 01 00 01")) == b""
     bench.run_for(2)
-    assert bench.told("O102") is True
+    assert bench.last_sent("O102") is True
 
 
 @pytest.mark.parametrize(
@@ -44,12 +44,12 @@ def test_outputs_while_the_card_runs() -> None:
     [
         (READ, "56 00 00 01 00", RANGE),  # V0
         (READ, "56 e8 03 02 00", RANGE),  # V1001
-        (READ, "56 01 00 3d 00", LENGTH),  # 61 of them
+        (READ, "56 01 00 3d 00", LENGTH),  # 61 variables
         (READ, "56 01 00 00 00", LENGTH),
         (READ, "56 01 00 ff ff", LENGTH),
         (READ, "46 40 01 02 00", RANGE),  # F321
         (READ, "49 84 00 02 00", RANGE),  # I133
-        (READ, "5a 01 00 01 00", RANGE),  # no such letter
+        (READ, "5a 01 00 01 00", RANGE),  # unknown letter
         (READ, "56 01 00 01", LENGTH),
         (READ, "", LENGTH),
         (READ_MANY, "", LENGTH),
@@ -81,15 +81,15 @@ def test_outputs_while_the_card_runs() -> None:
     ],
 )
 def test_what_can_not_be_is_refused_and_changes_nothing(bench: PortBench, command: int, data: str, status: int) -> None:
-    before = (list(bench.outside.V), list(bench.outside.F), bench.outside.parameters.ram[0][:])
+    before = (list(bench.access.V), list(bench.access.F), bench.access.parameters.ram[0][:])
     assert bench.ask(command, bytes.fromhex(data))[0] == status
-    assert (bench.outside.V, bench.outside.F, bench.outside.parameters.ram[0]) == before
+    assert (bench.access.V, bench.access.F, bench.access.parameters.ram[0]) == before
 
 
 def test_of_several_bits_none_is_written_if_one_is_refused(bench: PortBench) -> None:
-    assert bench.outside.set_flag(255, 1)
+    assert bench.access.set_flag(255, 1)
     assert bench.ask(WRITE_BITS, bytes.fromhex("46 fe 00 04 00 0f"))[0] == REFUSED  # F254 to F257
-    assert bench.outside.F[254:258] == [0, 1, 0, 0]
+    assert bench.access.F[254:258] == [0, 1, 0, 0]
 
 
 def test_one_request_reads_whatever_can_be_watched() -> None:
@@ -122,4 +122,4 @@ def test_parameters_in_ram_are_volatile_and_those_in_flash_stay(bench: PortBench
 
 
 def test_all_parameters_of_an_axis_fit_into_one_answer(bench: PortBench) -> None:
-    assert bench.ok(READ_PAR, bytes.fromhex("00 02 01 19")) == struct.pack("<25i", *bench.outside.parameters.ram[2][1:])
+    assert bench.ok(READ_PAR, bytes.fromhex("00 02 01 19")) == struct.pack("<25i", *bench.access.parameters.ram[2][1:])

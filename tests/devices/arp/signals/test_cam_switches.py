@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fieldrig_devices.arp.parameters import ParX
 from fieldrig_devices.arp.readings import Readings
-from fieldrig_devices.arp.runtime.card import Cam
+from fieldrig_devices.arp.runtime.card import CamSwitch
 
 A13 = """\
 X1 EQU V1
@@ -45,13 +45,13 @@ TURN = 20_000  # units of the cyclic counters here
 def armed(
     set_at: float, reset_at: float, at: float = 0, turn: int | None = None, wrap: Literal["travel", "jump"] = "travel"
 ) -> SignalsCard:
-    """CAM3 on axis 2 and O102, armed with the axis standing there; a `turn` makes its counter run from 0 to that."""
+    """CAM3 on axis 2 and O102, armed with the axis at a position; with a `turn`, its counter runs from 0 to `turn`."""
     card = SignalsCard(readings=Readings(cam_wrap=wrap))
     if turn is not None:
         assert card.real_parameters.set_ram(2, ParX.COUNTER_MAXIMUM, turn * UNIT)
         assert card.real_parameters.set_ram(2, ParX.COUNTER_MINIMUM, 0)
     card.positions[2] = round(at * UNIT)
-    card.arm_cam(3, Cam(2, round(set_at * UNIT), round(reset_at * UNIT), False, "O", 102))
+    card.arm_cam_switch(3, CamSwitch(2, round(set_at * UNIT), round(reset_at * UNIT), False, "O", 102))
     return card
 
 
@@ -91,7 +91,7 @@ def test_a_cam_is_off_on_both_of_its_values() -> None:
 
 
 @pytest.mark.manual("ARP-112")
-def test_an_axis_that_stands_on_the_set_value_passes_it_when_it_leaves() -> None:
+def test_an_axis_at_rest_on_the_set_value_passes_it_when_it_leaves() -> None:
     assert outputs(armed(0, 5_000, at=0), (0, 1, 2)) == [0, 1, 1]
 
 
@@ -118,8 +118,8 @@ def test_a_cam_passed_as_a_whole_within_a_loop_does_not_show() -> None:
 @pytest.mark.manual("ARP-112")
 def test_a_cam_drives_flags_and_inverted_outputs() -> None:
     card = SignalsCard()
-    card.arm_cam(1, Cam(1, 10, 20, False, "F", 17))
-    card.arm_cam(6, Cam(1, 10, 20, True, "F", 18))
+    card.arm_cam_switch(1, CamSwitch(1, 10, 20, False, "F", 17))
+    card.arm_cam_switch(6, CamSwitch(1, 10, 20, True, "F", 18))
     card.loop()
     assert (card.F[17], card.F[18], card.O[101]) == (0, 1, 0)
     card.positions[1] = 15
@@ -140,10 +140,10 @@ def test_a_cam_is_written_in_every_loop_until_it_is_disarmed() -> None:
 def test_disarming_leaves_the_output_as_it_is() -> None:
     card = armed(10, 20)
     assert outputs(card, (15,)) == [1]
-    card.disarm_cam(3)
-    card.disarm_cam(4)  # was not armed
+    card.disarm_cam_switch(3)
+    card.disarm_cam_switch(4)  # it was not armed
     assert outputs(card, (25, 5, 15)) == [1, 1, 1]
-    card.cams.reset()
+    card.cam_switches.reset()
     card.O[102] = 0
     assert outputs(card, (25, 5, 15)) == [0, 0, 0]
 
@@ -152,9 +152,9 @@ def test_disarming_leaves_the_output_as_it_is() -> None:
 def test_the_instruction_with_other_values_replaces_the_cam_at_once() -> None:
     card = armed(10, 20)
     assert outputs(card, (15,)) == [1]
-    card.arm_cam(3, Cam(2, 10 * UNIT, 20 * UNIT, False, "O", 102))  # the same again
+    card.arm_cam_switch(3, CamSwitch(2, 10 * UNIT, 20 * UNIT, False, "O", 102))  # the same again
     assert outputs(card, (16,)) == [1]
-    card.arm_cam(3, Cam(2, 10 * UNIT, 30 * UNIT, False, "O", 102))
+    card.arm_cam_switch(3, CamSwitch(2, 10 * UNIT, 30 * UNIT, False, "O", 102))
     assert outputs(card, (17, 25, 5, 25)) == [0, 0, 0, 1]
 
 
@@ -211,7 +211,7 @@ def test_limits_of_the_counter_that_leave_no_turn_are_no_turn() -> None:
 def test_a_fast_axis_switches_as_one_that_is_looked_at_everywhere(
     low: int, width: int, is_upward: bool, moves: list[int]
 ) -> None:
-    """Cams anywhere on a turn of 100 units; the oracle walks them unit by unit."""
+    """Cam switches anywhere on a turn of 100 units; the oracle checks them unit by unit."""
     ends = (low, low + width) if is_upward else (low + width, low)
     card = armed(*ends, at=0, turn=100)
     at, latched = 0, False

@@ -1,21 +1,21 @@
-"""Digital cams, CAM1 to CAM6: an output or a flag that follows an axis.
+"""Cam switches, CAM1 to CAM6: each switches an output or a flag by the position of an axis.
 
-Source: manual 5.11; digest chapter 15.  A cam comes on when the axis passes its set value toward its reset value, and
-is off whenever the axis is not between the two; so with set below reset it works in the positive direction only, and
-the other way round.  It is off when it is armed between them, and on both values themselves.  A cam passed as a whole
-within one control loop doesn't show.  Disarming leaves the output as it is.
+Source: manual 5.11; digest chapter 15.  A cam switch turns on when the axis passes its set value toward its reset
+value, and is off whenever the axis is not between the two.  So with set below reset it works in the positive direction
+only, and vice versa.  It is off if it is armed between them, and at both values themselves.  A cam that is passed
+completely within one control loop has no effect.  Disarming leaves the output as it is.
 
-Where the counter wraps, the reading `cam_wrap` chooses.  "travel", as a user of a cyclic axis expects: a step over the
-wrap is as long as the way the axis went, so a cam that begins there comes on, and a value beyond the counter's limits
-lies in the next turn (19000 to 21000 on a counter from 0 to 20000 is on from 19000 to 1000).  "jump": the plain numbers
-are compared, and the wrap is a leap from one end to the other.
+The interpretation `cam_wrap` determines the behaviour where the counter wraps.  With "travel", as a user of a cyclic
+axis expects, a step over the wrap is as long as the distance that the axis travelled, so a cam that begins there turns
+on, and a value beyond the counter's limits is in the next turn (19000 to 21000 on a counter from 0 to 20000 is on from
+19000 to 1000).  With "jump", the plain numbers are compared, and the wrap is a jump from one end to the other.
 """
 
 from typing import Final
 
 from fieldrig_devices.arp.parameters import Parameters, ParX
 from fieldrig_devices.arp.readings import Readings
-from fieldrig_devices.arp.runtime.card import Cam
+from fieldrig_devices.arp.runtime.card import CamSwitch
 from fieldrig_devices.arp.signals.axis_values import AxisValues
 
 _AXES: Final = (1, 2)
@@ -24,7 +24,7 @@ _AXES: Final = (1, 2)
 class _Armed:
     __slots__ = ("axis", "bits", "cam", "is_inverted", "is_upward", "latched", "low", "number", "was", "width")
 
-    def __init__(self, cam: Cam, bits: list[int], position: int) -> None:
+    def __init__(self, cam: CamSwitch, bits: list[int], position: int) -> None:
         self.cam, self.bits = cam, bits
         self.axis, self.number, self.is_inverted = cam.axis, cam.number, int(cam.is_inverted)
         self.is_upward = cam.set_at < cam.reset_at
@@ -33,7 +33,7 @@ class _Armed:
         self.was = position
 
     def follow(self, position: int, turn: int) -> None:
-        """The axis has moved there; `turn` is the range of its counter, 0 where a wrap is a jump."""
+        """Follow the axis to a new position; `turn` is the range of its counter, or 0 if a wrap is a jump."""
         travel, self.was = position - self.was, position
         phase = position - self.low
         if turn:
@@ -50,7 +50,7 @@ class _Armed:
             self.latched = int(not self.is_upward)
 
 
-class Cams:
+class CamSwitches:
     def __init__(
         self, axes: AxisValues, flags: list[int], outputs: list[int], parameters: Parameters, readings: Readings
     ) -> None:
@@ -60,8 +60,8 @@ class Cams:
         self._version = -1
         self._turns = [0, 0, 0]
 
-    def arm(self, number: int, cam: Cam) -> None:
-        """CAM1 to CAM6.  The same instruction once more changes nothing."""
+    def arm(self, number: int, cam: CamSwitch) -> None:
+        """Arm CAM1 to CAM6.  Repeating the same instruction changes nothing."""
         armed = self._armed.get(number)
         if armed is None or armed.cam != cam:
             bits = self._outputs if cam.letter == "O" else self._flags
@@ -74,7 +74,8 @@ class Cams:
         self._armed.clear()
 
     def control(self) -> None:
-        """Once a control loop, after the axes: every output that has a cam, also if a program has written it."""
+        """Set every output that has a cam switch, even if a program has written it; once per control loop, after the
+        axes."""
         if not self._armed:
             return
         if self._version != self._parameters.version:

@@ -1,26 +1,26 @@
-"""PST: axis 1 follows axis 2 by a table.
+"""The electronic cam, PST: axis 1 follows axis 2 by a table.
 
-Source: manual 5.9.4.1, 3.2 (@ParX[19] to [25], all of the slave's set); digest chapters 13.4 and 13.5.  The master is
-seen through gear and offset, as one that moves on by itself: a preset of the real counter does not move it.
-While the master stands the slave drives to the curve; a moving one is followed at once, with the jump that may be.
-Positions are compared as the program sees them, in thousandths: who parks on an end of the table is inside.
+Source: manual 5.9.4.1, 3.2 (@ParX[19] to [25], all of the slave's set); digest chapters 13.4 and 13.5.  The cam sees
+the master through gear and offset as a virtual master, which a preset of the real counter does not move.  While the
+master is at rest the slave drives to the curve; a moving master is followed at once, even if that causes a jump.
+Positions are compared as the program sees them, in thousandths: a position on an end of the table is inside.
 """
 
 from typing import Final
 
 from fieldrig_devices.arp.motion.axis import Axis
-from fieldrig_devices.arp.motion.cam_table import CamTable, Value
+from fieldrig_devices.arp.motion.cam_table import CamTable, CurveValue
 from fieldrig_devices.arp.motion.flags import AxisFlag
-from fieldrig_devices.arp.motion.guides import Move, coast
+from fieldrig_devices.arp.motion.reference_generators import Move, coast
 from fieldrig_devices.arp.motion.setup import Offset
 from fieldrig_devices.arp.parameters import Kind
 from fieldrig_devices.motion.profile import Limits, State, move
 
-_GRAIN: Final = 0.0005  # half of what a raw number counts
+_HALF_STEP: Final = 0.0005  # half of a raw unit
 
 
 class VirtualMaster:
-    """The master as PST sees it: `lapped` is how often it went round, up less down, in the last `look`."""
+    """The master as PST sees it.  `lapped` counts its wraps in the last `look`, upward minus downward."""
 
     def __init__(self, master: Axis, gear: float, offset: float) -> None:
         self._master, self._gear = master, gear
@@ -30,16 +30,16 @@ class VirtualMaster:
         self.speed = 0.0
         self.position = 0.0
         self._find()
-        self._shift -= gear * master.jump  # what the reading has in it already
+        self._shift -= gear * master.jump  # the reading already contains this jump
 
     @property
-    def is_standing(self) -> bool:
-        """Less than a count in a sample; a simulated one has no counts."""
+    def is_at_rest(self) -> bool:
+        """True if the master moved less than a count in the last sample; a simulated master has no counts."""
         master = self._master
         return master.speed == 0 if master.setup.kind is Kind.SIMULATED else master.counter.delta == 0
 
     def look(self, gear: float, offset: float) -> None:
-        """Once a control loop."""
+        """Update the position; call it once per control loop."""
         if gear != self._gear:
             self._shift += (self._gear - gear) * self._last
             self._gear = gear
@@ -63,37 +63,37 @@ class VirtualMaster:
         self.position = span.back(position, self.lapped)
 
 
-class Cam:
-    """Leads the slave: first onto the curve if need be, then along it."""
+class ElectronicCam:
+    """Moves the slave: first onto the curve if necessary, then along it."""
 
     def __init__(self, slave: Axis, master: Axis, table: CamTable, ignores_zero_steps: bool) -> None:
-        """Nothing happens yet; `is_inside` says whether anything may."""
+        """Create the cam without any effect; `is_inside` is True if it may take over."""
         setup = slave.setup
         self._table, self._ignores_zero_steps = table, ignores_zero_steps
         self._master = VirtualMaster(master, setup.master_gear, setup.master_offset.wanted)
         self._offset = setup.slave_offset.wanted
         self._shift = 0.0
-        """Whole ranges by which the slave's counter is elsewhere than the table has it."""
+        """Whole ranges between the slave's counter and the table."""
         self._entry: Move | None = None
 
     @property
     def is_inside(self) -> bool:
-        return self._table.low - _GRAIN <= self._master.position <= self._table.high + _GRAIN
+        return self._table.low - _HALF_STEP <= self._master.position <= self._table.high + _HALF_STEP
 
     def enter(self, slave: Axis, limits: Limits) -> None:
-        """Take the slave over; it drives to the curve within `limits` if the master stands."""
+        """Take over the slave; it drives to the curve within `limits` if the master is at rest."""
         slave.begin(self)
         span = slave.setup.span
         place = self._table.at(self._master.position).slave + self._offset
         end = span.wrapped(place)
         self._shift = -span.laps(place) * span.length if end != place else 0.0
         distance = end - slave.reference
-        if self._master.is_standing and (abs(distance) >= _GRAIN or slave.speed != 0):
+        if self._master.is_at_rest and (abs(distance) >= _HALF_STEP or slave.speed != 0):
             self._entry = Move(slave, move(distance, slave.speed, limits), end)
         else:
             slave.flags[AxisFlag.SYNCHRONOUS] = 1
 
-    def lead(self, slave: Axis, now_ns: int) -> None:
+    def advance(self, slave: Axis, now_ns: int) -> None:
         setup = slave.setup
         self._master.look(setup.master_gear, self._step(self._master.offset, setup.master_offset))
         self._offset = self._step(self._offset, setup.slave_offset)
@@ -106,7 +106,7 @@ class Cam:
             slave.flags[AxisFlag.SYNCHRONOUS] = 1
 
     def shift(self, distance: float) -> None:
-        """The table stays where it is."""
+        """Shift only the entry; the table keeps its positions."""
         if self._entry is not None:
             self._entry.shift(distance)
 
@@ -128,5 +128,5 @@ class Cam:
         return present if self._ignores_zero_steps else offset.wanted
 
 
-def _state(value: Value, master_speed: float) -> State:
+def _state(value: CurveValue, master_speed: float) -> State:
     return State(value.slave, value.slope * master_speed, value.curvature * master_speed * master_speed)
