@@ -85,7 +85,7 @@ class Bench:
         return self
 
     def boot(self, ms: float = 20_000) -> "Bench":
-        """Until the boot has finished."""
+        """Run until the boot has finished."""
         end_ns = self.rig.now_ns + round(ms * MS)
         while not self.max4.is_booted and self.rig.now_ns < end_ns:
             self.run(1)
@@ -110,11 +110,11 @@ class Bench:
         return self
 
     def log(self) -> list[str]:
-        """As the tool shows it, newest first."""
+        """The log as the tool shows it, newest first."""
         return self.max4.logger.lines()
 
     def codes(self) -> list[int]:
-        """Of the log, oldest first."""
+        """The codes in the log, oldest first."""
         return [entry.code for _, entry in self.max4.logger.entries()][::-1]
 
     def enable(self, *names: str) -> "Bench":
@@ -127,8 +127,8 @@ class Bench:
         return self
 
 
-class Course:
-    """Set values that a test gives, one a cycle; the last one stays."""
+class GivenSetValues:
+    """A source of the set values that a test gives, one per cycle; the last value is repeated."""
 
     def __init__(self, values: Iterator[float], mode: Mode = Mode.POSITION) -> None:
         self.mode = mode

@@ -49,9 +49,9 @@ class FacesBench:
             }
         )
         self.frames: list[tuple[int, str]] = []
-        """On CAN, with their times in ns."""
+        """Frames on CAN, with their times in nanoseconds."""
         self.requests: list[tuple[int, int, str]] = []
-        """On Modbus: time, unit, PDU."""
+        """Requests on Modbus: time, unit, PDU."""
         self.rig = Rig(config, self._on_delivery)
         self.outside = self.rig.attach("outside")
         self.answers: list[ModbusResponse] = []
@@ -93,7 +93,7 @@ class FacesBench:
         return self
 
     def codes(self) -> list[int]:
-        """Of the log, oldest first."""
+        """The codes in the log, oldest first."""
         return [entry.code for _, entry in self.max4.logger.entries()][::-1]
 
     def take_frames(self) -> list[str]:
