@@ -120,7 +120,7 @@ def test_nine_axes_are_two_nodes() -> None:
 @pytest.mark.parametrize(
     ("can_axes", "right"),
     [
-        ({"node_ids": [10], "axes_per_node": 1}, "2 axes, and node_ids has room for 1"),
+        ({"node_ids": [10], "axes_per_node": 1}, "node_ids: expected a node for each 1 axes, got nodes for 1 axes and 2 axes"),
         ({"node_ids": [10], "terminals": {"belt9": {}}}, r"expected the name of an axis \(.*\), got belt9"),
         (
             {"node_ids": [10], "terminals": {"belt": {"home": "I_bHome"}}},
