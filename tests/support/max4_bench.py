@@ -127,8 +127,8 @@ class Bench:
         return self
 
 
-class Course:
-    """Set values that a test gives, one a cycle; the last one stays."""
+class GivenSetValues:
+    """A source of the set values that a test gives, one per cycle; the last value is repeated."""
 
     def __init__(self, values: Iterator[float], mode: Mode = Mode.POSITION) -> None:
         self.mode = mode

@@ -1,9 +1,9 @@
 """One CiA 402 axis: its state machine, its modes of operation, and what both show in the object dictionary.
 
-Source: CiA 402-2 (objects, modes, status word), CiA 402-3 (axes of a node).  Whoever has the motor calls `step` in each
-of its cycles, and gives `drive.kind` and `drive.set_value` to the motor while it follows.  Commands of the network
-count at once, so that the status word that is read after a control word is the one that it led to.
-Left out: velocity mode (vl, 6042h on).  Ours: bit 8, 14 and 15 of the status word stay 0.
+Source: CiA 402-2 (objects, modes, status word), CiA 402-3 (axes of a node).  The owner of the motor calls `step` once
+per motor cycle, and passes `drive.kind` and `drive.set_value` to the motor while the motor follows.  Commands from the
+network take effect immediately, so a status word that is read after a control word already shows its effect.
+Left out: velocity mode (vl, 6042h and up).  Our choice: bits 8, 14 and 15 of the status word stay 0.
 """
 
 from collections.abc import Callable
@@ -25,19 +25,19 @@ from fieldrig_devices.cia402.state_machine import StateMachine
 from fieldrig_devices.cia402.states import Command, State
 from fieldrig_devices.cia402.touch_probe import TouchProbes
 
-# Status word, besides the state's bits and the mode's
+# Bits of the status word in addition to those of the state and of the mode
 VOLTAGE_ENABLED: Final = 0x0010
 WARNING: Final = 0x0080
 REMOTE: Final = 0x0200
 
 COMMUNICATION_LOST: Final = 0x8130
-"""Of 603Fh."""
+"""Error code in 603Fh."""
 _ON: Final = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
 _FAULTS: Final = (State.FAULT, State.FAULT_REACTION_ACTIVE)
 
 
 class AbortConnection(IntEnum):
-    """6007h; 0: nothing happens."""
+    """Abort connection option codes (6007h); 0 does nothing."""
 
     FAULT_SIGNAL = 1
     DISABLE_VOLTAGE = 2
@@ -45,7 +45,7 @@ class AbortConnection(IntEnum):
 
 
 class Cia402Axis(Service):
-    """Number `axis` of a node, from 0."""
+    """Axis number `axis` of a node, counted from 0."""
 
     def __init__(self, dictionary: Dictionary, axis: int, motor: Motor, cycle_ns: int) -> None:
         self._numbers = AxisObjects(dictionary, axis)
@@ -57,14 +57,14 @@ class Cia402Axis(Service):
         self._was_lost = False
         self.pace = self._context.pace
         self.on_error: Callable[[int], None] = lambda code: None
-        """Hears of each new error code, and of 0 when a fault was reset."""
+        """Called with each new error code, and with 0 after a fault reset."""
         self.on_home: Callable[[float], None] = lambda origin: None
-        """Hears of each new origin, in increments."""
+        """Called with each new origin, in increments."""
         self._reported = 0
         self._last_error = 0
-        """Since power-on; resetting the fault doesn't change it (603Fh)."""
+        """Last error code since power-on (603Fh); a fault reset does not clear it."""
         self._most_torque = objects.FULL_TORQUE
-        """As the motor was told; at first that is its own affair."""
+        """Torque limit last passed to the motor; until the first one the motor uses its own."""
         self._context.on_home = lambda origin: self.on_home(origin)
         self._connect()
 
@@ -92,11 +92,11 @@ class Cia402Axis(Service):
         self._was_lost = is_lost
 
     def use(self, cycle_ns: int, origin: float | None) -> None:
-        """Before a start: how long cycles are, and where zero is, if the axis was homed before."""
+        """Set the cycle time, and the origin if the axis has been homed before; called before a start."""
         self._context.use(cycle_ns, origin)
 
     def restart(self) -> None:
-        """Power-on, or another motor: nothing is enabled."""
+        """Start as after power-on, or with another motor: disabled."""
         self.drive.disable()
         self._reported = self._last_error = 0
         self.pace.wake()
@@ -108,7 +108,7 @@ class Cia402Axis(Service):
         self._show()
 
     def _lose_connection(self) -> None:
-        """6007h.  A fault is for an axis under power; any other does nothing more that was ordered."""
+        """React as 6007h says.  Only an axis with power has a fault; any other axis drops its present command."""
         self.pace.wake()
         match self._numbers[objects.ABORT_CONNECTION]:
             case AbortConnection.FAULT_SIGNAL if self.machine.has_power:
@@ -137,13 +137,13 @@ class Cia402Axis(Service):
         numbers.read_by(objects.STATUS_WORD, lambda: self.status_word)
 
     def _connect_modes(self) -> None:
-        """Several modes may look at the same object; each knows whether it is its turn."""
+        """Connect the modes to their objects.  Modes may share an object; each one checks whether it is active."""
         together: dict[tuple[int, int], list[Callable[[int], None]]] = {}
         for mode in self.drive.modes.values():
             for key, act in mode.writers().items():
                 together.setdefault(key, []).append(act)
-        for (index, subindex), several in together.items():
-            self._numbers.on_write(index, _all(several), subindex)
+        for (index, subindex), actions in together.items():
+            self._numbers.on_write(index, _all(actions), subindex)
 
     def _on_control(self, word: int) -> None:
         self.pace.wake()
@@ -156,7 +156,7 @@ class Cia402Axis(Service):
 
     def _on_mode(self, number: int) -> None:
         if number == NO_MODE:
-            return  # CiA 402-2: no change
+            return  # CiA 402-2: 'no mode change'
         if number not in self.drive.supported:
             raise Abort(Code.INVALID_VALUE)
         if number == self.drive.shown_mode:
@@ -177,13 +177,13 @@ class Cia402Axis(Service):
 
     @property
     def is_awake(self) -> bool:
-        """Whether a cycle has to look at more than where it moves, though the motor is in the same state as before."""
+        """True if the next cycle has to be a whole one, although the state of the motor has not changed."""
         return self.pace.is_awake
 
     def step(self) -> None:
-        """Actual values are those of this cycle; afterwards `drive.set_value` is this cycle's.
+        """Advance by one cycle, with its actual values; afterwards `drive.set_value` belongs to this cycle.
 
-        While it is not awake `drive.advance` alone does the same, and that only while the mode moves it.
+        While the axis is not awake, `drive.advance` has the same effect, and is needed only while a mode moves it.
         """
         state, drive = self.machine.state, self.drive
         if self._probes.is_armed:
@@ -217,14 +217,14 @@ class Cia402Axis(Service):
         return word
 
     def _show(self) -> None:
-        """What a command has changed goes out with the TPDOs of this instant."""
+        """Update the objects that a command may have changed, so that TPDOs of this instant carry them."""
         self._numbers.put(objects.STATUS_WORD, self.status_word)
         self._numbers.put(objects.MODE_DISPLAY, self.drive.shown_mode)
 
 
-def _all(several: list[Callable[[int], None]]) -> Callable[[int], None]:
+def _all(actions: list[Callable[[int], None]]) -> Callable[[int], None]:
     def act(value: int) -> None:
-        for one in several:
-            one(value)
+        for action in actions:
+            action(value)
 
     return act

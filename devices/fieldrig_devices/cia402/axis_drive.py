@@ -1,7 +1,7 @@
-"""What the state machine of an axis moves: its motor, by a ramp or by the mode of operation.
+"""The drive function of an axis: moves its motor by a ramp or by the mode of operation.
 
-Source: CiA 402-2.  Whoever has the motor calls `step` in each of its cycles, through `Cia402Axis`.
-Ours: a following error beyond 6065h and 6066h is a fault, 8611h.
+Source: CiA 402-2.  The owner of the motor calls `step` once per motor cycle, through `Cia402Axis`.
+Our choice: a following error beyond 6065h and 6066h is a fault, 8611h.
 """
 
 from collections.abc import Callable
@@ -24,9 +24,9 @@ from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import brake
 
 INTERNAL_LIMIT: Final = 0x0800
-"""Of the status word."""
+"""Bit of the status word."""
 FOLLOWING_ERROR: Final = 0x8611
-"""Of 603Fh."""
+"""Error code in 603Fh."""
 NO_MODE: Final = 0
 MODES: Final[tuple[type[Mode], ...]] = (
     ProfilePosition, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
@@ -43,35 +43,35 @@ class AxisDrive:
         self.mode: Mode = self.modes[ProfilePosition.number]
         self.shown_mode = NO_MODE
         self.is_moving = False
-        """The mode gives the set values, and no ramp does."""
+        """True while the mode gives the set values, and not a ramp."""
         self.is_ramp = False
-        """It is brought to rest, and stays there."""
+        """True while a ramp brings the axis to rest and holds it there."""
         self._is_halt_wanted = self._is_halted = False
         self.own_error = 0
         self._following = Window()
         self.following_error = 0.0
-        """What was demanded in the cycle before, minus what is."""
+        """Position demand of the previous cycle minus the actual position, in increments."""
         self.kind = Kind.POSITION
         self.set_value: float = 0
 
     @property
     def supported(self) -> set[int]:
-        """Numbers of modes whose set values the motor can follow."""
+        """Numbers of the modes whose set values the motor can follow."""
         kinds = self._motor.kinds
         return {mode.number for mode in self.modes.values() if mode.kind in kinds}
 
     @property
     def position_demand(self) -> float:
-        """In increments; where the axis is, if it is not told to be anywhere."""
+        """Position demand in increments; the actual position while there is no demand."""
         return self._context.motion.position if self.is_moving or self.is_ramp else self._motor.position
 
     @property
     def velocity_demand(self) -> float:
-        """In increments per second, likewise."""
+        """Velocity demand in increments per second; 0 while there is no demand."""
         return self._context.motion.speed if self.is_moving or self.is_ramp else 0.0
 
     def restart(self) -> None:
-        """Power-on: no mode, no error."""
+        """Start as after power-on: without a mode and without an error."""
         self.mode.end()
         self.shown_mode = NO_MODE
         self.is_moving = self.is_ramp = self._is_halt_wanted = False
@@ -86,7 +86,7 @@ class AxisDrive:
             self._begin_mode()
 
     def halt(self, is_wanted: bool) -> None:
-        """Bit 8 of the control word."""
+        """Take over bit 8 of the control word."""
         self._is_halt_wanted = is_wanted
         if is_wanted is self._is_halted or not self.is_moving:
             return
@@ -173,7 +173,7 @@ class AxisDrive:
     # ---- once a cycle
 
     def step(self) -> None:
-        """Actual values are those of this cycle; afterwards `set_value` is too."""
+        """Compute `set_value` from the actual values of this cycle."""
         context, mode = self._context, self.mode
         motion = context.motion
         is_guided = self.is_moving and self.kind is Kind.POSITION
@@ -191,7 +191,7 @@ class AxisDrive:
             self.kind, self.set_value = Kind.POSITION, self._motor.position
 
     def advance(self) -> None:
-        """What `step` does, for an axis that moves and is not awake.  Within the band of the mode that is little."""
+        """Do what `step` does, for an axis that moves and is not awake; within the band of its mode that is little."""
         pace, motor = self._pace, self._motor
         if pace.low < motor.velocity < pace.high and not motor.inputs:
             motion = self._motion
@@ -213,7 +213,7 @@ class AxisDrive:
 
     @property
     def mode_status(self) -> int:
-        """Bits 10 to 13 of the status word, under power."""
+        """Bits 10 to 13 of the status word of an axis with power."""
         if self.shown_mode == NO_MODE:
             return 0
         limit = INTERNAL_LIMIT if self._context.travel.is_held_back else 0
@@ -221,5 +221,5 @@ class AxisDrive:
 
     @property
     def following_status(self) -> int:
-        """Bit 13, also in a fault."""
+        """Bit 13 of the status word, which is shown in a fault too."""
         return BIT_13 if self._following.is_held and self.shown_mode in SHOWS_FOLLOWING_ERROR else 0

@@ -1,7 +1,7 @@
-"""The objects of one axis in a dictionary: numbers that are at hand, and who reads and writes them.
+"""The objects of one axis in a dictionary, with their values as numbers.
 
-Numbers are kept beside the bytes and follow them, so that a cycle costs no decoding.  What the axis itself shows has
-none.
+The numbers are kept beside the bytes and follow them, so that a cycle costs no decoding.  Objects whose values the axis
+itself shows have no number.
 """
 
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from functools import partial
 from fieldrig_devices.canopen.abort import Abort
 from fieldrig_devices.canopen.datatypes import DataType, Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.live import encoded, show_number
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.cia402.objects import AXIS_STEP, ROWS
 
@@ -18,7 +19,7 @@ Write = Callable[[int], None]
 
 
 class AxisObjects:
-    """`numbers` has the values by index of the first axis and sub-index: `numbers[0x6081, 0]`."""
+    """`numbers` holds the values by sub-index and by the index of the first axis: `numbers[0x6081, 0]`."""
 
     def __init__(self, dictionary: Dictionary, axis: int) -> None:
         self._variables: dict[tuple[int, int], Variable] = {}
@@ -31,11 +32,11 @@ class AxisObjects:
                 take = self._take if row.access == "rw" else self._take_target
                 variable.watchers.append(partial(take, key, variable))
         self.changed: Callable[[], None] = lambda: None
-        """Called after each change of a parameter, but not of what comes in every cycle."""
+        """Called after each change of a parameter, but not of a value that a master writes in every cycle."""
         self.reload()
 
     def reload(self) -> None:
-        """The dictionary has been put back to its start values."""
+        """Read all numbers again, after the dictionary has been reset to its start values."""
         for key, variable in self._variables.items():
             self.numbers[key] = _number(variable)
 
@@ -46,27 +47,16 @@ class AxisObjects:
         return self._variables[index, subindex]
 
     def put(self, index: int, value: int, subindex: int = 0) -> None:
-        """By the axis; what is too large for the type is at its limit."""
+        """Set a value that the axis shows, limited to the range of its type."""
         variable = self._variables[index, subindex]
         variable.set(encoded(variable.type, value))
 
     def read_by(self, index: int, read: Read) -> None:
-        variable = self._variables[index, 0]
-        type = variable.type
-        assert isinstance(type, Integer)
-        size, is_signed = type.size, type.is_signed
-
-        def shown() -> bytes:
-            value = read()
-            try:
-                return value.to_bytes(size, "little", signed=is_signed)
-            except OverflowError:
-                return encoded(type, value)
-
-        variable.reader = shown
+        """Let the network read the number that `read` returns."""
+        show_number(self._variables[index, 0], read)
 
     def on_write(self, index: int, act: Write, subindex: int = 0) -> None:
-        """`act` gets each value that is written, also an equal one, and may refuse it with Abort."""
+        """Call `act` with each value that is written, changed or not; `act` may refuse it with Abort."""
         variable = self._variables[index, subindex]
 
         def write(data: bytes) -> None:
@@ -86,11 +76,6 @@ class AxisObjects:
 
     def _take_target(self, key: tuple[int, int], variable: Variable) -> None:
         self.numbers[key] = _number(variable)
-
-
-def encoded(type: DataType, value: int) -> bytes:
-    assert isinstance(type, Integer)
-    return min(max(value, type.low), type.high).to_bytes(type.size, "little", signed=type.is_signed)
 
 
 def _number(variable: Variable) -> int:

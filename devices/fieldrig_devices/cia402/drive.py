@@ -1,4 +1,4 @@
-"""What the power drive state machine moves: a motor with its power, and ramps that bring it to rest."""
+"""The drive function that the power drive state machine controls: a motor with its power, and ramps to rest."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -7,31 +7,31 @@ from fieldrig_devices.cia402.options import Options, Ramp
 
 
 class Drive(Protocol):
-    """What the state machine moves."""
+    """The drive function as the state machine sees it."""
 
     @property
     def is_there(self) -> bool:
-        """Initialised: it can say what state it is in."""
+        """True once the drive is initialised and can report its state."""
 
     @property
     def is_ready(self) -> bool:
-        """Power is there, and nothing hinders enabling."""
+        """True if power is on and the drive can be enabled."""
 
     @property
     def is_following(self) -> bool:
-        """Enabled, and set values are followed."""
+        """True if the drive is enabled and follows set values."""
 
     @property
     def is_moving_by_itself(self) -> bool:
-        """It stops on its own and follows nothing until it stands."""
+        """True while the drive stops on its own and follows no set values until it is at rest."""
 
     @property
     def is_at_rest(self) -> bool:
-        """A ramp that was begun is over."""
+        """True if the ramp that was started has ended."""
 
     @property
     def error(self) -> int:
-        """What is wrong, as for 603Fh; 0: nothing."""
+        """Present error code as in 603Fh; 0 if there is none."""
 
     @property
     def options(self) -> Options: ...
@@ -41,10 +41,10 @@ class Drive(Protocol):
     def disable(self) -> None: ...
 
     def brake(self, ramp: Ramp) -> None:
-        """Bring the axis to rest, and keep it there."""
+        """Bring the axis to rest and hold it there."""
 
     def go_on(self) -> None:
-        """Set values count again, after a ramp."""
+        """Follow set values again after a ramp."""
 
     def reset_fault(self, done: Callable[[], None]) -> None:
-        """Take away what is wrong, if its cause is gone; may take its time."""
+        """Reset the error if its cause is gone, then call `done`, possibly many cycles later."""

@@ -1,7 +1,7 @@
 """An EDS written from tables of objects, and the PDOs of CiA 402 axes.
 
-Source: CiA 306-1; CiA 402-3 for PDOs.  Those of the first axis have the identifiers of CiA 301's predefined connection
-set, all others are not valid until a master gives them one.
+Source: CiA 306-1; CiA 402-3 for PDOs.  The PDOs of the first axis have the identifiers of the predefined connection
+set of CiA 301; all others are not valid until a master assigns them one.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,17 +17,17 @@ TEXT: Final = 0x09
 DOMAIN: Final = 0x0F
 NOT_VALID: Final = "0x80000000"
 MAPPED: Final = 8
-"""Entries that a mapping has room for."""
+"""Largest number of entries in a mapping."""
 _MANDATORY: Final = (0x1000, 0x1001, 0x1018)
 _RPDO, _RPDO_MAPPING, _TPDO, _TPDO_MAPPING = 0x1400, 0x1600, 0x1800, 0x1A00
 _FIRST_OF_APPLICATION: Final = 0x2000
 _SYNCHRONOUS, _EVENT_DRIVEN = 1, 255
 _INHIBIT: Final = 50
-"""5 ms, so that a position that changes in every cycle doesn't fill the bus."""
+"""Inhibit time of 5 ms, so that a position that changes in every cycle does not fill the bus."""
 
 
 class Table(NamedTuple):
-    """Objects; `names` has those with sub-indices, `arrays` those of them whose members are alike."""
+    """Rows of objects.  `names` lists the objects with sub-indices, `arrays` those of them that are arrays."""
 
     rows: Sequence[Row]
     names: Mapping[int, str]
@@ -35,7 +35,7 @@ class Table(NamedTuple):
 
 
 def axis_objects(axis: int) -> Table:
-    """Of axis `axis`, from 0."""
+    """The objects of axis `axis`, counted from 0."""
     up = axis * AXIS_STEP
     return Table(
         [replace(row, index=row.index + up, name=f"Axis {axis + 1}: {row.name}") for row in ROWS],
@@ -88,7 +88,7 @@ def _entry(index: int, axis: int) -> int:
 
 
 def write(head: str, tables: Iterable[Table]) -> str:
-    """The file: `head` has the sections that describe file and device."""
+    """The text of the file; `head` contains the sections that describe the file and the device."""
     rows: dict[int, list[Row]] = {}
     names: dict[int, str] = {}
     arrays: set[int] = set()
@@ -106,8 +106,8 @@ def write(head: str, tables: Iterable[Table]) -> str:
 def _lists(indices: Sequence[int]) -> Iterator[str]:
     ours = [index for index in indices if 0x2000 <= index < 0x6000]
     others = [index for index in indices if index not in _MANDATORY and index not in ours]
-    for name, several in (("MandatoryObjects", _MANDATORY), ("OptionalObjects", others), ("ManufacturerObjects", ours)):
-        lines = [f"{place}=0x{index:04X}" for place, index in enumerate(several, 1)]
+    for name, listed in (("MandatoryObjects", _MANDATORY), ("OptionalObjects", others), ("ManufacturerObjects", ours)):
+        lines = [f"{place}=0x{index:04X}" for place, index in enumerate(listed, 1)]
         yield "\n".join([f"[{name}]", f"SupportedObjects={len(lines)}", *lines])
 
 
@@ -120,7 +120,7 @@ def _object(index: int, rows: Sequence[Row], names: Mapping[int, str], is_array:
         rows = [Row(index, 0, "Highest sub-index supported", U8, "const", highest), *rows]
     kind = "0x8" if is_array else "0x9"
     yield f"[{index:04X}]\nParameterName={names[index]}\nObjectType={kind}\nSubNumber={len(rows)}"
-    for row in sorted(rows, key=lambda one: one.subindex or 0):
+    for row in sorted(rows, key=lambda row: row.subindex or 0):
         yield _variable(f"{index:04X}sub{row.subindex:X}", row)
 
 
@@ -134,6 +134,6 @@ def _variable(section: str, row: Row) -> str:
 
 
 def _has_start(row: Row) -> bool:
-    """What the machine says is not known before."""
-    is_said = row.access == "ro" and row.index >= _FIRST_OF_APPLICATION
-    return bool(row.start) if is_said or row.type == TEXT else row.start != "" and row.type not in (DOMAIN, OCTETS)
+    """True unless the machine supplies the value, which is not known in advance."""
+    is_supplied = row.access == "ro" and row.index >= _FIRST_OF_APPLICATION
+    return bool(row.start) if is_supplied or row.type == TEXT else row.start != "" and row.type not in (DOMAIN, OCTETS)

@@ -1,4 +1,4 @@
-"""Where the set position of an axis is, and the profile that moves it.  In increments."""
+"""The set position of an axis, and the profile that moves it, in increments."""
 
 from fieldrig_devices.motion.profile import Profile, keep
 
@@ -15,12 +15,12 @@ class Motion:
 
     @property
     def is_done(self) -> bool:
-        """The profile is at its end speed."""
+        """True once the profile has reached its end speed."""
         return self._seconds >= self._duration_s
 
     @property
     def end(self) -> float:
-        """Where the profile comes to its end speed."""
+        """The position at which the profile reaches its end speed."""
         return self._begin + self._distance
 
     def stand(self, position: float) -> None:
@@ -28,7 +28,7 @@ class Motion:
         self.start(keep(0.0))
 
     def start(self, profile: Profile, seconds: float = 0.0) -> None:
-        """From where it is; `seconds` of it have passed already."""
+        """Start `profile` at the present position; `seconds` of it have already passed."""
         self._set(profile)
         self._begin, self._seconds = self.position, seconds
         state = profile.at(seconds)
@@ -36,7 +36,7 @@ class Motion:
         self.position = self._begin + state.position
 
     def follow(self, position: float, seconds: float) -> None:
-        """Without a profile: to `position` in one step."""
+        """Move to `position` in one step, without a profile."""
         speed = (position - self.position) / seconds
         self.position = position
         self._set(keep(speed))
@@ -45,7 +45,7 @@ class Motion:
     def step(self, seconds: float) -> None:
         self._seconds = seconds = self._seconds + seconds
         passed = seconds - self._duration_s
-        if passed >= 0:  # at its end speed a profile costs a multiplication
+        if passed >= 0:  # at its end speed a profile costs only a multiplication
             self.speed = speed = self._end_speed
             way = self._distance + speed * passed
         else:
@@ -54,5 +54,5 @@ class Motion:
 
     @property
     def overrun_s(self) -> float:
-        """How long ago the profile came to its end speed."""
+        """Time since the profile reached its end speed, in seconds; 0 before that."""
         return max(self._seconds - self._duration_s, 0.0)

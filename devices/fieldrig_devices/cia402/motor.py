@@ -1,4 +1,4 @@
-"""What a CiA 402 axis moves: a drive with its motor, as whoever has one shows it.  Lengths are encoder increments."""
+"""The motor that a CiA 402 axis moves, as its owner presents it.  Lengths are encoder increments."""
 
 from collections.abc import Callable
 from enum import Enum, IntEnum, auto
@@ -8,7 +8,7 @@ from fieldrig_devices.motion.travel import NEGATIVE, POSITIVE
 
 
 class Kind(Enum):
-    """What a set value is."""
+    """Quantities that a set value can be."""
 
     POSITION = auto()
     """Increments."""
@@ -19,7 +19,7 @@ class Kind(Enum):
 
 
 class Switch(IntEnum):
-    """Bits of 60FDh."""
+    """Bits of the digital inputs (60FDh)."""
 
     NEGATIVE_LIMIT = NEGATIVE
     POSITIVE_LIMIT = POSITIVE
@@ -29,25 +29,25 @@ class Switch(IntEnum):
 class Motor(Protocol):
     @property
     def kinds(self) -> frozenset[Kind]:
-        """Which set values it can follow."""
+        """The kinds of set values that the motor can follow."""
 
     @property
     def is_there(self) -> bool: ...
 
     @property
     def is_ready(self) -> bool:
-        """Power is there, and nothing hinders enabling."""
+        """True if power is on and the motor can be enabled."""
 
     @property
     def is_following(self) -> bool: ...
 
     @property
     def is_stopping(self) -> bool:
-        """By itself; it follows nothing."""
+        """True while the motor stops on its own and follows no set values."""
 
     @property
     def error(self) -> int:
-        """An error code as in 603Fh; 0: none."""
+        """Present error code as in 603Fh; 0 if there is none."""
 
     @property
     def has_warning(self) -> bool: ...
@@ -66,26 +66,26 @@ class Motor(Protocol):
 
     @property
     def revolution(self) -> int:
-        """Increments from one zero of the encoder to the next."""
+        """Increments between two encoder zeros."""
 
     @property
     def inputs(self) -> int:
-        """As in 60FDh: those of `Switch`, from bit 16 on others."""
+        """Digital inputs as in 60FDh: those of `Switch`, and further inputs from bit 16 up."""
 
     def enable(self, is_on: bool) -> None: ...
 
     def limit_torque(self, most: int) -> None:
-        """In whatever it does, from when it knows it; 0.1 % of its rated torque."""
+        """Limit the torque in all modes, in 0.1 % of the rated torque; may take effect many cycles later."""
 
     def set_outputs(self, outputs: int, mask: int) -> None:
-        """Bits from 16 on, as in 60FEh."""
+        """Set the digital outputs from bit 16 up, as in 60FEh."""
 
     def reset(self, done: Callable[[], None]) -> None:
-        """Quit what is wrong."""
+        """Reset the error, then call `done`, possibly many cycles later."""
 
 
 def passed_zero(before: int, now: int, revolution: int) -> int | None:
-    """The last zero of the encoder on the way, if there was one."""
+    """The last encoder zero between two positions, or None if there is none."""
     if now > before:
         zero = now // revolution * revolution
         return zero if zero > before else None

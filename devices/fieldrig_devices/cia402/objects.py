@@ -1,9 +1,9 @@
-"""The objects of one axis, for the first of a node; those of axis n lie n x 800h higher.
+"""The objects of the first axis of a node; those of axis n have indices that are higher by n x 800h.
 
-Source: CiA 402-2 and CiA 402-3 (indices, types, access, PDO mapping); start values are ours, for a motor with
-1 000 000 increments a revolution and user units that are increments.  What a master writes in every cycle is `rww`, so
-that it is not stored with the parameters.  60C4h sub-index 6 starts at 1, so that a master that doesn't know the buffer
-can use it.
+Source: CiA 402-2 and CiA 402-3 (indices, types, access, PDO mapping).  The start values are ours, for a motor with
+1 000 000 increments per revolution and user units that are increments.  Objects that a master writes in every cycle are
+`rww`, so that they are not stored with the parameters.  60C4h sub-index 6 starts at 1, so that a master that does not
+know the buffer can use it.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from fieldrig_devices.cia402.homing_methods import METHODS
 AXIS_STEP: Final = 0x800
 AXES: Final = 8
 PDO_STEP: Final = 64
-"""PDOs of axis n begin n x 64 higher."""
+"""The PDO numbers of axis n are higher by n x 64."""
 
 I8, I16, I32, U8, U16, U32 = range(2, 8)
 """Data types of CiA 301."""
@@ -94,11 +94,13 @@ SUPPORTED_MODES: Final = 0x6502
 DEVICE_TYPE: Final = 0x67FF
 
 SERVO_DRIVE: Final = 0x0002_0192
-"""67FFh: profile 402, type servo drive."""
+"""Value of 67FFh: device profile 402, type servo drive."""
+NO_POSITION_LIMITS: Final = (-0x8000_0000, 0x7FFF_FFFF)
+"""Minimum and maximum of 607Bh and 607Dh that limit nothing."""
 NO_WINDOW: Final = 0xFFFF_FFFF
-"""6065h and 6067h: not watched."""
+"""Value of 6065h and 6067h that turns monitoring off."""
 FULL_TORQUE: Final = 4_000
-"""6072h at first, in 0.1 % of the rated torque."""
+"""Start value of 6072h, in 0.1 % of the rated torque."""
 BUFFER_SIZE: Final = 64
 
 
@@ -106,12 +108,12 @@ BUFFER_SIZE: Final = 64
 class Row:
     index: int
     subindex: int | None
-    """None: the object is a variable."""
+    """Sub-index, or None if the object is a variable."""
     name: str
     type: int
     access: str
     start: int | str = 0
-    """A text also for what begins with $NODEID; an empty one where there is none."""
+    """Start value; a text if it begins with $NODEID, and an empty text if there is none."""
     is_mappable: bool = False
     low: int | None = None
     high: int | None = None
@@ -138,10 +140,11 @@ NAMES: Final = {
     HOMING_METHODS: "Supported homing methods",
     OUTPUTS: "Digital outputs",
 }
-"""Of objects with sub-indices."""
+"""Names of the objects with sub-indices."""
 ARRAYS: Final = frozenset(NAMES) - {INTERPOLATION_TIME, BUFFER}
-"""Those of them whose members are all alike; the others are records."""
+"""Objects with sub-indices that are arrays; the others are records."""
 
+_LIMITS: Final = (("min", NO_POSITION_LIMITS[0]), ("max", NO_POSITION_LIMITS[1]))
 ROWS: Final = [
     Row(ABORT_CONNECTION, None, "Abort connection option code", I16, "rw", 1, low=0, high=3),
     Row(ERROR_CODE, None, "Error code", U16, "ro", is_mappable=True),
@@ -173,11 +176,9 @@ ROWS: Final = [
     Row(RATED_TORQUE, None, "Motor rated torque", U32, "ro"),
     Row(TORQUE_ACTUAL, None, "Torque actual value", I16, "ro", is_mappable=True),
     Row(TARGET_POSITION, None, "Target position", I32, "rww", is_mappable=True),
-    *_array(POSITION_RANGE, "Position range limit", I32, "rw", (("min", -0x8000_0000), ("max", 0x7FFF_FFFF))),
+    *_array(POSITION_RANGE, "Position range limit", I32, "rw", _LIMITS),
     Row(HOME_OFFSET, None, "Home offset", I32, "rw"),
-    *_array(
-        POSITION_LIMIT, "Software position limit", I32, "rw", (("min", -0x8000_0000), ("max", 0x7FFF_FFFF))
-    ),
+    *_array(POSITION_LIMIT, "Software position limit", I32, "rw", _LIMITS),
     Row(POLARITY, None, "Polarity", U8, "rw"),
     Row(MAX_VELOCITY, None, "Max profile velocity", U32, "rw", 100_000_000),
     Row(PROFILE_VELOCITY, None, "Profile velocity", U32, "rw", 1_000_000, is_mappable=True),
@@ -249,9 +250,9 @@ TRANSMITTED: Final = (
     (STATUS_WORD, POSITION_ACTUAL),
     (STATUS_WORD, VELOCITY_ACTUAL),
 )
-"""What PDO 1 to 4 of an axis carry by default (CiA 402-3); PDO 5 of each axis is empty and free for a master."""
+"""Default mapping of PDOs 1 to 4 of an axis (CiA 402-3); PDO 5 of each axis is empty and free for a master."""
 SYNCHRONOUS: Final = (2, 3)
-"""Places of those that answer each SYNC; the others are sent when they change."""
+"""Positions in `TRANSMITTED` of the PDOs that answer each SYNC; the others are sent when they change."""
 EVENT_TIMER_MS: Final = 100
-"""Of those that are sent when they change: masters that wait for the next one don't wait in vain."""
+"""Event timer of the PDOs that are sent when they change, so that no master waits for the next one in vain."""
 EMPTY_PDOS: Final = 1

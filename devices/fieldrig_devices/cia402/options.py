@@ -1,7 +1,7 @@
-"""Option codes 605Ah to 605Eh: how an axis is brought to rest, and what is left of it then.
+"""Option codes 605Ah to 605Eh: how an axis is brought to rest, and the state it is left in.
 
-Source: CiA 402-2, chapter 'device control'.  Ours: stops at the current or voltage limit (3, 4, 7, 8) are ramps with
-the largest deceleration (60C6h).
+Source: CiA 402-2, chapter 'device control'.  Our choice: stops at the current or voltage limit (3, 4, 7, 8) are ramps
+with the maximum deceleration (60C6h).
 """
 
 from enum import Enum, auto
@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 
 class Ramp(Enum):
-    """How an axis is brought to rest."""
+    """Ramps that bring an axis to rest."""
 
     SLOW_DOWN = auto()
     QUICK_STOP = auto()
@@ -28,17 +28,17 @@ QUICK_STOP_OPTIONS: Final = {
     8: (Ramp.LIMIT, True),
 }
 SHUTDOWN_OPTIONS: Final = {1: Ramp.SLOW_DOWN}
-"""605Bh; 0 disables the drive function."""
+"""Ramps by shutdown option code (605Bh); 0 disables the drive function."""
 DISABLE_OPTIONS: Final = {1: Ramp.SLOW_DOWN}
-"""605Ch; likewise."""
+"""Ramps by disable operation option code (605Ch); 0 disables the drive function."""
 HALT_OPTIONS: Final = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
-"""605Dh."""
+"""Ramps by halt option code (605Dh)."""
 FAULT_OPTIONS: Final = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
-"""605Eh; 0 disables the drive function."""
+"""Ramps by fault reaction option code (605Eh); 0 disables the drive function."""
 
 
 class Options(NamedTuple):
-    """Option codes as they are now; what is in no table counts as 0."""
+    """The present option codes; a code that is in none of the tables counts as 0."""
 
     quick_stop: int = 2
     shutdown: int = 0

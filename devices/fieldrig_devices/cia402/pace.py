@@ -1,15 +1,16 @@
-"""How much of its cycle an axis needs: all of it, what its mode does, or only that the motion goes on.
+"""How much of a cycle an axis needs: all of it, the step of its mode, or only the motion.
 
-This is the one fast form of a CiA 402 axis.  Most cycles of an axis at a steady speed change nothing but the place, so
-the mode of operation names a band of actual velocities within which that is so, and the axis checks the band once in
-each cycle.  Whatever could end it (a written object, a control word, another mode, a probe, an error) empties the band.
+This is the only fast form of a CiA 402 axis.  Most cycles at a steady speed change nothing but the position, so the
+mode of operation names a band of actual velocities within which this holds, and the axis checks the band once per
+cycle.  Any event that could end it (a written object, a control word, another mode, a probe, an error) empties the
+band.
 """
 
 import math
 from typing import Final
 
 NO_BAND: Final = (math.inf, -math.inf)
-"""No velocity is in it."""
+"""The empty band, which contains no velocity."""
 
 
 class Pace:
@@ -17,14 +18,15 @@ class Pace:
 
     def __init__(self) -> None:
         self.is_awake = True
-        """The next cycle has to look at more than where the axis moves."""
+        """True if the next cycle has to be a whole one."""
         self.low, self.high = NO_BAND
-        """The band, without its ends."""
+        """The limits of the band, which do not belong to it."""
 
     def wake(self) -> None:
+        """Make the next cycle a whole one."""
         self.is_awake = True
         self.low, self.high = NO_BAND
 
     def leave_band(self) -> None:
-        """The mode has to look at what has changed."""
+        """Let the mode take its whole step in the next cycle."""
         self.low, self.high = NO_BAND

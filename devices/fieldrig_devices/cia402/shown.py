@@ -1,4 +1,4 @@
-"""What an axis shows in the object dictionary: actual values, demands, and what it can do."""
+"""The values that an axis shows in the object dictionary: actual values, demands, and its capabilities."""
 
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_drive import AxisDrive
@@ -9,7 +9,7 @@ from fieldrig_devices.cia402.units import BITS_32
 
 
 def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive) -> None:
-    """All but the status word and the error code."""
+    """Connect all of these objects but the status word and the error code."""
     for index, read in (
         (objects.MODE_DISPLAY, lambda: drive.shown_mode),
         (objects.POSITION_DEMAND, lambda: context.shown(drive.position_demand)),

@@ -1,9 +1,9 @@
-"""The power drive state machine: which control word leads where, and what the drive does on the way.
+"""The power drive state machine: the transitions that control words cause, and the actions of the drive.
 
 Source: CiA 402-2 / IEC 61800-7-201, chapter 'power drive system state machine' (tables in `states` and `options`).
-Choices of ours where the documents leave room: a state is shown when it is reached, so 'operation enabled' waits for
-the brake, and a ramp of transition 5 or 8 is still driven in 'operation enabled'; commands count as long as they stand,
-so a lost power that comes back is used by a control word that is still there.
+Our choices where the documents leave room: a state is shown when it is reached, so 'operation enabled' waits for the
+brake, and the axis stays in 'operation enabled' during the ramp of transition 5 or 8.  A command remains in force until
+the next one, so after a power loss the last control word takes effect again.
 """
 
 from fieldrig_devices.cia402.drive import Drive
@@ -22,23 +22,23 @@ class StateMachine:
         self._drive = drive
         self.state = State.NOT_READY_TO_SWITCH_ON
         self.transition = 0
-        """The last one."""
+        """Number of the last transition."""
         self.control_word = 0
         self._command: Command | None = None
         self._after_ramp = 0
-        """The transition that a ramp is driven for; 0: none is."""
+        """The transition that follows when the present ramp ends, or 0 if there is none."""
         self._is_enabling = False
         self._wanted: int | None = None
-        """The transition that the command orders in this state."""
+        """The transition that the command requests in this state, or None."""
 
     def start(self) -> None:
-        """Power-on: transition 0."""
+        """Take transition 0, as after power-on."""
         self.control_word, self._command = 0, None
         self._after_ramp, self._is_enabling = 0, False
         self._go(0)
 
     def control(self, word: int) -> None:
-        """A control word has come."""
+        """Take over a received control word."""
         rising, self.control_word = word & ~self.control_word, word
         self._order(command_of(word))
         if rising & FAULT_RESET and self.state is State.FAULT:
@@ -47,22 +47,22 @@ class StateMachine:
 
     @property
     def has_power(self) -> bool:
-        """Also if it is just being given it."""
+        """True if the drive function is enabled or being enabled."""
         return self._is_enabling or self.state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
 
     def act(self, command: Command) -> None:
-        """For a reason of the drive's own: the command that stands counts no more."""
+        """Carry out a command for a reason within the drive, and drop the present command."""
         self.forget()
         number = TRANSITIONS.get((self.state, command))
         if number is not None:
             self._begin(number)
 
     def forget(self) -> None:
-        """The command that stands is nobody's any more."""
+        """Drop the present command."""
         self._order(None)
 
     def step(self) -> None:
-        """Time has passed, and the drive may be in another state."""
+        """React to the state of the drive, once per cycle."""
         state, drive = self.state, self._drive
         if state is State.NOT_READY_TO_SWITCH_ON:
             if drive.is_there:
@@ -91,7 +91,7 @@ class StateMachine:
         if self._wanted is not None:
             self._begin(self._wanted)
         elif self._after_ramp in (5, 8) and self._command is Command.ENABLE_OPERATION:
-            self._after_ramp = 0  # the ramp is called off
+            self._after_ramp = 0  # the ramp is cancelled
             self._drive.go_on()
 
     def _begin(self, number: int) -> None:
@@ -166,7 +166,7 @@ class StateMachine:
         if drive.is_following and self._after_ramp and not drive.is_at_rest:
             return
         if not drive.is_following and drive.is_moving_by_itself:
-            return  # it has its own reaction to its own faults
+            return  # the drive reacts to its own faults on its own
         self._disable(14)
 
     def _on_reset(self) -> None:

@@ -1,4 +1,4 @@
-"""States and commands of the power drive state machine, and which leads where.
+"""States, commands and transitions of the power drive state machine.
 
 Source: CiA 402-2 / IEC 61800-7-201, chapter 'power drive system state machine': the figure and the tables of states,
 commands and transitions 0 to 16.
@@ -9,7 +9,7 @@ from typing import Final
 
 
 class State(Enum):
-    """With its bits 0 to 3, 5 and 6 of the status word."""
+    """States with their bits 0 to 3, 5 and 6 of the status word."""
 
     NOT_READY_TO_SWITCH_ON = 0x00
     SWITCH_ON_DISABLED = 0x40
@@ -22,7 +22,7 @@ class State(Enum):
 
 
 class Command(Enum):
-    """What the control word orders.  'Disable operation' has the bits of 'switch on'."""
+    """Commands of the control word.  'Disable operation' has the same bits as 'switch on'."""
 
     SHUTDOWN = auto()
     SWITCH_ON = auto()
@@ -32,7 +32,7 @@ class Command(Enum):
 
 
 FAULT_RESET: Final = 0x0080
-"""Bit of the control word that acts when it rises."""
+"""Bit of the control word that acts on its rising edge."""
 
 # Table 'command coding': a mask, and the bits under it.
 COMMANDS: Final = (

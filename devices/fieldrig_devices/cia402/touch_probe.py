@@ -1,8 +1,8 @@
-"""Touch probes: where the axis was when a switch or the encoder's zero came by.
+"""Touch probes: the position of the axis at the edge of a switch, or at the encoder zero.
 
-Source: CiA 402-2, chapter 'touch probe' (60B8h to 60BDh).  Ours: the probes are the first two further inputs, bits 16
-and 17 of 60FDh; an edge is seen in the cycle after it, and has the position of that cycle; what is written to 60B8h
-while a probe is enabled counts at once.  Left out: sources by 60D0h, time stamps and counters (60D1h to 60D8h).
+Source: CiA 402-2, chapter 'touch probe' (60B8h to 60BDh).  Our choices: the probes are inputs 16 and 17 of 60FDh; an
+edge is detected in the cycle after it, and takes the position of that cycle; a value that is written to 60B8h while a
+probe is enabled takes effect immediately.  Left out: sources by 60D0h, time stamps and counters (60D1h to 60D8h).
 """
 
 from collections.abc import Callable
@@ -21,25 +21,25 @@ CONTINUOUS: Final = 0x02
 SOURCE: Final = 0x0C
 INPUT, ZERO = 0x00, 0x04
 EDGES: Final = {True: 0x10, False: 0x20}
-"""Rising and falling."""
+"""Bits of the rising edge (True) and of the falling edge."""
 
-# 60B9h, likewise
+# 60B9h, with the same two halves
 ENABLED: Final = 0x01
 STORED: Final = {True: 0x02, False: 0x04}
 
 FIRST_INPUT: Final = 16
-"""Bit of 60FDh."""
+"""Bit of the first probe in 60FDh."""
 
 
 class Probe:
-    """One of the two, from 0."""
+    """One of the two probes; `place` is 0 or 1."""
 
     def __init__(self, place: int, shown: Callable[[float], int]) -> None:
         self._bit = 1 << (FIRST_INPUT + place)
         self._shown = shown
         self.function = self.status = 0
         self.values = {True: 0, False: 0}
-        """By the edge, in the units of the user when it came."""
+        """Stored positions by edge, in the user units at the time of the edge."""
 
     def order(self, function: int) -> None:
         if not function & ENABLE:
@@ -52,7 +52,7 @@ class Probe:
         self.function = function
 
     def look(self, inputs: int, before: int, zero: int | None, position: int) -> None:
-        """Increments; `zero` is the encoder's zero that was passed."""
+        """Check for an edge.  `position` is in increments; `zero` is the encoder zero that was passed, or None."""
         if self.function & SOURCE == ZERO:
             if zero is not None:
                 for edge in (True, False):
@@ -72,7 +72,7 @@ class TouchProbes:
         self._motor, self._pace = motor, context.pace
         self._probes = Probe(0, context.shown), Probe(1, context.shown)
         self._inputs = self._position = 0
-        """Of the cycle before."""
+        """Inputs and position of the previous cycle."""
         self.is_armed = False
         first, second = self._probes
         numbers.on_write(objects.PROBE_FUNCTION, self._on_function)
@@ -102,7 +102,7 @@ class TouchProbes:
         self._pace.wake()
 
     def step(self) -> None:
-        """Once a cycle, while armed."""
+        """Look for edges, once per cycle while armed."""
         inputs, position = self._motor.inputs, self._motor.position
         zero = passed_zero(self._position, position, self._motor.revolution)
         for probe in self._probes:

@@ -1,8 +1,9 @@
-"""User units and increments: 608Fh, 6091h, 6092h, 607Eh, and where the origin lies.
+"""Conversion between user units and increments: 608Fh, 6091h, 6092h, 607Eh, and the origin.
 
 Source: CiA 402-2, chapter 'factor group'; 607Bh and 60F2h of 'profile position mode'.  A position in user units is
 increments x feed constant / (encoder resolution x gear ratio); speeds and accelerations are the same per second and per
-second squared.  Positions count on over the ends of 32 bits, or of the range of 607Bh.  Ours: both ends belong to it.
+second squared.  Positions wrap around at the ends of 32 bits, or of the range of 607Bh.  Our choice: both ends belong
+to the range.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from enum import IntEnum
 from typing import Final
 
 POSITION_IS_TURNED, VELOCITY_IS_TURNED = 0x80, 0x40
-"""Bits of 607Eh."""
+"""Bits of the polarity (607Eh)."""
 _HALF: Final = 1 << 31
 _WHOLE: Final = 1 << 32
 
@@ -18,40 +19,43 @@ _WHOLE: Final = 1 << 32
 @dataclass(frozen=True, slots=True)
 class Units:
     per_unit: float = 1.0
-    """Increments in a user unit."""
+    """Increments per user unit."""
     sign: int = 1
     velocity_sign: int = 1
     origin: float = 0.0
-    """Where in increments the user's zero is."""
+    """Position of the user's zero, in increments."""
 
     def increments(self, position: float) -> float:
         return self.origin + self.sign * position * self.per_unit
 
     def distance(self, length: float) -> float:
-        """Without origin: of a way."""
+        """A length in user units as increments, which do not depend on the origin."""
         return self.sign * length * self.per_unit
 
     def position(self, increments: float) -> int:
-        """In user units, over 32 bits and beyond."""
+        """The position in user units, not wrapped to 32 bits."""
         return round(self.sign * (increments - self.origin) / self.per_unit)
 
-    def length(self, way: float) -> int:
-        """In user units, of a way in increments."""
-        return round(self.sign * way / self.per_unit)
+    def length(self, distance: float) -> int:
+        """A distance in increments as user units."""
+        return round(self.sign * distance / self.per_unit)
 
     def velocity(self, increments_per_s: float) -> int:
         return round(self.velocity_sign * increments_per_s / self.per_unit)
 
     def speed(self, velocity: float) -> float:
-        """With its sign, in increments per second."""
+        """The signed speed in increments per second."""
         return self.velocity_sign * velocity * self.per_unit
 
 
 def units_of(
     encoder: tuple[int, int], gear: tuple[int, int], feed: tuple[int, int], polarity: int, origin: float
 ) -> Units:
-    """`encoder`: increments in motor turns; `gear`: motor turns to turns of the shaft; `feed`: user units in turns of
-    the shaft.  Zeros count as 1, as nothing can be divided by them."""
+    """The units from three ratios.  A 0 counts as 1, because division by it is not possible.
+
+    `encoder`: increments to motor revolutions; `gear`: motor to shaft revolutions; `feed`: user units to shaft
+    revolutions.
+    """
     (increments, turns), (motor, shaft), (length, shaft_turns) = (
         (max(a, 1), max(b, 1)) for a, b in (encoder, gear, feed)
     )
@@ -61,10 +65,10 @@ def units_of(
 
 
 class Direction(IntEnum):
-    """In which one a position on a turn is reached: 60F2h, bits 6 and 7."""
+    """Direction in which a position within a revolution is approached (60F2h, bits 6 and 7)."""
 
     AS_LINEAR = 0
-    """On the turn on which the axis is."""
+    """Within the present revolution of the axis."""
     NEGATIVE = 1
     POSITIVE = 2
     SHORTEST = 3
@@ -72,7 +76,7 @@ class Direction(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """The range in which positions are shown; beyond it they begin again at its other end."""
+    """The range in which positions are shown; they wrap around at its ends."""
 
     low: int = -_HALF
     span: int = _WHOLE
@@ -81,7 +85,7 @@ class Turn:
         return (position - self.low) % self.span + self.low
 
     def meant(self, shown: int, near: int, direction: Direction = Direction.AS_LINEAR) -> int:
-        """The position that is shown so, seen from `near`."""
+        """The position that is shown as `shown` and is reached from `near` in this direction."""
         way = self.shown(shown) - self.shown(near)
         match direction:
             case Direction.NEGATIVE:
@@ -95,7 +99,7 @@ class Turn:
 
 
 def turn_of(low: int, high: int) -> Turn:
-    """607Bh; without a range there are 32 bits."""
+    """The range of 607Bh, or 32 bits if it is empty."""
     return Turn(low, high - low + 1) if low < high else BITS_32
 
 

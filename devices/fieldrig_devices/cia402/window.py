@@ -1,4 +1,4 @@
-"""Something that has to hold for a while before it counts: windows and time-outs of CiA 402."""
+"""A condition that counts only after it has held for some time: windows and time-outs of CiA 402."""
 
 from fieldrig.clock import MS
 
@@ -9,7 +9,7 @@ class Window:
         self.is_held = False
 
     def update(self, holds: bool, needed_ms: int, passed_ns: int) -> bool:
-        """Whether it has held for `needed_ms`, now that `passed_ns` more are over."""
+        """True if the condition has held for more than `needed_ms`; `passed_ns` have passed since the last call."""
         self._since_ns = self._since_ns + passed_ns if holds else 0
         self.is_held = holds and self._since_ns > needed_ms * MS
         return self.is_held

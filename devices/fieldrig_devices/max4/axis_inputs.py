@@ -1,4 +1,4 @@
-"""Terminals of the controller that belong to an axis: named by a face's settings, and its inputs as bits of 60FDh."""
+"""Terminals of the controller that belong to an axis by the settings of a face, with its inputs as bits of 60FDh."""
 
 from collections.abc import Iterable, Mapping
 
@@ -17,14 +17,16 @@ class SwitchSettings(Settings):
 
     @property
     def switches(self) -> dict[int, str]:
-        """By their bits."""
+        """Names of the inputs by bit."""
         named = {0: self.negative_limit, 1: self.positive_limit}
         return {bit: symbol for bit, symbol in named.items() if symbol}
 
 
 class AxisInputs:
+    """The digital inputs of an axis, as in 60FDh."""
+
     def __init__(self, parameters: Mapping[int, Parameter]) -> None:
-        """By their bits."""
+        """`parameters` are the values of the inputs by bit."""
         self._parameters = parameters
 
     @property
@@ -35,20 +37,20 @@ class AxisInputs:
 
 
 def terminals_in(tree: ObjectTree, symbols: Mapping[int, str]) -> dict[int, Parameter]:
-    """Those that the present configuration has."""
+    """The terminals among `symbols` that the present configuration has, by bit."""
     found = {bit: _terminal(tree, symbol) for bit, symbol in symbols.items()}
     return {bit: parameter for bit, parameter in found.items() if parameter is not None}
 
 
 def check_terminals(controller: Controller, key: str, named: Mapping[str, Iterable[str]]) -> None:
-    """ValueError, with what would be right, for an axis or a symbolic name that is not there."""
+    """Check the names under `key`.  ValueError for an axis or a terminal that does not exist."""
     for name, symbols in named.items():
         if name not in controller.axes:
             there = ", ".join(controller.axes) or "none"
-            raise ValueError(f"{key}: there is no axis {name}; there are {there}")
+            raise ValueError(f"{key}: expected the name of an axis ({there}), got {name}")
         for symbol in symbols:
             if _terminal(controller.tree, symbol) is None:
-                raise ValueError(f"{key} of {name}: there is no input or output {symbol}")
+                raise ValueError(f"{key} of {name}: expected the name of an input or output, got {symbol}")
 
 
 def _terminal(tree: ObjectTree, symbol: str) -> Parameter | None:

@@ -1,8 +1,8 @@
-"""The boot: what happens when, and the clock that time stamps count by.
+"""The boot: its events in time, and the clock of the time stamps.
 
-Source: PacDrive manual 4093-4110, 4317-4337 (digest PD-040 to PD-045): 8002 at 1 ms, what drives report around 14 ms,
-8004 and 8005 at 92 ms, 8003 at 57 or 98 ms.  A ring comes up in no such time, with two bytes of the service channel a
-cycle; so, as our reading, the clock starts when the ring has come up or was given up.  A setting starts it at power-on.
+Source: PacDrive manual 4093-4110, 4317-4337 (digest PD-040 to PD-045): 8002 at 1 ms, reports of drives around 14 ms,
+8004 and 8005 at 92 ms, 8003 at 57 or 98 ms.  With two bytes of the service channel per cycle, a ring cannot come up
+that fast; our reading is that the clock starts when the ring is up or has failed.  A setting starts it at power-on.
 """
 
 from collections.abc import Callable
@@ -12,6 +12,8 @@ from fieldrig_devices.max4.settings import BootTimes
 
 
 class Boot:
+    """The boot of one controller."""
+
     def __init__(
         self,
         clock: Clock,
@@ -21,31 +23,31 @@ class Boot:
         on_program: Callable[[], None],
         on_finished: Callable[[], None],
     ) -> None:
-        """`on_program`: autostart is due."""
+        """`on_program` is called when autostart is due."""
         self._clock, self._times = clock, times
         self._on_started, self._on_program, self._on_finished = on_started, on_program, on_finished
         self._zero_ns: int | None = None
         self._held: list[Callable[[], None]] = []
         self._timers: list[Timer] = []
         self._is_open = False
-        """Drives are heard."""
+        """True once reports of drives are let through."""
         self._has_autostart = False
         self.is_finished = False
 
     @property
     def now_ms(self) -> int:
-        """Timer1; 0 until the clock has started."""
+        """Timer1 in milliseconds; 0 until the clock has started."""
         return 0 if self._zero_ns is None else (self._clock.now_ns() - self._zero_ns) // MS
 
     def begin(self, *, has_autostart: bool) -> None:
-        """Power-on or system reset."""
+        """Start a boot, after power-on or a system reset."""
         self.end()
         self._has_autostart = has_autostart
         if self._times.clock_starts == "power_on":
             self._start_clock()
 
     def end(self) -> None:
-        """Power-off: nothing happens any more."""
+        """Cancel the boot and stop the clock, at power-off or before a reset."""
         for timer in self._timers:
             timer.cancel()
         self._timers.clear()
@@ -54,12 +56,12 @@ class Boot:
         self._is_open = self.is_finished = False
 
     def settle(self) -> None:
-        """The ring is up, or given up."""
+        """Start the clock, because the ring is up or has failed."""
         if self._zero_ns is None:
             self._start_clock()
 
     def when_heard(self, action: Callable[[], None]) -> None:
-        """Now, or when drives are heard in the course of the boot."""
+        """Call `action` now, or at the point of the boot at which reports of drives are let through."""
         if self._is_open:
             action()
         else:

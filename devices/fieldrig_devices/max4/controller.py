@@ -1,12 +1,12 @@
 """The MAx-4 PacController: boot, messages and diagnosis, memory, real-time process, and the master of the fibre ring.
 
-Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to 1.7, 1.10, 1.16, 1.17.  IEC programs
-come with their own issue; here they can be stored and started, and nothing runs.
+Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to 1.7, 1.10, 1.16, 1.17.
+Left out: running IEC programs; they can be stored and started, and have no effect.
 """
 
 from collections.abc import Callable, Mapping
-from ipaddress import ip_address
-from typing import Any, ClassVar, Final
+from ipaddress import IPv6Address, ip_address
+from typing import Any, ClassVar
 
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
@@ -14,12 +14,13 @@ from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link, patience_of
-from fieldrig.store import Store, StoreError
+from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
 from fieldrig_devices.max4.configuration.tree import ObjectTree
@@ -27,26 +28,22 @@ from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
 from fieldrig_devices.max4.faults import MODELS, MemoryLost, Overrun, PowerOff
 from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
-from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Pending, Sender
+from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
-from fieldrig_devices.max4.reports import SUB_UNIT, Reports
-from fieldrig_devices.max4.ring.drive_end import RESET_CLASS_1, RingDrive
+from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.settings import Max4Settings
-from fieldrig_devices.max4.storage.buffered_ram import RETENTION_DAYS, BufferedRam, ram_bytes
 from fieldrig_devices.max4.storage.disk import FlashDisk
-from fieldrig_devices.max4.storage.retain import SIZES, UpsMemory
+from fieldrig_devices.max4.storage.memory import Memory
 from fieldrig_devices.max4.system import System
-
-MAX4: Final = Sender("MAX4", "MAX4")
-LZS: Final = Sender("LZS", "LZS")
-"""The run-time system."""
 
 
 class Max4(Device):
+    """The controller, which connects its parts and implements its power, boot, programs and faults."""
+
     about = "MAx-4 PacController: object tree, messages and diagnosis, master of the SERCOS ring of MC-4 drives"
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -61,19 +58,13 @@ class Max4(Device):
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
     ) -> None:
-        """ValueError, with what would be right, for start values that no parameter can have."""
+        """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
         self._ring, self._wires = ring, wires
         self.version = version_of(settings.version)
         self.disk = FlashDisk(store, settings.disk_bytes)
-        size = SIZES[settings.retain]
-        self._store = store
-        ram = self._buffered_ram()
-        self._is_ram_lasting = ram is not None
-        if ram is None:
-            ram = memoryview(bytearray(ram_bytes(size)))
-        self.ram = BufferedRam(ram, size, has_battery=settings.retain_battery)
-        self.ups = UpsMemory(self.ram, self.disk.section("RETAIN")) if settings.retain == "ups" else None
+        self._memory = Memory(store, self.disk, settings.retain, has_battery=settings.retain_battery)
+        self.ram, self.ups = self._memory.ram, self._memory.ups
         self.logger = Logger(self.ram.log, self.disk, lambda: self._boot.now_ms)
         self.logger.is_plain = self.version < TIME_STAMPS
         self.reports = Reports(self.logger, settings.language, settings.diagnosis_classes, self._on_diagnosis)
@@ -99,12 +90,14 @@ class Max4(Device):
         if self.system.unknown:
             raise ValueError("parameters: " + "; ".join(self.system.unknown))
         self.bus: RealTimeBus | None = None
+        """The ring, or None if the controller has no ring or no drives."""
+        self._acknowledgement = Acknowledgement(self.reports, lambda: self.bus)
         self.project = Project(settings, self.disk)
         self.project.install(self.system.stored_values())
         self.disk.on_write = self._on_file
         self._points: dict[str, Point] = {}
         self.can = None if can is None else SharedLink(can)
-        """For the master and for nodes of its own."""
+        """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
 
     # ---- power, boot, reset
@@ -117,38 +110,24 @@ class Max4(Device):
         if self.bus is not None:
             self.bus.stop()
 
-    def _buffered_ram(self) -> memoryview | None:
-        """None while the disk has no room for it: entries and retain data then last until the process ends."""
-        try:
-            return self._store.buffered_ram(ram_bytes(SIZES[self.settings.retain]))
-        except StoreError:
-            return None
-
     def _power_on(self, off_days: float) -> None:
         self.is_on = True
-        is_lost = off_days > RETENTION_DAYS or self._faults.first(MemoryLost) is not None
-        if is_lost:
-            self._lose_memory()
-        elif not self.ram.wake(off_days) and self.ups is not None:
-            self.ups.restore()
+        is_lost = self._memory.power_on(off_days, is_lost=self._faults.first(MemoryLost) is not None)
         self._begin()
         if is_lost:
             self._report_loss()
 
     def _power_off(self) -> None:
         self.is_on = False
-        if self.ups is not None:
-            self.ups.save()
+        self._memory.power_off()
         self._end()
         self.reports.diagnosis.reset()
         self.system.terminals.fall()
 
     def _begin(self) -> None:
-        """From here on everything is as the files say."""
+        """Start a boot with the present files."""
         settings = self.settings
-        if not self._is_ram_lasting and (ram := self._buffered_ram()) is not None:
-            self._is_ram_lasting = True
-            self.ram.move_to(ram)
+        self._memory.move_to_store()
         loaded = self.project.load()
         self.reports.diagnosis.reset()
         self._boot.begin(has_autostart=settings.autostart and self.project.has_program)
@@ -157,7 +136,7 @@ class Max4(Device):
         self.system.process.actions = self._actions
         self.system.process.patience_ns = patience_of(self._ring)
         for axis in self.axes.values():
-            axis.on_quit(self._quit_axis)
+            axis.on_quit(self._acknowledgement.of_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))
         if self.tree.get("MAx-4.General.RetainInit"):
             self.ram.nvram[:] = bytes(len(self.ram.nvram))
@@ -200,7 +179,7 @@ class Max4(Device):
         self._boot.end()
 
     def reset(self) -> None:
-        """System reset (PD-045): one entry, and the boot begins again."""
+        """Carry out a system reset (PD-045): report it and boot again."""
         self.report(Code.SYSTEM_RESET, MAX4)
         self._end()
         self._begin()
@@ -212,10 +191,10 @@ class Max4(Device):
 
     @property
     def is_reset_needed(self) -> bool:
-        """Whether the configuration on the disk is another than the one that runs (PD-027)."""
+        """True if the configuration on the disk differs from the one in use (PD-027)."""
         return self.project.load().configuration != self.system.configuration
 
-    # ---- what faces see (`core.Controller`)
+    # ---- for the faces (`core.Controller`)
 
     @property
     def axes(self) -> Mapping[str, Axis]:
@@ -254,45 +233,16 @@ class Max4(Device):
             self.reports.report(code, sender, ext)
 
     def tcp_connected(self, peer: str) -> None:
-        """A server has taken a connection from this IP address (PD-283)."""
+        """Report that a server has accepted a connection from this IP address (PD-283)."""
         address = ip_address(peer.partition("%")[0])
-        short = getattr(address, "ipv4_mapped", None) or address
-        self.report(Code.TCP_CONNECTED, LZS, short.packed.hex())
+        if isinstance(address, IPv6Address) and address.ipv4_mapped is not None:
+            address = address.ipv4_mapped
+        self.report(Code.TCP_CONNECTED, LZS, address.packed.hex())
 
     def quit_all(self) -> None:
-        if self.bus is not None:
-            self.bus.quit()
-        for axis in self.axes.values():
-            axis.quit_errors()
-        places = {f"{axis.ring_address}.{SUB_UNIT}" for axis in self.axes.values()}
-        self.diagnosis.quit(lambda one: one.ext.split(" ")[0] not in places and not self._is_ring_wrong(one))
+        self._acknowledgement.of_all(self.axes.values())
 
-    def _quit_axis(self, axis: Axis, done: Callable[[bool], None] | None) -> None:
-        drive = axis.drive
-
-        def on_reset(is_good: bool) -> None:
-            place = f"{axis.ring_address}.{SUB_UNIT} "
-            axis.diagnosis.quit(lambda one: not self._is_still_wrong(axis, one))
-            self.diagnosis.quit(lambda one: one.ext.startswith(place) and not self._is_still_wrong(axis, one))
-            if done is not None:
-                done(is_good and not axis.is_in_error)
-
-        if drive is None:
-            on_reset(True)
-        else:
-            drive.command(RESET_CLASS_1, on_reset)
-
-    def _is_still_wrong(self, axis: Axis, one: Pending) -> bool:
-        drive = axis.drive
-        if isinstance(drive, RingDrive):
-            is_refused = drive.is_refused and one.code == self.reports.code_of(Code.VERSION)
-            return is_refused or bool(drive.code and self.reports.code_of(drive.code) == one.code)
-        return self._is_ring_wrong(one)
-
-    def _is_ring_wrong(self, one: Pending) -> bool:
-        return self.bus is not None and self.bus.is_still_wrong(one.code)
-
-    # ---- what the ring tells (`real_time_bus.Host`)
+    # ---- for the ring (`real_time_bus.Host`)
 
     def report_ring(self, code: Code, ext: str = "") -> None:
         self._boot.when_heard(lambda: self.report(code, MAX4, ext))
@@ -320,7 +270,7 @@ class Max4(Device):
         self._tick_if_idle()
 
     def _tick_if_idle(self) -> None:
-        """The real-time process goes on while no ring drives it."""
+        """Run the real-time process by the clock while there is no ring to drive it."""
         if not self._is_ticking:
             self._is_ticking = True
             self._clock.call_at(self._clock.now_ns() + self.cycle_ns, self._on_tick)
@@ -332,12 +282,12 @@ class Max4(Device):
             self._tick_if_idle()
             self.system.process.run()
 
-    # ---- what the parameters of the controller need (`system.Owner`)
+    # ---- for the parameters of the controller (`system.Owner`)
 
     def on_code(self, axis: Axis, code: int) -> None:
-        """A drive shows its worst one: what is pending here already was only covered by that."""
+        """Report a code of a drive, unless it is pending here; a drive shows only its most severe code."""
         shown = self.reports.code_of(code)
-        if all(one.code != shown for one in axis.diagnosis.pending):
+        if all(pending.code != shown for pending in axis.diagnosis.pending):
             self.report_axis(code, axis)
 
     def on_overflow(self, reserve_us: int) -> None:
@@ -387,7 +337,7 @@ class Max4(Device):
             self._err_shown = is_flashing
             self.system.terminals.drive(self.settings.err_wire, is_flashing)
 
-    # ---- from outside
+    # ---- points and faults (`fieldrig.device.Device`)
 
     def points(self) -> Mapping[str, Point]:
         return self._points
@@ -407,14 +357,9 @@ class Max4(Device):
             self._power_on(self._off_days)
         is_lost = self._faults.first(MemoryLost) is not None
         if is_lost and not self._was_lost and self.is_on:
-            self._lose_memory()
+            self._memory.lose()
             self._report_loss()
         self._was_lost = is_lost
-
-    def _lose_memory(self) -> None:
-        self.ram.lose()
-        if self.ups is not None:
-            self.ups.restore()
 
     def _report_loss(self) -> None:
         self._boot.when_heard(lambda: self.report(Code.RAM_LOST, MAX4))

@@ -1,4 +1,4 @@
-"""What a face sees of the controller: axes, tree, messages, disk, and the cycle."""
+"""The controller as its faces see it: axes, tree, messages, disk, and the cycle."""
 
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -11,9 +11,11 @@ from fieldrig_devices.max4.messages.logger import Logger
 
 
 class Controller(Protocol):
+    """The services of the controller for a face."""
+
     @property
     def axes(self) -> Mapping[str, Axis]:
-        """By symbolic name, in the order of the configuration.  The same objects from power-on to reset."""
+        """The axes by symbolic name, in the order of the configuration; they are replaced at each boot."""
 
     @property
     def tree(self) -> ObjectTree: ...
@@ -23,33 +25,35 @@ class Controller(Protocol):
 
     @property
     def diagnosis(self) -> Diagnosis:
-        """The controller's own, which shows the worst of all."""
+        """The diagnosis of the controller itself, which shows the most severe of all."""
 
     @property
     def cycle_ns(self) -> int:
-        """Of the ring: 1, 2 or 4 ms."""
+        """Cycle time of the ring: 1, 2 or 4 ms, in nanoseconds."""
 
     @property
     def is_booted(self) -> bool: ...
 
     def each_cycle(self, action: Callable[[], None]) -> None:
-        """Call `action` in every cycle of the real-time process, after the actual values are there and before set
-        values are asked for; also while the ring is down."""
+        """Call `action` in every cycle of the real-time process, between actual values and set values.
+
+        The process also runs while the ring is down.
+        """
 
     def on_boot(self, action: Callable[[], None]) -> None:
-        """Call `action` whenever a boot has begun (power-on, system reset): axes and tree may be others now."""
+        """Call `action` at the start of each boot (power-on, system reset), with new axes and a new tree."""
 
     def on_end(self, action: Callable[[], None]) -> None:
-        """Call `action` at power-off, and at a reset before the next boot: nothing may be sent any more."""
+        """Call `action` at power-off, and at a reset before the next boot; nothing may be sent after it."""
 
     def quit_all(self) -> None:
-        """Quit the diagnoses of the controller and of all axes."""
+        """Acknowledge (quit) the diagnoses of the controller and of all axes."""
 
     def report(self, code: int, sender: Sender, ext: str = "") -> None:
-        """A code of the catalogue has come."""
+        """Report a code of the catalogue, in the log and as a diagnosis."""
 
     def tcp_connected(self, peer: str) -> None:
-        """A server has taken a connection from this IP address: entry 8013."""
+        """Report that a server has accepted a connection from this IP address (entry 8013)."""
 
     def section(self, name: str) -> Store:
-        """Non-volatile memory for a face, on the flash disk."""
+        """Non-volatile memory of a face, on the flash disk."""

@@ -1,4 +1,4 @@
-"""The faults that a MAx-4 controller takes.  `controller.py` says what each of them does."""
+"""The faults that can be injected into a MAx-4 controller; `controller.py` implements their effects."""
 
 from typing import Annotated, Final, Literal
 
@@ -8,14 +8,14 @@ from fieldrig.faults import Timed, models_of
 
 
 class PowerOff(Timed):
-    """The controller has no power.  When the fault is over, it boots."""
+    """The controller has no power; it boots when the fault ends."""
 
     what: Literal["power_off"]
-    days: float = Field(default=0.0, ge=0, description="days that the controller takes it for; buffered memory lasts 7")
+    days: float = Field(default=0.0, ge=0, description="simulated days without power; buffered memory lasts 7")
 
 
 class MemoryLost(Timed):
-    """Buffered memory loses its content, at once and at every power-on."""
+    """Buffered memory loses its content, immediately and at every power-on."""
 
     what: Literal["memory_lost"]
 
@@ -24,7 +24,7 @@ class Overrun(Timed):
     """Every cycle of the real-time process takes longer."""
 
     what: Literal["overrun"]
-    us: int = Field(ge=1, le=1_000_000, description="extra time of every cycle")
+    us: int = Field(ge=1, le=1_000_000, description="additional duration of every cycle")
 
 
 Max4Fault = Annotated[PowerOff | MemoryLost | Overrun, Field(discriminator="what")]

@@ -1,6 +1,6 @@
-"""The controller at its field buses but the ring: Modbus server and client, CANopen master and slave, and their IO map.
+"""The field buses of the controller: Modbus server and client, CANopen master and slave, and their IO map.
 
-Source: PacDrive manual 458 (digest PD-004): it can be a field bus master or slave.
+Source: PacDrive manual 458 (digest PD-004): the controller can be a field bus master or slave.
 """
 
 from collections.abc import Sequence
@@ -20,6 +20,8 @@ from fieldrig_devices.max4.settings import Max4Settings
 
 
 class FieldBuses:
+    """The faces of one controller, connected to its buses."""
+
     def __init__(
         self,
         clock: Clock,
@@ -28,29 +30,31 @@ class FieldBuses:
         modbus: Sequence[Link[ModbusEvent]],
         can: SharedLink | None,
     ) -> None:
-        """ValueError, with what would be right, if a bus is missing that the settings speak of."""
+        """ValueError if a bus that the settings name is missing."""
         self._controller = controller
         io_map = IoMap(controller, settings.io_map_ms)
         client, master, axes = settings.modbus_client, settings.can_master, settings.can_axes
         terminals = axes.terminals if axes is not None else {}
-        switches = {name: one.switches for name, one in terminals.items()}
+        switches = {name: named.switches for name, named in terminals.items()}
         self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus, switches)
         self.modbus_client: ModbusClient | None = None
         self.can_master: CanopenMaster | None = None
         self._client_place = -1
         if client is not None:
             if client.link > len(modbus):
-                raise ValueError(f"modbus_client: link {client.link}, but links.modbus has {len(modbus)} buses")
+                raise ValueError(
+                    f"modbus_client: link: expected 1 to {len(modbus)}, one of links.modbus, got {client.link}"
+                )
             self._client_place = client.link - 1
             self.modbus_client = ModbusClient(clock, controller, modbus[client.link - 1], client, io_map)
         if master is not None:
             if can is None:
-                raise ValueError("can_master: links.can would be right beside it")
+                raise ValueError("can_master: expected links.can beside it")
             self.can_master = CanopenMaster(clock, controller, can.share(), master, io_map)
         self.can_face: CanFace | None = None
         if axes is not None:
             if can is None:
-                raise ValueError("can_axes: links.can would be right beside it")
+                raise ValueError("can_axes: expected links.can beside it")
             end = can.share(hears_others=master is not None)
             self.can_face = CanFace(clock, end, controller, axes)
         for place, link in enumerate(modbus):

@@ -1,8 +1,8 @@
-"""Data of field bus modules in the object tree, and the IO map update that takes them there.
+"""Data of field bus modules in the object tree, and the IO map update that exchanges them.
 
-Source: PacDrive manual 3223 (digest PD-067, PD-307): the IO map is updated cyclically by the system, at the priority of
-IEC tasks 4.  Between two updates nothing that a module sends is seen and nothing of what is written is sent; all of one
-message changes at once.  How often it happens, and how data are named, is our choice.
+Source: PacDrive manual 3223 (digest PD-067, PD-307): the system updates the IO map cyclically, at the priority of IEC
+task 4.  Between two updates, received data are not visible and written data are not sent; the values of one message
+change together.  The period and the names of the data are our choice.
 """
 
 import logging
@@ -19,6 +19,7 @@ from fieldrig.settings import Settings
 from fieldrig_devices.max4.configuration.files import Symbol
 from fieldrig_devices.max4.configuration.tree import Group, Kind, Object, Parameter, Type
 from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.registers.form import LARGEST_F32
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +28,7 @@ class _Form(NamedTuple):
     iec: Type
     bits: int
     code: str = ""
-    """Of `struct`; "" for a single bit."""
+    """Format character of `struct`, or an empty string for a single bit."""
     low: int | None = None
     high: int | None = None
 
@@ -42,14 +43,15 @@ FORMS: Final = {
     "s32": _Form(Type.DINT, 32, "i"),
     "f32": _Form(Type.LREAL, 32, "f"),
 }
-_LARGEST_F32: Final = 3.4028234663852886e38
 
 
 class Element(Settings):
     """One value in a message."""
 
-    name: Symbol = Field(description="of the parameter in the object tree")
-    type: Literal["bool", "u8", "s8", "u16", "s16", "u32", "s32", "f32"] = Field(default="u16", description="its form")
+    name: Symbol = Field(description="name of the parameter in the object tree")
+    type: Literal["bool", "u8", "s8", "u16", "s16", "u32", "s32", "f32"] = Field(
+        default="u16", description="type in the message"
+    )
 
     @property
     def form(self) -> _Form:
@@ -57,7 +59,7 @@ class Element(Settings):
 
     @property
     def words(self) -> int:
-        """Registers."""
+        """Number of registers."""
         return (self.form.bits + 15) // 16
 
 
@@ -68,7 +70,8 @@ class Data:
         self._elements = elements
         kind = Kind.INPUT if is_output else Kind.OUTPUT
         self._parameters = [
-            group.add(Parameter(one.name, one.form.iec, kind, low=one.form.low, high=one.form.high)) for one in elements
+            group.add(Parameter(element.name, element.form.iec, kind, low=element.form.low, high=element.form.high))
+            for element in elements
         ]
 
     def clear(self) -> None:
@@ -76,7 +79,7 @@ class Data:
             parameter.put(parameter.checked(0))
 
     def packed(self) -> bytes:
-        """Bit by bit, the first value in the lowest bits: a PDO, or coils."""
+        """The values packed bit by bit for a PDO or coils, the first value in the lowest bits."""
         word = at = 0
         for form, parameter in self._each():
             raw = int.from_bytes(_raw("<", form, parameter.value), "little")
@@ -85,7 +88,7 @@ class Data:
         return word.to_bytes((at + 7) // 8, "little")
 
     def unpack(self, data: bytes) -> None:
-        """The reverse; values of which not everything is there stay."""
+        """Take the values from packed bits; values that `data` does not contain completely keep theirs."""
         word, size, at = int.from_bytes(data, "little"), 8 * len(data), 0
         for form, parameter in self._each():
             if at + form.bits > size:
@@ -95,13 +98,14 @@ class Data:
             at += form.bits
 
     def registers(self) -> bytes:
-        """One value in one or two registers, the high word first."""
+        """The values in one or two registers each, the high word first."""
         return b"".join(
             _raw(">", form, parameter.value).rjust((form.bits + 15) // 16 * 2, b"\x00")
             for form, parameter in self._each()
         )
 
     def unpack_registers(self, data: bytes) -> None:
+        """Take the values from registers; values that `data` does not contain completely keep theirs."""
         at = 0
         for form, parameter in self._each():
             end = at + (form.bits + 15) // 16 * 2
@@ -111,14 +115,15 @@ class Data:
             at = end
 
     def _each(self) -> Iterable[tuple[_Form, Parameter]]:
-        return ((one.form, parameter) for one, parameter in zip(self._elements, self._parameters, strict=True))
+        pairs = zip(self._elements, self._parameters, strict=True)
+        return ((element.form, parameter) for element, parameter in pairs)
 
 
 def _raw(order: str, form: _Form, value: Value) -> bytes:
     if not form.code:
         return bytes((bool(value),))
     if form.code == "f":
-        value = min(max(float(value), -_LARGEST_F32), _LARGEST_F32)
+        value = min(max(float(value), -LARGEST_F32), LARGEST_F32)
     return struct.pack(order + form.code, value)
 
 
@@ -128,21 +133,21 @@ def _value(order: str, form: _Form, raw: bytes) -> Value:
     value: int | float = struct.unpack(order + form.code, raw)[0]
     if form.code != "f":
         return value
-    return 0.0 if isnan(value) else min(max(value, -_LARGEST_F32), _LARGEST_F32)  # no parameter is infinite
+    return 0.0 if isnan(value) else min(max(value, -LARGEST_F32), LARGEST_F32)  # a parameter is never infinite
 
 
 class Part(Protocol):
-    """One module's share of the IO map."""
+    """The part of the IO map that belongs to one module."""
 
     def take(self) -> None:
-        """What has come in goes into the tree."""
+        """Put received data into the tree."""
 
     def give(self) -> None:
-        """What has changed in the tree goes out."""
+        """Send data that have changed in the tree."""
 
 
 class IoMap:
-    """`parts` are filled at each boot, by whoever has modules."""
+    """The cyclic update; the faces add their modules to `parts` at each boot."""
 
     def __init__(self, controller: Controller, every_ms: int) -> None:
         self._controller, self._every_ns = controller, every_ms * MS
@@ -163,7 +168,7 @@ class IoMap:
 
 
 def add_object(parent: Object, name: str, type_name: str, symbol: str) -> Object:
-    """Without its symbolic name if an object of the configuration has got that since."""
+    """Add an object, without its symbolic name if an object of the configuration has taken that name."""
     try:
         return parent.add(name, type_name, symbol)
     except ValueError as taken:

@@ -1,8 +1,8 @@
-"""What an operator does at the controller with the tool EPAS-4, as words.
+"""The commands that an operator gives the controller with the tool EPAS-4, as words.
 
 Source: PacDrive manual 3636-3648, 3737-3760, 4093-4110, 4219-4280 (digest PD-027, PD-042 to PD-045, PD-119, PD-220,
-PD-331).  The tool's own protocol is not public; here the same things are words that `fieldrig set` and tests can say.
-A download writes the files of PD-043 in their order and at the pace of PD-044.
+PD-331).  The protocol of the tool is not public; here its commands are words for `fieldrig set` and tests.  A download
+writes the files of PD-043 in their order and at the pace of PD-044.
 """
 
 import logging
@@ -15,7 +15,7 @@ from fieldrig.clock import MS, Clock, Timer
 from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.version import goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code
-from fieldrig_devices.max4.messages.diagnosis import Sender
+from fieldrig_devices.max4.messages.diagnosis import LZS
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -28,28 +28,29 @@ WORDS: Final = (
     "save log FILE", "save and reset log FILE", "reset log", "delete log FILE",
 )  # fmt: skip
 DOWNLOAD_MS: Final = (0, 5_273, 5_945, 6_155, 6_348, 6_569, 7_357)
-"""After the first file: the manual's 22:56.887, 23:02.160, .832, 23:03.042, .235, .456, 23:04.244."""
-LZS: Final = Sender("LZS", "LZS")
+"""Times of the files after the first one (manual: 22:56.887, 23:02.160, .832, 23:03.042, .235, .456, 23:04.244)."""
 
 
 class Operations:
+    """The commands of one controller."""
+
     def __init__(self, clock: Clock, controller: "Max4") -> None:
         self._clock, self._controller = clock, controller
         self._timers: list[Timer] = []
         self.last = ""
 
     def do(self, text: str) -> None:
-        """ValueError, with what would be right."""
+        """Carry out a command.  ValueError if it is unknown or not possible now."""
         words = text.split()
         if not self._controller.is_on:
-            raise ValueError("the controller has no power")
+            raise ValueError("the controller has no power: expected no command until it boots")
         for name, (counts, action) in self._actions().items():
             begin = name.split()
             if [word.lower() for word in words[: len(begin)]] == begin and len(words) - len(begin) in counts:
                 action(*words[len(begin) :])
                 self.last = text
                 return
-        raise ValueError(f"{', '.join(WORDS)} would be right")
+        raise ValueError(f"expected {', '.join(WORDS)}, got {text!r}")
 
     def cancel(self) -> None:
         for timer in self._timers:
@@ -57,64 +58,65 @@ class Operations:
         self._timers.clear()
 
     def _actions(self) -> dict[str, tuple[tuple[int, ...], Callable[..., Any]]]:
-        """By their words: how many more may follow, and what is done with them."""
-        one, log = self._controller, self._controller.logger
+        """Actions by their first words, with the possible numbers of words that follow."""
+        controller, logger = self._controller, self._controller.logger
         return {
             "login": ((0, 1), self._login),
-            "logout": ((0,), lambda: one.report(Code.LOGOUT, LZS)),
+            "logout": ((0,), lambda: controller.report(Code.LOGOUT, LZS)),
             "start": ((0,), self._start),
             "stop": ((0,), self._stop),
             "reset": ((0,), self._stop),
-            "system reset": ((0,), one.reset),
+            "system reset": ((0,), controller.reset),
             "download": ((0,), self._download),
-            "quit": ((0,), one.quit_all),
+            "quit": ((0,), controller.quit_all),
             "add mc_4": ((2,), self._add_drive),
             "add encoder": ((1,), self._add_encoder),
-            "delete log": ((1,), log.delete),
+            "delete log": ((1,), logger.delete),
             "delete": ((1,), self._delete),
             "save parameters": ((0,), self._save_parameters),
-            "save and reset log": ((1,), log.save_and_reset),
-            "save log": ((1,), log.save),
-            "reset log": ((0,), log.reset),
+            "save and reset log": ((1,), logger.save_and_reset),
+            "save log": ((1,), logger.save),
+            "reset log": ((0,), logger.reset),
         }
 
     def _login(self, version: str | None = None) -> None:
-        """PD-331, if the tool says its version."""
-        one = self._controller
-        if version is not None and not goes_with(version_of(version), one.version):
-            raise ValueError(f"EPAS-4 {version} and MAx-4 {one.version}: XX equal, and YY not below, would be right")
-        one.report(Code.LOGIN, LZS)
+        """Log in; a version that the tool gives has to fit (PD-331)."""
+        controller = self._controller
+        own = controller.version
+        if version is not None and not goes_with(version_of(version), own):
+            raise ValueError(f"expected a version of EPAS-4 with the XX of {own} and no lower YY, got {version}")
+        controller.report(Code.LOGIN, LZS)
 
     def _start(self) -> None:
-        one = self._controller
-        if not one.project.has_program:
-            raise ValueError("there is no program: download would be right")
-        one.is_program_running = True
-        one.report(Code.PROGRAM_STARTED, LZS)
+        controller = self._controller
+        if not controller.project.has_program:
+            raise ValueError("there is no program to start: expected a download first")
+        controller.is_program_running = True
+        controller.report(Code.PROGRAM_STARTED, LZS)
 
     def _stop(self) -> None:
         self._controller.is_program_running = False
 
     def _download(self) -> None:
-        one = self._controller
-        files = one.project.files(one.system.stored_values())
+        controller = self._controller
+        files = controller.project.files(controller.system.stored_values())
         self.cancel()
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
 
             def write(name: str = name, data: bytes = data) -> None:
                 try:
-                    one.disk.write(name, data)
-                except ValueError as refused:  # no entry tells of the file, and those after it don't come
-                    log.warning("%s: download ends: %s", name, str(refused).partition("\n")[0])
+                    controller.disk.write(name, data)
+                except ValueError as refused:  # the log has no entry for this file and the ones after it
+                    log.warning("%s: the download ends: %s", name, str(refused).partition("\n")[0])
                     self.cancel()
 
             self._timers.append(self._clock.call_at(self._clock.now_ns() + after_ms * MS, write))
 
-    # ---- the configuration: it counts after the next reset
+    # ---- the configuration, which takes effect at the next reset
 
     def _add_drive(self, name: str, address: str) -> None:
         if not address.isdecimal():
-            raise ValueError(f"ring address {address}: 1 to 254 would be right")
+            raise ValueError(f"ring address: expected 1 to 254, got {address}")
         configuration = self._stored()
         drives = {**configuration["drives"], name: {"ring_address": int(address)}}
         self._store({**configuration, "drives": drives})
@@ -128,14 +130,14 @@ class Operations:
         for key, objects in configuration.items():
             if name in objects:
                 rest = (
-                    {symbol: one for symbol, one in objects.items() if symbol != name}
+                    {symbol: drive for symbol, drive in objects.items() if symbol != name}
                     if isinstance(objects, dict)
                     else [symbol for symbol in objects if symbol != name]
                 )
                 self._store({**configuration, key: rest})
                 return
         there = ", ".join(name for objects in configuration.values() for name in objects)
-        raise ValueError(f"there is no object {name}: there are {there or 'none'}")
+        raise ValueError(f"expected the name of an object ({there or 'there are none'}), got {name}")
 
     def _stored(self) -> dict[str, Any]:
         return self._controller.project.load().configuration.model_dump(mode="json")

@@ -1,12 +1,12 @@
-"""What `fieldrig get`, `set` and `watch` see of a controller: every parameter of its tree, and what has no parameter.
+"""The points of a controller for `fieldrig get`, `set` and `watch`: all parameters, and values without a parameter.
 
-Parameters of the controller itself go by their names, those of other objects behind the symbolic name of the object:
-`DiagCode`, `belt.Position`.
+The name of a point is that of the parameter; for objects other than the controller, the symbolic name of the object
+precedes it: `DiagCode`, `belt.Position`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from fieldrig.device import Point, Value
 from fieldrig.point_values import truth_in
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
 
 
-def points(one: "Max4") -> dict[str, Point]:
-    """Of the present configuration."""
-    return {**dict(_parameters(one)), **dict(_inputs(one)), **dict(_states(one))}
+def points(max4: "Max4") -> dict[str, Point]:
+    """The points of the present configuration."""
+    return {**dict(_parameters(max4)), **dict(_inputs(max4)), **dict(_states(max4))}
 
 
-def _parameters(one: "Max4") -> Iterator[tuple[str, Point]]:
-    root = one.tree.root
-    for owner in one.tree.objects():
+def _parameters(max4: "Max4") -> Iterator[tuple[str, Point]]:
+    root = max4.tree.root
+    for owner in max4.tree.objects():
         for parameter in owner.parameters:
             key = parameter.name if owner is root else f"{owner.symbol or owner.name}.{parameter.name}"
             write = parameter.set if parameter.is_writable else None
@@ -36,22 +36,39 @@ def _value(parameter: Parameter) -> Value:
     return parameter.value
 
 
-def _inputs(one: "Max4") -> Iterator[tuple[str, Point]]:
-    """Can be written while no wire drives them."""
-    settings, terminals = one.settings, one.system.terminals
-    for wires, table in ((settings.inputs, terminals.inputs), (settings.measuring_inputs, terminals.measuring)):
+def _inputs(max4: "Max4") -> Iterator[tuple[str, Point]]:
+    """The inputs, which can be written as long as no wire drives them."""
+    settings, terminals = max4.settings, max4.system.terminals
+    kinds: tuple[tuple[Mapping[str, str], Mapping[str, _Input]], ...] = (
+        (settings.inputs, terminals.inputs),
+        (settings.measuring_inputs, terminals.measuring),
+    )
+    for wires, table in kinds:
         for symbol, terminal in table.items():
             if not wires.get(symbol):
-                yield f"{symbol}.Value", Point(partial(getattr, terminal, "value"), partial(_put, terminal.put))
+                yield f"{symbol}.Value", Point(partial(_level, terminal), partial(_put, terminal))
 
 
-def _put(put: Callable[[bool], None], value: Value) -> None:
-    put(truth_in(value))
+class _Input(Protocol):
+    """A digital input or a measuring input."""
+
+    value: bool
+
+    def put(self, is_on: bool) -> None:
+        """Set the level."""
 
 
-def _states(one: "Max4") -> Iterator[tuple[str, Point]]:
+def _level(terminal: _Input) -> Value:
+    return terminal.value
+
+
+def _put(terminal: _Input, value: Value) -> None:
+    terminal.put(truth_in(value))
+
+
+def _states(max4: "Max4") -> Iterator[tuple[str, Point]]:
     def command(words: Value) -> None:
-        one.operations.do(str(words))
+        max4.operations.do(str(words))
 
     def write_nvram(value: Value) -> None:
         offset, _, digits = str(value).partition(":")
@@ -59,32 +76,35 @@ def _states(one: "Max4") -> Iterator[tuple[str, Point]]:
             at, data = int(offset, 0), bytes.fromhex(digits)
         except ValueError:
             raise ValueError(f"expected an offset and hex digits such as 0x10:01 02, got {value!r}") from None
-        size = len(one.ram.nvram)
+        size = len(max4.ram.nvram)
         if not 0 <= at <= size - len(data):
             raise ValueError(f"expected an offset and data within {size} bytes, got {len(data)} bytes at {at}")
-        one.ram.nvram[at : at + len(data)] = data
+        max4.ram.nvram[at : at + len(data)] = data
 
-    yield "command", Point(lambda: one.operations.last, command, "", "what an operator does, in words")
-    yield "log", Point(lambda: "\n".join(one.logger.lines()), about="the message logger, newest first")
-    yield "log.last", Point(lambda: next(iter(one.logger.lines()), ""), about="its newest entry")
-    yield "files", Point(lambda: " ".join(one.disk.names), about="on the flash disk")
-    yield "nvram", Point(lambda: one.ram.nvram[:SHOWN].hex(), write_nvram, "", "its first 1024 bytes; write OFFSET:HEX")
-    yield "power", Point(lambda: one.is_on)
-    yield "booted", Point(lambda: one.is_booted)
-    yield "reset_needed", Point(lambda: one.is_reset_needed, about="the configuration has been changed")
-    yield "program", Point(lambda: "running" if one.is_program_running else "stopped")
-    yield "led.power", Point(lambda: "on" if one.is_on else "off")
-    yield "led.err", Point(lambda: "flashing" if one.diagnosis.code else "off")
-    yield "led.run", Point(lambda: "on" if one.is_program_running else "off")
-    yield "led.bus", Point(partial(_bus_led, one))
-    yield "ring.state", Point(lambda: one.bus.state.name.lower() if one.bus is not None else "off")
-    yield "ring.phase", Point(lambda: one.bus.phase if one.bus is not None else 0)
-    yield "ring.open", Point(lambda: one.bus is not None and one.bus.is_open)
-    yield "cycles", Point(lambda: one.system.process.cycles, about="of the real-time process since the boot")
-    yield "missed_cycles", Point(lambda: one.bus.missed_cycles if one.bus is not None else 0)
+    yield "command", Point(lambda: max4.operations.last, command, "", "command of an operator, in words")
+    yield "log", Point(lambda: "\n".join(max4.logger.lines()), about="the message logger, newest first")
+    yield "log.last", Point(lambda: next(iter(max4.logger.lines()), ""), about="newest entry of the message logger")
+    yield "files", Point(lambda: " ".join(max4.disk.names), about="names of the files on the flash disk")
+    yield (
+        "nvram",
+        Point(lambda: max4.ram.nvram[:SHOWN].hex(), write_nvram, "", "first 1024 bytes of the NVRAM; write OFFSET:HEX"),
+    )
+    yield "power", Point(lambda: max4.is_on)
+    yield "booted", Point(lambda: max4.is_booted)
+    yield "reset_needed", Point(lambda: max4.is_reset_needed, about="true if the stored configuration has changed")
+    yield "program", Point(lambda: "running" if max4.is_program_running else "stopped")
+    yield "led.power", Point(lambda: "on" if max4.is_on else "off")
+    yield "led.err", Point(lambda: "flashing" if max4.diagnosis.code else "off")
+    yield "led.run", Point(lambda: "on" if max4.is_program_running else "off")
+    yield "led.bus", Point(partial(_bus_led, max4))
+    yield "ring.state", Point(lambda: max4.bus.state.name.lower() if max4.bus is not None else "off")
+    yield "ring.phase", Point(lambda: max4.bus.phase if max4.bus is not None else 0)
+    yield "ring.open", Point(lambda: max4.bus is not None and max4.bus.is_open)
+    yield "cycles", Point(lambda: max4.system.process.cycles, about="cycles of the real-time process since the boot")
+    yield "missed_cycles", Point(lambda: max4.bus.missed_cycles if max4.bus is not None else 0)
 
 
-def _bus_led(one: "Max4") -> Value:
-    if one.bus is None or one.bus.state in (State.OFF, State.DOWN):
+def _bus_led(max4: "Max4") -> Value:
+    if max4.bus is None or max4.bus.state in (State.OFF, State.DOWN):
         return "off"
-    return "on" if one.bus.state is State.UP else "flashing"
+    return "on" if max4.bus.state is State.UP else "flashing"

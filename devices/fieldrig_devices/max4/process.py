@@ -1,9 +1,9 @@
-"""The real-time process: what the controller does in every cycle, and what it takes of it.
+"""The real-time process: the tasks of the controller in every cycle, and their share of the cycle.
 
 Source: PacDrive manual 6967-6969 (digest PD-084): encoders, motion with set values, measuring inputs, exchange over the
-ring.  CycleLoad is how much of a cycle it takes, by settings and by how late this computer was.  RTBReadRes is the time
-that is left of the cycle when the actual values are there, RTBWriteRes when the set values are written; below zero is a
-write cycle overflow (PD-134; what the manual means by them is not said, ours follows the successor's help).
+ring.  CycleLoad is the share of the cycle that these take, from settings and from the lateness of the host.  RTBReadRes
+is the time left in the cycle when the actual values have arrived, RTBWriteRes when the set values are written; below
+zero is a write cycle overflow (PD-134; the manual does not define them, so we follow the help of the successor).
 """
 
 from collections.abc import Callable
@@ -21,11 +21,13 @@ MBAUD: Final = 4  # manual 456
 
 
 class RealTimeProcess:
+    """The cyclic process of one boot."""
+
     def __init__(self, clock: Clock, cycle_ns: int, times: ProcessTimes, on_overflow: Callable[[int], None]) -> None:
-        """`on_overflow` gets the reserve in microseconds, once for each time in a row."""
+        """`on_overflow` is called with the reserve in microseconds, once per sequence of overflows."""
         self._clock, self.cycle_ns, self._times, self._on_overflow = clock, cycle_ns, times, on_overflow
         self.patience_ns = 0
-        """So late this computer may be without that being the controller's load."""
+        """Grace time for a busy host, in nanoseconds, which does not count as load of the controller."""
         self.drives: tuple[RingDrive, ...] = ()
         self.simulated: list[SimulatedDrive] = []
         self.logic_encoders: list[LogicEncoder] = []
@@ -34,20 +36,20 @@ class RealTimeProcess:
         self.actions: list[Callable[[], None]] = []
         self.cycles = 0
         self.delay_us = 0
-        """More that it takes, for a fault."""
+        """Additional duration of each cycle by an injected fault, in microseconds."""
         self._late_ns = self._last_ns = 0
         self._was_over = False
         self._room_us = 0
         self.lay_out(())
 
     def lay_out(self, drives: tuple[RingDrive, ...]) -> None:
-        """With these drives on the ring from now on."""
+        """Run with these drives on the ring from now on."""
         self.drives = drives
-        lengths = [one.drive.at_length for one in drives]
+        lengths = [drive.drive.at_length for drive in drives]
         self._room_us = (self.cycle_ns - answers_ns(lengths, MBAUD)) // US
 
     def run(self) -> None:
-        """One cycle."""
+        """Run one cycle."""
         clock, drives = self._clock, self.drives
         self.cycles += 1
         self._late_ns = max(clock.late_ns() - self.patience_ns, 0)
@@ -79,21 +81,22 @@ class RealTimeProcess:
             self._on_overflow(self.write_reserve_us)
 
     @property
-    def takes_us(self) -> int:
+    def duration_us(self) -> int:
+        """Duration of the process in each cycle, in microseconds."""
         axes = len(self.drives) + len(self.simulated)
         return self._times.base_us + self._times.axis_us * axes + self.delay_us
 
     @property
     def load_percent(self) -> int:
-        """CycleLoad."""
-        return min(100 * (self.takes_us + self._late_ns // US) * US // self.cycle_ns, 100)
+        """CycleLoad, in percent."""
+        return min(100 * (self.duration_us + self._late_ns // US) * US // self.cycle_ns, 100)
 
     @property
     def read_reserve_us(self) -> int:
-        """RTBReadRes."""
+        """RTBReadRes, in microseconds."""
         return self._room_us - self._late_ns // US
 
     @property
     def write_reserve_us(self) -> int:
-        """RTBWriteRes."""
-        return self.read_reserve_us - self.takes_us
+        """RTBWriteRes, in microseconds."""
+        return self.read_reserve_us - self.duration_us

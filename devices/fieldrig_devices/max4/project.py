@@ -1,7 +1,7 @@
 """The files of a project on the flash disk: configuration, start values, program.
 
-Source: PacDrive manual 3636-3648, 4099-4105 (digest PD-026, PD-027, PD-043).  What the rig file says is put there
-when it has changed, as a download at the desk; later changes in the files stay.
+Source: PacDrive manual 3636-3648, 4099-4105 (digest PD-026, PD-027, PD-043).  The project of the rig file is installed
+whenever the rig file has changed, like a download at the desk; other changes of the files stay.
 """
 
 import hashlib
@@ -26,20 +26,24 @@ _INSTALLED: Final = "$SETTINGS"
 
 
 class Loaded(NamedTuple):
+    """The content of the files at a boot."""
+
     configuration: Configuration
     values: Mapping[str, Value]
     is_good: bool
-    """The files could be read; else this is the least there can be."""
+    """True if the files could be read; otherwise this is an empty project."""
 
 
 class Project:
+    """The project of one controller."""
+
     def __init__(self, settings: Max4Settings, disk: FlashDisk) -> None:
         self._settings, self._disk = settings, disk
         self.configuration_file = f"\\{settings.project}.SCF"
         self.parameter_file = f"\\{settings.project}.PAR"
 
     def install(self, values: Mapping[str, Value]) -> None:
-        """What the rig file says, if it is not what was installed last; `values` are all start values."""
+        """Install the project of the rig file if it has changed; `values` are all start values."""
         settings = self._settings
         program = settings.program.read_bytes() if settings.program is not None else None
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
@@ -71,7 +75,7 @@ class Project:
         return PROGRAM_FILE in self._disk
 
     def files(self, values: Mapping[str, Value]) -> list[tuple[str, bytes]]:
-        """All that a download writes, in its order."""
+        """The files that a download writes, in order."""
         return [
             (PROGRAM_FILE, self._disk.read(PROGRAM_FILE) if self.has_program else b""),
             (self.parameter_file, parameters_to_file(values)),
@@ -80,6 +84,6 @@ class Project:
         ]
 
     def _bus_file(self, name: str) -> bytes:
-        """Empty without that bus; what is in \\CANMA.CON is our choice, and the rig file counts."""
+        """The file of a bus, empty without that bus; the content of \\CANMA.CON is our choice and is never read."""
         master = self._settings.can_master
         return master.model_dump_json(indent=1).encode() if name == CAN_MASTER_FILE and master is not None else b""

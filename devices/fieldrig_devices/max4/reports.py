@@ -1,9 +1,9 @@
-"""What becomes of a report: a line of the log, and a diagnosis of the axis and of the controller.
+"""Reports, which become a line of the log, and a diagnosis of the axis and of the controller.
 
 Source: PacDrive manual 4163-4196, 4206-4210, 4317-4337 (digest PD-091 to PD-100).  The class of each code can be
-changed; a message of class 8 or more is logged only.  DiagExtCode of what a drive reports is `ring address.1 code`, our
-reading of `3.1 1117` (digest 3.2); DiagMsg on the controller names the axis, in German as on the manual's screen, in
-English as in its prose.
+changed; a message of class 8 or more is only logged.  The DiagExtCode of a report by a drive is `ring address.1 code`,
+our reading of `3.1 1117` (digest 3.2).  DiagMsg on the controller names the axis, in German as on the screen in the
+manual, in English as in its prose.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,26 +19,28 @@ SUB_UNIT = 1
 
 
 class Reports:
+    """The reports of one controller."""
+
     def __init__(
         self, logger: Logger, language: Language, classes: Mapping[int, int], on_change: Callable[[], None]
     ) -> None:
-        """`classes` has those of codes, by their default code, that are not its first digit."""
+        """`classes` contains changed classes by default code; otherwise the class is the first digit of the code."""
         self._logger, self.language, self._classes = logger, language, classes
         self.diagnosis = Diagnosis(on_change)
 
     def code_of(self, code: int) -> int:
-        """As it is shown, with its class."""
+        """The code as it is shown, with its class."""
         return self._classes.get(code, code // 1000) * 1000 + code % 1000
 
     def report(self, code: int, sender: Sender, ext: str = "") -> None:
-        """By the controller, one of its parts or the program."""
+        """Take a report of the controller, one of its parts, or the program."""
         shown = self._log(code, sender, ext)
         if shown // 1000 < MESSAGE_CLASS:
             message = message_of(code)
             self.diagnosis.add(Pending(shown, ext, self._msg(sender, self._text(code)), message.is_quittable))
 
     def report_axis(self, code: int, axis: Axis, ext: str = "", *, is_logged: bool = True) -> None:
-        """By a drive, or about it.  `code` is a default code, or what the drive shows; `ext` goes into the log."""
+        """Take a report of or about a drive.  `code` is a default code or that of the drive; `ext` is logged."""
         shown = self._log(code, axis.sender, ext) if is_logged else self.code_of(code)
         if shown // 1000 < MESSAGE_CLASS:
             text, is_quittable = self._text(code), message_of(code).is_quittable

@@ -1,4 +1,4 @@
-"""What a rig file says about a MAx-4."""
+"""Settings of a MAx-4 in a rig file."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal, Self
@@ -16,25 +16,25 @@ from fieldrig_devices.max4.modbus.settings import ModbusFaceSettings
 from fieldrig_devices.max4.storage.retain import RetainKind
 
 Wires = dict[Symbol, str]
-"""By symbolic name; "" is not wired."""
+"""Wires by symbolic name of the terminal; an empty name means not wired."""
 
 
 class BootTimes(Settings):
-    """When things happen in a boot, after its clock has started (manual 4093-4110, 4317-4337)."""
+    """Times of a boot, counted from the start of its clock (manual 4093-4110, 4317-4337)."""
 
     started_ms: int = Field(default=1, ge=0, description="entry 8002")
-    drives_ms: int = Field(default=14, ge=0, description="what drives report while booting")
+    drives_ms: int = Field(default=14, ge=0, description="reports of drives during the boot")
     program_ms: int = Field(default=92, ge=0, description="entries 8004 and 8005, with autostart")
     finished_ms: int = Field(default=57, ge=0, description="entry 8003, without autostart")
-    finished_autostart_ms: int = Field(default=98, ge=0, description="entry 8003, with it")
-    ring_wait_ms: int = Field(default=3_000, ge=0, description="how long an open ring is waited for")
+    finished_autostart_ms: int = Field(default=98, ge=0, description="entry 8003, with autostart")
+    ring_wait_ms: int = Field(default=3_000, ge=0, description="longest time to wait for an open ring to close")
     clock_starts: Literal["ring", "power_on"] = Field(
-        default="ring", description="stamps count from when the ring is up (or given up), or from power-on"
+        default="ring", description="time stamps count from when the ring is up (or has failed), or from power-on"
     )
 
 
 class IdentitySettings(Settings):
-    """What a service report asks for (manual 7739-7751), beside the version."""
+    """The data besides the version that a service report contains (manual 7739-7751)."""
 
     article_number: str = Field(default="13130241-001", max_length=32)
     serial_number: str = Field(default="0000000001", max_length=32)
@@ -42,10 +42,10 @@ class IdentitySettings(Settings):
 
 
 class ProcessTimes(Settings):
-    """What the real-time process takes of each cycle."""
+    """Duration of the real-time process in each cycle."""
 
-    base_us: int = Field(default=60, ge=0, description="in any case")
-    axis_us: int = Field(default=12, ge=0, description="for each axis")
+    base_us: int = Field(default=60, ge=0, description="duration without axes")
+    axis_us: int = Field(default=12, ge=0, description="additional duration per axis")
 
 
 def _known_version(text: str) -> str:
@@ -56,60 +56,71 @@ def _known_version(text: str) -> str:
 def _classes(classes: dict[int, int]) -> dict[int, int]:
     for code, number in classes.items():
         if not 1 <= number <= 8:
-            raise ValueError(f"class {number} of {code}: right would be 1 to 8")
+            raise ValueError(f"class of {code}: expected 1 to 8, got {number}")
     return classes
 
 
 class Max4Settings(Settings):
+    """Settings of the controller."""
+
     project: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]{0,7}$")] = Field(
-        default="TEST", description="names the configuration and the parameter file"
+        default="TEST", description="name of the configuration file and the parameter file"
     )
     version: Annotated[str, AfterValidator(_known_version)] = Field(
-        default="V00.15.00", description="of the controller's software"
+        default="V00.15.00", description="version of the software"
     )
-    identity: IdentitySettings = Field(default_factory=IdentitySettings, description="what its type plate says")
-    cycle_ms: Literal[1, 2, 4] = Field(default=4, description="of the ring: parameter CycleTime")
+    identity: IdentitySettings = Field(default_factory=IdentitySettings, description="data of the type plate")
+    cycle_ms: Literal[1, 2, 4] = Field(default=4, description="cycle time of the ring (parameter CycleTime)")
     drives: dict[Symbol, DriveSettings] = Field(default_factory=dict, description="axes by symbolic name")
-    max_axes: int = Field(default=40, ge=1, le=MOST_AXES, description="the manual says 40, 44 and 47")
-    missing_drive: Literal["leave_out", "stop"] = Field(
-        default="leave_out", description="one that doesn't answer: the ring comes up without it, or not at all"
+    max_axes: int = Field(
+        default=40, ge=1, le=MOST_AXES, description="largest number of axes; the manual gives 40, 44 and 47"
     )
-    logic_encoders: list[Symbol] = Field(default_factory=list, description="by symbolic name")
-    master_encoders: Wires = Field(default_factory=dict, description="wires that they count, by symbolic name")
+    missing_drive: Literal["leave_out", "stop"] = Field(
+        default="leave_out", description="whether the ring comes up without a drive that does not answer, or not at all"
+    )
+    logic_encoders: list[Symbol] = Field(default_factory=list, description="symbolic names of logic encoders")
+    master_encoders: Wires = Field(
+        default_factory=dict, description="wires that master encoders count, by symbolic name"
+    )
     inputs: Wires = Field(default_factory=dict, description="wires of digital inputs, by symbolic name")
-    outputs: Wires = Field(default_factory=dict, description="wires of digital outputs")
-    measuring_inputs: Wires = Field(default_factory=dict, description="wires of touch probe inputs")
-    err_wire: str = Field(default="", description="out: true while the err LED flashes")
+    outputs: Wires = Field(default_factory=dict, description="wires of digital outputs, by symbolic name")
+    measuring_inputs: Wires = Field(default_factory=dict, description="wires of touch probe inputs, by symbolic name")
+    err_wire: str = Field(default="", description="wire that is true while the err LED flashes")
     parameters: dict[str, bool | int | float | str] = Field(
         default_factory=dict, description="start values by path: MAx-4.General.MsgFilter: 0xFFFF"
     )
-    program: ConfigFile | None = Field(default=None, description="what lies in DEFAULT.PRG")
-    autostart: bool = Field(default=False, description="the stored program starts with the boot")
-    language: Literal["de", "en"] = Field(default="de", description="of messages")
+    program: ConfigFile | None = Field(default=None, description="file that becomes DEFAULT.PRG")
+    autostart: bool = Field(default=False, description="whether the stored program starts at each boot")
+    language: Literal["de", "en"] = Field(default="de", description="language of messages")
     diagnosis_classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
-        default_factory=dict, description="of codes that are to have another than their first digit"
+        default_factory=dict, description="classes of codes whose class is not their first digit"
     )
     modbus: ModbusFaceSettings = Field(
-        default_factory=ModbusFaceSettings, description="as Modbus server, on the buses under links.modbus"
+        default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"
     )
-    modbus_client: ModbusClientSettings | None = Field(default=None, description="as Modbus client, on one of them")
-    can_master: CanMasterSettings | None = Field(default=None, description="as CANopen master, on links.can")
+    modbus_client: ModbusClientSettings | None = Field(default=None, description="Modbus client on one of these buses")
+    can_master: CanMasterSettings | None = Field(default=None, description="CANopen master on links.can")
     can_axes: CanFaceSettings | None = Field(
-        default=None, description="as CANopen slave on links.can: its axes as CiA 402 axes"
+        default=None, description="CANopen slave on links.can, with the axes as CiA 402 axes"
     )
-    io_map_ms: int = Field(default=10, ge=1, le=1000, description="period of the IO map update: data of field buses")
-    boot: BootTimes = Field(default_factory=BootTimes, description="instants of a boot")
-    load: ProcessTimes = Field(default_factory=ProcessTimes, description="load by the real-time process")
+    io_map_ms: int = Field(
+        default=10, ge=1, le=1000, description="period of the IO map update, which exchanges data of field buses"
+    )
+    boot: BootTimes = Field(default_factory=BootTimes, description="times of a boot")
+    load: ProcessTimes = Field(default_factory=ProcessTimes, description="duration of the real-time process")
     retain: RetainKind = Field(
-        default="nvram", description="retain data: 1 kB of its own, 64 kB on the flash disk by a UPS, 101 kB of a PN-4"
+        default="nvram",
+        description="memory of retain data: 1 kB in the controller, 64 kB on the flash disk by a UPS, 101 kB in a PN-4",
     )
-    retain_battery: bool = Field(default=False, description="of the PN-4: it keeps them for more than 7 days")
-    off_days: float = Field(default=0.0, ge=0, description="without power before the rig's start")
+    retain_battery: bool = Field(
+        default=False, description="whether the PN-4 has a battery, which keeps its data for more than 7 days"
+    )
+    off_days: float = Field(default=0.0, ge=0, description="days without power before the start of the rig")
     disk_bytes: int = Field(default=4_000_000, ge=65_536, description="size of the flash disk")
-    memory_free_bytes: int = Field(default=6_930_636, ge=0, description="parameter Memoryfree")
+    memory_free_bytes: int = Field(default=6_930_636, ge=0, description="value of the parameter Memoryfree")
 
     def claims(self, device: str) -> Iterator[Claim]:
-        """`master of node-ID`: a node answers one master only."""
+        """The names and addresses that the controller occupies; a CANopen node answers only one master."""
         yield Claim("ring", MASTER, "of the ring", ())
         yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))
         if self.can_axes is not None:
@@ -145,17 +156,19 @@ class Max4Settings(Settings):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if len(self.drives) > self.max_axes:
-            raise ValueError(f"{len(self.drives)} drives, but max_axes is {self.max_axes}")
-        configuration = self.configuration  # its own checks
+            raise ValueError(f"drives: expected at most {self.max_axes} (max_axes), got {len(self.drives)}")
+        configuration = self.configuration  # which checks itself
         if self.retain_battery and self.retain != "pn4":
-            raise ValueError("retain_battery is of the PN-4 module: right beside it would be retain: pn4")
+            raise ValueError(
+                "retain_battery: expected retain: pn4 beside it, because only the PN-4 module has a battery"
+            )
         if unknown := sorted(self.modbus.units.keys() - self.drives.keys()):
-            raise ValueError(f"modbus.units: {', '.join(unknown)}: names of drives would be right")
+            raise ValueError(f"modbus.units: expected names of drives, got {', '.join(unknown)}")
         modules = [*(self.modbus_client.units if self.modbus_client is not None else ())]
         modules += self.can_master.nodes if self.can_master is not None else ()
         seen = {symbol.casefold() for symbol in configuration.symbols}
         for symbol in modules:
             if symbol.casefold() in seen:
-                raise ValueError(f"symbolic name {symbol}: there are two of it")
+                raise ValueError(f"symbolic name {symbol}: expected each name once, but it is used twice")
             seen.add(symbol.casefold())
         return self

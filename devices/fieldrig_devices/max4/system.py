@@ -1,7 +1,7 @@
-"""What one boot makes of a configuration: object tree, axes, terminals, encoders, and the parts that move them.
+"""The system that a boot builds from a configuration: object tree, axes, terminals, encoders, real-time process.
 
 Source: PacDrive manual 3604-3640, 4163-4196 (digest PD-020 to PD-025, PD-096).  Groups and parameters that the manual
-doesn't name are ours.
+does not name are ours.
 """
 
 import logging
@@ -29,8 +29,6 @@ from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, Measuri
 log = logging.getLogger(__name__)
 
 CYCLE_TIME: Final = "MAx-4.General.CycleTime"
-
-
 PRODUCT: Final = "MAx-4"
 
 
@@ -41,7 +39,7 @@ class Owner(Protocol):
     def diagnosis(self) -> Diagnosis: ...
 
     def own_value(self, name: str) -> Value:
-        """Of a parameter of the group Diagnosis."""
+        """The value of a parameter in the group Diagnosis."""
 
     def on_code(self, axis: Axis, code: int) -> None: ...
 
@@ -55,6 +53,8 @@ class Owner(Protocol):
 
 
 class System:
+    """The system of one boot."""
+
     def __init__(
         self,
         clock: Clock,
@@ -64,7 +64,7 @@ class System:
         wires: Link[Signal] | None,
         owner: Owner,
     ) -> None:
-        """What of `start_values` fits nothing is left aside; `unknown` names it."""
+        """`start_values` that fit no parameter are ignored and named in `unknown`."""
         self._clock, self._settings, self._owner = clock, settings, owner
         self.configuration = configuration
         self.tree = ObjectTree()
@@ -85,15 +85,16 @@ class System:
 
     def start(self) -> None:
         self.terminals.start()
-        for one in self.process.simulated:
-            one.start()
+        for simulated in self.process.simulated:
+            simulated.start()
 
     def stored_values(self) -> dict[str, Value]:
-        """What belongs into the parameter file."""
-        values = {path: one.value for path, one in self.tree.parameters() if one.kind is Kind.INPUT_INIT}
-        for name, parameters in self.drive_parameters.items():
-            for parameter, value in parameters.start_values.items():
-                values[f"{self.axes[name].object.path}.{parameter}"] = value
+        """The values for the parameter file, by path."""
+        parameters = self.tree.parameters()
+        values = {path: parameter.value for path, parameter in parameters if parameter.kind is Kind.INPUT_INIT}
+        for symbol, drive in self.drive_parameters.items():
+            for name, value in drive.start_values.items():
+                values[f"{self.axes[symbol].object.path}.{name}"] = value
         return values
 
     def _start_value(self, path: str, value: Value) -> None:
@@ -105,9 +106,9 @@ class System:
             elif parameter.kind is Kind.INPUT_INIT:
                 parameter.set(value)
             else:
-                raise ValueError(f"{path} is {parameter.kind.value} and has no start value")
+                raise ValueError(f"{path}: expected no start value, because it is {parameter.kind.value}")
         except KeyError:
-            self.unknown.append(f"there is no parameter {path}")
+            self.unknown.append(f"{path}: expected the path of a parameter")
         except ValueError as wrong:
             self.unknown.append(str(wrong))
 
@@ -117,10 +118,14 @@ class System:
         root, owner = self.tree.root, self._owner
         general = root.group("General")
         general.add(
-            Parameter("MsgFilter", Type.UINT, Kind.INPUT_INIT, 0xFFFF, about="classes of messages that are recorded")
+            Parameter(
+                "MsgFilter", Type.UINT, Kind.INPUT_INIT, 0xFFFF, about="mask of the message classes that are recorded"
+            )
         ).watcher = lambda value: owner.set_filter(int(value))
         general.add(Parameter("CycleTime", Type.UINT, Kind.INPUT_INIT, self.cycle_ns // MS, unit="ms", only=CYCLES_MS))
-        general.add(Parameter("RetainInit", Type.BOOL, Kind.INPUT_INIT, about="clear retained values at a boot"))
+        general.add(
+            Parameter("RetainInit", Type.BOOL, Kind.INPUT_INIT, about="true: clear retained values at each boot")
+        )
         diagnosis = root.group("Diagnosis")
         for name, type, unit in (
             ("DiagCode", Type.UINT, ""),
@@ -136,7 +141,9 @@ class System:
             ("Memoryfree", Type.UDINT, "Byte"),
         ):
             diagnosis.add(Parameter(name, type, unit=unit, read=partial(owner.own_value, name)))
-        diagnosis.add(_trigger("DiagQuit", owner.quit_all, "quit the controller and all axes"))
+        diagnosis.add(
+            _trigger("DiagQuit", owner.quit_all, "acknowledge (quit) the diagnoses of the controller and all axes")
+        )
         identity = self._settings.identity
         for name, text in (
             ("SoftwareVersion", self._settings.version),
@@ -152,20 +159,19 @@ class System:
     def _bus_objects(self) -> None:
         bus = self.tree.root.add("Real-time bus", "RTBUS", "")
         for symbol, drive in self.configuration.drives.items():
-            one = bus.add("MC-4", "MC_4", symbol)
-            diagnosis = Diagnosis(lambda symbol=symbol: self.axes[symbol].changed())  # type: ignore[misc]  # bound now
-            axis = Axis(symbol, one, drive.ring_address, diagnosis, is_simulated=drive.simulated)
+            node = bus.add("MC-4", "MC_4", symbol)
+            diagnosis = Diagnosis(lambda symbol=symbol: self.axes[symbol].changed())  # type: ignore[misc]  # bound in this iteration
+            axis = Axis(symbol, node, drive.ring_address, diagnosis, is_simulated=drive.simulated)
             self.axes[symbol] = axis
             self._axis_parameters(axis)
             if drive.simulated:
                 self.process.simulated.append(SimulatedDrive(axis, self.cycle_ns))
             else:
                 self.drives.append(RingDrive(axis, drive.commands, self._owner.on_code))
-                self.drive_parameters[symbol] = DriveParameters(self._clock, axis, one)
+                self.drive_parameters[symbol] = DriveParameters(self._clock, axis, node)
 
     def _axis_parameters(self, axis: Axis) -> None:
-        one = axis.object
-        general = one.group("General")
+        general = axis.object.group("General")
         general.add(Parameter("RealTimeBusAdr", Type.UINT, read=lambda: axis.ring_address))
         general.add(Parameter("logAdr", Type.DINT, read=lambda: axis.log_adr))
         general.add(
@@ -184,12 +190,12 @@ class System:
         general.add(Parameter("Torque", Type.INT, unit="0.1%", read=lambda: axis.torque))
         general.add(Parameter("SetValue", Type.LREAL, read=lambda: axis.set_value))
         general.add(Parameter("FollowingError", Type.LREAL, unit="incr", read=lambda: axis.following_error))
-        diagnosis = one.group("Diagnosis")
+        diagnosis = axis.object.group("Diagnosis")
         diagnosis.add(Parameter("DiagCode", Type.UINT, read=lambda: axis.diag_code))
         diagnosis.add(Parameter("DiagMsg", Type.STRING, read=lambda: axis.diag_msg))
-        diagnosis.add(_trigger("DiagQuit", axis.quit_errors, "quit this axis"))
+        diagnosis.add(_trigger("DiagQuit", axis.quit_errors, "acknowledge (quit) the diagnoses of this axis"))
         at_errors = partial(self._owner.at_errors, axis.ring_address)
-        diagnosis.add(Parameter("ATErrors", Type.UDINT, read=at_errors, about="telegrams that did not come"))
+        diagnosis.add(Parameter("ATErrors", Type.UDINT, read=at_errors, about="ATs that did not arrive"))
 
     # ---- terminals and encoders
 
@@ -201,9 +207,9 @@ class System:
             terminals.outputs[symbol] = DigitalOutput(outputs.add(f"output_{number}", "D_OUT", symbol), drive)
         inputs = root.add("Digital input group", "D_IN_GROUP", "")
         for number, symbol in enumerate(names.inputs):
-            one = DigitalInput(inputs.add(f"input_{number}", "D_IN", symbol))
-            terminals.inputs[symbol] = one
-            terminals.listen(settings.inputs.get(symbol, ""), partial(_put, one.put))
+            terminal = DigitalInput(inputs.add(f"input_{number}", "D_IN", symbol))
+            terminals.inputs[symbol] = terminal
+            terminals.listen(settings.inputs.get(symbol, ""), partial(_put, terminal.put))
         probes = root.add("Digital measuring input group", "M_IN_GROUP", "")
         for number, symbol in enumerate(names.measuring_inputs):
             place = probes.add(f"measuring_input_{number}", "M_IN", symbol)
@@ -227,7 +233,7 @@ def _put(put: Callable[[bool], None], signal: Signal) -> None:
 
 
 def _trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
-    """True does something, and is not kept."""
+    """A parameter that calls `action` when it is set to true, and always reads false."""
 
     def write(value: Value) -> None:
         if value:

@@ -1,8 +1,8 @@
 """Digital inputs and outputs, and measuring inputs (touch probes).
 
 Source: PacDrive manual 3608-3655, 6967-6969 (digest PD-021, PD-022, PD-194); inputs are read and outputs written at the
-moment of access (PD-070).  A measuring input latches where every axis is at its rising edge; between two cycles the
-position is taken on the straight line.  Which parameters it has is our choice.
+moment of access (PD-070).  A measuring input latches the positions of all axes at its rising edge, interpolated
+linearly between two cycles.  Its parameters are our choice.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,21 +17,25 @@ from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Ty
 
 
 class DigitalInput:
-    def __init__(self, one: Object) -> None:
-        self.object = one
+    """A digital input, with its parameter."""
+
+    def __init__(self, node: Object) -> None:
+        self.object = node
         self.value = False
-        one.group("General").add(Parameter("Value", Type.BOOL, read=lambda: self.value))
+        node.group("General").add(Parameter("Value", Type.BOOL, read=lambda: self.value))
 
     def put(self, is_on: bool) -> None:
         self.value = is_on
 
 
 class DigitalOutput:
-    def __init__(self, one: Object, on_change: Callable[[bool], None]) -> None:
-        self.object = one
+    """A digital output, with its parameter."""
+
+    def __init__(self, node: Object, on_change: Callable[[bool], None]) -> None:
+        self.object = node
         self.value = False
         self._on_change = on_change
-        one.group("General").add(
+        node.group("General").add(
             Parameter(
                 "Value", Type.BOOL, Kind.INPUT, read=lambda: self.value, write=lambda value: self.put(bool(value))
             )
@@ -47,17 +51,17 @@ class DigitalOutput:
 
 
 class MeasuringInput:
-    """`Count` edges; `positions` and the parameters hold where the axes were at the last one."""
+    """A measuring input, which counts edges and latches the positions of all axes at each edge."""
 
-    def __init__(self, clock: Clock, one: Object, axes: Mapping[str, Axis], cycle_ns: int) -> None:
+    def __init__(self, clock: Clock, node: Object, axes: Mapping[str, Axis], cycle_ns: int) -> None:
         self._clock, self._axes, self._cycle_ns = clock, axes, cycle_ns
-        self.object = one
+        self.object = node
         self.value = False
         self.count = 0
         self.positions: dict[str, int] = dict.fromkeys(axes, 0)
         self._edge_ns: int | None = None
         self._before: dict[str, int] = {}
-        general = one.group("General")
+        general = node.group("General")
         general.add(Parameter("Value", Type.BOOL, read=lambda: self.value))
         general.add(Parameter("Count", Type.UDINT, read=lambda: self.count))
         for name in axes:
@@ -72,7 +76,7 @@ class MeasuringInput:
         self.value = is_on
 
     def step(self, last_ns: int) -> None:
-        """In the real-time process: actual values are there now, and were there before at `last_ns`."""
+        """Latch positions, once per cycle with new actual values; the ones before arrived at `last_ns`."""
         if self._edge_ns is None:
             return
         span_ns = max(self._clock.now_ns() - last_ns, 1)
@@ -85,7 +89,7 @@ class MeasuringInput:
 
 
 class Terminals:
-    """All of them, at their wires."""
+    """All terminals of a controller, connected to their wires."""
 
     def __init__(self, wires: Link[Signal] | None) -> None:
         self._wires = wires
@@ -105,7 +109,7 @@ class Terminals:
             output.show()
 
     def fall(self) -> None:
-        """No power: outputs are low."""
+        """Switch all outputs off, because the power is off."""
         for output in self.outputs.values():
             output.put(False)
 

@@ -1,9 +1,9 @@
 """`modbus.device`: a device made of register tables, reachable on any number of Modbus buses at once.
 
 Source: Modbus application protocol V1.1b3; the answers are those of fieldrig_bus.modbus.server.  A request takes effect
-when it arrives, its response leaves `turnaround_ms` later.  Each bus has its own communication counters and its own
-listen only mode, as each port of a real device has.  What is marked `retained` in a table is in the non-volatile
-memory before the write takes effect; a write that can't be kept is answered by exception 04 and changes nothing.
+when it arrives; its response leaves `turnaround_ms` later.  Each bus has its own communication counters and its own
+listen-only mode, as each port of a real device has.  A value that is marked `retained` in a table is stored before its
+write takes effect; a write that cannot be stored is answered with exception 04 and changes nothing.
 """
 
 import json
@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 
 from fieldrig import store_format
 from fieldrig.bus import Bus
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.errors import ConfigError
 from fieldrig.link import Link
@@ -29,7 +29,7 @@ from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.modbus.port import ModbusPort
+from fieldrig_devices.modbus.port import ModbusPort, PortSettings, UnitId
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.table import driven_wires, load_table
@@ -39,12 +39,11 @@ log = logging.getLogger(__name__)
 
 Hear = Callable[[Signal], None]
 
-UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
 Status = Annotated[int, Field(ge=0, le=0xFF)] | Annotated[list[str], Field(max_length=8)]
 
 
 class UnitSettings(Settings):
-    """One unit of several; what is left out here is as in the device."""
+    """One of several units; settings that are omitted are those of the device."""
 
     table: ConfigFile
     identification: Identification | None = None
@@ -52,17 +51,15 @@ class UnitSettings(Settings):
     exception_status: Status | None = None
 
 
-class ModbusDeviceSettings(Settings):
-    unit_id: UnitId = 1
+class ModbusDeviceSettings(PortSettings):
     table: ConfigFile | None = None
     units: dict[UnitId, UnitSettings] | None = Field(
-        default=None, min_length=1, description="several units, by their ids, in place of unit_id and table"
+        default=None, min_length=1, description="several units by their ids, instead of unit_id and table"
     )
-    turnaround_ms: float = Field(default=2.0, ge=0, le=60_000, description="from a request to its response; 0: at once")
     out_of_range: OutOfRange = Field(
         default="server_failure",
-        description="a write beyond min or max: exception 04, as the specification has it, or 03 (illegal_value), as "
-        "many devices do, or the nearest value that is right (limit)",
+        description="response to a write beyond min or max: exception 04 as in the specification, 03 (illegal_value) "
+        "as in many devices, or the nearest value within them (limit)",
     )
     identification: Identification = Field(default_factory=Identification, description="function 43/14")
     server_id: ServerId = Field(default_factory=ServerId, description="function 17")
@@ -70,25 +67,25 @@ class ModbusDeviceSettings(Settings):
         default=0, description="function 7: a number, or the names of up to 8 bits, lowest first"
     )
     serial_functions_on_tcp: bool = Field(
-        default=True, description="functions 7, 8 and 17, which belong to serial lines, are answered on TCP too"
+        default=True, description="whether functions 7, 8 and 17, which belong to serial lines, are answered on TCP too"
     )
 
     @model_validator(mode="after")
     def _check_one_form(self) -> Self:
         if (self.table is None) == (self.units is None):
-            raise ValueError("give either table (and unit_id) for one unit, or units for several")
+            raise ValueError("expected either table (and unit_id) for one unit, or units for several units")
         return self
 
     def claims(self, device: str) -> Iterator[Claim]:
         for unit_id, unit in self.by_unit().items():
-            is_one = self.units is None
-            yield Claim("modbus", "unit", unit_id, ("unit_id",) if is_one else ("units", unit_id))
+            is_single = self.units is None
+            yield Claim("modbus", "unit", unit_id, ("unit_id",) if is_single else ("units", unit_id))
             try:
                 wires = driven_wires(load_table(unit.table))
             except ConfigError:
-                continue  # told when the device is built, at its own lines
+                continue  # building the device reports the mistakes with their lines
             for wire in wires:
-                yield Claim("wires", "wire", wire, ("table",) if is_one else ("units", unit_id, "table"))
+                yield Claim("wires", "wire", wire, ("table",) if is_single else ("units", unit_id, "table"))
 
     def by_unit(self) -> dict[int, UnitSettings]:
         if self.units is not None:
@@ -107,11 +104,10 @@ class ModbusDevice(Device):
         store: Store,
         wires: Link[Signal] | None = None,
     ) -> None:
-        """ConfigError for a register table that is wrong, RigError for an exception status that it doesn't have."""
-        turnaround_ns = round(settings.turnaround_ms * MS)
+        """ConfigError for a register table with mistakes, RigError for an exception status that names unknown bits."""
         self._clock, self._store, self._wires = clock, store, wires
         self._moving: dict[str, Signal] = {}
-        """Signals that move on by themselves, by wire: what registers show of them is brought up before each read."""
+        """Moving signals by wire; the registers that show them are updated before each read."""
         self._warned: set[str] = set()
         by_unit = settings.by_unit()
         self._units = {
@@ -135,7 +131,7 @@ class ModbusDevice(Device):
                 )
                 for unit_id, unit in by_unit.items()
             }
-            port = ModbusPort(clock, link, servers, turnaround_ns)
+            port = ModbusPort(clock, link, servers, settings.turnaround_ns)
             link.on_receive(partial(self._on_request, port), list(servers))
         self._listen_to_wires()
 
@@ -155,13 +151,13 @@ class ModbusDevice(Device):
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Any]) -> list[Tool]:
         buses: list[Bus[Any]] = []
-        for joined in links.values():  # one bus, or the several of `modbus`
+        for joined in links.values():  # a bus, or the list of `modbus`
             buses += joined if isinstance(joined, list | tuple) else [joined]
         by_unit: dict[int, UnitSettings] = settings.by_unit()
         return [tool for unit_id, unit in by_unit.items() for tool in lines_for(load_table(unit.table), unit_id, buses)]
 
     def _keep(self) -> None:
-        """Put what is retained into the store.  StoreError if it can't be kept."""
+        """Store the retained values.  StoreError if that fails."""
         kept = {
             str(unit_id): {name: raw.hex() for name, raw in unit.retained.items()}
             for unit_id, unit in self._units.items()
@@ -174,7 +170,7 @@ class ModbusDevice(Device):
             self._units[unit_id].restore(kept)
 
     def _decode(self, data: bytes) -> dict[int, dict[str, bytes]]:
-        """Raw values by unit and name.  ValueError for what `_keep` doesn't write, and for values beyond limits."""
+        """Raw values by unit and name.  ValueError for values beyond limits, or data not of `_keep`."""
         kept = typed(read_json(data, store_format.LONGEST), dict)
         return {
             unit_id: unit.usable(
@@ -188,7 +184,7 @@ class ModbusDevice(Device):
         return {key: self._present_point(point) for key, point in points.items()}
 
     def _present_point(self, point: Point) -> Point:
-        """A point that is read as it is now."""
+        """A point that shows the value at the instant of reading."""
 
         def read() -> bool | int | float | str:
             self._follow()
@@ -202,13 +198,13 @@ class ModbusDevice(Device):
         port.on_message(message)
 
     def _follow(self) -> None:
-        """Bring the registers up to where the signals that they show have moved by now."""
+        """Update the registers that show moving signals."""
         now_ns = self._clock.now_ns()
         for wire, signal in self._moving.items():
             self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
 
     def _drive(self, signal: Signal) -> None:
-        """A register may read back what another one drives: a bus does not tell a driver its own signal."""
+        """Send a signal, also to the registers of this device, because a bus does not return a signal to its sender."""
         self._on_signal(signal)
         if self._wires is not None:
             self._wires.send(signal)
@@ -239,4 +235,4 @@ class ModbusDevice(Device):
             except ValueError as fault:
                 if signal.name not in self._warned:
                     self._warned.add(signal.name)
-                    log.warning("%s: not taken over: %s", signal.name, fault)
+                    log.warning("%s: the signal is ignored: %s", signal.name, fault)

@@ -1,16 +1,35 @@
-"""Units of a device at one of its Modbus buses: a request takes effect when it arrives, its response leaves later."""
+"""The units of a device at one of its Modbus buses: a request takes effect on arrival; its response leaves later."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Annotated, Any
 
-from fieldrig.clock import Clock
+from pydantic import Field
+
+from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
+from fieldrig.settings import Settings
 from fieldrig_bus.modbus.message import BROADCAST, ModbusMessage, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 
+UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
+
+
+class PortSettings(Settings):
+    """Settings of every device that is a Modbus server."""
+
+    unit_id: UnitId = 1
+    turnaround_ms: float = Field(
+        default=2.0, ge=0, le=60_000, description="time from a request to its response; 0: immediately"
+    )
+
+    @property
+    def turnaround_ns(self) -> int:
+        """Time from a request to its response, in nanoseconds."""
+        return round(self.turnaround_ms * MS)
+
 
 class ModbusPort:
-    """`on_message` is for whoever listens to the link; `servers`, by unit ids, may be replaced at any time."""
+    """The owner of the link passes messages to `on_message`; `servers`, by unit id, may be replaced at any time."""
 
     def __init__(
         self,
@@ -20,7 +39,7 @@ class ModbusPort:
         turnaround_ns: int,
         on_done: Callable[[], None] = lambda: None,
     ) -> None:
-        """`on_done` is called when a request has taken effect, before its response leaves."""
+        """`on_done` is called after a request has taken effect and before its response leaves."""
         self._clock, self.servers, self._on_done = clock, servers, on_done
         self._send, self._turnaround_ns = link.send, turnaround_ns
 

@@ -1,6 +1,6 @@
-"""Lines that reach the registers of a Modbus device with mbpoll (Debian: mbpoll).
+"""Command lines that access the registers of a Modbus device with mbpoll (Debian package mbpoll).
 
-A device does not know the rig's run folder, so only its TCP buses are named; a line's own bus names its pty.
+A device does not know the rig's run folder, so they cover TCP buses only; a serial bus shows command lines of its own.
 """
 
 from collections.abc import Iterable
@@ -14,11 +14,11 @@ from fieldrig_devices.registers.table import SPACES, Bit, Register, Table, acces
 
 SPACE_OPTION = {"coils": "0", "discrete_inputs": "1", "input_registers": "3", "holding_registers": "4"}
 FORMAT_OPTION = {"s32": ":int", "f32": ":float"}
-MOST_SHOWN = 100  # registers a line
+MOST_SHOWN = 100  # registers in a command line
 
 
 class _Group(NamedTuple):
-    """Neighbours that one line can show."""
+    """Adjacent values that a single command line can show."""
 
     space: str
     options: tuple[str, ...]
@@ -29,7 +29,7 @@ class _Group(NamedTuple):
 
 
 def lines_for(table: Table, unit_id: int, buses: Iterable[Bus[Any]]) -> list[Tool]:
-    """Lines that read everything, and one that writes the first coil."""
+    """Command lines that read all values, and a command line that writes the first coil."""
     tools: list[Tool] = []
     for bus in buses:
         if not isinstance(bus, ModbusTcp):
@@ -52,8 +52,7 @@ def _groups(table: Table) -> list[_Group]:
 
 def _groups_of(space: str, table: Table) -> list[_Group]:
     groups: list[_Group] = []
-    entries: list[Bit | Register] = getattr(table, space)
-    for entry in sorted(entries, key=lambda entry: entry.address):
+    for entry in sorted(table.entries(space), key=lambda entry: entry.address):
         if access_of(space, entry) == "wo":
             continue
         options = _options(space, entry, table)

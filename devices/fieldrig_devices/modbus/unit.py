@@ -26,13 +26,15 @@ AnyValue = BitValue | RegisterValue
 
 
 class FifoQueue:
+    """A queue that function 24 reads."""
+
     def __init__(self, entry: Fifo) -> None:
         self.entry = entry
         self.values = deque(entry.initial, maxlen=entry.depth)
         self._heard: int | None = None
 
     def put(self, value: Value) -> None:
-        """Append a value to the queue.  ValueError for one that is not a register."""
+        """Append a value to the queue.  ValueError for a value that does not fit into a register."""
         self.values.append(whole_in(value, 0, 0xFFFF))
 
     def hear(self, signal: Signal) -> None:
@@ -42,14 +44,19 @@ class FifoQueue:
             self.values.append(value)
 
     def point(self) -> Point:
-        return Point(lambda: len(self.values), self.put, "", self.entry.about or "entries in the queue; put one in")
+        return Point(
+            lambda: len(self.values),
+            self.put,
+            "",
+            self.entry.about or "number of entries in the queue; writing appends an entry",
+        )
 
 
 class ModbusUnit:
-    """Keeps the `DataModel` protocol of fieldrig_bus.modbus.server.
+    """Implements the `DataModel` protocol of fieldrig_bus.modbus.server.
 
-    `drive` is called with what goes out by a wire, `keep` before a change of `retained` takes effect; its StoreError
-    refuses the change.
+    `drive` is called with each signal for a wire, `keep` before a change of `retained` takes effect; a StoreError of
+    `keep` refuses the change.
     """
 
     def __init__(
@@ -62,9 +69,9 @@ class ModbusUnit:
     ) -> None:
         self._table, self._drive, self._keep = table, drive, keep
         self.retained: dict[str, bytes] = {}
-        """Raw values by name, as they are, or are about to be, in the non-volatile memory."""
+        """Raw retained values by name; they are stored before a write of them takes effect."""
         self._stored: Mapping[str, bytes] = {}
-        """Those that are known to be there."""
+        """The retained values as they were last stored or restored."""
         self.coils = BitImage(_areas("coils", table.coils), self._commit)
         self.discrete_inputs = BitImage(_areas("discrete_inputs", table.discrete_inputs))
         self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers), self._commit)
@@ -91,7 +98,7 @@ class ModbusUnit:
         return sum(1 << position for position, value in enumerate(self._status) if value.read() is True)
 
     def listeners(self) -> list[tuple[str, Callable[[Signal], None]]]:
-        """The wires that values read, and what takes their signals."""
+        """The wires that values read, with the handlers of their signals."""
         return [
             (value.entry.wire, value.hear)
             for value in self.values.values()
@@ -99,24 +106,24 @@ class ModbusUnit:
         ]
 
     def collectors(self) -> list[tuple[str, Callable[[Signal], None]]]:
-        """The wires whose changes queues keep, and what takes their signals."""
+        """The wires whose changes are appended to queues, with the handlers of their signals."""
         return [(queue.entry.wire, queue.hear) for queue in self._fifos.values() if queue.entry.wire is not None]
 
     def drive_all(self) -> None:
-        """Tell every wire that this unit drives its present value."""
+        """Send the present values of all wires that this unit drives."""
         for value in self.values.values():
             if value.entry.wire is not None and value.direction == "to_wire":
-                self._drive_one(value)
+                self._drive_wire(value)
 
     def usable(self, kept: Mapping[str, bytes]) -> dict[str, bytes]:
-        """Without what the table no longer has, or has otherwise.  ValueError for a value that nobody can write."""
+        """The stored values that still fit the table.  ValueError for a value that no client can have written."""
         found = {name: raw for name, raw in kept.items() if len(raw) == len(self.retained.get(name, b""))}
         for name, raw in found.items():
             self.values[name].check(raw)
         return found
 
     def restore(self, kept: Mapping[str, bytes]) -> None:
-        """What `usable` returned."""
+        """Restore values that `usable` returned."""
         for name, raw in kept.items():
             self.values[name].restore(raw)
         self.retained |= kept
@@ -145,14 +152,14 @@ class ModbusUnit:
             value.watch(lambda: self._on_changed(value))
 
     def _commit(self, values: Sequence[AnyValue]) -> None:
-        """ModbusError if the new values can't be kept."""
+        """Store the new values.  ModbusError if that fails."""
         try:
             self._retain(values)
         except StoreError as cause:
             raise ModbusError(SERVER_DEVICE_FAILURE) from cause
 
     def _retain(self, values: Sequence[AnyValue]) -> None:
-        """A half-written value of several registers is not kept: only those in `values` are new."""
+        """Store `values`, which are complete; a half-written value of several registers is not stored."""
         changed = {value.name: value.raw() for value in values if value.entry.retained}
         if changed.items() <= self._stored.items():
             return
@@ -166,9 +173,9 @@ class ModbusUnit:
 
     def _on_changed(self, value: AnyValue) -> None:
         if value.entry.wire is not None and value.direction == "to_wire":
-            self._drive_one(value)
+            self._drive_wire(value)
 
-    def _drive_one(self, value: AnyValue) -> None:
+    def _drive_wire(self, value: AnyValue) -> None:
         present = value.read()
         if value.entry.wire is not None and not isinstance(present, str):
             self._drive(Signal(value.entry.wire, present, value.unit))
@@ -181,7 +188,8 @@ class ModbusUnit:
                 self._retain([value])
             except StoreError as cause:
                 value.restore(before)
-                raise ValueError(f"{value.name} can't be stored: {cause.strerror}\nthe old value is kept") from cause
+                reason = f"{value.name} cannot be stored: {cause.strerror}"
+                raise ValueError(f"{reason}\nthe old value is kept") from cause
             self._on_changed(value)
 
         is_heard = value.entry.wire is not None and value.direction == "from_wire"
@@ -190,7 +198,9 @@ class ModbusUnit:
     def _status_bits(self, names: Sequence[str]) -> list[AnyValue]:
         unknown = [name for name in names if name not in self.values]
         if unknown:
-            raise RigError(f"exception_status names {', '.join(unknown)}", "name bits of the unit's register table")
+            raise RigError(
+                f"exception_status: unknown {', '.join(unknown)}", "expected names of the unit's register table"
+            )
         return [self.values[name] for name in names]
 
 
@@ -203,7 +213,7 @@ def _areas(space: str, entries: Sequence[Bit | Register]) -> list[Area]:
 
 
 def _each(entry: Bit | Register) -> list[tuple[str, int]]:
-    """Name and address of each of the `count` values."""
+    """The name and address of each of the `count` values."""
     if entry.count == 1:
         return [(entry.name, entry.address)]
     return [(f"{entry.name}.{index}", entry.address + index * words_of(entry)) for index in range(entry.count)]

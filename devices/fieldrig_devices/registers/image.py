@@ -1,7 +1,7 @@
-"""The registers and bits of one Modbus unit as bytes, ready to be sent: a read is a slice.
+"""The registers and bits of one Modbus unit as bytes that are ready to be sent, so that a read is a slice.
 
-Where the specification leaves the choice: a value of several registers takes effect (limits, wire, non-volatile memory)
-when its last register, the one with the highest address, is written; until then a half-written value is just registers.
+Our choice where the specification leaves room: a value of several registers takes effect (limits, wire, non-volatile
+memory) when its last register, the one with the highest address, is written; until then it is only registers.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ModbusError
 
 
 class Area(NamedTuple):
-    """Addresses that are there, and what clients may do with them."""
+    """A range of addresses that exist, and the access that clients have to them."""
 
     address: int
     size: int
@@ -20,25 +20,25 @@ class Area(NamedTuple):
 
 
 class BitWatcher(Protocol):
-    """One bit that has more to it than its value."""
+    """Something that acts when a client writes a bit."""
 
     def on_written(self) -> None:
-        """A client has written it."""
+        """Act on a bit that a client has written."""
 
 
 class Watcher(Protocol):
-    """One value in registers that has more to it than its bytes."""
+    """Something that limits the value in some registers, and acts when a client writes it."""
 
     def limited(self, data: bytes) -> bytes:
-        """What is to stand in the registers after a client has written `data`.  ModbusError if it may not."""
+        """Return the bytes for the registers when a client writes `data`.  ModbusError if the client may not."""
 
     def on_written(self) -> None:
-        """A client has written it."""
+        """Act on a value that a client has written."""
 
 
 Commit = Callable[[Sequence[Any]], None]
-"""Called with the watchers of what is about to be written, when the new values are in place.  ModbusError if they can't
-be kept: then the old ones come back, and nobody is told."""
+"""Called with the watchers of the written values when the new values are in place.  ModbusError if they cannot be
+stored; then the old values are restored, and no watcher is called."""
 
 
 def _commit_nothing(_watchers: Sequence[Any]) -> None:
@@ -46,7 +46,7 @@ def _commit_nothing(_watchers: Sequence[Any]) -> None:
 
 
 class _Map:
-    """What is there, from `base` to before `end`: for each address 1 if it is allowed."""
+    """The access to each address from `base` up to but not including `end`: 1 if it is allowed."""
 
     def __init__(self, areas: Sequence[Area]) -> None:
         self.base = min((area.address for area in areas), default=0)
@@ -58,7 +58,7 @@ class _Map:
             self.writable[place] = bytes((is_writable,)) * size
 
     def start(self, address: int, quantity: int, allowed: bytearray) -> int:
-        """The index of `address`.  ModbusError if anything of the quantity is not there or not allowed."""
+        """The index of `address`.  ModbusError if any address of the quantity does not exist or is not allowed."""
         start = address - self.base
         if start < 0 or address + quantity > self.end or allowed.find(0, start, start + quantity) >= 0:
             raise ModbusError(ILLEGAL_DATA_ADDRESS)
@@ -66,12 +66,14 @@ class _Map:
 
 
 class RegisterImage:
+    """The registers of one space as bytes."""
+
     def __init__(self, areas: Sequence[Area], commit: Commit = _commit_nothing) -> None:
         self._commit = commit
         self._map = _Map(areas)
         self._base, self._end, self._readable = self._map.base, self._map.end, self._map.readable
         self._image = bytes(2 * (self._end - self._base))  # not a bytearray: there are more reads than writes
-        self._watched: dict[int, tuple[int, Watcher]] = {}  # by last address: the first, and who watches
+        self._watched: dict[int, tuple[int, Watcher]] = {}  # first address and watcher by last address
 
     def watch(self, address: int, words: int, watcher: Watcher) -> None:
         self._watched[address + words - 1] = (address, watcher)
@@ -81,12 +83,12 @@ class RegisterImage:
         return self._image[start : start + 2 * words]
 
     def put(self, address: int, data: bytes) -> None:
-        """From inside: nothing is checked, nobody told."""
+        """Write without access checks and without calling watchers."""
         start = 2 * (address - self._base)
         self._image = self._image[:start] + data + self._image[start + len(data) :]
 
     def read(self, address: int, quantity: int) -> bytes:
-        start = address - self._base  # as in `_Map.start`, without the call: the hot path of polling
+        start = address - self._base  # `_Map.start` without the call, as this is the hot path of polling
         stop = start + quantity
         if start < 0 or address + quantity > self._end or self._readable.find(0, start, stop) >= 0:
             raise ModbusError(ILLEGAL_DATA_ADDRESS)
@@ -112,7 +114,7 @@ class RegisterImage:
 
 
 class BitImage:
-    """Bits are kept as the digits 0 and 1, because `int(digits, 2)` packs them all at once."""
+    """The bits of one space, kept as the digits 0 and 1 because `int(digits, 2)` packs them all at once."""
 
     def __init__(self, areas: Sequence[Area], commit: Commit = _commit_nothing) -> None:
         self._commit = commit
@@ -127,7 +129,7 @@ class BitImage:
         return self._digits[address - self._map.base] == ord("1")
 
     def put(self, address: int, value: bool) -> None:
-        """From inside: nothing is checked, nobody told."""
+        """Write without access checks and without calling watchers."""
         self._digits[address - self._map.base] = ord("1" if value else "0")
 
     def read(self, address: int, quantity: int) -> bytes:

@@ -1,4 +1,4 @@
-"""A Modbus register table in a YAML file: what has which address, type, unit and scale, and which wire it is tied to.
+"""A Modbus register table in a YAML file: the address, type, unit, scale and wire of each value.
 
     word_order: big
     holding_registers:
@@ -6,13 +6,13 @@
     input_registers:
       - {address: 0, name: level, type: u16, unit: m, scale: 0.001, wire: tank.level}
 
-Addresses are as on the wire, from 0.  What no entry covers is not there (exception 02).  A value is `raw * scale +
-offset`, in `unit`, and so are `min`, `max` and `initial`.  A wire is read or driven: read in the spaces that a client
-can't write and where access is ro, driven elsewhere; `direction` says otherwise.
+Addresses are as on the wire, from 0.  An address that no entry covers does not exist (exception 02).  A value is
+`raw * scale + offset`, in `unit`, and so are `min`, `max` and `initial`.  An entry reads its wire in the spaces that
+clients cannot write and where access is ro, and drives it elsewhere, unless `direction` is given.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -21,32 +21,29 @@ from pydantic import Field, StringConstraints, model_validator
 from fieldrig.settings import Settings, WrongKey
 from fieldrig.settings_file import load_settings
 from fieldrig.yaml_source import key_text
+from fieldrig_devices.registers.form import FORMATS, TYPE_PATTERN, Form, WordOrder, characters_in, words_in
 
 Value = bool | int | float | str
 Number = int | float
 Access = Literal["ro", "rw", "wo"]
 Direction = Literal["from_wire", "to_wire"]
-WordOrder = Literal["big", "little"]
 Address = Annotated[int, Field(ge=0, le=0xFFFF)]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]*$")]
 
-FORMATS = {"u16": "H", "s16": "h", "u32": "I", "s32": "i", "f32": "f", "u64": "Q", "s64": "q", "f64": "d"}
-WORDS = {name: struct.calcsize(f">{code}") // 2 for name, code in FORMATS.items()} | {"bool": 1}
-FLOATS = frozenset({"f32", "f64"})
-TYPE_PATTERN = r"^(bool|[usf]32|[usf]64|[us]16|string\[([1-9][0-9]?|1[0-9][0-9]|2[0-4][0-9]|250)\])$"
-
 
 class Bit(Settings):
-    """One coil or discrete input, or `count` of them from `address` on."""
+    """One coil or discrete input, or `count` of them starting at `address`."""
 
     address: Address
     name: Name
     initial: bool = False
-    access: Access | None = Field(default=None, description="of clients; default rw for coils, ro for discrete inputs")
+    access: Access | None = Field(
+        default=None, description="access of clients; default rw for coils, ro for discrete inputs"
+    )
     wire: str | None = Field(default=None, description="a digital signal")
     direction: Direction | None = None
-    retained: bool = Field(default=False, description="kept over power-off")
-    count: int = Field(default=1, ge=1, le=65536, description="so many alike, named name.0, name.1, ...")
+    retained: bool = Field(default=False, description="kept in non-volatile memory")
+    count: int = Field(default=1, ge=1, le=65536, description="number of identical entries, named name.0, name.1, ...")
     about: str = ""
 
     @model_validator(mode="after")
@@ -56,69 +53,73 @@ class Bit(Settings):
 
 
 class Register(Settings):
-    """One value in holding or input registers, or `count` of them from `address` on."""
+    """One value in holding or input registers, or `count` of them starting at `address`."""
 
     address: Address
     name: Name
     type: str = Field(
         default="u16",
         pattern=TYPE_PATTERN,
-        description="bool, u16, s16, u32, s32, u64, s64, f32, f64, or string[n] of n characters, two to a register",
+        description="bool, u16, s16, u32, s32, u64, s64, f32, f64, or string[n] of n characters, two per register",
     )
     unit: str = ""
     access: Access | None = Field(
-        default=None, description="of clients; default rw for holding registers, ro for input registers"
+        default=None, description="access of clients; default rw for holding registers, ro for input registers"
     )
     scale: Number = 1
     offset: Number = 0
     initial: Value | None = None
     min: Number | None = None
     max: Number | None = None
-    word_order: WordOrder | None = Field(default=None, description="big: the high word first; default as of the table")
+    word_order: WordOrder | None = Field(
+        default=None, description="big: the high word first; default: that of the table"
+    )
     wire: str | None = Field(default=None, description="a signal in the same unit")
     direction: Direction | None = None
-    retained: bool = Field(default=False, description="kept over power-off")
-    count: int = Field(default=1, ge=1, le=65536, description="so many alike, named name.0, name.1, ...")
+    retained: bool = Field(default=False, description="kept in non-volatile memory")
+    count: int = Field(default=1, ge=1, le=65536, description="number of identical entries, named name.0, name.1, ...")
     about: str = ""
 
     @property
     def words(self) -> int:
-        """Registers of one value."""
-        return WORDS[self.type] if self.type in WORDS else (int(self.type[7:-1]) + 1) // 2
+        """Number of registers of one value."""
+        return words_in(self.type)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         _check_common(self)
         if self.scale == 0:
-            raise ValueError("a scale of 0 makes every value the same: leave it out")
+            raise ValueError("scale: expected a number other than 0, got 0")
         is_number = self.type in FORMATS
         if not is_number and (self.scale != 1 or self.offset != 0 or self.min is not None or self.max is not None):
-            raise ValueError(f"scale, offset, min and max are for numbers, not for {self.type}")
+            raise ValueError(f"scale, offset, min and max apply to numbers, not to {self.type}: remove them")
         if self.wire is not None and self.type.startswith("string"):
-            raise ValueError("a wire carries no text")
+            raise ValueError("wire: expected no wire, because a wire cannot carry a text")
         if self.min is not None and self.max is not None and self.min > self.max:
-            raise ValueError(f"min {self.min} is above max {self.max}")
+            raise ValueError(f"min {self.min}: expected at most max, which is {self.max}")
         if self.initial is not None:
             _check_initial(self, self.initial)
         return self
 
 
 class Fifo(Settings):
-    """A queue that function 24 reads; `address` is its pointer's.  A wire, or a point, puts values in.
+    """A queue that function 24 reads; `address` is that of its pointer.  A wire or a point appends values.
 
-    When it is full the oldest goes.
+    A full queue drops its oldest value.
     """
 
     address: Address
     name: Name
-    depth: int = Field(default=31, ge=1, le=65535, description="more than 31 in the queue is exception 03 (6.18)")
+    depth: int = Field(
+        default=31, ge=1, le=65535, description="size; reading more than 31 values is exception 03 (6.18)"
+    )
     initial: list[Annotated[int, Field(ge=0, le=0xFFFF)]] = Field(default_factory=list)
-    wire: str | None = Field(default=None, description="a number that is put into the queue when it changes")
+    wire: str | None = Field(default=None, description="a signal whose value is appended when it changes")
     about: str = ""
 
 
 class Table(Settings):
-    """What one unit has."""
+    """The data of one unit."""
 
     about: str = ""
     word_order: WordOrder = "big"
@@ -127,6 +128,16 @@ class Table(Settings):
     holding_registers: list[Register] = Field(default_factory=list)
     input_registers: list[Register] = Field(default_factory=list)
     fifos: list[Fifo] = Field(default_factory=list)
+
+    def entries(self, space: str) -> Sequence[Bit | Register]:
+        """The entries of one of `SPACES`."""
+        spaces: dict[str, Sequence[Bit | Register]] = {
+            "coils": self.coils,
+            "discrete_inputs": self.discrete_inputs,
+            "holding_registers": self.holding_registers,
+            "input_registers": self.input_registers,
+        }
+        return spaces[space]
 
 
 SPACES = ("coils", "discrete_inputs", "holding_registers", "input_registers")
@@ -142,55 +153,57 @@ def direction_of(space: str, entry: Bit | Register) -> Direction:
 
 
 def driven_wires(table: Table) -> Iterator[str]:
+    """The wires that a unit with this table drives."""
     for space in WRITABLE_SPACES:
-        for entry in getattr(table, space):
+        for entry in table.entries(space):
             if entry.wire is not None and direction_of(space, entry) == "to_wire":
                 yield entry.wire
 
 
 def words_of(entry: Bit | Register) -> int:
+    """Number of addresses that one value occupies."""
     return entry.words if isinstance(entry, Register) else 1
 
 
 def load_table(path: Path) -> Table:
-    """Return the table that a file holds.  ConfigError with every mistake in the file."""
+    """Load a register table from a file.  ConfigError with every mistake in the file."""
     return load_settings(path, Table, _conflicts)
 
 
 def _check_common(entry: Bit | Register) -> None:
     if entry.wire is None and entry.direction is not None:
-        raise ValueError("direction is the wire's: name a wire too")
+        raise ValueError("direction: expected a wire beside it")
     if entry.wire is not None and entry.count > 1:
-        raise ValueError("one wire is tied to one value: give each its own entry instead of count")
+        raise ValueError("count: expected 1 for an entry with a wire; write one entry for each wire")
     if entry.address + entry.count * words_of(entry) > 0x10000:
-        raise ValueError("it goes beyond address 65535")
+        raise ValueError("address: expected that all registers end at 65535 or below")
 
 
 def _check_initial(register: Register, initial: Value) -> None:
     wanted: dict[str, tuple[type, ...]] = {"bool": (bool,)} | dict.fromkeys(FORMATS, (int, float))
     types = wanted.get(register.type, (str,))
     if not isinstance(initial, types) or (isinstance(initial, bool) and bool not in types):
-        raise ValueError(f"initial {initial!r} is no {register.type}")
+        raise ValueError(f"initial: expected a value of type {register.type}, got {initial!r}")
     if isinstance(initial, str):
-        if len(initial) > int(register.type[7:-1]) or not initial.isascii():
-            raise ValueError(f"initial {initial!r} doesn't fit into {register.type} (ASCII)")
+        if len(initial) > characters_in(register.type) or not initial.isascii():
+            raise ValueError(f"initial: expected ASCII text that fits into {register.type}, got {initial!r}")
     elif register.type in FORMATS:
-        raw = (initial - register.offset) / register.scale
+        raw, form = (initial - register.offset) / register.scale, Form(register.type)
         try:
-            struct.pack(f">{FORMATS[register.type]}", raw if register.type in FLOATS else round(raw))
+            form.pack(raw if form.is_float else round(raw))
         except (struct.error, OverflowError) as cause:
-            raise ValueError(f"initial {initial} doesn't fit into {register.type}") from cause
+            raise ValueError(f"initial: expected a value that fits into {register.type}, got {initial}") from cause
         low, high = register.min, register.max
         if (low is not None and initial < low) or (high is not None and initial > high):
-            raise ValueError(f"initial {initial} is not between min and max")
+            raise ValueError(f"initial: expected a value from min to max, got {initial}")
 
 
 def _conflicts(table: Table) -> Iterator[WrongKey]:
-    """Yield what is wrong in entries that are right one by one: names or addresses used twice, directions."""
+    """Yield the mistakes between entries: names, addresses and wires that are used twice, and wrong directions."""
     names: dict[str, str] = {}
     drivers: dict[str, str] = {}
     for space in SPACES:
-        entries: list[Bit | Register] = getattr(table, space)
+        entries = table.entries(space)
         yield from _overlaps(space, entries)
         for index, entry in enumerate(entries):
             here = (space, index)
@@ -208,7 +221,7 @@ def _conflicts(table: Table) -> Iterator[WrongKey]:
         yield from _twice(fifos, fifo.address, ("fifos", index), "address")
 
 
-def _overlaps(space: str, entries: list[Bit | Register]) -> Iterator[WrongKey]:
+def _overlaps(space: str, entries: Sequence[Bit | Register]) -> Iterator[WrongKey]:
     last_end, last = 0, ""
     for address, index in sorted((entry.address, index) for index, entry in enumerate(entries)):
         entry = entries[index]
@@ -220,7 +233,7 @@ def _overlaps(space: str, entries: list[Bit | Register]) -> Iterator[WrongKey]:
             last_end, last = end, entry.name
 
 
-def _twice(known: dict[Any, str], what: Any, here: tuple[Any, ...], key: str) -> Iterator[WrongKey]:
-    if what in known:
-        yield WrongKey((*here, key), f"{what} is already used at {known[what]}", f"use each {key} once")
-    known.setdefault(what, key_text(here))
+def _twice(known: dict[Any, str], used: Any, here: tuple[Any, ...], key: str) -> Iterator[WrongKey]:
+    if used in known:
+        yield WrongKey((*here, key), f"{used} is already used at {known[used]}", f"use each {key} once")
+    known.setdefault(used, key_text(here))

@@ -1,20 +1,31 @@
-"""One named value of a Modbus unit: its registers or its bit, read and written as a number in its unit."""
+"""One named value of a Modbus unit: a bit, or registers that are read and written as a value in a unit."""
 
 import math
 import struct
 from collections.abc import Callable
-from typing import Literal
+from typing import Final, Literal
 
 from fieldrig.point_values import number_in, text_in, truth_in
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.registers.form import Form, WordOrder, text_in_registers
 from fieldrig_devices.registers.image import BitImage, RegisterImage
-from fieldrig_devices.registers.table import FLOATS, FORMATS, Bit, Direction, Register, Value, WordOrder
+from fieldrig_devices.registers.table import Bit, Direction, Register, Value
 
-OutOfRange = Literal["server_failure", "illegal_value", "limit"]
+Refusal = Literal["server_failure", "illegal_value"]
+OutOfRange = Refusal | Literal["limit"]
+
+REFUSALS: Final[dict[Refusal, int]] = {"server_failure": SERVER_DEVICE_FAILURE, "illegal_value": ILLEGAL_DATA_VALUE}
+"""Exception codes for a value that is refused.
+
+The default is 04: 03 "specifically does not mean that a data item has a value outside the expectation of the
+application program" (V1.1b3, chapter 7).
+"""
 
 
 class BitValue:
+    """One bit by its name."""
+
     def __init__(self, name: str, entry: Bit, address: int, direction: Direction, image: BitImage) -> None:
         self.name, self.entry, self.direction = name, entry, direction
         self.unit = ""
@@ -39,12 +50,12 @@ class BitValue:
         return bytes((self._image.get(self._address),))
 
     def check(self, raw: bytes) -> None:
-        """ValueError for what `raw` didn't give."""
+        """ValueError for bytes that `raw` cannot have returned."""
         if raw not in (b"\x00", b"\x01"):
-            raise ValueError(f"{self.name} is no bit: {raw.hex()}")
+            raise ValueError(f"{self.name}: expected a bit, got {raw.hex()}")
 
     def restore(self, raw: bytes) -> None:
-        """What `check` accepts."""
+        """Restore a value that `check` accepts."""
         self._image.put(self._address, raw == b"\x01")
 
     def watch(self, on_written: Callable[[], None]) -> None:
@@ -57,6 +68,8 @@ class BitValue:
 
 
 class RegisterValue:
+    """One value in registers by its name."""
+
     def __init__(
         self,
         name: str,
@@ -69,8 +82,7 @@ class RegisterValue:
     ) -> None:
         self.name, self.entry, self.direction, self.unit = name, entry, direction, entry.unit
         self._address, self._words, self._image = address, entry.words, image
-        self._is_swapped = (entry.word_order or word_order) == "little" and entry.type in FORMATS
-        self._format = struct.Struct(f">{FORMATS[entry.type]}") if entry.type in FORMATS else None
+        self._form = Form(entry.type, entry.word_order or word_order)
         self._is_scaled = entry.scale != 1 or entry.offset != 0
         self._out_of_range = out_of_range
         self._on_written: Callable[[], None] | None = None
@@ -82,30 +94,31 @@ class RegisterValue:
 
     def put(self, value: Value) -> None:
         """Set the value.  ValueError for one that is beyond the limits, or that the registers can't hold."""
-        if self._format is not None and (self.has_limits or isinstance(value, bool | str)):
+        if self._form.is_number and (self.has_limits or isinstance(value, bool | str)):
             number_in(value, self.entry.min, self.entry.max, self.unit, self.name)
         self._image.put(self._address, self._encode(value))
 
     def hear(self, signal: Signal) -> None:
-        """A reading beyond what the register can say shows the register's end, as a real converter's does."""
+        """Take the value of a wire.  A value beyond the range of the registers becomes the end of the range, as in a
+        real converter."""
         if signal.unit != self.unit:
-            raise ValueError(f"{self.name} is in {self.unit!r}, the wire {signal.name} in {signal.unit!r}")
-        if self._format is None:
-            self.put(bool(signal.value))
-        else:
+            raise ValueError(f"{self.name}: expected the unit {self.unit!r}, got {signal.unit!r} on {signal.name}")
+        if self._form.is_number:
             self._image.put(self._address, self._saturated(signal.value))
+        else:
+            self.put(bool(signal.value))
 
     def raw(self) -> bytes:
         return self._image.get(self._address, self._words)
 
     def check(self, raw: bytes) -> None:
-        """ValueError for a value outside the limits; a wire may be outside."""
+        """ValueError for a value outside the limits, unless it came from a wire."""
         value = self._decode(raw)
-        if self._format is not None and self.direction != "from_wire" and not self._is_within(value):
-            raise ValueError(f"{self.name} is {value}, expected {self._limits()}")
+        if self._form.is_number and self.direction != "from_wire" and not self._is_within(value):
+            raise ValueError(f"{self.name}: expected {self._limits()}, got {value}")
 
     def restore(self, raw: bytes) -> None:
-        """What `check` accepts."""
+        """Restore a value that `check` accepts."""
         self._image.put(self._address, raw)
 
     def watch(self, on_written: Callable[[], None]) -> None:
@@ -130,34 +143,33 @@ class RegisterValue:
         return self.entry.min is not None or self.entry.max is not None
 
     def limited(self, data: bytes) -> bytes:
-        """Exception 04 by default: 03 "specifically does not mean that a data item has a value outside the
-        expectation of the application program" (V1.1b3, chapter 7)."""
+        """Return `data` within the limits, or raise ModbusError, as `out_of_range` says."""
         value, low, high = self._decode(data), self.entry.min, self.entry.max
-        if isinstance(value, str) or self._format is None or self._is_within(value):
+        if isinstance(value, str) or not self._form.is_number or self._is_within(value):
             return data
-        if self._out_of_range == "limit" and math.isfinite(value):
-            return self._encode(low if low is not None and value < low else value if high is None else high)
-        raise ModbusError(ILLEGAL_DATA_VALUE if self._out_of_range == "illegal_value" else SERVER_DEVICE_FAILURE)
+        if self._out_of_range != "limit":
+            raise ModbusError(REFUSALS[self._out_of_range])
+        if not math.isfinite(value):
+            raise ModbusError(SERVER_DEVICE_FAILURE)
+        return self._encode(low if low is not None and value < low else value if high is None else high)
 
     def on_written(self) -> None:
         if self._on_written is not None:
             self._on_written()
 
     def _decode(self, data: bytes) -> Value:
-        if self._format is None:
-            if self.entry.type == "bool":
-                return any(data)
-            return data.split(b"\x00")[0].decode("latin-1")
-        value: int | float = self._format.unpack(_swapped(data) if self._is_swapped else data)[0]
+        if not self._form.is_number:
+            return any(data) if self.entry.type == "bool" else text_in_registers(data)
+        value = self._form.unpack(data)
         if not self._is_scaled:
             return value
-        # Twelve digits: 3 * 0.1 is 0.3 to the person who wrote max: 0.3.
+        # Twelve digits, so that 3 * 0.1 equals a limit of 0.3 in the table.
         return float(f"{value * self.entry.scale + self.entry.offset:.12g}")
 
     def _encode(self, value: Value) -> bytes:
-        """Return the bytes of the registers.  ValueError for a value that they can't hold."""
+        """Return the bytes of the registers.  ValueError for a value that they cannot hold."""
         kind = self.entry.type
-        if self._format is None:
+        if not self._form.is_number:
             if kind == "bool":
                 return b"\x00\x01" if truth_in(value, self.name) else b"\x00\x00"
             text = text_in(value, 2 * self._words, self.name)
@@ -167,31 +179,14 @@ class RegisterValue:
         assert not isinstance(value, str | bool), "`put` has refused it"
         raw = (value - self.entry.offset) / self.entry.scale if self._is_scaled else value
         try:
-            data = self._format.pack(raw if kind in FLOATS else round(raw))
+            return self._form.pack(raw if self._form.is_float else round(raw))
         except (struct.error, OverflowError, ValueError) as cause:
-            raise ValueError(f"{self.name}: {value} doesn't fit into {kind} with scale {self.entry.scale}") from cause
-        return _swapped(data) if self._is_swapped else data
+            fits = f"expected a value that fits into {kind} with scale {self.entry.scale}"
+            raise ValueError(f"{self.name}: {fits}, got {value}") from cause
 
     def _saturated(self, value: int | float) -> bytes:
         try:
-            return self._encode(value + 0)  # a digital wire counts 0 or 1
+            return self._encode(value + 0)  # a digital wire counts as 0 or 1
         except ValueError:
             is_low = (value < 0) != (self.entry.scale < 0)
-            data = _ends(self.entry.type)[0 if is_low else 1]
-            return _swapped(data) if self._is_swapped else data
-
-
-def _swapped(data: bytes) -> bytes:
-    """The words in the opposite order, the bytes of each as they were."""
-    return b"".join(data[at : at + 2] for at in range(len(data) - 2, -1, -2))
-
-
-def _ends(kind: str) -> tuple[bytes, bytes]:
-    """The lowest and the highest raw value of a type of number."""
-    if kind in FLOATS:
-        largest = b"\x7f\x7f\xff\xff" if kind == "f32" else b"\x7f\xef" + 6 * b"\xff"
-        return bytes((0xFF, *largest[1:])), largest
-    size = struct.calcsize(f">{FORMATS[kind]}")
-    if kind.startswith("u"):
-        return bytes(size), size * b"\xff"
-    return b"\x80" + bytes(size - 1), b"\x7f" + (size - 1) * b"\xff"
+            return self._form.pack(self._form.low if is_low else self._form.high)

@@ -8,7 +8,7 @@ pytestmark = pytest.mark.long
 HM = 6
 NEGATIVE, POSITIVE, HOME_BEGINS, HOME_ENDS = -300_000, 400_000, 0, 100_000
 SLOW_STEP = 50_000 * 0.004
-"""What is passed in a cycle at the slow speed of 6099h."""
+"""Distance in a cycle at the slow speed of 6099h."""
 
 
 BEGINS = (-350_000, -100_000, 50_000, 200_000, 450_000)
@@ -28,7 +28,7 @@ def bench() -> Cia402Bench:
 
 
 def home(bench: Cia402Bench, method: int, begin: int, offset: int = 0) -> int:
-    """Where in increments the user's zero is then."""
+    """Home by a method, and return the user's zero in increments."""
     bench.motor.position = begin
     bench.put(0x6098, method).put(0x607C, offset).enabled(HM)
     assert bench.status(0x3400) == 0x0400
@@ -239,7 +239,7 @@ def test_an_axis_that_is_homed_says_so_when_the_mode_comes_back(bench: Cia402Ben
 
 
 def test_method_0_is_no_homing_and_leaves_the_origin_where_it_is(bench: Cia402Bench) -> None:
-    """What a master writes for an axis that needs none, as one with an absolute encoder."""
+    """A master writes 0 for an axis that needs no homing, such as an axis with an absolute encoder."""
     home(bench, 35, 12_345)
     bench.control(0x06).cycles(1)
     bench.motor.position = 20_000

@@ -11,7 +11,7 @@ PP, PV, PT, HM, IP, CSP, CSV, CST = 1, 3, 4, 6, 7, 8, 9, 10
 NEGATIVE, POSITIVE = -300_000, 400_000
 SPEED = 2_000_000
 STOPPING = SPEED**2 // (2 * 100_000_000) + SPEED * 3 // 250
-"""What a stop with 6085h takes, and the cycles in which the switch is seen."""
+"""Distance of a stop with 6085h, including the cycles in which the switch is detected."""
 
 
 def switches(position: int) -> int:

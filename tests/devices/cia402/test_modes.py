@@ -20,7 +20,7 @@ def bench() -> Cia402Bench:
 
 
 def trapezoid_s(way: float, v: float = V, a: float = A, d: float = D) -> float:
-    """From rest to rest."""
+    """Duration of a move from rest to rest."""
     peak = min(v, math.sqrt(2 * a * d * way / (a + d)))
     ramps = peak * peak / (2 * a) + peak * peak / (2 * d)
     return peak / a + peak / d + (way - ramps) / peak

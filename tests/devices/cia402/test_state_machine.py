@@ -35,7 +35,7 @@ WAYS = {
 
 @dataclass
 class FakeDrive:
-    """It does at once what it is told, and stands when `is_at_rest` says so."""
+    """A drive that follows commands immediately, and is at rest when `is_at_rest` is set."""
 
     is_there: bool = True
     is_ready: bool = True

@@ -26,7 +26,7 @@ def test_the_ends_of_32_bits() -> None:
     assert BITS_32.meant(5, near=-3) == 5
 
 
-# 607Bh from 0 to 359: what a target means to an axis that stands at 350 of its second turn.
+# 607Bh from 0 to 359: the meaning of a target for an axis at 350 of its second revolution.
 @pytest.mark.parametrize(
     ("direction", "shown", "meant"),
     [

@@ -3,7 +3,7 @@
 from itertools import count
 
 import pytest
-from max4_bench import Bench, Course
+from max4_bench import Bench, GivenSetValues
 
 from fieldrig.clock import MS
 from fieldrig_bus.wires import Motion
@@ -27,7 +27,7 @@ def test_an_input_without_a_wire_can_be_set() -> None:
 @pytest.mark.manual("PD-194")
 def test_measuring_input_latches_between_two_cycles() -> None:
     bench = Bench(simulated=("belt",), measuring_inputs={"I_Probe": "probe"}).run(100).enable("belt")
-    bench.axis("belt").follow(Course(count(0, 4_000)))
+    bench.axis("belt").follow(GivenSetValues(count(0, 4_000)))
     bench.run(400)
     last = bench.axis("belt").position
     while bench.axis("belt").position == last:

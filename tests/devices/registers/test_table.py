@@ -21,7 +21,7 @@ def mistakes(tmp_path: Path, text: str) -> list[str]:
     file.write_text(text)
     with pytest.raises(ConfigError) as wrong:
         load_table(file)
-    return [f"{one.line}: {one.key}: {one.what}" for one in wrong.value.mistakes]
+    return [f"{mistake.line}: {mistake.key}: {mistake.what}" for mistake in wrong.value.mistakes]
 
 
 def test_a_right_table_is_read(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.runtime.words import packed
 from fieldrig_devices.canopen.abort import Abort, Code
+from fieldrig_devices.canopen.live import text_bytes
 
 VARIABLES: Final = 0x2000
 """Index of V1 to V250; the next three indices have V251 to V1000."""
@@ -69,7 +70,7 @@ def cells(card: CardAccess) -> Iterator[Cell]:
     yield Cell(ERROR, 0, lambda: _unsigned(card.errors.error, 2))
     yield Cell(WARNING, 0, lambda: _unsigned(card.errors.warning, 2))
     yield Cell(ERROR_AXIS, 0, lambda: _unsigned(card.errors.error_axis, 1))
-    yield Cell(PROGRAM_NAME, 0, lambda: card.program_name.encode("latin-1", "replace"))
+    yield Cell(PROGRAM_NAME, 0, lambda: text_bytes(card.program_name))
     yield Cell(CARD_NUMBER, 0, lambda: _unsigned(card.number, 1))
 
 

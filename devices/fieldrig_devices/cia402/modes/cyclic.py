@@ -1,9 +1,9 @@
-"""Cyclic synchronous position and velocity: a set-point with every SYNC, on a straight line between them.
+"""Cyclic synchronous position and velocity: a set-point with every SYNC, and straight lines between them.
 
 Source: CiA 402-2, chapters 'cyclic synchronous position mode' and 'cyclic synchronous velocity mode'.  A set-point
-counts from its coming (an RPDO of a synchronous type brings it with the SYNC), and is reached after the time of 60C2h.
-Ours: until the first one comes an axis stands, or keeps its speed; when none comes any more it keeps the last one; a
-position that 607Fh forbids is followed as fast as allowed.
+takes effect on arrival (a synchronous RPDO brings it with the SYNC), and is reached after the time of 60C2h.
+Our choices: until the first set-point arrives, an axis stands still or keeps its speed; when set-points stop arriving,
+it keeps the last one; it approaches a position too far for 607Fh at the maximum speed.
 """
 
 from collections.abc import Callable
@@ -13,13 +13,12 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.interpolator import Interpolator
 from fieldrig_devices.cia402.modes.line import LinePosition
-from fieldrig_devices.cia402.modes.mode import BIT_12, Mode
+from fieldrig_devices.cia402.modes.mode import FOLLOWS, Mode
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.options import Ramp
 
-FOLLOWS: Final = BIT_12
 NEARLY: Final = 1 + 1e-6
-"""For times that add up to a cycle but for rounding."""
+"""Tolerance for times that add up to a cycle except for rounding."""
 
 
 class CyclicPosition(LinePosition):
@@ -29,7 +28,7 @@ class CyclicPosition(LinePosition):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._is_fresh = False
-        """The line was begun since the last cycle; what comes now changes its end."""
+        """True if the line was started since the last cycle; a further set-point then only moves its end."""
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
         return {(objects.TARGET_POSITION, 0): self._on_target, (objects.POSITION_OFFSET, 0): self._on_offset}
@@ -41,7 +40,7 @@ class CyclicPosition(LinePosition):
         if self._is_fresh and self._is_led:
             line.end = self._aim(position)
         elif self._is_led and 0 < left_s <= self.context.cycle_s * NEARLY:
-            self._lead(line.end, position, -left_s)  # what is left ends before the next cycle
+            self._lead(line.end, position, -left_s)  # the rest of the line ends before the next cycle
         else:
             self._lead(self.context.motion.position, position)
         self._is_fresh = True

@@ -1,8 +1,8 @@
-"""Homing: finding the origin by switches, by the encoder's zero, or where the axis stands.
+"""Homing: finds the origin by switches, by the encoder zero, or at the present position.
 
 Source: CiA 402-2, chapter 'homing mode'; the methods are the table in `homing_methods`.  An edge counts only in the
-direction of its way, so a switch that was overrun is found again on the way back.  The encoder's zero is where its
-position is a whole number of revolutions.  After a halt the method begins anew; a fallen bit 4 ends it.
+direction of its move, so a switch that was overrun is found again on the way back.  The encoder zero is at each whole
+number of revolutions.  After a halt the method starts again; clearing bit 4 ends it.
 """
 
 from collections.abc import Callable
@@ -12,13 +12,13 @@ from typing import Final
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
-from fieldrig_devices.cia402.homing_methods import LIMITS, METHODS, Way
+from fieldrig_devices.cia402.homing_methods import LIMITS, METHODS, Move
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.motor import passed_zero
 from fieldrig_devices.motion.profile import Limits, brake, change_speed
 
 NO_HOMING: Final = 0
-"""Of 6098h: none is required.  The origin stays, and there is nothing to search for."""
+"""Value of 6098h for no homing: the origin stays as it is, and there is nothing to search for."""
 START: Final = 0x0010
 ATTAINED: Final = BIT_12
 ERROR: Final = BIT_13
@@ -26,10 +26,10 @@ ERROR: Final = BIT_13
 
 class Stage(Enum):
     IDLE = TARGET_REACHED
-    """Not started, or interrupted."""
+    """Homing is not started, or was interrupted."""
     UNDER_WAY = 0
     STOPPING = ATTAINED
-    """Home is found, and the axis not at rest."""
+    """The home position is found, and the axis is not yet at rest."""
     DONE = ATTAINED | TARGET_REACHED
     FAILED_MOVING = ERROR
     FAILED = ERROR | TARGET_REACHED
@@ -42,11 +42,11 @@ class Homing(Mode):
         super().__init__(context)
         self.stage = Stage.IDLE
         self._is_begun = False
-        self._method: tuple[Way, ...] = ()
-        self._ways: tuple[Way, ...] = ()
-        """Those that have not come to their ends."""
+        self._method: tuple[Move, ...] = ()
+        self._moves: tuple[Move, ...] = ()
+        """Moves that have not ended yet."""
         self._last = self._inputs = 0
-        """Actual position and 60FDh in the cycle before."""
+        """Actual position and digital inputs (60FDh) of the previous cycle."""
         self._home = 0.0
 
     def begin(self) -> None:
@@ -85,16 +85,16 @@ class Homing(Mode):
             self._begin_method()
 
     def _begin_method(self) -> None:
-        """Switches that are there already need not be looked for."""
+        """Start the method, without the moves to switches that are already reached."""
         motor = self.context.motor
-        self._ways, self._last, self._inputs = self._method, motor.position, motor.inputs
+        self._moves, self._last, self._inputs = self._method, motor.position, motor.inputs
         self._home = self.context.motion.position
-        while self._ways and self._is_there(self._ways[0]):
-            self._ways = self._ways[1:]
+        while self._moves and self._is_there(self._moves[0]):
+            self._moves = self._moves[1:]
         self._go()
 
-    def _is_there(self, way: Way) -> bool:
-        return way.switch is not None and bool(self._inputs & way.switch) is way.ends_when
+    def _is_there(self, move: Move) -> bool:
+        return move.switch is not None and bool(self._inputs & move.switch) is move.ends_when
 
     def _limits(self, is_fast: bool) -> Limits:
         context = self.context
@@ -103,14 +103,14 @@ class Homing(Mode):
         return context.limits(speed, rate, rate)
 
     def _go(self) -> None:
-        """The first way that is left."""
-        if not self._ways:
+        """Start the next move, or finish if there is none."""
+        if not self._moves:
             self.context.set_home(self._home)
             self._stop(Stage.STOPPING)
             return
-        way, motion = self._ways[0], self.context.motion
-        limits = self._limits(way.is_fast)
-        motion.start(change_speed(motion.speed, way.direction * limits.speed, limits))
+        move, motion = self._moves[0], self.context.motion
+        limits = self._limits(move.is_fast)
+        motion.start(change_speed(motion.speed, move.direction * limits.speed, limits))
 
     def _stop(self, stage: Stage) -> None:
         self.stage = stage
@@ -130,33 +130,33 @@ class Homing(Mode):
         self._settle()
 
     def _look(self, position: int, inputs: int) -> None:
-        """For what ends the way."""
-        way = self._ways[0]
-        limit = LIMITS[way.direction]
-        is_edge = self._is_zero(way, position) if way.switch is None else self._is_edge(way, position, inputs)
+        """Check whether the present move has ended."""
+        move = self._moves[0]
+        limit = LIMITS[move.direction]
+        is_edge = self._is_zero(move, position) if move.switch is None else self._is_edge(move, position, inputs)
         self._last, self._inputs = position, inputs
         if is_edge:
-            self._ways = self._ways[1:]
+            self._moves = self._moves[1:]
             self._go()
-        elif inputs & limit and way.switch is not limit:
-            self._turn(way)
+        elif inputs & limit and move.switch is not limit:
+            self._turn(move)
 
-    def _turn(self, way: Way) -> None:
-        if way.turns_round:
-            self._ways = (way._replace(direction=-way.direction, turns_round=False), *self._ways[1:])
+    def _turn(self, move: Move) -> None:
+        if move.turns_round:
+            self._moves = (move._replace(direction=-move.direction, turns_round=False), *self._moves[1:])
             self._go()
         else:
             self._stop(Stage.FAILED_MOVING)
 
-    def _is_edge(self, way: Way, position: int, inputs: int) -> bool:
-        assert way.switch is not None
+    def _is_edge(self, move: Move, position: int, inputs: int) -> bool:
+        assert move.switch is not None
         self._home = position
-        is_on, was_on = bool(inputs & way.switch), bool(self._inputs & way.switch)
-        return is_on is way.ends_when and was_on is not is_on and (position - self._last) * way.direction > 0
+        is_on, was_on = bool(inputs & move.switch), bool(self._inputs & move.switch)
+        return is_on is move.ends_when and was_on is not is_on and (position - self._last) * move.direction > 0
 
-    def _is_zero(self, way: Way, position: int) -> bool:
+    def _is_zero(self, move: Move, position: int) -> bool:
         zero = passed_zero(self._last, position, self.context.motor.revolution)
-        if zero is None or (position - self._last) * way.direction < 0:
+        if zero is None or (position - self._last) * move.direction < 0:
             return False
         self._home = zero
         return True

@@ -1,8 +1,9 @@
-"""Interpolated position: set-points out of a buffer, one in each period of 60C2h, on straight lines.
+"""Interpolated position: takes one set-point from a buffer per period of 60C2h, and moves on straight lines.
 
 Source: CiA 402-2, chapter 'interpolated position mode'; sub mode 0, buffer organisation FIFO.  Bit 4 of the control
-word lets it run.  An empty buffer holds the axis at its last set-point; what doesn't fit into a full one is refused.
-Set-points are taken in 'operation enabled' only: cyclic masters send them from their start on, with the control word.
+word starts it.  With an empty buffer the axis holds its last set-point; a full buffer refuses further set-points.
+Set-points are accepted only in 'operation enabled', because cyclic masters send them from the start, together with the
+control word.
 """
 
 from collections import deque
@@ -74,7 +75,7 @@ class InterpolatedPosition(LinePosition):
             self._line.stand(self.context.motion.position)
         place = self._line.step(cycle_s)
         if self._line.is_done and has_next:
-            # what of the cycle was left over belongs to the next way already
+            # the rest of the cycle belongs to the next line
             self._lead(place, self._buffer.popleft(), min(self._line.overrun_s, cycle_s))
             self._show()
             place = self._line.value

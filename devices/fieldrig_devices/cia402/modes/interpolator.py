@@ -1,4 +1,4 @@
-"""On the straight line from one set-point to the next one, in the time of 60C2h."""
+"""Interpolation on the straight line between two set-points, in the time of 60C2h."""
 
 
 class Interpolator:
@@ -11,12 +11,12 @@ class Interpolator:
         self._passed_s = self._whole_s = 0.0
 
     def go(self, value: float, target: float, seconds: float, ahead_s: float = 0.0) -> None:
-        """From `value`; `ahead_s` of the way are over already, or it begins in -`ahead_s`."""
+        """Start a line from `value`; `ahead_s` of its time have passed, or it starts in -`ahead_s` seconds."""
         self._from, self.end, self._whole_s, self._passed_s = value, target, seconds, ahead_s
 
     @property
     def is_done(self) -> bool:
-        # what is a rounding error short of it is there
+        # a line that is short of its end by a rounding error has ended
         return self._passed_s >= self._whole_s - 1e-9
 
     @property

@@ -1,6 +1,6 @@
 """The straight line between set positions in the cyclic CiA 402 modes, which lasts as long as 60C2h says.
 
-Until the first one comes the axis is brought to rest.
+Until the first set position arrives, the axis is brought to rest.
 """
 
 from typing import ClassVar
@@ -14,7 +14,7 @@ from fieldrig_devices.cia402.units import Direction
 
 class LinePosition(Mode):
     has_offset: ClassVar[bool] = False
-    """Whether 60B0h is added."""
+    """True if the position offset (60B0h) is added."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -33,7 +33,7 @@ class LinePosition(Mode):
         self._is_led = False
 
     def _lead(self, begin: float, position: int, ahead_s: float = 0.0) -> None:
-        """On a new line, from `begin` to `position` in the user's units; `ahead_s` of the way are over already."""
+        """Start a line from `begin` to `position` in user units; `ahead_s` of its time have already passed."""
         self._line.go(begin, self._aim(position), self.context.interpolation_s, ahead_s)
         self._is_led = True
 
@@ -45,7 +45,7 @@ class LinePosition(Mode):
         return context.travel.within(wanted, context.motion.position)
 
     def _follow(self, place: float) -> None:
-        """In this cycle, as fast as 607Fh and limit switches allow."""
+        """Move to `place` in this cycle, as far as 607Fh and the limit switches allow."""
         context, motion = self.context, self.context.motion
         most = context.largest_speed * context.cycle_s
         way = place - motion.position

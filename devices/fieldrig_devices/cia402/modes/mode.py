@@ -1,4 +1,6 @@
-"""What a mode of operation is: it gives set values, takes bits 4 to 9 of the control word, and shows bits 10 to 15.
+"""The base of all modes of operation, which give set values and take bits 4 to 9 of the control word.
+
+A mode shows bits 10, 12 and 13 of the status word.
 
 Source: CiA 402-2, table 'control word' and the chapters of the modes.
 """
@@ -17,36 +19,38 @@ HALT: Final = 0x0100
 TARGET_REACHED: Final = 0x0400
 BIT_12: Final = 0x1000
 BIT_13: Final = 0x2000
-"""Bits of the status word; 12 and 13 mean something else in each mode."""
+"""Bits of the status word; the meaning of 12 and 13 depends on the mode."""
+FOLLOWS: Final = BIT_12
+"""Bit 12 in the cyclic synchronous modes: the drive follows the command value."""
 
 
 class Mode:
-    """Begins when the axis is enabled in it, or changes to it; `step` follows once a cycle, but not while a ramp is
-    driven.  The set value is `context.motion`, unless `value` is overridden."""
+    """One mode of operation.  `begin` is called when the axis is enabled in it or changes to it, then `step` once per
+    cycle except during a ramp.  The set value is that of `context.motion`, unless `value` is overridden."""
 
     number: ClassVar[int]
-    """In 6060h; bit `number` - 1 of 6502h."""
+    """Value in 6060h; the mode is bit `number` - 1 of 6502h."""
     kind: ClassVar[Kind] = Kind.POSITION
-    """Which set values it needs."""
+    """The kind of set values that the mode needs."""
 
     def __init__(self, context: Context) -> None:
         self.context = context
         self.is_halted = False
         self.gives = self.kind
-        """What `value` is in this cycle."""
+        """The kind of `value` in this cycle."""
 
     def begin(self) -> None:
-        """From where the motion is."""
+        """Start at the present position and speed of the motion."""
 
     def end(self) -> None:
-        """Another mode, or not enabled any more."""
+        """Stop giving set values, because of another mode or because the axis is disabled."""
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        """Objects that mean something each time they are written, by index and sub-index."""
+        """Handlers of objects that act each time they are written, by index and sub-index."""
         return {}
 
     def control(self, word: int, rising: int) -> None:
-        """Bits 4, 5, 6 and 9; also while not enabled, so that edges are seen."""
+        """Take over bits 4, 5, 6 and 9; called while disabled too, so that no edge is missed."""
 
     def halt(self, ramp: Ramp) -> None:
         self.is_halted = True
@@ -56,12 +60,12 @@ class Mode:
         self.context.motion.start(brake(self.context.motion.speed, self.context.ramp_limits(ramp)))
 
     def come_to_rest(self) -> None:
-        """For a mode that begins while the axis still moves in another one."""
+        """Bring the axis to rest if it still moves from another mode."""
         motion = self.context.motion
         motion.start(brake(motion.speed, self.context.profile_limits()))
 
     def go_on(self) -> None:
-        """After a halt."""
+        """Resume after a halt."""
         self.is_halted = False
 
     def step(self) -> None:
@@ -69,8 +73,10 @@ class Mode:
 
     @property
     def band(self) -> tuple[float, float]:
-        """Actual velocities, without both ends, with which `step` does no more than `Mode.step`, and goes on doing so
-        until something is written or an input is on."""
+        """Open interval of actual velocities at which `step` does no more than `Mode.step`.
+
+        It is valid until an object is written or an input switches on.
+        """
         return NO_BAND
 
     @property
@@ -80,11 +86,11 @@ class Mode:
 
     @property
     def status(self) -> int:
-        """Bits 10, 12 and 13."""
+        """Bits 10, 12 and 13 of the status word."""
         return 0
 
     @property
     def halted_status(self) -> int:
-        """Bit 10 while halted: standing."""
+        """Bit 10 of the status word while halted: set when the axis is at rest."""
         context = self.context
         return TARGET_REACHED if context.motion.is_done and context.is_standing(context.motor.velocity) else 0

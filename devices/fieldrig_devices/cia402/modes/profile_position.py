@@ -1,8 +1,8 @@
-"""Profile position: set-points with a handshake, single or one after the other.
+"""Profile position: set-points with a handshake, single or in sequence.
 
-Source: CiA 402-2, chapter 'profile position mode'; 60F2h for what a relative set-point counts from, and which way an
-absolute one takes on the turn of 607Bh.  A set-point takes the profile's values with it.  The buffer holds one beside
-the one that is driven to.
+Source: CiA 402-2, chapter 'profile position mode'; 60F2h for the base of a relative set-point, and for the direction to
+an absolute one within the range of 607Bh.  A set-point keeps the profile values that were valid on its arrival.  The
+buffer holds one set-point besides the active one.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ CHANGE_ON_SET_POINT: Final = 0x0200
 ACKNOWLEDGE: Final = BIT_12
 FROM_TARGET, FROM_DEMAND, FROM_ACTUAL = 0, 1, 2
 RELATIVE_OPTION: Final = 0x0003
-"""60F2h, bits 0 and 1; bits 6 and 7 are the direction on a turn, the others are not there."""
+"""Bits 0 and 1 of 60F2h; bits 6 and 7 are the direction within the range, and the others are not supported."""
 DIRECTION_OPTION: Final = 0x00C0
 
 
@@ -32,7 +32,7 @@ class SetPoint(NamedTuple):
     position: int
     is_relative: bool
     is_passed: bool
-    """With 'change on set-point': the one before it is driven through, not stopped at."""
+    """True with 'change on set-point': the axis does not stop at the set-point before this one."""
     direction: Direction
     limits: Limits
 
@@ -50,7 +50,7 @@ class ProfilePosition(Mode):
         self._is_passing = False
         self._is_asked = False
         self._is_stopped = False
-        """By a limit switch; the set-point is given up."""
+        """True if a limit switch has stopped the axis and cancelled the set-point."""
         self._is_reached = False
         self._window = Window()
 
@@ -92,7 +92,7 @@ class ProfilePosition(Mode):
             if set_point.is_passed and not self.is_halted:
                 self._run()
         else:
-            return  # the buffer is full: bit 12 has stayed set and tells so
+            return  # the buffer is full, which bit 12 has shown by staying set
         self._is_acknowledged = True
 
     def _update_acknowledge(self) -> None:
@@ -114,7 +114,7 @@ class ProfilePosition(Mode):
             self._run(seconds)
 
     def _base(self) -> float:
-        """What a relative set-point counts from."""
+        """The position that a relative set-point is added to."""
         option = self.context.objects[objects.POSITIONING_OPTION] & RELATIVE_OPTION
         if option == FROM_DEMAND:
             return self.context.motion.position
@@ -155,7 +155,7 @@ class ProfilePosition(Mode):
         self.brake(Ramp.QUICK_STOP)
 
     def _go_to_next(self) -> None:
-        """A set-point follows at the instant at which the one before it was reached."""
+        """Start the next set-point at the instant at which the one before it was reached."""
         motion, set_point = self.context.motion, self._next
         assert set_point is not None
         seconds, motion.position = motion.overrun_s, motion.end
@@ -164,7 +164,7 @@ class ProfilePosition(Mode):
         self._update_acknowledge()
 
     def _is_in_window(self) -> bool:
-        """6067h and 6068h; an axis that is pushed out of the window again is not there any more."""
+        """True within the position window (6067h, 6068h); an axis that is pushed out of it is no longer there."""
         context = self.context
         window = context.objects[objects.POSITION_WINDOW]
         if window == objects.NO_WINDOW:

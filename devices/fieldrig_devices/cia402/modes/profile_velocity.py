@@ -1,7 +1,7 @@
-"""Profile velocity: to a speed, by 6083h and 6084h.
+"""Profile velocity: changes to a speed with the accelerations of 6083h and 6084h.
 
-Source: CiA 402-2, chapter 'profile velocity mode'.  Set values are positions, so that the axis holds where it stops; a
-software limit (607Dh) is stopped at.  Bit 13 (slippage) is for asynchronous motors and stays 0.
+Source: CiA 402-2, chapter 'profile velocity mode'.  Set values are positions, so that the axis holds its position after
+a stop; it stops at a software limit (607Dh).  Bit 13 (slippage) is for asynchronous motors and stays 0.
 """
 
 from collections.abc import Callable
@@ -27,12 +27,12 @@ class ProfileVelocity(Mode):
         super().__init__(context)
         self._is_active = False
         self._is_ending = False
-        """At a software limit."""
+        """True while the axis stops at a software limit."""
         self._wanted = 0.0
         self._is_stopped = False
-        """By a limit switch."""
+        """True if a limit switch has stopped the axis."""
         self._asked = 0.0
-        """Without limits."""
+        """The requested speed before limits apply."""
         self._reached, self._faster = Window(), Window()
 
     def begin(self) -> None:
@@ -81,9 +81,9 @@ class ProfileVelocity(Mode):
 
     @property
     def band(self) -> tuple[float, float]:
-        """Where the speed is reached and above the threshold: both have held long enough, and nothing limits the way.
+        """The inner half of the velocity window, so that rounding at its ends has no effect.
 
-        It is the inner half of the velocity window, so that no rounding at its ends decides.
+        The band is empty unless the speed is reached and above the threshold, both for long enough, without limits.
         """
         context, travel = self.context, self.context.travel
         is_settled = self._reached.is_held and self._faster.is_held and not self.is_halted
@@ -104,7 +104,7 @@ class ProfileVelocity(Mode):
             self.brake(Ramp.QUICK_STOP)
 
     def _watch_limits(self) -> None:
-        """So that the stop at a software limit begins in time."""
+        """Start the stop at a software limit in time."""
         context, motion = self.context, self.context.motion
         limits = context.profile_limits(context.objects[objects.MAX_VELOCITY])
         way = context.travel.stop_ahead(motion.position, motion.speed, self._wanted, limits, context.cycle_s)
@@ -113,7 +113,7 @@ class ProfileVelocity(Mode):
             motion.start(way)
 
     def _compare(self, *, is_near: bool, is_fast: bool) -> None:
-        """606Dh to 6070h.  What holds and has held long enough goes on to."""
+        """Compare the velocity with 606Dh to 6070h.  A condition that has held long enough is not counted further."""
         context = self.context
         if not (is_near and self._reached.is_held):
             self._reached.update(is_near, context.objects.numbers[_WINDOW_TIME], context.cycle_ns)

@@ -1,18 +1,16 @@
-"""Profile torque and cyclic synchronous torque: 6071h along the slope of 6087h, or as it comes.
+"""Profile torque, which follows 6071h along the slope of 6087h, and cyclic synchronous torque, which has no slope.
 
-Source: CiA 402-2, chapters 'profile torque mode' and 'cyclic synchronous torque mode'.  Torques are 0.1 % of the rated
-torque and limited by 6072h.
+Source: CiA 402-2, chapters 'profile torque mode' and 'cyclic synchronous torque mode'.  Torques are in 0.1 % of the
+rated torque and limited by 6072h.
 """
 
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
-from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
+from fieldrig_devices.cia402.modes.mode import FOLLOWS, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.options import Ramp
-
-FOLLOWS: Final = BIT_12
 
 
 class ProfileTorque(Mode):
@@ -41,14 +39,14 @@ class ProfileTorque(Mode):
             self.gives, self.torque = Kind.TORQUE, self._next(wanted)
 
     def _speed(self) -> float:
-        """0 at rest."""
+        """The present speed, or 0 if the axis is at rest."""
         if self.gives is Kind.POSITION:
             return self.context.motion.speed
         velocity = self.context.motor.velocity
         return 0.0 if self.context.is_standing(velocity) else velocity
 
     def _hold(self) -> None:
-        """At a limit the axis is stopped and kept where it is; no torque does that."""
+        """Stop the axis at a limit and hold it there by position, which a torque cannot do."""
         context = self.context
         if self.gives is Kind.TORQUE:
             self.gives, self.torque = Kind.POSITION, 0.0

@@ -1,7 +1,7 @@
-"""Logic and master encoders: positions that axes follow, seen to in every cycle of the real-time process.
+"""Logic and master encoders: positions that axes follow, updated in every cycle of the real-time process.
 
-Source: PacDrive manual 3886-3905, 6967-6969 (digest PD-181, PD-182).  A logic encoder is moved by the program: it is
-put somewhere, or runs with a velocity.  A master encoder counts a wire.  Their parameters are our choice.
+Source: PacDrive manual 3886-3905, 6967-6969 (digest PD-181, PD-182).  The program moves a logic encoder by setting its
+position or its velocity.  A master encoder shows the position on a wire.  Their parameters are our choice.
 """
 
 from fieldrig.clock import Clock, S
@@ -11,12 +11,14 @@ from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Ty
 
 
 class LogicEncoder:
-    def __init__(self, one: Object) -> None:
-        self.object = one
+    """An encoder that the program moves."""
+
+    def __init__(self, node: Object) -> None:
+        self.object = node
         self.position = 0.0
         self.velocity = 0.0
-        """Units per second."""
-        general = one.group("General")
+        """Velocity in units per second."""
+        general = node.group("General")
         general.add(Parameter("Position", Type.LREAL, Kind.INPUT, read=lambda: self.position, write=self._put_position))
         general.add(Parameter("Velocity", Type.LREAL, Kind.INPUT, read=lambda: self.velocity, write=self._put_velocity))
 
@@ -32,14 +34,16 @@ class LogicEncoder:
 
 
 class MasterEncoder:
-    def __init__(self, clock: Clock, one: Object) -> None:
+    """An encoder that shows a wire."""
+
+    def __init__(self, clock: Clock, node: Object) -> None:
         self._clock = clock
-        self.object = one
+        self.object = node
         self.position = 0.0
         self.velocity = 0.0
-        """What the real-time process sampled last; the parameters are where the encoder is when they are read."""
+        """Position and velocity are the last samples of the real-time process; the parameters show the present ones."""
         self._signal: Signal | None = None
-        general = one.group("General")
+        general = node.group("General")
         general.add(Parameter("Position", Type.LREAL, read=lambda: self._present()[0]))
         general.add(Parameter("Velocity", Type.LREAL, read=lambda: self._present()[1]))
 

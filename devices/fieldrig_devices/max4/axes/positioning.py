@@ -1,9 +1,9 @@
-"""Set values of an axis that a client moves: to a place, at a speed, to rest, or with a torque.
+"""Set values of an axis that a client moves to a position, at a speed, to rest, or with a torque.
 
-Source: the closed solution of `motion.profile` (speed, acceleration and deceleration limited, jerk not).  Positions are
-sent in all but torque mode, so that a speed is kept over any time without drift.  Whoever takes the axis over while it
-moves begins at its present speed.  Limits hold as for a CiA 402 axis: into a switch it is stopped, with the
-deceleration of the order, which is given up; a place beyond a software limit is the limit, and a speed ends there.
+Source: the closed solution of `motion.profile` (speed, acceleration and deceleration limited, jerk not).  The set
+values are positions in all modes but torque, so that a speed is kept without drift.  A client that takes the axis over
+while it moves starts at its present speed.  Limits apply as for a CiA 402 axis: a limit switch stops the axis with the
+deceleration of the command and cancels it; a target beyond a software limit becomes the limit, where a speed ends too.
 """
 
 from typing import Final
@@ -14,11 +14,11 @@ from fieldrig_devices.motion.profile import Limits, Profile, brake, change_speed
 from fieldrig_devices.motion.travel import Travel
 
 RESTS_BELOW: Final = 1000.0
-"""Increments per second: what an axis at rest shows at most; nothing is taken over from that."""
+"""Largest velocity of an axis at rest, in increments per second; a lower velocity is not taken over."""
 
 
 class Positioner:
-    """The `SetValues` of one axis.  Places are increments, speeds increments per second."""
+    """The `SetValues` of one axis.  Positions are in increments, speeds in increments per second."""
 
     def __init__(self, axis: Axis, cycle_ns: int, travel: Travel) -> None:
         self._axis, self._cycle_ns, self._cycle_s = axis, cycle_ns, cycle_ns / S
@@ -30,31 +30,31 @@ class Positioner:
         self._cycles = 0
         self._torque = 0
         self._target: float | None = None
-        """Where the profile ends; None if it keeps a speed, or stops."""
+        """Position at the end of the profile, or None if the profile ends at a speed or at rest."""
         self._wanted = 0.0
-        """The speed that is to be kept, or 0."""
+        """Speed to keep, or 0."""
         self._is_ending = False
-        """At a software limit."""
+        """True while the axis stops at a software limit."""
         self.is_moving = False
-        """The set position changes, or the set value is a torque."""
+        """True while the set position changes, or the set value is a torque."""
         self._limits = Limits(1.0, 1.0, 1.0)
-        """Of the last order."""
+        """Limits of the last command."""
         self.has_arrived = False
-        """At the place, or the speed, that was asked for last."""
+        """True once the last target position or speed is reached."""
 
-    # ---- what a client wants; only while the axis is under control
+    # ---- commands of a client, only while the axis is under control
 
     def move_to(self, place: float, limits: Limits) -> None:
         self._take_over(limits)
         self._go_to(place)
 
     def move_by(self, distance: float, limits: Limits) -> None:
-        """From where it is to be now."""
+        """Move relative to the present set position."""
         self._take_over(limits)
         self._go_to(self._place + distance)
 
     def run(self, speed: float, limits: Limits) -> None:
-        """With the sign of the direction, until something else is wanted."""
+        """Run at a speed, whose sign is the direction, until the next command."""
         self._take_over(limits)
         self._wanted = speed
         self._begin(change_speed(self._speed, speed, limits))
@@ -64,22 +64,22 @@ class Positioner:
         self._begin(brake(self._speed, limits))
 
     def push(self, torque: int, limits: Limits) -> None:
-        """0.1 % of the motor's rated torque; `limits` are for the stop at a switch."""
+        """Apply a torque in 0.1 % of the rated torque of the motor; `limits` are for the stop at a switch."""
         self._take_over(limits)
         self._profile, self._torque = None, torque
         self.mode, self.has_arrived, self.is_moving = Mode.TORQUE, True, True
 
-    # ---- once a cycle, before the axis asks
+    # ---- once per cycle, before the axis calls `next`
 
     def watch(self) -> None:
-        """What limits leave of the order; only while it moves and there are any."""
+        """Apply the limits; needed only while the axis moves and has limits."""
         if self.mode is Mode.TORQUE:
             self._watch_torque()
         else:
             self._watch_profile()
 
     def _watch_torque(self) -> None:
-        """No torque holds an axis where it is."""
+        """Stop at a limit by position, because a torque cannot hold an axis at a position."""
         velocity, position = self._axis.velocity, self._axis.position
         speed = velocity if abs(velocity) > RESTS_BELOW else 0.0
         if self.travel.is_barred(speed or self._torque, position):
@@ -98,7 +98,7 @@ class Positioner:
                 self._is_ending = True
                 self._begin(way)
 
-    # ---- by the axis (`SetValues`)
+    # ---- for the axis (`SetValues`)
 
     def begin(self, axis: Axis) -> None:
         self.travel.release()
@@ -122,7 +122,7 @@ class Positioner:
         self._rest_at(self._axis.position)
 
     def _arrive(self) -> None:
-        """The profile is at its end."""
+        """Finish a profile that has ended."""
         if self._speed:
             self.has_arrived = True
             return
@@ -144,7 +144,7 @@ class Positioner:
         self._place, self._speed, self.has_arrived = place, 0.0, False
 
     def _take_over(self, limits: Limits) -> None:
-        """The axis may follow somebody else, or a torque."""
+        """Start a command at the present state of the axis, which may follow another source or a torque."""
         axis = self._axis
         self._limits, self._wanted, self._is_ending, self.travel.is_limited = limits, 0.0, False, False
         if axis.set_values is self and self.mode is Mode.POSITION:

@@ -1,6 +1,6 @@
-"""A simulated MC-4: an axis that is where it is told, without a drive (manual 3875-3877, digest PD-030).
+"""A simulated MC-4: an axis without a drive, whose actual values are its set values (manual 3875-3877, digest PD-030).
 
-It keeps the times of the brake and nothing else: no load, no error, no parameters.
+It keeps the time of the brake, and has no load, no errors and no parameters.
 """
 
 from collections.abc import Callable
@@ -17,28 +17,30 @@ MC4_STATES: Final = {AxisState.WAITING: 0x10, AxisState.ENABLING: 0x20, AxisStat
 
 
 class SimulatedDrive:
+    """The drive end of a simulated axis."""
+
     def __init__(self, axis: Axis, cycle_ns: int) -> None:
         self._axis, self._cycle_ns = axis, cycle_ns
         self._rest_ns = 0
         self._place = 0.0
-        self._asked: tuple[Mode, float] | None = None
+        self._command: tuple[Mode, float] | None = None
 
     def start(self) -> None:
         self._axis.drive = self
         self._enter(AxisState.WAITING)
 
     def stop(self) -> None:
-        """Power-off or reset."""
+        """Leave the axis, at power-off or reset."""
         self._axis.is_enabled = False
         self._axis.drive = None
         self._axis.enter(AxisState.NO_HARDWARE_ENABLE, 0x00, is_operating=False)
 
     def give(self) -> None:
-        """Set values of this cycle."""
-        self._asked = self._axis.ask() if self._axis.is_controlled else None
+        """Take the set value of this cycle from the axis."""
+        self._command = self._axis.ask() if self._axis.is_controlled else None
 
     def take(self) -> None:
-        """Actual values: those that the set values of the cycle before have led to."""
+        """Update the actual values from the set value of the previous cycle."""
         axis = self._axis
         if not axis.is_enabled:
             axis.velocity, axis.torque = 0.0, 0
@@ -51,8 +53,8 @@ class SimulatedDrive:
             self._rest_ns -= self._cycle_ns
             if self._rest_ns <= 0:
                 self._enter(AxisState.CONTROLLED)
-        elif self._asked is not None:
-            self._move(*self._asked)
+        elif self._command is not None:
+            self._move(*self._command)
 
     def _move(self, mode: Mode, value: float) -> None:
         axis = self._axis

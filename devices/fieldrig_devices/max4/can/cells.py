@@ -1,7 +1,7 @@
-"""The manufacturer's objects of the CAN face: diagnosis, messages, parameters, and the service channel.
+"""The manufacturer-specific objects of the CAN face: diagnosis, messages, parameters, and the service channel.
 
-Source: ours (docs/cia402.md).  What is wrong in an order is answered with an SDO abort; what a drive refuses stands in
-the window of its service channel, since it is slow (digest PD-028).
+Source: ours (docs/cia402.md).  A wrong command is answered with an SDO abort; the refusal of a drive appears in the
+window of its service channel, because the channel is slow (digest PD-028).
 """
 
 import struct
@@ -11,6 +11,7 @@ from typing import Final
 from fieldrig.device import Value
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.live import show_number, show_text
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.max4.can.motor import AxisMotor
 from fieldrig_devices.max4.can.objects import AXIS, CONTROLLER, MESSAGE, PARAMETER, SERVICE
@@ -20,46 +21,45 @@ from fieldrig_devices.sercos.idn import Element, ServiceError
 
 IDLE, BUSY, DONE, REFUSED = range(4)
 READ, WRITE = 1, 2
-TYPES: Final = {type: number for number, type in enumerate(Type, 1)}
 KINDS: Final = {kind: number for number, kind in enumerate(Kind)}
 _REAL: Final = struct.Struct("<d")
 
 
 def connect(dictionary: Dictionary, controller: Controller) -> None:
-    """What every node has of the controller."""
+    """Connect the objects of the controller, which every node has."""
 
     def at(index: int, subindex: int) -> Variable:
         return dictionary.find(index, subindex)
 
-    _reads(at(CONTROLLER, 1), lambda: controller.diagnosis.code)
-    _reads_text(at(CONTROLLER, 2), lambda: controller.diagnosis.ext)
-    _reads_text(at(CONTROLLER, 3), lambda: controller.diagnosis.msg)
-    _orders(at(CONTROLLER, 4), controller.quit_all)
-    _reads(at(CONTROLLER, 5), lambda: int(controller.is_booted))
-    _reads_text(at(MESSAGE, 2), lambda: _message(controller, at(MESSAGE, 1).number))
-    _reads(at(MESSAGE, 3), lambda: len(controller.logger))
+    show_number(at(CONTROLLER, 1), lambda: controller.diagnosis.code)
+    show_text(at(CONTROLLER, 2), lambda: controller.diagnosis.ext)
+    show_text(at(CONTROLLER, 3), lambda: controller.diagnosis.msg)
+    _commands(at(CONTROLLER, 4), controller.quit_all)
+    show_number(at(CONTROLLER, 5), lambda: int(controller.is_booted))
+    show_text(at(MESSAGE, 2), lambda: _message(controller, at(MESSAGE, 1).number))
+    show_number(at(MESSAGE, 3), lambda: len(controller.logger))
     ParameterWindow(dictionary, controller)
 
 
 def connect_axis(dictionary: Dictionary, number: int, motor: AxisMotor) -> None:
-    """Axis `number` of the node, from 0."""
+    """Connect the objects of axis `number` of the node, counted from 0."""
 
     def at(subindex: int) -> Variable:
         return dictionary.find(AXIS + number, subindex)
 
-    _reads(at(1), lambda: motor.axis.diag_code if motor.axis is not None else 0)
-    _reads_text(at(2), lambda: motor.axis.diag_msg if motor.axis is not None else "")
-    _orders(at(3), lambda: motor.axis.quit_errors() if motor.axis is not None else None)
-    _reads(at(4), lambda: motor.axis.axis_state.value if motor.axis is not None else 0)
-    _reads(at(5), lambda: motor.axis.mc4_state if motor.axis is not None else 0)
-    _reads_text(at(6), lambda: motor.axis.name if motor.axis is not None else "")
-    _reads(at(7), lambda: motor.axis.log_adr if motor.axis is not None else 0)
-    _reads(at(8), lambda: motor.axis.ring_address if motor.axis is not None else 0)
+    show_number(at(1), lambda: motor.axis.diag_code if motor.axis is not None else 0)
+    show_text(at(2), lambda: motor.axis.diag_msg if motor.axis is not None else "")
+    _commands(at(3), lambda: motor.axis.quit_errors() if motor.axis is not None else None)
+    show_number(at(4), lambda: motor.axis.axis_state.value if motor.axis is not None else 0)
+    show_number(at(5), lambda: motor.axis.mc4_state if motor.axis is not None else 0)
+    show_text(at(6), lambda: motor.axis.name if motor.axis is not None else "")
+    show_number(at(7), lambda: motor.axis.log_adr if motor.axis is not None else 0)
+    show_number(at(8), lambda: motor.axis.ring_address if motor.axis is not None else 0)
     ServiceWindow(dictionary, number, motor)
 
 
 class ParameterWindow:
-    """One parameter at a time, by logical address or path."""
+    """A window that shows one parameter at a time, by logical address or path."""
 
     def __init__(self, dictionary: Dictionary, controller: Controller) -> None:
         self._controller = controller
@@ -67,33 +67,28 @@ class ParameterWindow:
         self._address.writer = self._on_address
         path = dictionary.find(PARAMETER, 2)
         path.writer = self._on_path
-        path.reader = lambda: _bytes(self._path())
-        _reads(dictionary.find(PARAMETER, 3), lambda: TYPES[self._parameter().type])
+        show_text(path, self._path)
+        show_number(dictionary.find(PARAMETER, 3), lambda: self._parameter().type.number)
         number, text = dictionary.find(PARAMETER, 4), dictionary.find(PARAMETER, 5)
         number.reader = self._read_number
         number.writer = lambda data: self._write(float(_REAL.unpack(data)[0]))
-        text.reader = lambda: _bytes(_shown(self._parameter().value))
+        show_text(text, lambda: _shown(self._parameter().value))
         text.writer = lambda data: self._write_text(data.decode("latin-1"))
-        _reads(dictionary.find(PARAMETER, 6), lambda: KINDS[self._parameter().kind])
+        show_number(dictionary.find(PARAMETER, 6), lambda: KINDS[self._parameter().kind])
 
     def _parameter(self) -> Parameter:
-        try:
-            found = self._controller.tree.by_address(self._address.number)
-        except KeyError:
-            found = None
-        if not isinstance(found, Parameter):
+        parameter = self._controller.tree.parameter_at(self._address.number)
+        if parameter is None:
             raise Abort(Code.NO_DATA)
-        return found
+        return parameter
 
     def _path(self) -> str:
         wanted = self._parameter()
-        return next(path for path, one in self._controller.tree.parameters() if one is wanted)
+        return next(path for path, parameter in self._controller.tree.parameters() if parameter is wanted)
 
     def _on_address(self, data: bytes) -> None:
-        try:
-            self._controller.tree.by_address(int.from_bytes(data, "little"))
-        except KeyError:
-            raise Abort(Code.INVALID_VALUE) from None
+        if self._controller.tree.at(int.from_bytes(data, "little")) is None:
+            raise Abort(Code.INVALID_VALUE)
         self._address.set(data)
 
     def _on_path(self, data: bytes) -> None:
@@ -129,7 +124,7 @@ class ParameterWindow:
 
 
 class ServiceWindow:
-    """An order to the drive's service channel, and what became of it."""
+    """A window to the service channel of the drive: a request and its result."""
 
     def __init__(self, dictionary: Dictionary, number: int, motor: AxisMotor) -> None:
         self._motor = motor
@@ -137,7 +132,7 @@ class ServiceWindow:
             dictionary.find(SERVICE + number, subindex) for subindex in range(1, 8)
         )
         order.writer = self._on_order
-        _reads(shown, lambda: int.from_bytes(self._data.data[:4], "little", signed=True))
+        show_number(shown, lambda: int.from_bytes(self._data.data[:4], "little", signed=True))
         self._orders = 0
 
     def _on_order(self, data: bytes) -> None:
@@ -154,7 +149,7 @@ class ServiceWindow:
         self._show(BUSY, 0)
 
         def done(outcome: bytes | ServiceError) -> None:
-            if mine == self._orders:  # not one from before a reset of the node
+            if mine == self._orders:  # not a request from before a reset of the node
                 self._on_done(order, outcome)
 
         if order == READ:
@@ -182,25 +177,11 @@ def _message(controller: Controller, place: int) -> str:
     return lines[place - 1]
 
 
-def _reads(variable: Variable, read: Callable[[], int]) -> None:
-    size = variable.type.size or 4
-    mask = (1 << 8 * size) - 1
-    variable.reader = lambda: (read() & mask).to_bytes(size, "little")
-
-
-def _reads_text(variable: Variable, read: Callable[[], str]) -> None:
-    variable.reader = lambda: _bytes(read())
-
-
-def _bytes(text: str) -> bytes:
-    return text.encode("latin-1", "replace")
-
-
 def _shown(value: Value) -> str:
     return str(int(value)) if isinstance(value, bool) else str(value)
 
 
-def _orders(variable: Variable, act: Callable[[], None]) -> None:
+def _commands(variable: Variable, act: Callable[[], None]) -> None:
     def write(data: bytes) -> None:
         if data != b"\x00":
             act()

@@ -1,12 +1,13 @@
 """Error codes of CiA 402 for the diagnoses of a MAx-4 and its drives.
 
-Source: CiA 402-2 and IEC 61800-7-201, annex 'error codes' (603Fh and EMCY); which code a diagnosis has is our choice.
-A diagnosis goes by its whole code, as 117 stands for two things (digest X4); one whose class was changed by its three
-digits.  What is in no table is FF00h, the manufacturer's.
+Source: CiA 402-2 and IEC 61800-7-201, annex 'error codes' (603Fh and EMCY); the assignment to diagnoses is our choice.
+The keys are whole codes, because 117 has two meanings (digest X4); a code with a changed class is found by its three
+digits.  A code that is not in the table becomes FF00h, which is manufacturer-specific.
 """
 
 from typing import Final
 
+from fieldrig_devices.canopen.emcy import COMMUNICATION
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.mc4.diagnosis import Code as DriveCode
 
@@ -38,17 +39,16 @@ ERRORS: Final[dict[int, int]] = {
     Code.NO_ROOM: 0x7500,
     Code.VERSION: 0x6100,
     Code.CONFIGURATION: 0x6320,  # parameter error
-    Code.RAM_LOST: 0x5530,  # EEPROM, or what stands for it
+    Code.RAM_LOST: 0x5530,  # EEPROM, here buffered memory
 }
 
 # Bits of the error register (1001h) by the first digits of the error code.
 _REGISTER: Final = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0xF: 0x80}
-_COMMUNICATION: Final = 0x10
 _PROFILE: Final = 0x20
 
 
 def error_of(diag_code: int) -> int:
-    """0 for 0."""
+    """The error code of a diagnosis; 0 for 0."""
     if not diag_code:
         return 0
     found = ERRORS.get(diag_code)
@@ -58,6 +58,7 @@ def error_of(diag_code: int) -> int:
 
 
 def register_of(error: int) -> int:
+    """The bit of the error register (1001h) for an error code."""
     if error >> 8 in (0x75, 0x81):
-        return _COMMUNICATION
+        return COMMUNICATION
     return _REGISTER.get(error >> 12, _PROFILE)

@@ -1,8 +1,8 @@
-"""The MAx-4 as a CANopen device: its axes as CiA 402 axes, up to eight on a node, and as many nodes as are named.
+"""The MAx-4 as a CANopen device: one or more nodes with up to eight CiA 402 axes each.
 
-Source: CiA 301, CiA 402-2 and 402-3; the manual names the library CANopen_S.lib and no object (digest PD-302), so
-what lies below 6000h is ours (docs/cia402.md).  Nodes boot with the controller, and are silent while it has no power.
-A face that moves an axis has it until it disables it; who enables last, moves.
+Source: CiA 301, CiA 402-2 and 402-3; the manual names the library CANopen_S.lib without its objects (digest PD-302), so
+the objects below 6000h are ours (docs/cia402.md).  Nodes boot with the controller, and are silent without power.  The
+face that enabled an axis last controls it until it disables the axis.
 """
 
 import logging
@@ -32,16 +32,16 @@ from fieldrig_devices.max4.messages.diagnosis import ERROR_CLASSES
 log = logging.getLogger(__name__)
 
 CONTROLLER: Final = 0
-"""The source of errors that belong to no axis; axes count from 1."""
+"""Source number of errors that belong to no axis; axes count from 1."""
 INFO: Final = struct.Struct("<HBBB")
-"""The manufacturer's bytes of an EMCY: DiagCode, axis, AxisState, MC4State."""
+"""Manufacturer-specific bytes of an EMCY: DiagCode, axis, AxisState, MC4State."""
 
 
 class CanFace:
-    """It acts by itself from the controller's first boot on."""
+    """The nodes of one controller, which start with its first boot."""
 
     def __init__(self, clock: Clock, can: Link[CanFrame], controller: Controller, settings: CanFaceSettings) -> None:
-        """ValueError, with what would be right, if the settings don't fit the controller's configuration."""
+        """ValueError if the settings do not fit the configuration of the controller."""
         self._controller, self._settings = controller, settings
         self._check()
         self._origins = Origins(controller.section("can_face"))
@@ -56,7 +56,7 @@ class CanFace:
         controller.each_cycle(self._on_cycle)
 
     def axis(self, name: str) -> Cia402Axis:
-        """By the symbolic name.  KeyError."""
+        """The axis with this symbolic name.  KeyError if there is none."""
         for node in self.nodes:
             for motor, axis in zip(node.motors, node.axes, strict=True):
                 if motor.axis is not None and motor.axis.name == name:
@@ -68,8 +68,8 @@ class CanFace:
         room = len(settings.node_ids) * settings.axes_per_node
         if len(controller.axes) > room:
             raise ValueError(
-                f"{len(controller.axes)} axes, and node_ids has room for {room}: one node for each "
-                f"{settings.axes_per_node} axes would be right"
+                f"node_ids: expected a node for each {settings.axes_per_node} axes, "
+                f"got nodes for {room} axes and {len(controller.axes)} axes"
             )
         named = {
             name: (*terminals.all_inputs.values(), *terminals.all_outputs.values())
@@ -84,7 +84,7 @@ class CanFace:
             node.boot(axes[place * count : (place + 1) * count])
         left = [axis.name for axis in axes[len(self.nodes) * count :]]
         if left:
-            log.warning("no CANopen node has room for %s", ", ".join(left))
+            log.warning("no CANopen node is left for %s: add node-IDs to can_axes", ", ".join(left))
         self._is_running = True
 
     def _on_end(self) -> None:
@@ -97,11 +97,11 @@ class CanFace:
             return
         for node in self.nodes:
             node.step()
-        self.nodes[0].tell_errors_of_controller()
+        self.nodes[0].signal_controller_errors()
 
 
 class FaceNode:
-    """One node, with its share of the axes."""
+    """One node with its axes."""
 
     def __init__(
         self,
@@ -122,12 +122,12 @@ class FaceNode:
         for number in range(settings.axes_per_node):
             self._add(number)
         self._stepped: list[tuple[AxisMotor, Cia402Axis, AxisDrive, Pace]] = []
-        self._told: set[int] = set()
-        """Error codes of the controller."""
-        self._told_of_axes: dict[int, int] = {}
-        """By their sources."""
+        self._signalled: set[int] = set()
+        """Error codes of the controller that are signalled."""
+        self._signalled_of_axes: dict[int, int] = {}
+        """Signalled error codes by their sources."""
         self._places: tuple[str, ...] = ()
-        """How the ext. diagnosis of an axis' error begins on the controller."""
+        """Beginnings of the DiagExtCode on the controller by which it refers to an axis."""
 
     def _add(self, number: int) -> None:
         motor = AxisMotor(self._controller.quit_all)
@@ -141,7 +141,7 @@ class FaceNode:
         self.axes.append(axis)
 
     def boot(self, axes: list[Axis]) -> None:
-        """With these of the controller's axes from now on."""
+        """Start the node with these axes of the controller."""
         tree = self._controller.tree
         for place, motor in enumerate(self.motors):
             axis = axes[place] if place < len(axes) else None
@@ -151,8 +151,8 @@ class FaceNode:
             self.axes[place].use(self._controller.cycle_ns, self._origins.of(name))
         pairs = zip(self.motors, self.axes, strict=True)
         self._stepped = [(motor, axis, axis.drive, axis.pace) for motor, axis in pairs][: len(axes)]
-        self._told.clear()
-        self._told_of_axes.clear()
+        self._signalled.clear()
+        self._signalled_of_axes.clear()
         self._places = tuple(f"{axis.ring_address}." for axis in self._controller.axes.values())
         self.node.start()
 
@@ -175,32 +175,33 @@ class FaceNode:
             variable.set(read())
 
     def _on_error(self, source: int, motor: AxisMotor, code: int) -> None:
-        emcy, told = self.node.emcy, self._told_of_axes.pop(source, 0)
+        emcy, signalled = self.node.emcy, self._signalled_of_axes.pop(source, 0)
         if code:
             axis = motor.axis
             diag = axis.diag_code if axis is not None else 0
             states = (axis.axis_state.value, axis.mc4_state) if axis is not None else (0, 0)
             emcy.raise_error(code, register_of(code), INFO.pack(diag, source, *states), source)
-            self._told_of_axes[source] = code
-        if told and told != code:
-            emcy.clear_error(told, source)
+            self._signalled_of_axes[source] = code
+        if signalled and signalled != code:
+            emcy.clear_error(signalled, source)
 
     def _on_home(self, motor: AxisMotor, origin: float) -> None:
         if motor.axis is not None:
             self._origins.put(motor.axis.name, origin)
 
-    def tell_errors_of_controller(self) -> None:
-        """Those that no axis has."""
+    def signal_controller_errors(self) -> None:
+        """Signal errors of the controller that belong to no axis."""
         pending = self._controller.diagnosis.pending
-        if not pending and not self._told:
+        if not pending and not self._signalled:
             return
         present = {
-            error_of(one.code): one
-            for one in pending
-            if one.diagnosis_class in ERROR_CLASSES and not one.ext.startswith(self._places)
+            error_of(diagnosis.code): diagnosis
+            for diagnosis in pending
+            if diagnosis.diagnosis_class in ERROR_CLASSES and not diagnosis.ext.startswith(self._places)
         }
-        for code in self._told - present.keys():
+        for code in self._signalled - present.keys():
             self.node.emcy.clear_error(code, CONTROLLER)
-        for code, one in present.items():
-            self.node.emcy.raise_error(code, register_of(code), INFO.pack(one.code, CONTROLLER, 0, 0), CONTROLLER)
-        self._told = set(present)
+        for code, diagnosis in present.items():
+            info = INFO.pack(diagnosis.code, CONTROLLER, 0, 0)
+            self.node.emcy.raise_error(code, register_of(code), info, CONTROLLER)
+        self._signalled = set(present)

@@ -1,8 +1,8 @@
-"""The MAx-4 as CANopen master: boots its slaves, watches them, and exchanges PDOs with them.
+"""The MAx-4 as a CANopen master: boots its slaves, supervises them, and exchanges PDOs with them.
 
-Source: PacDrive manual 458, 3380-3383, 4102-4103 (digest PD-004, PD-302: a library CANopen_M and the file \\CANMA.CON,
-nothing of their content); CiA 301 and CiA 302-2.  COB-IDs are those of the pre-defined connection set.  A slave that is
-lost, or comes back, or sends an emergency, is an entry; a loss is a diagnosis too.
+Source: PacDrive manual 458, 3380-3383, 4102-4103 (digest PD-004, PD-302: the library CANopen_M and the file
+\\CANMA.CON, without their content); CiA 301 and CiA 302-2.  COB-IDs are those of the predefined connection set.  The
+loss and the return of a slave and its emergency messages are logged; a loss is also a diagnosis.
 Left out: dynamic PDO linking, node guarding, identity checks, LSS.
 """
 
@@ -31,7 +31,7 @@ OPERATIONAL: Final = bytes((State.OPERATIONAL,))
 
 
 class CanopenMaster:
-    """`can` is an end of its own.  Runs from the beginning of a boot to power-off or reset."""
+    """The master of one controller, which runs from the start of a boot to power-off or reset."""
 
     def __init__(
         self, clock: Clock, controller: Controller, can: Link[CanFrame], settings: CanMasterSettings, io_map: IoMap
@@ -51,7 +51,7 @@ class CanopenMaster:
         return dict(self._nodes)
 
     def stop(self) -> None:
-        """Power-off, or a reset: it says nothing any more."""
+        """Stop sending, at power-off or reset."""
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
@@ -71,7 +71,7 @@ class CanopenMaster:
         self._repeat(CanFrame(SYNC_ID, b""), settings.sync_ms)
 
     def _repeat(self, frame: CanFrame, every_ms: int) -> None:
-        """From now on, one period later for the first time."""
+        """Send a frame periodically, for the first time after one period."""
         if not every_ms:
             return
 
@@ -83,7 +83,7 @@ class CanopenMaster:
 
 
 class Slave:
-    """One slave, and its share of the IO map."""
+    """One slave, and its part of the IO map."""
 
     def __init__(
         self, clock: Clock, controller: Controller, shared: SharedLink, symbol: str, settings: CanNodeSettings
@@ -103,7 +103,7 @@ class Slave:
         )
         self._inputs: dict[int, Data] = {}
         self._outputs: dict[int, Data] = {}
-        """By COB-ID."""
+        """Output data by COB-ID."""
         self._heard: dict[int, bytes] = {}
         self._sent: dict[int, bytes] = {}
         self._is_lost = self._is_zeroed = False
@@ -117,14 +117,14 @@ class Slave:
         self._losses, self._is_lost, self._is_zeroed = 0, False, False
         self._heard.clear()
         self._sent.clear()
-        one = add_object(master, "CANopen node", "CAN_NODE", self.symbol)
-        node, general = self.node, one.group("General")
+        node_object = add_object(master, "CANopen node", "CAN_NODE", self.symbol)
+        node, general = self.node, node_object.group("General")
         general.add(Parameter("NodeId", Type.UINT, first=node.node_id))
         general.add(Parameter("IsRunning", Type.BOOL, read=lambda: node.is_running))
-        general.add(Parameter("NmtState", Type.UINT, read=lambda: node.state or 0, about="as its heartbeat says"))
+        general.add(Parameter("NmtState", Type.UINT, read=lambda: node.state or 0, about="state in its heartbeat"))
         general.add(Parameter("Losses", Type.UDINT, read=lambda: self._losses))
-        general.add(Parameter("Refused", Type.UINT, read=lambda: len(node.refused), about="objects it did not take"))
-        settings, inputs, outputs = self._settings, one.group("Inputs"), one.group("Outputs")
+        general.add(Parameter("Refused", Type.UINT, read=lambda: len(node.refused), about="objects that it refused"))
+        settings, inputs, outputs = self._settings, node_object.group("Inputs"), node_object.group("Outputs")
         self._inputs = {
             self._cob_id(TPDO_ID, number): Data(inputs, elements, is_output=False)
             for number, elements in settings.inputs.items()
@@ -158,7 +158,7 @@ class Slave:
                 self._sent[cob_id] = packed
                 self._can.send(CanFrame(cob_id, packed))
 
-    # ---- what the slave does
+    # ---- events of the slave
 
     def _on_lost(self) -> None:
         self._is_lost = True

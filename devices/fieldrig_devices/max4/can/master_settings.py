@@ -1,4 +1,4 @@
-"""What a rig file says about the MAx-4 as CANopen master, and what is in its file \\CANMA.CON."""
+"""Settings of the MAx-4 as a CANopen master, which are also the content of its file \\CANMA.CON."""
 
 from collections.abc import Iterator
 from typing import Annotated, Final, Literal, Self
@@ -12,30 +12,36 @@ from fieldrig_devices.max4.configuration.files import Symbol
 from fieldrig_devices.max4.field_data import Element
 
 MOST_BITS: Final = 64
-"""Of a PDO."""
+"""Size of a PDO in bits."""
 Pdo = Annotated[int, Field(ge=1, le=4)]
 Pdos = dict[Pdo, list[Element]]
 ObjectValue = bool | int | float | str
 
 
 class CanNodeSettings(Settings):
-    """One slave."""
+    """Settings of one slave."""
 
     node_id: int = Field(ge=1, le=127, description="node-ID")
-    eds: ConfigFile | None = Field(default=None, description="says which types the objects under `sdo` have")
-    heartbeat_ms: int = Field(default=100, ge=0, le=0xFFFF, description="written to 1017h; 0: it is not watched")
-    limit_ms: int | None = Field(default=None, ge=1, description="silence that is a loss; null: two heartbeats")
+    eds: ConfigFile | None = Field(default=None, description="EDS with the types of the objects under `sdo`")
+    heartbeat_ms: int = Field(
+        default=100, ge=0, le=0xFFFF, description="heartbeat time, written to 1017h; 0: no supervision"
+    )
+    limit_ms: int | None = Field(
+        default=None, ge=1, description="time without a heartbeat after which the slave is lost; null: two heartbeats"
+    )
     sdo: dict[str, ObjectValue] = Field(
         default_factory=dict,
-        description="what is written before it is started: '1800:02': 255; without `eds` as bytes, '1800:02': 'ff'",
+        description="values written before the slave starts, '1800:02': 255; without `eds` as bytes, '1800:02': 'ff'",
     )
     inputs: Pdos = Field(default_factory=dict, description="values in its TPDOs 1 to 4, lowest bits first")
     outputs: Pdos = Field(default_factory=dict, description="values in its RPDOs 1 to 4")
-    ask: bool = Field(default=True, description="TPDOs are asked for by remote frames when it was started")
-    lost_inputs: Literal["zero", "hold"] = Field(default="zero", description="what inputs of a lost node show")
+    ask: bool = Field(default=True, description="whether TPDOs are requested with remote frames after the slave starts")
+    lost_inputs: Literal["zero", "hold"] = Field(
+        default="zero", description="values of the inputs of a lost slave: 0, or the last ones"
+    )
 
     def configuration(self) -> list[Write]:
-        """ValueError for an object that the EDS doesn't have, or that can't have this value."""
+        """The writes before the slave starts.  ValueError for an object that is not in the EDS, or a wrong value."""
         return list(self._writes())
 
     def _writes(self) -> Iterator[Write]:
@@ -57,19 +63,19 @@ class CanNodeSettings(Settings):
         names: list[str] = []
         for pdos, kind in ((self.inputs, "TPDO"), (self.outputs, "RPDO")):
             for number, elements in pdos.items():
-                bits = sum(one.form.bits for one in elements)
+                bits = sum(element.form.bits for element in elements)
                 if bits > MOST_BITS:
-                    raise ValueError(f"{kind} {number}: {bits} bits, and {MOST_BITS} are the most")
-                names += [one.name.casefold() for one in elements]
+                    raise ValueError(f"{kind} {number}: expected at most {MOST_BITS} bits, got {bits}")
+                names += [element.name.casefold() for element in elements]
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"values {', '.join(twice)}: each name once would be right")
+            raise ValueError(f"values: expected each name once, got {', '.join(twice)} several times")
         return self
 
 
 class CanMasterSettings(Settings):
-    node_id: int = Field(default=127, ge=1, le=127, description="its own, in its heartbeat")
-    heartbeat_ms: int = Field(default=0, ge=0, le=0xFFFF, description="of its own; 0: none")
-    sync_ms: int = Field(default=0, ge=0, le=10_000, description="period of its SYNC; 0: none")
+    node_id: int = Field(default=127, ge=1, le=127, description="node-ID of the master, for its heartbeat")
+    heartbeat_ms: int = Field(default=0, ge=0, le=0xFFFF, description="period of the heartbeat of the master; 0: none")
+    sync_ms: int = Field(default=0, ge=0, le=10_000, description="period of SYNC; 0: none")
     nodes: dict[Symbol, CanNodeSettings] = Field(default_factory=dict, description="slaves by symbolic name")
 
     @model_validator(mode="after")
@@ -77,16 +83,18 @@ class CanMasterSettings(Settings):
         numbers = [self.node_id, *(node.node_id for node in self.nodes.values())]
         for number in numbers:
             if numbers.count(number) > 1:
-                raise ValueError(f"node_id {number}: two nodes have it (the master is {self.node_id})")
+                raise ValueError(
+                    f"node_id {number}: expected each node-ID once, but it is used twice (master: {self.node_id})"
+                )
         return self
 
 
 def _plain(key: str, value: ObjectValue) -> Write:
-    """Without an EDS: index and sub-index in hex, the value in bytes."""
+    """A write without an EDS: index and sub-index in hex, the value in bytes."""
     index, _, subindex = key.partition(":")
     if not isinstance(value, str):
-        raise ValueError("its bytes in hex would be right, or an `eds` that says its type")
+        raise ValueError("expected the bytes in hex, or an `eds` with the type")
     number, sub, data = int(index, 16), int(subindex or "0", 16), bytes.fromhex(value)
     if not (0 <= number <= 0xFFFF and 0 <= sub <= 0xFF and data):
-        raise ValueError("'1800:02': 'ff' would be right")
+        raise ValueError("expected an object and bytes, such as '1800:02': 'ff'")
     return Write(number, sub, data)

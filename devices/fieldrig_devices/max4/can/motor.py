@@ -1,8 +1,8 @@
 """An axis of the MAx-4 as the motor of a CiA 402 axis, and the CiA 402 axis as its source of set values.
 
-ControllerEnable is all that the controller has to say to a drive, so 'disable voltage' lifts it, and the drive stops as
-its own options say (manual chapter 10).  A fault reset of an axis that is not on the ring quits the whole controller,
-as only that brings the ring up again.
+ControllerEnable is the only command of the controller to a drive, so 'disable voltage' resets it, and the drive stops
+as its own options say (manual chapter 10).  A fault reset of an axis that is not on the ring acknowledges ("quits") the
+diagnoses of the whole controller, because only that brings the ring up again.
 """
 
 from collections.abc import Callable
@@ -20,14 +20,14 @@ _NOT_READY: Final = (AxisState.NO_HARDWARE_ENABLE, AxisState.ERROR)
 
 
 class Guide(Protocol):
-    """Where set values come from: a CiA 402 axis."""
+    """The source of set values: a CiA 402 axis."""
 
     kind: Kind
     set_value: float
 
 
 class AxisMotor:
-    """Without an axis it is not there."""
+    """The motor of a CiA 402 axis; without an axis of the controller it is not present."""
 
     def __init__(self, quit_all: Callable[[], None]) -> None:
         self._quit_all = quit_all
@@ -40,15 +40,15 @@ class AxisMotor:
         self._torque_limit = TorqueLimit()
         self.mode = Mode.POSITION
         self.kind = Kind.POSITION
-        """Of the guide, as `mode` shows it."""
+        """Kind of the set values of the guide, as in `mode`."""
         self.revolution = INCREMENTS
         self.is_changed = True
-        """The axis' state or diagnosis, since the last cycle of the CiA 402 axis."""
+        """True if the state or diagnosis of the axis has changed since the last cycle of the CiA 402 axis."""
         self.is_ready = self.is_stopping = self.has_warning = False
         self.error = 0
 
     def bind(self, axis: Axis | None, inputs: dict[int, Parameter], outputs: dict[int, Parameter]) -> None:
-        """After a boot; parameters by bits of 60FDh and 60FEh."""
+        """Connect to an axis after a boot, with its terminals by bits of 60FDh and 60FEh."""
         if self._axis is not None:
             self._axis.watchers.remove(self._on_change)
         self._axis, self._inputs, self._outputs = axis, AxisInputs(inputs), outputs
@@ -61,17 +61,17 @@ class AxisMotor:
         self._shown_outputs = 0
 
     def _on_change(self) -> None:
-        """Of the axis' state or diagnosis."""
+        """Take over a change of the state or diagnosis of the axis."""
         axis = self._axis
         self.is_changed = True
         self.is_ready = axis is not None and axis.is_operating and axis.axis_state not in _NOT_READY
         self.is_stopping = axis is not None and axis.axis_state is AxisState.STOPPING
         self.error = error_of(axis.diag_code) if axis is not None and axis.is_in_error else 0
         self.has_warning = axis is not None and axis.diag_code != 0 and not self.error
-        self._torque_limit.tell()
+        self._torque_limit.send()
 
     def refresh(self) -> None:
-        """Before each cycle of the CiA 402 axis.  An axis that is not on the ring again is not reset yet."""
+        """Finish a reset once the axis is on the ring again; called before each cycle of the CiA 402 axis."""
         axis = self._axis
         self.is_changed = False
         if self._resetting is None or axis is None or self.error:
@@ -114,7 +114,7 @@ class AxisMotor:
 
     @property
     def rated_torque_mnm(self) -> int:
-        """From the name plate, as it was read from the drive."""
+        """Rated torque in mNm from the name plate, as the drive has read it."""
         try:
             return round(float(self._axis.object["RatedTorque"].value) * 1000) if self._axis is not None else 0
         except KeyError:  # a simulated drive has no motor
@@ -153,7 +153,7 @@ class AxisMotor:
         else:
             axis.quit_errors()
 
-    # ---- `max4.axis.SetValues`
+    # ---- `max4.axes.axis.SetValues`
 
     def begin(self, axis: Axis) -> None:
         self.mode, self.kind = Mode.POSITION, Kind.POSITION
@@ -168,7 +168,7 @@ class AxisMotor:
         pass
 
     def show_mode(self) -> None:
-        """After the CiA 402 axis' cycle: the drive is told the mode before it asks for the value."""
+        """Take over the mode after the cycle of the CiA 402 axis, so that the drive gets it before the value."""
         assert self.guide is not None
         kind = self.kind = self.guide.kind
         self.mode = Mode.POSITION if kind is Kind.POSITION else MODES[kind]

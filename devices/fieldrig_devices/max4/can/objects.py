@@ -1,4 +1,4 @@
-"""The object dictionary of the MAx-4's CAN face: what a node has beside its axes, and the EDS file of it all.
+"""The object dictionary of the CAN face: the objects of a node besides its axes, and the EDS file of all objects.
 
 Source: CiA 301, CiA 402-3 (device type of several axes); 2000h to 21FFh are ours (docs/cia402.md).
 `python -m fieldrig_devices.max4.can.objects` writes the file.
@@ -14,20 +14,20 @@ EDS: Final = Path(__file__).with_name("max4-axes.eds")
 REAL64: Final = 0x11
 
 CONTROLLER: Final = 0x2000
-"""Sub-indices 1 DiagCode, 2 DiagExtCode, 3 DiagMsg, 4 quit all, 5 booted."""
+"""Sub-indices: 1 DiagCode, 2 DiagExtCode, 3 DiagMsg, 4 acknowledge (quit) all, 5 booted."""
 MESSAGE: Final = 0x2001
-"""1 which entry, 1 is the newest; 2 the entry; 3 how many there are."""
+"""Sub-indices: 1 number of the entry to show, 1 is the newest; 2 the entry; 3 number of entries."""
 PARAMETER: Final = 0x2002
-"""1 logical address, 2 path, 3 kind of value, 4 number, 5 text, 6 how it can be accessed."""
+"""Sub-indices: 1 logical address, 2 path, 3 type, 4 value as a number, 5 value as a text, 6 kind of access."""
 AXIS: Final = 0x2100
-"""And on: of each axis."""
+"""First index of the objects of the axes, one per axis."""
 SERVICE: Final = 0x2180
-"""And on: the service channel of each axis."""
+"""First index of the service channels, one per axis."""
 
 FIRST_PARAMETER: Final = 0x1_0001
-"""Which parameter is shown first: MsgFilter, the first one of the controller."""
+"""Logical address that is selected first: MsgFilter, the first parameter of the controller."""
 SEVERAL_AXES: Final = 0xFFFF_0192
-"""1000h of a device with several CiA 402 axes."""
+"""Value of 1000h for a device with several CiA 402 axes."""
 PRODUCT: Final = 0x0000_4D34
 
 _HEAD: Final = f"""\
@@ -156,7 +156,7 @@ _CONTROLLER: Final = Table(
 
 
 def _axis(axis: int) -> Table:
-    """The MAx-4's own of one axis."""
+    """The manufacturer-specific objects of one axis."""
     name = f"Axis {axis + 1}"
     state, service = AXIS + axis, SERVICE + axis
     return Table(

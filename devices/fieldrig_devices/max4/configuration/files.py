@@ -1,8 +1,8 @@
-"""The configuration of a controller: which objects there are, and the two files that hold it.
+"""The configuration of a controller, which lists its objects, and the two files that store it.
 
 Source: PacDrive manual 3604-3648 (digest PD-021, PD-026, PD-027).  The configuration file (.SCF) names the objects, the
-parameter file (.PAR) the start values of parameters "with user initialisation", by their paths.  What the files look
-like is our choice: JSON.
+parameter file (.PAR) the start values of parameters "with user initialisation", by their paths.  The format of the
+files is our choice: JSON.
 """
 
 import json
@@ -20,11 +20,9 @@ Commands = Literal["position", "velocity", "torque"]
 
 
 def _symbol(name: str) -> str:
-    """As in IEC code (PD-350)."""
+    """Check a symbolic name, which follows the rules of IEC code (PD-350)."""
     if not name.isascii() or not name.isidentifier() or len(name) > 32 or "__" in name or name.startswith("_"):
-        raise ValueError(
-            f"{name!r} is no symbolic name: right would be letters, digits, single underscores, at most 32"
-        )
+        raise ValueError(f"expected a symbolic name of at most 32 letters, digits and single underscores, got {name!r}")
     return name
 
 
@@ -32,19 +30,21 @@ Symbol = Annotated[str, AfterValidator(_symbol)]
 
 
 class DriveSettings(Settings):
-    """An MC-4."""
+    """Settings of an MC-4."""
 
     ring_address: int = Field(ge=1, le=254, description="RealTimeBusAdr")
-    simulated: bool = Field(default=False, description="there is no drive: the axis is where it is told")
+    simulated: bool = Field(
+        default=False, description="whether the axis has no drive, and its actual values are its set values"
+    )
     commands: list[Commands] | None = Field(
         default=None,
         min_length=1,
-        description="set values in its telegram; left out: all that the cycle has room for",
+        description="set values in its telegram; default: as many as fit into the cycle",
     )
 
 
 class Configuration(Settings):
-    """The objects, by their symbolic names."""
+    """The objects by their symbolic names."""
 
     drives: dict[Symbol, DriveSettings] = Field(default_factory=dict, description="MC-4 below the real-time bus")
     logic_encoders: list[Symbol] = Field(default_factory=list, description="logic encoders")
@@ -63,14 +63,14 @@ class Configuration(Settings):
         seen: set[str] = {"pacdrivem", "max-4", "max4"}
         for symbol in self.symbols:
             if symbol.casefold() in seen:
-                raise ValueError(f"symbolic name {symbol}: there are two of it")
+                raise ValueError(f"symbolic name {symbol}: expected each name once, but it is used twice")
             seen.add(symbol.casefold())
-        addresses = [one.ring_address for one in self.drives.values()]
+        addresses = [drive.ring_address for drive in self.drives.values()]
         for address in addresses:
             if addresses.count(address) > 1:
-                raise ValueError(f"ring_address {address}: two drives have it")
+                raise ValueError(f"ring_address {address}: expected each address once, but it is used twice")
         if len(self.drives) > MOST_AXES:
-            raise ValueError(f"{len(self.drives)} drives: {MOST_AXES} are the most")
+            raise ValueError(f"drives: expected at most {MOST_AXES}, got {len(self.drives)}")
         return self
 
 
@@ -79,11 +79,11 @@ def configuration_to_file(configuration: Configuration) -> bytes:
 
 
 def configuration_of_file(data: bytes) -> Configuration:
-    """ValueError if it is none."""
+    """The configuration in a file.  ValueError if the file is not valid."""
     try:
         return Configuration.model_validate_json(data)
     except ValidationError as cause:
-        raise ValueError(f"no control configuration: {cause.errors()[0]['msg']}") from cause
+        raise ValueError(f"the control configuration is not valid: {cause.errors()[0]['msg']}") from cause
 
 
 def parameters_to_file(values: Mapping[str, Value]) -> bytes:
@@ -91,11 +91,11 @@ def parameters_to_file(values: Mapping[str, Value]) -> bytes:
 
 
 def parameters_of_file(data: bytes) -> dict[str, Value]:
-    """ValueError if they are none."""
+    """The start values in a file.  ValueError if the file is not valid."""
     try:
         found = read_json(data)
     except MalformedError as cause:
-        raise ValueError("no parameter file") from cause
+        raise ValueError("the parameter file is not valid: expected JSON") from cause
     if not isinstance(found, dict):
-        raise ValueError("no parameter file")
+        raise ValueError("the parameter file is not valid: expected values by path")
     return {path: value for path, value in found.items() if isinstance(value, bool | int | float | str)}

@@ -1,4 +1,4 @@
-"""System data: how much there is of everything.
+"""The limits of the system.
 
 Source: PacDrive manual chapter 9 (6015-6060), digest PD-310 to PD-321; 64 tasks and 40 axes by digest X2 and X1.
 """
@@ -16,17 +16,19 @@ SYSTEM_CLOCK_US: Final = 250
 
 @dataclass(frozen=True, slots=True)
 class Limits:
+    """Sizes of memory and numbers of objects."""
+
     tasks: int = 64
     code_bytes: int = 2048 * KB
     data_bytes: int = 2048 * KB
     area_bytes: int = 64 * KB
-    """Of markers, inputs and outputs, each."""
+    """Size of the areas of markers, inputs and outputs, each."""
     variable_bytes: int = 128 * KB
-    """Of an array, a structure, a list of global variables, the variables of a function block."""
+    """Size of an array, a structure, a list of global variables, or the variables of a function block."""
     stack_bytes: int = 10 * KB
     if_depth: int = 15
     bit_bytes: int = 4096
-    """On which bit variables with AT may lie."""
+    """Size of the area for bit variables with AT."""
 
     @property
     def variable_area_bytes(self) -> int:

@@ -1,10 +1,10 @@
 """The control configuration: a tree of objects with parameters, each with its logical address.
 
 Source: PacDrive manual 3604-3640, 3862-3905 (digest PD-020 to PD-028).  A controller has parameter groups and objects
-below it; an object has a default name and a symbolic one.  A path leads from the root through names of either sort, or
-begins at a symbolic name, and may leave out groups: "MAx-4.General.MsgFilter", "PacDriveM.Timer1", "belt.DiagCode".
-Case doesn't matter.  How logical addresses are made is our choice: the object's number times 65536, plus the number of
-the parameter in its object.
+below it; an object has a default name and a symbolic name.  A path leads from the root through names of either kind, or
+starts at a symbolic name, and may omit groups: "MAx-4.General.MsgFilter", "PacDriveM.Timer1", "belt.DiagCode".
+Case does not matter.  The scheme of logical addresses is our choice: the number of the object times 65536, plus the
+number of the parameter in its object.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,20 +18,20 @@ OBJECT_STEP: Final = 0x1_0000
 
 
 class Kind(Enum):
-    """How a parameter is accessed (PD-026, PD-028); the manual names the second and the last, the rest is ours."""
+    """Kinds of access to a parameter (PD-026, PD-028); the manual names the second and the last."""
 
     INPUT = "input"
-    """Written by whoever wants; after a boot it has its first value."""
+    """Writable; after a boot it has its first value."""
     INPUT_INIT = "input with user initialisation"
-    """Its start value is in the parameter file."""
+    """Writable, with its start value in the parameter file."""
     OUTPUT = "output"
-    """Shown by the controller."""
+    """Read-only, shown by the controller."""
     SLOW = "through SERCOS"
-    """Lies in a drive: what is read is what was last heard, and a write arrives many cycles later."""
+    """Located in a drive: a read returns the last value received, and a write arrives many cycles later."""
 
 
 class Type(Enum):
-    """IEC 61131-3 types of parameters, with their smallest and largest value."""
+    """IEC 61131-3 types of parameters, with their smallest and largest values."""
 
     BOOL = ("BOOL", 0, 1)
     INT = ("INT", -(2**15), 2**15 - 1)
@@ -40,14 +40,19 @@ class Type(Enum):
     UDINT = ("UDINT", 0, 2**32 - 1)
     LREAL = ("LREAL", 0, 0)
     STRING = ("STRING", 0, 80)
-    """The largest value is the length (PD-322)."""
+    """The largest value is the length of the text (PD-322)."""
 
     def __init__(self, text: str, low: int, high: int) -> None:
         self.text, self.low, self.high = text, low, high
 
+    @property
+    def number(self) -> int:
+        """The number that windows show for the type, counted from 1 in the order of this table."""
+        return list(Type).index(self) + 1
+
 
 class Parameter:
-    """One parameter.  Without `read` it keeps its value itself; without `write` it takes what fits."""
+    """One parameter.  Without `read` it stores its value itself; without `write` it accepts any value that fits."""
 
     __slots__ = (
         "_read",
@@ -81,15 +86,15 @@ class Parameter:
         read: Callable[[], Value] | None = None,
         write: Callable[[Value], None] | None = None,
     ) -> None:
-        """`first` is the value after boot; `low`, `high` and `only` are narrower limits than the type's."""
+        """`first` is the value after a boot; `low`, `high` and `only` restrict the values of the type."""
         self.name, self.type, self.kind, self.unit, self.about = name, type, kind, unit, about
         self.low = type.low if low is None else low
         self.high = type.high if high is None else high
         self.only = only
         self.watcher: Callable[[Value], None] | None = None
-        """Hears of each value that was written, where the parameter keeps it itself."""
+        """Called with each value that is written, if the parameter stores it itself."""
         self.address = 0
-        """The logical address, once it is in a tree."""
+        """The logical address, once the parameter is in a tree."""
         self.first = first
         self._read, self._write = read, write
         self._value: Value = "" if type is Type.STRING and first == 0 else bool(first) if type is Type.BOOL else first
@@ -103,9 +108,9 @@ class Parameter:
         return self._value if self._read is None else self._read()
 
     def set(self, value: Value) -> None:
-        """From outside or from the program.  ValueError, with what would be right, if it can't have that value."""
+        """Write a value from outside or from the program.  ValueError if the parameter cannot have this value."""
         if not self.is_writable:
-            raise ValueError(f"{self.name} is shown by the controller and can't be written")
+            raise ValueError(f"{self.name}: expected no write, because the parameter is read-only")
         value = self.checked(value)
         if self._write is None:
             self._value = value
@@ -115,11 +120,11 @@ class Parameter:
             self._write(value)
 
     def put(self, value: Value) -> None:
-        """By the controller itself."""
+        """Set the value from inside the controller, without checks."""
         self._value = value
 
     def checked(self, value: Value) -> Value:
-        """Return the value in the parameter's type.  ValueError, with what was expected, for one it can't have."""
+        """Return the value in the type of the parameter.  ValueError if the parameter cannot have this value."""
         match self.type:
             case Type.STRING:
                 return text_in(value, self.high, self.name)
@@ -132,7 +137,7 @@ class Parameter:
 
 
 class Group:
-    """Parameters of an object that are shown together."""
+    """Parameters of an object that belong together."""
 
     def __init__(self, owner: "Object", name: str) -> None:
         self.owner, self.name = owner, name
@@ -145,19 +150,19 @@ class Group:
 
 
 class Object:
-    """One object of the configuration.  A new one belongs to the tree of its parent at once."""
+    """One object of the configuration."""
 
     def __init__(self, tree: "ObjectTree", parent: "Object | None", name: str, type_name: str, symbol: str) -> None:
         self.tree, self.parent = tree, parent
         self.name = name
-        """The default name, as "MC-4" or "output_0"."""
+        """The default name, such as "MC-4" or "output_0"."""
         self.type_name = type_name
-        """In IEC code, as "MC_4" or "D_IN"."""
+        """The type in IEC code, such as "MC_4" or "D_IN"."""
         self.symbol = symbol
         self.groups: dict[str, Group] = {}
         self.children: list[Object] = []
         self.log_adr = tree.next_address()
-        """The logical address, in IEC code `object.logAdr` (PD-025)."""
+        """The logical address, `object.logAdr` in IEC code (PD-025)."""
         self._parameters = 0
 
     def next_address(self) -> int:
@@ -165,13 +170,13 @@ class Object:
         return self.log_adr + self._parameters
 
     def group(self, name: str) -> Group:
-        """The group of this name, made if there is none."""
+        """The group with this name, created if necessary."""
         if name not in self.groups:
             self.groups[name] = Group(self, name)
         return self.groups[name]
 
     def add(self, name: str, type_name: str, symbol: str) -> "Object":
-        """An object below this one.  ValueError if the symbolic name is taken."""
+        """Add an object below this object.  ValueError if the symbolic name is in use."""
         self.tree.check_symbol(symbol)
         child = Object(self.tree, self, name, type_name, symbol)
         self.children.append(child)
@@ -183,11 +188,11 @@ class Object:
 
     @property
     def path(self) -> str:
-        """From the root, by symbolic names."""
+        """The path from the root, by symbolic names."""
         return self.name if self.parent is None else f"{self.parent.path}.{self.symbol or self.name}"
 
     def __getitem__(self, name: str) -> Parameter:
-        """A parameter by its name, whatever the group; case doesn't matter.  KeyError."""
+        """A parameter by its name in any group; case does not matter.  KeyError if there is none."""
         wanted = name.casefold()
         for parameter in self.parameters:
             if parameter.name.casefold() == wanted:
@@ -199,6 +204,8 @@ class Object:
 
 
 class ObjectTree:
+    """All objects of a controller."""
+
     def __init__(self, name: str = "MAx-4", type_name: str = "MAX4", symbol: str = "PacDriveM") -> None:
         self._objects = 0
         self.root = Object(self, None, name, type_name, symbol)
@@ -208,42 +215,42 @@ class ObjectTree:
         return self._objects * OBJECT_STEP
 
     def objects(self) -> Iterator[Object]:
-        """All of them, parents before children."""
+        """All objects, parents before children."""
         waiting = [self.root]
         while waiting:
-            one = waiting.pop(0)
-            yield one
-            waiting[:0] = one.children
+            found = waiting.pop(0)
+            yield found
+            waiting[:0] = found.children
 
     def parameters(self) -> Iterator[tuple[str, Parameter]]:
-        """All of them by their whole path, with the group's name."""
-        for one in self.objects():
-            for group in one.groups.values():
+        """All parameters by their full paths, which include the group."""
+        for owner in self.objects():
+            for group in owner.groups.values():
                 for parameter in group.parameters.values():
-                    yield f"{one.path}.{group.name}.{parameter.name}", parameter
+                    yield f"{owner.path}.{group.name}.{parameter.name}", parameter
 
     def check_symbol(self, symbol: str) -> None:
-        """ValueError if an object is already called so (names in IEC code know no case, PD-350)."""
-        if symbol and any(one.symbol.casefold() == symbol.casefold() for one in self.objects()):
-            raise ValueError(f"there is already an object {symbol!r}: another symbolic name would be right")
+        """ValueError if an object has this name; names in IEC code are not case-sensitive (PD-350)."""
+        if symbol and any(other.symbol.casefold() == symbol.casefold() for other in self.objects()):
+            raise ValueError(f"expected a symbolic name that is not in use, got {symbol!r}")
 
     def object(self, path: str) -> Object:
-        """By a path, or by "_" and the symbolic name (PD-025).  KeyError."""
+        """An object by its path, or by "_" and its symbolic name (PD-025).  KeyError if there is none."""
         found = self._walk(path.removeprefix("_").split("."))
         if found is None or found[1]:
             raise KeyError(path)
         return found[0]
 
     def parameter(self, path: str) -> Parameter:
-        """KeyError, with the path."""
+        """A parameter by its path.  KeyError if there is none."""
         found = self._walk(path.split("."))
         if found is not None:
-            one, rest = found
+            owner, rest = found
             match rest:
                 case [name]:
-                    return self._named(one.parameters, name, path)
+                    return self._named(owner.parameters, name, path)
                 case [group_name, name]:
-                    for group in one.groups.values():
+                    for group in owner.groups.values():
                         if group.name.casefold() == group_name.casefold():
                             return self._named(iter(group.parameters.values()), name, path)
         raise KeyError(path)
@@ -252,19 +259,31 @@ class ObjectTree:
         return self.parameter(path).value
 
     def set(self, path: str, value: Value) -> None:
-        """KeyError for the path, ValueError for the value."""
+        """Write a parameter.  KeyError for an unknown path, ValueError for a wrong value."""
         self.parameter(path).set(value)
 
     def by_address(self, address: int) -> Object | Parameter:
-        """What has this logical address.  KeyError."""
-        for one in self.objects():
-            if one.log_adr == address:
-                return one
-            if one.log_adr == address // OBJECT_STEP * OBJECT_STEP:
-                for parameter in one.parameters:
+        """The object or parameter with this logical address.  KeyError if there is none."""
+        for owner in self.objects():
+            if owner.log_adr == address:
+                return owner
+            if owner.log_adr == address // OBJECT_STEP * OBJECT_STEP:
+                for parameter in owner.parameters:
                     if parameter.address == address:
                         return parameter
         raise KeyError(address)
+
+    def at(self, address: int) -> Object | Parameter | None:
+        """The object or parameter with this logical address, or None if there is none."""
+        try:
+            return self.by_address(address)
+        except KeyError:
+            return None
+
+    def parameter_at(self, address: int) -> Parameter | None:
+        """The parameter with this logical address, or None if there is no parameter."""
+        found = self.at(address)
+        return found if isinstance(found, Parameter) else None
 
     @staticmethod
     def _named(parameters: Iterator[Parameter], name: str, path: str) -> Parameter:
@@ -274,13 +293,13 @@ class ObjectTree:
         raise KeyError(path)
 
     def _walk(self, names: list[str]) -> tuple[Object, list[str]] | None:
-        """The object that a path leads to, and what of it is left."""
-        start = next((one for one in self.objects() if one.is_called(names[0])), None)
+        """The object that a path leads to, with the rest of the path."""
+        start = next((found for found in self.objects() if found.is_called(names[0])), None)
         if start is None:
             return None
         rest = names[1:]
         while rest:
-            below = next((one for one in start.children if one.is_called(rest[0])), None)
+            below = next((child for child in start.children if child.is_called(rest[0])), None)
             if below is None:
                 break
             start, rest = below, rest[1:]

@@ -1,6 +1,6 @@
-"""Versions VXX.YY.ZZ, and which parts of a system may work together.
+"""Versions VXX.YY.ZZ, and the rule by which parts of a system are compatible.
 
-Source: PacDrive manual 6181-6207 (digest PD-330 to PD-333) and the features it binds to versions (PD-335).
+Source: PacDrive manual 6181-6207 (digest PD-330 to PD-333), and the features that depend on versions (PD-335).
 """
 
 import re
@@ -8,27 +8,29 @@ from typing import Final, NamedTuple
 
 
 class Version(NamedTuple):
+    """A version by its three numbers."""
+
     incompatible: int
-    """XX"""
+    """XX, which counts incompatible changes."""
     upward: int
-    """YY: upwardly compatible changes."""
+    """YY, which counts upwardly compatible changes."""
     compatible: int = 0
-    """ZZ"""
+    """ZZ, which counts compatible changes."""
 
     def __str__(self) -> str:
         return f"V{self.incompatible:02}.{self.upward:02}.{self.compatible:02}"
 
 
 def version_of(text: str) -> Version:
-    """The first one in a text; ZZ may be left out.  ValueError if there is none."""
+    """The first version in a text; ZZ may be missing.  ValueError if there is no version."""
     found = re.search(r"V(\d{2})\.(\d{2})(?:\.(\d{2}))?(?!\d)", text, re.ASCII)
     if found is None:
-        raise ValueError(f"{text!r} has no version: right would be V00.15.00")
+        raise ValueError(f"expected a version such as V00.15.00, got {text!r}")
     return Version(int(found[1]), int(found[2]), int(found[3] or 0))
 
 
 def goes_with(upper: Version, lower: Version) -> bool:
-    """Whether XX are equal and the upper's YY is not below the lower's; ZZ has no significance.
+    """True if XX is equal and the YY of `upper` is not below that of `lower`; ZZ does not matter.
 
     EPAS-4 is above the MAx-4, and the MAx-4 above MC-4 and IEC libraries.
     """
@@ -36,5 +38,6 @@ def goes_with(upper: Version, lower: Version) -> bool:
 
 
 TIME_STAMPS: Final = Version(0, 7)
-"""From here on stamps are `DDD HH:MM:SS.sss`, and IEC data have 2 MByte."""
+"""First version with time stamps `DDD HH:MM:SS.sss` and 2 MByte of IEC data."""
 LARGE_VARIABLES: Final = Version(0, 12)
+"""First version with variables of 128 kByte."""

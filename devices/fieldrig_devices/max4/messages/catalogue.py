@@ -1,10 +1,10 @@
-"""What the controller has to report: codes, texts, filter classes.
+"""The messages of the controller: codes, texts, filter classes.
 
-Source: PacDrive manual 3246-3261, 4093-4110, 4163-4196, 4317-4337 (the catalogue of digest 1.5), in the manual's words;
-English beside it.  117 stands for two things there (digest X4), so the table goes by whole codes, whose first digit is
-the default class.  Without a number in the manual, and so ours: 190 for the division error, 560 on for the ring, 570 on
-for field buses; 507 has the successor product's base number.  505 and 506 are reserved (digest X3).  Drives have their
-own (`mc4.diagnosis`).
+Source: PacDrive manual 3246-3261, 4093-4110, 4163-4196, 4317-4337 (the catalogue of digest 1.5), in the words of the
+manual, with English texts beside them.  117 has two meanings there (digest X4), so the keys of the table are whole
+codes, whose first digit is the default class.  Our own numbers, where the manual has none: 190 for the division error,
+560 and up for the ring, 570 and up for field buses; 507 is the base number of the successor.  505 and 506 are reserved
+(digest X3).  The codes of drives are in `mc4.diagnosis`.
 """
 
 from collections.abc import Mapping
@@ -18,11 +18,11 @@ GENERAL: Final = 0x0001
 DIAGNOSIS: Final = 0x0002
 FIELD_BUS: Final = 0x0008
 EXTENDED: Final = 0x1000
-"""Filter classes: 0x0001, 0x0002 and 0x1000 are seen in the manual's logs, names by digest 3."""
+"""Filter classes: 0x0001, 0x0002 and 0x1000 are in the logs of the manual; their names are those of digest 3."""
 
 
 class Code(IntEnum):
-    """By the default class."""
+    """Codes with their default class."""
 
     SERIOUS_CYCLE_ERROR = 4313
     DIVISION_ERROR = 4190
@@ -53,6 +53,8 @@ class Code(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Message:
+    """The text of a code in both languages, with its filter class."""
+
     de: str
     en: str
     type: int = DIAGNOSIS
@@ -60,7 +62,7 @@ class Message:
 
 
 MESSAGES: Final[Mapping[int, Message]] = {
-    **{int(code): Message(one.de, one.en) for code, one in DRIVE_MESSAGES.items()},
+    **{int(code): Message(message.de, message.en) for code, message in DRIVE_MESSAGES.items()},
     Code.SERIOUS_CYCLE_ERROR: Message(
         "Schwere Zykluszeitüberschreitung", "serious cycle time transgression", is_quittable=False
     ),
@@ -92,8 +94,8 @@ MESSAGES: Final[Mapping[int, Message]] = {
 
 
 def message_of(code: int) -> Message:
-    """Of a code, or of another with the same three digits, as a drive shows it whose classes were changed."""
+    """The message of a code, or of a code with the same three digits if the class has been changed."""
     found = MESSAGES.get(code)
     if found is None:
-        found = next((one for other, one in MESSAGES.items() if other % 1000 == code % 1000), None)
+        found = next((message for other, message in MESSAGES.items() if other % 1000 == code % 1000), None)
     return found or Message(f"Diagnose {code}", f"diagnosis {code}")

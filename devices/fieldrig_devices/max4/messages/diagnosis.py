@@ -1,28 +1,37 @@
 """DiagCode, DiagExtCode and DiagMsg of the controller and of its axes.
 
-Source: PacDrive manual 4163-4196 (digest PD-091 to PD-098).  What is shown is overwritten only by a diagnosis of a
-higher class (a lower number), and reset only by quitting.  A code is the class and three digits.
+Source: PacDrive manual 4163-4196 (digest PD-091 to PD-098).  A diagnosis that is shown is replaced only by a more
+severe one (with a lower class number), and is reset only when it is acknowledged ("quit").  A code is the class and
+three digits.
 """
 
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
 MESSAGE_CLASS: Final = 8
-"""From here on entries are messages: logged, and never pending (our reading: 8002 to 8016 are no diagnoses)."""
+"""First class of messages, which are logged and never pending (our reading of 8002 to 8016)."""
 ERROR_CLASSES: Final = range(1, 6)
-"""Classes that have a reaction; 6 is a warning, 7 a notice (digest 3)."""
+"""Classes of errors, which have a reaction; 6 is a warning, 7 a notice (digest 3)."""
 
 
 class Sender(NamedTuple):
-    """Who reports: the object's type and its instance, as the logger shows them."""
+    """The source of a report: type and instance of the object, as the logger shows them."""
 
     object: str
     instance: str
 
 
+MAX4: Final = Sender("MAX4", "MAX4")
+"""The controller itself."""
+LZS: Final = Sender("LZS", "LZS")
+"""The run-time system."""
+
+
 class Pending(NamedTuple):
+    """A diagnosis that is pending."""
+
     code: int
-    """Class and three digits, as shown."""
+    """The code as it is shown: class and three digits."""
     ext: str
     msg: str
     is_quittable: bool
@@ -36,7 +45,7 @@ NOTHING: Final = Pending(0, "", "", True)
 
 
 class Diagnosis:
-    """What is pending for one object.  Kept by `reports.Reports`; faces only read it."""
+    """The pending diagnoses of one object.  `reports.Reports` maintains them; faces only read them."""
 
     def __init__(self, on_change: Callable[[], None]) -> None:
         self._on_change = on_change
@@ -45,7 +54,7 @@ class Diagnosis:
 
     @property
     def code(self) -> int:
-        """DiagCode; 0: nothing is pending."""
+        """DiagCode; 0 if no diagnosis is pending."""
         return self._shown.code
 
     @property
@@ -60,35 +69,36 @@ class Diagnosis:
 
     @property
     def pending(self) -> tuple[Pending, ...]:
-        """In the order of coming."""
+        """The pending diagnoses in the order of their arrival."""
         return tuple(self._pending)
 
     @property
     def is_error(self) -> bool:
-        return any(one.diagnosis_class in ERROR_CLASSES for one in self._pending)
+        """True if an error is pending."""
+        return any(pending.diagnosis_class in ERROR_CLASSES for pending in self._pending)
 
-    def add(self, one: Pending) -> None:
-        """What is pending already, from the same place, stays where it is."""
-        if all((other.code, other.ext) != (one.code, one.ext) for other in self._pending):
-            self._pending.append(one)
-        if self._shown.code == 0 or one.diagnosis_class < self._shown.diagnosis_class:
-            self._shown = one
+    def add(self, pending: Pending) -> None:
+        """Add a diagnosis, unless the same one is pending from the same place."""
+        if all((other.code, other.ext) != (pending.code, pending.ext) for other in self._pending):
+            self._pending.append(pending)
+        if self._shown.code == 0 or pending.diagnosis_class < self._shown.diagnosis_class:
+            self._shown = pending
         self._on_change()
 
-    def quit(self, goes: Callable[[Pending], bool] = lambda _one: True) -> None:
-        """Everything goes that may be quitted and that `goes`; of the rest the most severe is shown."""
-        self._keep([one for one in self._pending if not (one.is_quittable and goes(one))])
+    def quit(self, is_gone: Callable[[Pending], bool] = lambda _pending: True) -> None:
+        """Acknowledge the diagnoses for which `is_gone` is true; the most severe of the others is shown."""
+        self._keep([pending for pending in self._pending if not (pending.is_quittable and is_gone(pending))])
 
     def reset(self) -> None:
-        """Power-off, or a boot: nothing is pending."""
+        """Remove all diagnoses, at power-off and at a boot."""
         self._keep([])
 
     def withdraw(self, code: int) -> None:
-        """One goes though it can't be quitted, as a task error with the reset of the tasks."""
-        self._keep([one for one in self._pending if one.code != code])
+        """Remove a diagnosis that cannot be acknowledged, such as a task error when the tasks are reset."""
+        self._keep([pending for pending in self._pending if pending.code != code])
 
     def _keep(self, rest: list[Pending]) -> None:
         if len(rest) != len(self._pending):
             self._pending = rest
-            self._shown = min(rest, key=lambda one: one.diagnosis_class, default=NOTHING)
+            self._shown = min(rest, key=lambda pending: pending.diagnosis_class, default=NOTHING)
             self._on_change()

@@ -1,8 +1,8 @@
-"""The message logger: a ring of 325 entries in buffered RAM, and log files on the flash disk.
+"""The message logger: a ring buffer of 325 entries in buffered RAM, and log files on the flash disk.
 
-Source: PacDrive manual 4202-4392 (digest PD-110 to PD-124).  Numbers count the entries in the buffer, the oldest is 1
-(our reading of both logs of the manual, where the newest is 325 in a full buffer of 325).  What a log file looks like
-is our choice: the table as the manual prints it, newest first, with tabs.
+Source: PacDrive manual 4202-4392 (digest PD-110 to PD-124).  The entries in the buffer are numbered from 1, the oldest
+(our reading of both logs of the manual, where the newest entry of a full buffer is 325).  The format of a log file is
+our choice: the table as the manual prints it, newest first, with tabs.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -16,17 +16,19 @@ COLUMNS: Final = ("No.", "Timestamp", "Type", "Object", "Instance", "Diag. Code"
 
 
 class Entry(NamedTuple):
+    """One entry of the log."""
+
     stamp_ms: int
-    """Since power-on or boot."""
+    """Time since power-on or boot, in milliseconds."""
     type: int
-    """The filter class: one bit of sixteen."""
+    """Filter class, one bit of sixteen."""
     sender: Sender
     code: int
     ext: str
     text: str
 
     def line(self, number: int, *, is_plain: bool = False) -> str:
-        """As the manual prints it, with tabs."""
+        """The entry as a line of the table in the manual, with tabs."""
         shown = (
             number, stamp(self.stamp_ms, is_plain=is_plain), f"0x{self.type:04x}", *self.sender, self.code or "",
             self.ext, self.text,
@@ -35,7 +37,7 @@ class Entry(NamedTuple):
 
 
 class Files(Protocol):
-    """The part of the flash disk that the logger uses.  ValueError says why not."""
+    """The part of the flash disk that the logger uses.  Each method raises ValueError if it fails."""
 
     def write(self, name: str, data: bytes) -> None: ...
 
@@ -45,13 +47,13 @@ class Files(Protocol):
 
 
 class Ring(Protocol):
-    """Where the entries lie."""
+    """The ring buffer of the entries."""
 
     def entries(self) -> Iterator[Entry]:
-        """Oldest first."""
+        """The entries, oldest first."""
 
     def append(self, entry: Entry) -> None:
-        """The oldest goes when it is full."""
+        """Append an entry; a full buffer drops its oldest entry."""
 
     def clear(self) -> None: ...
 
@@ -59,38 +61,40 @@ class Ring(Protocol):
 
 
 class Logger:
+    """The logger of one controller."""
+
     def __init__(self, ring: Ring, files: Files, now_ms: Callable[[], int]) -> None:
         self._ring, self._files, self._now_ms = ring, files, now_ms
         self.filter = 0xFFFF
-        """MsgFilter: a class whose bit is 0 is not recorded."""
+        """MsgFilter, a mask of filter classes; entries of other classes are not recorded."""
         self.is_plain = False
-        """Stamps in plain ms, as below V00.07.00."""
+        """True for time stamps in plain milliseconds, as before V00.07.00."""
 
     def __len__(self) -> int:
-        """MsgEntries."""
+        """Number of entries (MsgEntries)."""
         return len(self._ring)
 
     def insert(self, type: int, sender: Sender, code: int, ext: str, text: str) -> bool:
-        """MsgLogInsert(): whether the filter let it through."""
+        """Insert an entry (MsgLogInsert()).  Return true if the filter accepts it."""
         if not type & self.filter:
             return False
         self._ring.append(Entry(self._now_ms(), type, sender, code, ext, text))
         return True
 
     def entries(self) -> list[tuple[int, Entry]]:
-        """With their numbers, newest first."""
+        """The entries with their numbers, newest first."""
         return list(enumerate(self._ring.entries(), 1))[::-1]
 
     def lines(self, shown: int = 0xFFFF) -> list[str]:
-        """As the tool shows them, newest first; `shown` is its display filter."""
+        """The entries as lines of the tool, newest first; `shown` is the mask of its display filter."""
         return [entry.line(number, is_plain=self.is_plain) for number, entry in self.entries() if entry.type & shown]
 
     def save(self, name: str) -> None:
-        """MsgLogSave(): the buffer to a file.  ValueError if the disk doesn't take it."""
+        """Save the buffer to a file (MsgLogSave()).  ValueError if the disk does not accept it."""
         self._files.write(name, text_of(self.lines()).encode("utf-8"))
 
     def reset(self) -> None:
-        """MsgLogReset()."""
+        """Delete all entries (MsgLogReset())."""
         self._ring.clear()
 
     def save_and_reset(self, name: str) -> None:
@@ -98,11 +102,11 @@ class Logger:
         self.reset()
 
     def load(self, name: str) -> list[str]:
-        """The lines of a log file.  ValueError if there is none of this name."""
+        """The lines of a log file.  ValueError if the file does not exist."""
         return self._files.read(name).decode("utf-8", "replace").splitlines()[1:]
 
     def delete(self, name: str) -> None:
-        """MsgLogDelete(): a file.  ValueError if there is none of this name."""
+        """Delete a log file (MsgLogDelete()).  ValueError if the file does not exist."""
         self._files.delete(name)
 
 

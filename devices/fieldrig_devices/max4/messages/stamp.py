@@ -1,11 +1,12 @@
 """Time stamps of the message logger: time since power-on as `DDD HH:MM:SS.sss`.
 
-Source: manual 4346-4360 (digest PD-115): leading parts that are zero are left out; below V00.07.00 plain milliseconds.
+Source: manual 4346-4360 (digest PD-115): leading parts that are zero are omitted; before V00.07.00 a time stamp is a
+plain number of milliseconds.
 """
 
 
 def stamp(ms: int, *, is_plain: bool = False) -> str:
-    """As the logger shows it: `1`, `9.540`, `22:39.709`, `2:35:21.429`, `1 02:35:21.429`."""
+    """Return a time stamp such as `1`, `9.540`, `22:39.709`, `2:35:21.429` or `1 02:35:21.429`."""
     if is_plain:
         return str(ms)
     seconds, rest = divmod(ms, 1000)

@@ -1,8 +1,8 @@
-"""The registers of one axis: what a Modbus client tells it, and what it sees of it.
+"""The registers of one axis: its commands, set values and state, as a Modbus client accesses them.
 
-The map is ours (docs/max4-modbus.md; the manual names a library ModBus.lib and nothing of it, digest PD-306).  Set
-values wait in their registers for a command, which stands behind them, so that one request can bring both.  Positions
-of 32 bits count on over their ends: one that is given means the nearest turn of them.
+The map is ours (docs/max4-modbus.md; the manual names the library ModBus.lib without its content, digest PD-306).  Set
+values take effect with a command, whose register follows theirs, so that one request can write both.  Positions wrap
+around at 32 bits; a target position means the nearest position that is shown as this value.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,17 +10,17 @@ from enum import IntEnum, IntFlag
 from typing import Final
 
 from fieldrig.device import Value
+from fieldrig_devices.cia402.objects import NO_POSITION_LIMITS
+from fieldrig_devices.cia402.units import BITS_32
 from fieldrig_devices.max4.axes.axis import Axis, Mode
 from fieldrig_devices.max4.axes.positioning import Positioner
 from fieldrig_devices.max4.modbus.cells import Entry, whole
-from fieldrig_devices.max4.modbus.settings import NO_LIMITS
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.motion.travel import NEGATIVE, POSITIVE, Switches, Travel
 
 FIRST: Final = 1000
 SIZE: Final = 100
-"""Of the block of one axis."""
-_HALF, _WHOLE = 1 << 31, 1 << 32
+"""Number of registers of one axis."""
 
 
 class Command(IntEnum):
@@ -34,7 +34,7 @@ class Command(IntEnum):
 
 
 class Operation(IntEnum):
-    """What START does."""
+    """Kinds of motion that START begins."""
 
     POSITION = 0
     VELOCITY = 1
@@ -51,14 +51,15 @@ class Status(IntFlag):
     SIMULATED = 0x0040
     FOREIGN = 0x0080
     NEGATIVE_LIMIT = 0x0100
-    """The switch is on."""
+    """The negative limit switch is on."""
     POSITIVE_LIMIT = 0x0200
+    """The positive limit switch is on."""
     LIMITED = 0x0400
-    """Something ends its way before it is where it is to go."""
+    """A limit ends the motion before its target."""
 
 
 class AxisRegisters:
-    """Of axis `number`, from 0 on.  A unit of length is `per_unit` increments."""
+    """The registers of axis `number`, counted from 0.  A unit of length is `per_unit` increments."""
 
     def __init__(
         self,
@@ -90,7 +91,7 @@ class AxisRegisters:
         return whole([*self._set_values(), *self._state()], SIZE)
 
     def halt(self) -> None:
-        """Stop what a client of ours has begun."""
+        """Stop a motion that a Modbus client has started."""
         if self.positioner.is_moving:
             self.positioner.stop(self._limits)
 
@@ -102,7 +103,7 @@ class AxisRegisters:
             base, "enable", "u16", lambda: axis.is_enabled, lambda value: axis.enable(bool(value)), up_to(1),
             about="ControllerEnable",
         )  # fmt: skip
-        yield self._kept(1, "operation", "u16", self._check_operation, about="what start does")
+        yield self._kept(1, "operation", "u16", self._check_operation, about="kind of motion that start begins")
         yield self._kept(2, "target_position", "s32", unit="units")
         yield self._kept(4, "speed", "u32", _above_0, unit="units/s", about="for positions and jogging")
         yield self._kept(6, "acceleration", "u32", _above_0, unit="units/s2")
@@ -112,7 +113,7 @@ class AxisRegisters:
         command = self._values
         yield Entry(
             base + 13, "command", "u16", lambda: command["command"], self._command, self._check_command,
-            about="acts each time it is written",
+            about="acts on each write",
         )  # fmt: skip
         yield self._kept(14, "min_position", "s32", unit="units", about="software limit", then=self._limit)
         yield self._kept(16, "max_position", "s32", unit="units", about="software limit", then=self._limit)
@@ -121,14 +122,21 @@ class AxisRegisters:
         axis = self.axis
         shown: tuple[tuple[int, str, str, Callable[[], Value], str, str], ...] = (
             (20, "AxisState", "u16", lambda: axis.axis_state.value, "", ""),
-            (21, "MC4State", "u16", lambda: axis.mc4_state, "", "as the drive shows it"),
-            (22, "DiagCode", "u16", lambda: axis.diag_code, "", "0: nothing is pending"),
+            (21, "MC4State", "u16", lambda: axis.mc4_state, "", "state as the drive shows it"),
+            (22, "DiagCode", "u16", lambda: axis.diag_code, "", "0: no diagnosis is pending"),
             (23, "status", "u16", self._status, "", "bits"),
             (24, "position", "s32", lambda: self._wrapped(axis.position), "units", "actual"),
             (26, "velocity", "s32", lambda: round(axis.velocity / self._per_unit), "units/s", "actual"),
             (28, "torque", "s16", lambda: axis.torque, "0.1 %", "actual, of the rated torque"),
             (29, "following_error", "s32", lambda: round(axis.following_error / self._per_unit), "units", ""),
-            (31, "set_position", "s32", self._set_position, "units", "as last sent; actual in torque mode"),
+            (
+                31,
+                "set_position",
+                "s32",
+                self._set_position,
+                "units",
+                "last sent to the drive; actual position in torque mode",
+            ),
             (33, "RealTimeBusAdr", "u16", lambda: axis.ring_address, "", "address on the ring"),
             (34, "logAdr", "u32", lambda: axis.log_adr, "", "logical address"),
             (36, "drive_status", "u16", lambda: axis.status_word, "", "S-0-0135, without the service channel"),
@@ -162,12 +170,12 @@ class AxisRegisters:
     def _check_operation(self, value: Value) -> None:
         Operation(int(value))
         if int(value) == Operation.TORQUE and Mode.TORQUE not in self.axis.modes:
-            raise ValueError("no torque is in the drive's telegram")
+            raise ValueError("operation: expected 0 or 1, because the telegram of the drive has no torque")
 
     def _check_command(self, value: Value) -> None:
         moves = Command(int(value)) not in (Command.NOTHING, Command.QUIT, Command.STOP)
         if moves and not self.axis.is_controlled:
-            raise ValueError("the axis is not under control")
+            raise ValueError("the axis is not under control: enable it before this command")
 
     def _command(self, value: Value) -> None:
         command = Command(int(value))
@@ -198,9 +206,10 @@ class AxisRegisters:
                 self.positioner.push(values["target_torque"], limits)
 
     def _limit(self) -> None:
-        """As 607Dh: the ends of 32 bits, or a lower one that is not below, are none."""
+        """Apply the software limits.  As in 607Dh, the ends of 32 bits limit nothing, nor does a minimum not below the
+        maximum."""
         low, high = self._values["min_position"], self._values["max_position"]
-        are_there = low < high and (low, high) != NO_LIMITS
+        are_there = low < high and (low, high) != NO_POSITION_LIMITS
         self.positioner.travel.range = (low * self._per_unit, high * self._per_unit) if are_there else None
 
     @property
@@ -236,23 +245,25 @@ class AxisRegisters:
         return self._wrapped(axis.set_value if is_position else axis.position)
 
     def _wrapped(self, increments: float) -> int:
-        """In units, as 32 bits show it."""
-        return (round(increments / self._per_unit) + _HALF) % _WHOLE - _HALF
+        """The position in units, wrapped to 32 bits."""
+        return BITS_32.shown(round(increments / self._per_unit))
 
     def _nearest(self, shown: int) -> int:
-        """The position in units that 32 bits show so, on the turn of them on which the axis is."""
+        """The position in units that is shown as `shown` and is nearest to the axis."""
         here = round(self.axis.position / self._per_unit)
-        return here + (shown - here + _HALF) % _WHOLE - _HALF
+        return here + BITS_32.shown(shown - here)
 
 
 def up_to(most: int) -> Callable[[Value], None]:
+    """A check that accepts 0 to `most`."""
+
     def check(value: Value) -> None:
         if not 0 <= int(value) <= most:
-            raise ValueError(f"0 to {most} would be right")
+            raise ValueError(f"expected 0 to {most}, got {value}")
 
     return check
 
 
 def _above_0(value: Value) -> None:
     if int(value) <= 0:
-        raise ValueError("more than 0 would be right")
+        raise ValueError(f"expected more than 0, got {value}")

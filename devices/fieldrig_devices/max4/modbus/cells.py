@@ -1,29 +1,29 @@
-"""Registers and bits with a program behind them: read when asked for, acting when written.
+"""Registers and bits whose values are computed when a client reads them, and that act when a client writes them.
 
-Keeps the protocols `Registers` and `Bits` of fieldrig_bus.modbus.server.  All of one request take effect, or none: each
-value is checked before the first one is written.  Where the specification leaves the choice: a value of several
-registers acts when its last register, the one with the highest address, is written; until then reads show it as it was.
+They implement the protocols `Registers` and `Bits` of fieldrig_bus.modbus.server.  A write takes effect as a whole or
+not at all: each value is checked before the first one is written.  Our choice where the specification leaves room: a
+value of several registers acts when its last register, the one with the highest address, is written; until then reads
+return its old value.
 """
 
-import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 from fieldrig.device import Value
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
-from fieldrig_devices.registers.table import FLOATS, FORMATS, WORDS, WordOrder
+from fieldrig_devices.registers.form import Form, WordOrder, text_in_registers, words_in
 
 RESERVED: Final = "reserved"
 
 
 def any_value(_value: Value) -> None:
-    """A check that everything passes."""
+    """A check that accepts every value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One value; `type` is u16, s16, u32, s32, f64 or string[n].  Without `write` clients only read it."""
+    """One value.  `type` is u16, s16, u32, s32, f64 or string[n].  Without `write` it is read-only for clients."""
 
     address: int
     name: str
@@ -31,7 +31,7 @@ class Entry:
     read: Callable[[], Value]
     write: Callable[[Value], None] | None = None
     check: Callable[[Value], None] = any_value
-    """ValueError: the request is answered with exception 04, and nothing of it is done."""
+    """Raises ValueError to refuse a value; the request is then answered with an exception and has no effect."""
     unit: str = ""
     about: str = ""
 
@@ -40,11 +40,8 @@ class Entry:
 
     @property
     def words(self) -> int:
-        return WORDS[self.type] if self.type in WORDS else (self.characters + 1) // 2
-
-    @property
-    def characters(self) -> int:
-        return int(self.type[7:-1])
+        """Number of registers of the value."""
+        return words_in(self.type)
 
     @property
     def end(self) -> int:
@@ -52,9 +49,9 @@ class Entry:
 
 
 def whole(entries: Iterable[Entry], size: int) -> Iterator[Entry]:
-    """With what is reserved between them, and up to `size` from the first one on: reads can go over it."""
+    """Fill the gaps between the entries, and up to `size` registers, with reserved registers that clients can read."""
     at = first = -1
-    for entry in sorted(entries, key=lambda one: one.address):
+    for entry in sorted(entries, key=lambda entry: entry.address):
         if first < 0:
             at = first = entry.address
         yield from (_reserved(address) for address in range(at, entry.address))
@@ -68,17 +65,21 @@ def _reserved(address: int) -> Entry:
 
 
 class LiveRegisters:
+    """The registers of one unit."""
+
     def __init__(
         self, entries: Iterable[Entry], word_order: WordOrder = "big", refusal: int = SERVER_DEVICE_FAILURE
     ) -> None:
-        """`refusal` is the exception code for a value that is refused."""
-        self._is_little, self._refusal = word_order == "little", refusal
+        """`refusal` is the exception code of a value that `check` refuses."""
+        self._refusal = refusal
         self._at: dict[int, Entry] = {}
+        self._forms: dict[str, Form] = {}
         for entry in entries:
+            self._forms.setdefault(entry.type, Form(entry.type, word_order))
             for address in range(entry.address, entry.end):
                 self._at[address] = entry
         self._half: dict[int, bytes] = {}
-        """By first address: what of a value is written so far."""
+        """Partly written values by their first addresses."""
 
     def read(self, address: int, quantity: int) -> bytes:
         entries = self._touched(address, quantity)
@@ -106,7 +107,7 @@ class LiveRegisters:
             act(value)
 
     def _touched(self, address: int, quantity: int) -> list[Entry]:
-        """The values from `address` on.  ModbusError if anything is not there."""
+        """The values in these registers.  ModbusError if any register does not exist."""
         entries: list[Entry] = []
         at, end = address, address + quantity
         while at < end:
@@ -134,36 +135,21 @@ class LiveRegisters:
         return value
 
     def _encode(self, entry: Entry, value: Value) -> bytes:
-        """What doesn't fit shows the end of the type."""
-        kind = FORMATS.get(entry.type)
-        if kind is None:
-            text = str(value).encode("latin-1", "replace")[: entry.characters]
-            return text.ljust(2 * entry.words, b"\x00")
-        number = float(value) if entry.type in FLOATS else _limited(entry, int(value))
-        data = struct.pack(f">{kind}", number)
-        return _swapped(data) if self._is_little else data
+        """The bytes of a value, limited to the range of its type."""
+        form = self._forms[entry.type]
+        if not form.is_number:
+            return form.pack_text(str(value).encode("latin-1", "replace"))
+        return form.pack(float(value) if form.is_float else min(max(int(value), form.low), form.high))
 
     def _decode(self, entry: Entry, raw: bytes) -> Value:
-        kind = FORMATS.get(entry.type)
-        if kind is None:
-            return raw.split(b"\x00")[0].decode("latin-1")
-        value: int | float = struct.unpack(f">{kind}", _swapped(raw) if self._is_little else raw)[0]
-        return value
-
-
-def _limited(entry: Entry, number: int) -> int:
-    bits = 16 * entry.words
-    low, high = (0, (1 << bits) - 1) if entry.type.startswith("u") else (-(1 << bits - 1), (1 << bits - 1) - 1)
-    return min(max(number, low), high)
-
-
-def _swapped(data: bytes) -> bytes:
-    """The low word first."""
-    return b"".join(data[at : at + 2] for at in range(len(data) - 2, -1, -2))
+        form = self._forms[entry.type]
+        return form.unpack(raw) if form.is_number else text_in_registers(raw)
 
 
 @dataclass(frozen=True, slots=True)
 class BitEntry:
+    """One bit.  Without `write` it is read-only for clients."""
+
     address: int
     name: str
     read: Callable[[], bool]
@@ -171,6 +157,8 @@ class BitEntry:
 
 
 class LiveBits:
+    """The bits of one unit."""
+
     def __init__(self, entries: Sequence[BitEntry]) -> None:
         self._at = {entry.address: entry for entry in entries}
 

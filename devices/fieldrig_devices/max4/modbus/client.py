@@ -1,10 +1,11 @@
-"""The MAx-4 as Modbus client: exchanges values of its object tree with registers and bits of other units.
+"""The MAx-4 as a Modbus client: exchanges values of its object tree with registers and bits of other units.
 
-Source: ours (digest PD-209, PD-306: a library ModBus.lib, nothing of its content); Modbus application protocol V1.1b3.
-One request at a time, as a master on a serial line has to; no answer in time, or a wrong one, is tried again.  A unit
-that still doesn't answer is lost: an entry and a diagnosis, and the next try after a pause.  An exception is an answer:
-it is counted, and the values stay; but in 0A and 0B a gateway says that the unit gave none.  Units are devices of the
-rig, or servers outside that the bus leads to.  Left out: broadcasts, other functions than 1 to 4, 15 and 16.
+Source: ours (digest PD-209, PD-306: the library ModBus.lib without its content); Modbus application protocol V1.1b3.
+The client sends one request at a time, as a master on a serial line has to, and repeats it if the response is late or
+wrong.  A unit that still does not respond is lost: the client reports it in the log and as a diagnosis, and tries again
+after a pause.  An exception is a response: it is counted, and the values stay as they are; but with 0A and 0B a gateway
+reports that the unit did not respond.  Units are devices of the rig, or outside servers that the bus reaches.
+Left out: broadcasts, and functions other than 1 to 4, 15 and 16.
 """
 
 import struct
@@ -31,12 +32,12 @@ READ: Final = {"coils": 1, "discrete_inputs": 2, "holding_registers": 3, "input_
 WRITE: Final = {"coils": 15, "holding_registers": 16}
 EXCEPTION: Final = 0x80
 EXCEPTION_SIZE: Final = 2
-OF_A_GATEWAY: Final = frozenset({0x0A, 0x0B})
+GATEWAY_EXCEPTIONS: Final = frozenset({0x0A, 0x0B})
 _HEAD: Final = struct.Struct(">BHH")
 
 
 class _Exchange:
-    """One message of a unit.  `due_ns` is None while nothing is to be done."""
+    """One message of a unit.  `due_ns` is the time of its next request, or None if none is due."""
 
     def __init__(self, unit: "Unit", function: int, every_ms: int, due_ns: int | None) -> None:
         self.unit, self.function, self._every_ns, self.due_ns = unit, function, every_ms * MS, due_ns
@@ -44,12 +45,12 @@ class _Exchange:
     def request(self) -> bytes:
         raise NotImplementedError
 
-    def is_right(self, answer: bytes) -> bool:
-        """What is in a right answer is kept."""
+    def accepts(self, answer: bytes) -> bool:
+        """True if the response is valid; then its values are taken over."""
         raise NotImplementedError
 
     def put_off(self, now_ns: int) -> None:
-        """It is done; the next time."""
+        """Schedule the next request after a response."""
         self.due_ns = now_ns + self._every_ns if self._every_ns else None
 
 
@@ -58,7 +59,7 @@ class _Read(_Exchange):
         super().__init__(unit, READ[settings.what], settings.every_ms, now_ns)
         self._is_bits = settings.what in ("coils", "discrete_inputs")
         values = settings.values
-        count = len(values) if self._is_bits else sum(one.words for one in values)
+        count = len(values) if self._is_bits else sum(value.words for value in values)
         self._size = (count + 7) // 8 if self._is_bits else 2 * count
         self._request = _HEAD.pack(self.function, settings.address, count)
         self._data = Data(group, values, is_output=False)
@@ -67,7 +68,7 @@ class _Read(_Exchange):
     def request(self) -> bytes:
         return self._request
 
-    def is_right(self, answer: bytes) -> bool:
+    def accepts(self, answer: bytes) -> bool:
         if answer[:2] != bytes((self.function, self._size)) or len(answer) != 2 + self._size:
             return False
         self._heard = answer[2:]
@@ -91,55 +92,57 @@ class _Write(_Exchange):
         super().__init__(unit, WRITE[settings.what], settings.every_ms, None)
         self._is_bits = settings.what == "coils"
         values = settings.values
-        count = len(values) if self._is_bits else sum(one.words for one in values)
+        count = len(values) if self._is_bits else sum(value.words for value in values)
         self._head = _HEAD.pack(self.function, settings.address, count)
         self._data = Data(group, values, is_output=True)
         self._wanted = b""
-        self._told: bytes | None = None
-        """What the last request said, answered or not."""
+        self._requested: bytes | None = None
+        """The data of the last request, whether or not it was answered; None if the unit may have lost it."""
 
     def request(self) -> bytes:
-        self._told = self._wanted
+        self._requested = self._wanted
         return self._head + bytes((len(self._wanted),)) + self._wanted
 
-    def is_right(self, answer: bytes) -> bool:
+    def accepts(self, answer: bytes) -> bool:
         return answer == self._head
 
     def give(self, now_ns: int) -> None:
         self._wanted = self._data.packed() if self._is_bits else self._data.registers()
-        if self._wanted != self._told and not self.unit.is_lost:
+        if self._wanted != self._requested and not self.unit.is_lost:
             self.due_ns = now_ns if self.due_ns is None else min(self.due_ns, now_ns)
 
     def put_off(self, now_ns: int) -> None:
         super().put_off(now_ns)
-        if self._wanted != self._told:
+        if self._wanted != self._requested:
             self.due_ns = now_ns
 
     def forget(self) -> None:
-        """The unit may have lost what it was told."""
-        self._told = None
+        """Write again, because the unit may have lost its values."""
+        self._requested = None
 
 
 class Unit:
-    """One unit that is asked, and its share of the IO map."""
+    """One unit that the client reads and writes, and its part of the IO map."""
 
     def __init__(self, client: "ModbusClient", master: Object, symbol: str, settings: ClientUnitSettings) -> None:
         self._client, self.settings = client, settings
         self.sender = Sender("MB_UNIT", symbol)
-        one = add_object(master, "Modbus unit", "MB_UNIT", symbol)
+        unit = add_object(master, "Modbus unit", "MB_UNIT", symbol)
         self.requests = self.errors = self.exceptions = self.last_exception = 0
         self.failures = 0
-        """In a row."""
+        """Number of consecutive requests without a valid response."""
         self.is_lost = False
         self.is_heard = False
-        general = one.group("General")
+        general = unit.group("General")
         general.add(Parameter("UnitId", Type.UINT, first=settings.unit))
         general.add(Parameter("IsRunning", Type.BOOL, read=lambda: self.is_heard and not self.is_lost))
         general.add(Parameter("Requests", Type.UDINT, read=lambda: self.requests))
-        general.add(Parameter("Errors", Type.UDINT, read=lambda: self.errors, about="no answer, or a wrong one"))
+        general.add(
+            Parameter("Errors", Type.UDINT, read=lambda: self.errors, about="requests without a valid response")
+        )
         general.add(Parameter("Exceptions", Type.UDINT, read=lambda: self.exceptions))
         general.add(Parameter("LastException", Type.UINT, read=lambda: self.last_exception))
-        inputs, outputs = one.group("Inputs"), one.group("Outputs")
+        inputs, outputs = unit.group("Inputs"), unit.group("Outputs")
         now_ns = client.clock.now_ns()
         self._reads = [_Read(self, read, inputs, now_ns) for read in settings.reads]
         self._writes = [_Write(self, write, outputs) for write in settings.writes]
@@ -171,7 +174,7 @@ class Unit:
 
 
 class ModbusClient:
-    """Asks on `link`; whoever listens to it hands what comes in to `hear`."""
+    """Sends requests on `link`; the owner of the link passes the messages that arrive to `hear`."""
 
     def __init__(
         self,
@@ -184,7 +187,7 @@ class ModbusClient:
         self.clock, self._controller, self._link = clock, controller, link
         self._settings, self._io_map = settings, io_map
         self._units: list[Unit] = []
-        self._asked: _Exchange | None = None
+        self._pending: _Exchange | None = None
         self._number = 0
         self._late = Deadline(clock, self._on_timeout)
         self._wake = Deadline(clock, self.go_on)
@@ -192,25 +195,25 @@ class ModbusClient:
         controller.on_end(self.stop)
 
     def stop(self) -> None:
-        self._asked = None
+        self._pending = None
         self._units = []
         self._late.cancel()
         self._wake.cancel()
 
     def hear(self, message: ModbusEvent) -> None:
-        exchange = self._asked
+        exchange = self._pending
         if not isinstance(message, ModbusResponse) or message.exchange != self._number or exchange is None:
-            return  # an answer that came too late, or none
+            return  # a late response, or another message
         unit, pdu = exchange.unit, message.pdu
         if message.unit != unit.settings.unit:
             return
         self._late.cancel()
-        self._asked = None
+        self._pending = None
         if len(pdu) == EXCEPTION_SIZE and pdu[0] == exchange.function | EXCEPTION:
             unit.exceptions += 1
             unit.last_exception = pdu[1]
             self._on_exception(exchange, pdu[1])
-        elif exchange.is_right(pdu):
+        elif exchange.accepts(pdu):
             self._on_answer(exchange)
             exchange.put_off(self.clock.now_ns())
         else:
@@ -218,16 +221,16 @@ class ModbusClient:
         self.go_on()
 
     def go_on(self) -> None:
-        """Ask what is due, or wait for it."""
-        if self._asked is not None:
+        """Send the request that is due, or wait until one is."""
+        if self._pending is not None:
             return
         waiting = [(exchange.due_ns, exchange) for exchange in self._exchanges() if exchange.due_ns is not None]
         if not waiting:
             self._wake.cancel()
             return
-        due_ns, exchange = min(waiting, key=lambda one: one[0])
+        due_ns, exchange = min(waiting, key=lambda timed: timed[0])
         if due_ns <= self.clock.now_ns():
-            self._ask(exchange)
+            self._send(exchange)
         else:
             self._wake.set(due_ns)
 
@@ -238,12 +241,12 @@ class ModbusClient:
         self.stop()
         master = self._controller.tree.root.add("Modbus client", "MB_CLIENT", "")
         self._units = [Unit(self, master, symbol, unit) for symbol, unit in self._settings.units.items()]
-        self._io_map.parts.extend(self._units)  # with its first update the asking begins
+        self._io_map.parts.extend(self._units)  # the first update of the IO map starts the requests
 
-    def _ask(self, exchange: _Exchange) -> None:
+    def _send(self, exchange: _Exchange) -> None:
         unit = exchange.unit
         unit.requests += 1
-        self._asked = exchange
+        self._pending = exchange
         self._number = self._number + 1 & 0xFFFF
         self._late.set(self.clock.now_ns() + self._settings.timeout_ms * MS)
         self._link.send(ModbusRequest(unit.settings.unit, exchange.request(), self._number))
@@ -257,14 +260,14 @@ class ModbusClient:
             self._controller.report(Code.FIELD_BUS_BACK, unit.sender, self._place(unit))
 
     def _on_exception(self, exchange: _Exchange, code: int) -> None:
-        if code in OF_A_GATEWAY:
+        if code in GATEWAY_EXCEPTIONS:
             self._on_failure(exchange)
         else:
             self._on_answer(exchange)
             exchange.due_ns = self.clock.now_ns() + self._settings.pause_ms * MS
 
     def _on_timeout(self) -> None:
-        exchange, self._asked = self._asked, None
+        exchange, self._pending = self._pending, None
         assert exchange is not None
         self._on_failure(exchange)
         self.go_on()
@@ -274,7 +277,7 @@ class ModbusClient:
         unit.errors += 1
         unit.failures += 1
         if unit.failures <= self._settings.retries:
-            return  # it is still due
+            return  # the request is still due and is repeated
         again_ns = self.clock.now_ns() + self._settings.pause_ms * MS
         for other in unit.exchanges:
             if other.due_ns is not None:

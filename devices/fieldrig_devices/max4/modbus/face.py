@@ -1,15 +1,15 @@
-"""The MAx-4 as Modbus server: one unit on any number of buses, TCP or serial lines.
+"""The MAx-4 as a Modbus server: one unit on any number of buses, TCP or serial lines.
 
-Source: ours, as the manual names a library ModBus.lib and neither role nor framing (digest PD-306, 458); the answers
-are those of fieldrig_bus.modbus.server.  It answers from the end of a boot on; while there is no power, and in a boot,
-it is silent.  Holding and input registers are the same.  Left out: queues (function 24).
+Source: ours, as the manual names the library ModBus.lib, but neither its role nor its framing (digest PD-306, 458); the
+answers are those of fieldrig_bus.modbus.server.  The server answers once a boot has finished, and is silent without
+power and during a boot.  Holding and input registers are the same.  Left out: queues (function 24).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
-from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
+from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ModbusError
 from fieldrig_bus.modbus.message import CONNECTIONS, ModbusEvent, ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_devices.max4.axes.axis import Axis
@@ -21,12 +21,11 @@ from fieldrig_devices.max4.modbus.cells import Entry, LiveBits, LiveRegisters
 from fieldrig_devices.max4.modbus.map import Window, controller_entries, inputs, outputs, status_of
 from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.modbus.port import ModbusPort
-
-REFUSALS = {"server_failure": SERVER_DEVICE_FAILURE, "illegal_value": ILLEGAL_DATA_VALUE}
+from fieldrig_devices.registers.value import REFUSALS
 
 
 class _Unit:
-    """Keeps `DataModel` of fieldrig_bus.modbus.server, for one bus, from one boot to the next."""
+    """Implements `DataModel` of fieldrig_bus.modbus.server for one bus, from one boot to the next."""
 
     def __init__(self, controller: Controller, axes: Iterable[AxisRegisters], settings: ModbusFaceSettings) -> None:
         self._controller = controller
@@ -48,6 +47,8 @@ class _Unit:
 
 
 class ModbusFace:
+    """The server of one controller."""
+
     def __init__(
         self,
         clock: Clock,
@@ -56,40 +57,39 @@ class ModbusFace:
         settings: ModbusFaceSettings,
         switches: Mapping[str, Mapping[int, str]],
     ) -> None:
-        """`switches` are limit switches of axes as others know them: names of inputs by their bits.
+        """`switches` are the limit switches of axes from other settings: names of inputs by bit, by axis.
 
-        ValueError, with what would be right, if the settings don't fit the controller's configuration.
+        ValueError if the settings do not fit the configuration of the controller.
         """
         check_terminals(
-            controller, "modbus.limits", {name: one.switches.values() for name, one in settings.limits.items()}
+            controller, "modbus.limits", {name: limits.switches.values() for name, limits in settings.limits.items()}
         )
         self._switches = switches
         self._clock, self._controller, self._settings = clock, controller, settings
         self._axes: list[AxisRegisters] = []
         self._positioners: list[Positioner] = []
-        self._asked_ns = clock.now_ns()
-        turnaround_ns = round(settings.turnaround_ms * MS)
-        self._ports = [ModbusPort(clock, link, {}, turnaround_ns, self._on_asked) for link in links]
+        self._requested_ns = clock.now_ns()
+        self._ports = [ModbusPort(clock, link, {}, settings.turnaround_ns, self._on_request) for link in links]
         controller.on_boot(self._on_boot)
         if links:
             controller.each_cycle(self._on_cycle)
 
     def hear(self, place: int, message: ModbusEvent) -> None:
-        """A request that has come on link `place`."""
+        """Take a message that has arrived on link `place`."""
         if self._controller.is_booted and isinstance(message, ModbusRequest):
             self._ports[place].on_message(message)
 
     @property
     def interest(self) -> list[int | str]:
-        """What to listen for: the unit id, and who connects."""
+        """The messages to receive: requests to the unit, and new connections."""
         return [self._settings.unit_id, CONNECTIONS]
 
     def entries(self) -> Iterator[Entry]:
-        """The register map of the present configuration."""
+        """The register map of the present configuration, in the order of addresses."""
         return iter(_Unit(self._controller, self._axes, self._settings).entries)
 
     def _on_boot(self) -> None:
-        """Axes and tree are others now."""
+        """Connect to the axes and the tree of the new boot."""
         controller, settings = self._controller, self._settings
         self._axes = [self._registers(number, axis) for number, axis in enumerate(controller.axes.values())]
         self._positioners = [axis.positioner for axis in self._axes]
@@ -110,15 +110,15 @@ class ModbusFace:
             limits.software,
         )
 
-    def _on_asked(self) -> None:
-        self._asked_ns = self._clock.now_ns()
+    def _on_request(self) -> None:
+        self._requested_ns = self._clock.now_ns()
 
     def _on_cycle(self) -> None:
         for positioner in self._positioners:
             if positioner.is_moving and positioner.travel.is_there:
                 positioner.watch()
         watchdog_ns = self._settings.watchdog_ms * MS
-        if watchdog_ns and self._clock.now_ns() - self._asked_ns > watchdog_ns:
-            self._on_asked()
+        if watchdog_ns and self._clock.now_ns() - self._requested_ns > watchdog_ns:
+            self._on_request()
             for axis in self._axes:
                 axis.halt()

@@ -1,27 +1,28 @@
-"""What a rig file says about the MAx-4 as Modbus server."""
+"""Settings of the MAx-4 as a Modbus server."""
 
-from typing import Final, Literal, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.settings import Settings
 from fieldrig_bus.modbus.identification import Identification
+from fieldrig_devices.cia402.objects import NO_POSITION_LIMITS
 from fieldrig_devices.max4.axis_inputs import SwitchSettings
 from fieldrig_devices.max4.configuration.files import Symbol
-from fieldrig_devices.registers.table import WordOrder
+from fieldrig_devices.modbus.port import PortSettings
+from fieldrig_devices.registers.form import WordOrder
+from fieldrig_devices.registers.value import Refusal
 
-NO_LIMITS: Final = (-0x8000_0000, 0x7FFF_FFFF)
-"""Software limits that are none, as in 607Dh."""
+_LOWEST, _HIGHEST = NO_POSITION_LIMITS
 
 
 class AxisLimits(SwitchSettings):
-    """What ends the way of an axis; a switch that isn't named is that of `can_axes`, if there is one."""
+    """Limits of an axis.  A switch that is not named here is that of `can_axes`, if there is one."""
 
     min_position: int = Field(
-        default=NO_LIMITS[0], ge=NO_LIMITS[0], le=NO_LIMITS[1], description="start value of the register, in units"
+        default=_LOWEST, ge=_LOWEST, le=_HIGHEST, description="start value of the register, in units"
     )
     max_position: int = Field(
-        default=NO_LIMITS[1], ge=NO_LIMITS[0], le=NO_LIMITS[1], description="start value of the register, in units"
+        default=_HIGHEST, ge=_LOWEST, le=_HIGHEST, description="start value of the register, in units"
     )
 
     @property
@@ -31,26 +32,28 @@ class AxisLimits(SwitchSettings):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if self.min_position >= self.max_position:
-            raise ValueError(f"min_position {self.min_position}: below max_position would be right")
+            raise ValueError(
+                f"min_position: expected less than max_position {self.max_position}, got {self.min_position}"
+            )
         return self
 
 
-class ModbusFaceSettings(Settings):
-    unit_id: int = Field(default=1, ge=1, le=247, description="unit id (slave address)")
-    turnaround_ms: float = Field(default=2.0, ge=0, le=60_000, description="from a request to its response; 0: at once")
+class ModbusFaceSettings(PortSettings):
     word_order: WordOrder = Field(default="big", description="big: the high word of a value first")
-    refusal: Literal["server_failure", "illegal_value"] = Field(
-        default="server_failure", description="a value or command that is refused: exception 04, or 03"
+    refusal: Refusal = Field(
+        default="server_failure", description="response to a value or command that is refused: exception 04, or 03"
     )
-    increments_per_unit: int = Field(default=1000, ge=1, le=1_000_000, description="what a unit of length is")
-    units: dict[Symbol, int] = Field(default_factory=dict, description="the same for single axes")
+    increments_per_unit: int = Field(default=1000, ge=1, le=1_000_000, description="increments per unit of length")
+    units: dict[Symbol, int] = Field(
+        default_factory=dict, description="increments per unit of single axes, by their symbolic names"
+    )
     limits: dict[Symbol, AxisLimits] = Field(
         default_factory=dict, description="limit switches and software limits, by the symbolic names of the axes"
     )
     watchdog_ms: int = Field(
-        default=0, ge=0, description="axes stop that clients have set in motion when none asks for so long; 0: never"
+        default=0, ge=0, description="time without a request after which axes that clients have started stop; 0: never"
     )
     identification: Identification = Field(
         default_factory=lambda: Identification(product_code="MAx-4", product_name="PacController"),
-        description="function 43/14",
+        description="response to function 43/14",
     )

@@ -1,9 +1,9 @@
-"""A drive on the ring, as the end of an axis: its cyclic data and its service channel.
+"""A drive on the ring as the drive end of an axis: its cyclic data and its service channel.
 
-Source: IEC 61491 by its public facts; IDNs and units of the MC-4 (`mc4.idns`).  In the AT: position, velocity, torque,
-S-0-0182 with AxisState and MC4State, and S-0-0390 with the DiagCode.  In the MDT the set values that the configuration
-names.  ControllerEnable is the bit "drive on"; "drive enable" and "run" are always set, for without them a drive loses
-its torque at once.
+Source: public facts of IEC 61491; IDNs and units of the MC-4 (`mc4.idns`).  The AT contains position, velocity, torque,
+S-0-0182 with AxisState and MC4State, and S-0-0390 with the DiagCode, the MDT the set values that the configuration
+names.  ControllerEnable is the bit "drive on"; "drive enable" and "run" are always set, because without them a drive
+loses its torque immediately.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,13 +26,12 @@ AT: Final = (
     std.DIAGNOSTIC_NUMBER,
 )
 SHORT_AT: Final = (std.POSITION_FEEDBACK_1, std.TORQUE_FEEDBACK, std.MANUFACTURER_CLASS_3, std.DIAGNOSTIC_NUMBER)
-"""Where there are too many drives for a cycle: the velocity is that of the positions."""
+"""AT for more drives than fit into a cycle; the velocity is computed from the positions."""
 MDT: Final = {"position": std.POSITION_COMMAND, "velocity": std.VELOCITY_COMMAND, "torque": std.TORQUE_COMMAND}
 ALL: Final = ("position", "velocity", "torque")
 MODES: Final = {"position": Mode.POSITION, "velocity": Mode.VELOCITY, "torque": Mode.TORQUE}
 PER_VELOCITY: Final = INCREMENTS / 60 / 10_000
-"""Increments per second for 0.0001 1/min."""
-RESET_CLASS_1: Final = std.RESET_CLASS_1
+"""Increments per second of a velocity of 0.0001 1/min."""
 READY: Final = words.ENABLE | words.RUN
 FOLLOWING: Final = READY | words.DRIVE_ON | Mode.POSITION.value
 _HALF, _MASK = 1 << 31, 0xFFFF_FFFF
@@ -40,45 +39,49 @@ _STATES: Final = {state.value: state for state in AxisState}
 
 
 class RingDrive:
+    """The drive end of one axis on the ring."""
+
     __slots__ = (
         "_address", "_control", "_held", "_is_idle", "_master", "_per_way", "_place", "_places", "_seen", "_sent",
         "_table", "_wanted", "axis", "code", "drive", "is_refused", "on_code", "raw", "state",
     )  # fmt: skip
 
     def __init__(self, axis: Axis, commands: Sequence[str] | None, on_code: Callable[[Axis, int], None]) -> None:
-        """`commands` are the set values in its telegram, None: who brings up the ring chooses (`lay_out`);
-        `on_code` hears of each DiagCode that the drive shows."""
+        """`commands` are the set values in the telegram, or None if `lay_out` chooses them.
+
+        `on_code` is called with each DiagCode that the drive shows.
+        """
         self.axis, self.on_code = axis, on_code
         self._wanted = commands
         self.lay_out(ALL)
         self._address = axis.ring_address
         self._master: SercosMaster | None = None
         self.raw: int | None = None
-        """Position as the drive sends it."""
+        """Position as the drive sends it, or None before the first AT."""
         self.state = self.code = 0
         self._control = 0
         self._sent: tuple[int, ...] = ()
         self._seen: tuple[int, ...] = ()
         self._table: list[int] = []
         self._place = 0
-        """Of the position set value among the values of the MDT; 0: it has none."""
+        """Index of the position set value among the values of the MDT; 0 if there is none."""
         self._is_idle = False
-        """Without control, and what was sent still holds."""
+        """True without control, while the values last sent are still valid."""
         self._held: float | None = None
-        """The position at which the axis stands under control, if that is what was sent last."""
+        """The position that the axis holds under control, if it was sent last."""
         self.is_refused = False
-        """Not to be operated: its version doesn't fit, or has not been read yet."""
+        """True if the drive must not be enabled: its version is not compatible, or has not been read yet."""
 
     def lay_out(self, commands: Sequence[str], short_cycle_ns: int = 0) -> None:
-        """With these set values, if the configuration doesn't say; with SHORT_AT if a cycle is given."""
+        """Choose the telegrams.  Set values of the configuration replace `commands`; a cycle selects SHORT_AT."""
         self._places = tuple(self._wanted or commands)
         at = SHORT_AT if short_cycle_ns else AT
-        self.drive = Drive(self.axis.ring_address, [MDT[one] for one in self._places], at)
+        self.drive = Drive(self.axis.ring_address, [MDT[name] for name in self._places], at)
         self._per_way = S / short_cycle_ns if short_cycle_ns else 0.0
-        self.axis.modes = frozenset(MODES[one] for one in self._places)
+        self.axis.modes = frozenset(MODES[name] for name in self._places)
 
     def begin(self, master: SercosMaster) -> None:
-        """CP4 is reached."""
+        """Start cyclic operation, after CP4 is reached."""
         self._master = master
         self.state, self.code, self._control = -1, 0, 0
         self._sent = self._seen = ()
@@ -90,16 +93,16 @@ class RingDrive:
         self.axis.drive = self
 
     def end(self) -> None:
-        """The ring is down."""
+        """Leave the axis without a drive, because the ring is down."""
         self._master = None
         axis = self.axis
         axis.drive, axis.is_enabled, axis.velocity, axis.torque = None, False, 0.0, 0
         axis.enter(AxisState.NO_HARDWARE_ENABLE, 0x00, is_operating=False)
 
-    # ---- once a cycle
+    # ---- once per cycle
 
     def take(self) -> None:
-        """Actual values."""
+        """Take the actual values from the AT."""
         values = self.drive.values
         axis = self.axis
         if values == self._seen:
@@ -117,7 +120,7 @@ class RingDrive:
             way = 0 if before is None else ((raw - before + _HALF) & _MASK) - _HALF
             axis.velocity = velocity * PER_VELOCITY
         if raw != before:
-            # counted on over 32 bits; the first one after phase-up is absolute
+            # counted beyond 32 bits; the first position after phase-up is absolute
             axis.position = raw if before is None else axis.position + way
             self.raw = raw
             self._is_idle = False
@@ -130,7 +133,7 @@ class RingDrive:
                 self.on_code(axis, code)
 
     def give(self) -> None:
-        """Set values.  An axis that follows positions has a short way, and one without control that stands has none."""
+        """Put the set values into the MDT.  Two cases are short: an axis that follows positions, and one at rest."""
         axis = self.axis
         if not axis.is_enabled:
             if self._is_idle and not axis.is_controlled:
@@ -151,7 +154,7 @@ class RingDrive:
         axis = self.axis
         control = READY | words.DRIVE_ON if axis.is_enabled and not self.is_refused else READY
         raw = self.raw or 0
-        if not axis.is_controlled:  # so that nothing jumps when control begins
+        if not axis.is_controlled:  # so that the set value does not jump when control begins
             values = self._values(raw, 0, 0)
         else:
             mode, value = axis.ask()
@@ -173,7 +176,7 @@ class RingDrive:
         if self._places == ALL:
             return position, velocity, torque
         given = {"position": position, "velocity": velocity, "torque": torque}
-        return tuple(given[one] for one in self._places)
+        return tuple(given[name] for name in self._places)
 
     @property
     def status(self) -> int:

@@ -1,7 +1,7 @@
-"""Parameters of an MC-4 that lie in the drive: what the controller reads there when the ring comes up, and writes.
+"""Parameters in an MC-4, which the controller reads and writes when the ring comes up.
 
-Source: PacDrive manual 6066-6171 (BrakeDisconnectionTime and on), 513-538 (name plate); IDNs of `mc4.idns`.  They go
-over the service channel and are slow (digest PD-028, PD-137): what is read here is what was last heard.
+Source: PacDrive manual 6066-6171 (BrakeDisconnectionTime and up), 513-538 (name plate); IDNs of `mc4.idns`.  They use
+the service channel and are slow (digest PD-028, PD-137): a read returns the value that was last received.
 """
 
 from collections.abc import Callable
@@ -17,12 +17,15 @@ from fieldrig_devices.sercos.idn import ServiceError
 
 VERSION_IDN: Final = std.MANUFACTURER_VERSION
 MOTOR: Final = "Motor"
-PATIENCE_NS: Final = 30 * S
-AGAIN_NS: Final = 250 * MS
-"""A drive needs its time to read the name plate after power-on: so long, and so often it is asked."""
+MOTOR_WAIT_NS: Final = 30 * S
+"""Longest time to wait until a drive has read the name plate of its motor after power-on."""
+MOTOR_RETRY_NS: Final = 250 * MS
+"""Time between two requests for the name plate."""
 
 
 class Row(NamedTuple):
+    """One parameter and its IDN."""
+
     group: str
     name: str
     idn: int
@@ -57,22 +60,24 @@ ROWS: Final = (
 
 
 class DriveParameters:
-    def __init__(self, clock: Clock, axis: Axis, one: Object) -> None:
+    """The parameters of one drive."""
+
+    def __init__(self, clock: Clock, axis: Axis, node: Object) -> None:
         self._clock, self._axis = clock, axis
         self._until_ns = 0
         self.start_values: dict[str, Value] = {}
-        """From the parameter file: written whenever the drive comes onto the ring."""
+        """Values from the parameter file, which are written whenever the drive joins the ring."""
         self._parameters: dict[str, Parameter] = {}
         for row in ROWS:
             kind = Kind.SLOW if row.is_writable else Kind.OUTPUT
             write = self._writer(row) if row.is_writable else None
             parameter = Parameter(row.name, row.type, kind, unit=row.unit, write=write)
-            self._parameters[row.name] = one.group(row.group).add(parameter)
+            self._parameters[row.name] = node.group(row.group).add(parameter)
 
     def exchange(self, on_done: Callable[[], None]) -> None:
-        """Write start values, read the rest; `on_done` when all have been answered or refused."""
+        """Write the start values and read the others, then call `on_done` when all are answered or refused."""
         waiting = len(ROWS)
-        self._until_ns = self._clock.now_ns() + PATIENCE_NS
+        self._until_ns = self._clock.now_ns() + MOTOR_WAIT_NS
 
         def answered() -> None:
             nonlocal waiting
@@ -88,7 +93,7 @@ class DriveParameters:
                 self._fetch(row, answered)
 
     def _look_for_motor(self) -> None:
-        """Until the drive knows it."""
+        """Read the name plate of the motor, repeatedly until the drive has it."""
         now_ns = self._clock.now_ns()
         if self._parameters["MotorType"].value:
             for row in ROWS:
@@ -96,7 +101,7 @@ class DriveParameters:
                     self._fetch(row, lambda: None)
         elif self._axis.is_operating and now_ns < self._until_ns:
             row = next(row for row in ROWS if row.name == "MotorType")
-            self._clock.call_at(now_ns + AGAIN_NS, lambda: self._fetch(row, self._look_for_motor))
+            self._clock.call_at(now_ns + MOTOR_RETRY_NS, lambda: self._fetch(row, self._look_for_motor))
 
     def _fetch(self, row: Row, answered: Callable[[], None]) -> None:
         def done(outcome: bytes | ServiceError) -> None:

@@ -1,9 +1,9 @@
-"""The object real-time bus: it brings the fibre ring up, keeps it, and says what is wrong with it.
+"""The object real-time bus, which brings the fibre ring up, operates it, and reports its failures.
 
-Source: PacDrive manual 456, 5344-5355, 6042-6044 (digest PD-130 to PD-141); the manual says nothing about phases and
-failures, so what is reported when is our choice.  A drive that doesn't answer is left out or stops the phase-up, by a
-setting.  A ring that has come down stays down until somebody quits; then it is tried again, and the drives' own
-diagnoses are quitted with it.
+Source: PacDrive manual 456, 5344-5355, 6042-6044 (digest PD-130 to PD-141); the manual does not describe phases and
+failures, so the reports are our choice.  A drive that does not answer is left out or stops the phase-up, by a setting.
+A ring that has failed stays down until its diagnosis is acknowledged ("quit"); then it is brought up again, and the
+diagnoses of the drives are acknowledged too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,43 +24,47 @@ from fieldrig_devices.sercos.master import SercosMaster
 from fieldrig_devices.sercos.preparation import NO_IDN
 from fieldrig_devices.sercos.ring_drive import Event, RingEvent
 
-AGAIN_NS: Final = 3 * MS
-"""Between two attempts: the last cycle of the one is over."""
+RETRY_NS: Final = 3 * MS
+"""Time between two attempts, after which the last cycle of the first one has ended."""
 TRANSITION: Final = std.CP3_TRANSITION_CHECK
 
 
 class State(Enum):
+    """States of the ring."""
+
     OFF = auto()
     RISING = auto()
-    """Phases 0 to 3."""
+    """The ring is in phases 0 to 3."""
     READING = auto()
-    """Operation; parameters of the drives are being read."""
+    """The ring is in operation, and the parameters of the drives are being read."""
     UP = auto()
     DOWN = auto()
-    """Until somebody quits."""
+    """The ring has failed, until its diagnosis is acknowledged."""
 
 
 class Host(Protocol):
-    """What the bus tells the controller."""
+    """The controller, as the ring reports to it."""
 
     def report_ring(self, code: Code, ext: str = "") -> None: ...
 
     def report_axis(self, code: int, axis: Axis, ext: str = "", *, is_logged: bool = True) -> None: ...
 
     def on_ring_settled(self) -> None:
-        """Up, or given up."""
+        """Called when the ring is up or has failed."""
 
     def on_ring_cycle(self) -> None:
-        """In operation, when the answers of a cycle are there."""
+        """Called once per cycle in operation, when the answers have arrived."""
 
     def on_ring_lost(self) -> None:
-        """No cycles until it is settled again."""
+        """Called when the cycles stop, until the ring is in operation again."""
 
     def quit_axes(self) -> None:
-        """The ring has come up because somebody quitted: so are the drives that are on it."""
+        """Acknowledge the diagnoses of the drives, after the ring has come up again on an acknowledgement."""
 
 
 class RealTimeBus:
+    """The ring of one boot."""
+
     def __init__(
         self,
         clock: Clock,
@@ -74,7 +78,7 @@ class RealTimeBus:
         version: Version,
         leave_out_missing: bool,
     ) -> None:
-        """`parameters` by the names of the axes; `wait_ns`: for an open ring."""
+        """`parameters` are by the names of the axes; `wait_ns` is the longest wait for an open ring to close."""
         self._clock, self._link, self._host = clock, link, host
         self._drives, self._parameters = tuple(drives), parameters
         self._cycle_ns, self._wait_ns = cycle_ns, wait_ns
@@ -82,7 +86,7 @@ class RealTimeBus:
         self.state = State.OFF
         self.is_open = True
         self.present: tuple[RingDrive, ...] = ()
-        """Those that the ring is brought up with."""
+        """The drives with which the ring is brought up."""
         self._absent: set[int] = set()
         self._master: SercosMaster | None = None
         self._is_quitting = self._has_been_up = False
@@ -95,22 +99,22 @@ class RealTimeBus:
         return self._master.phase if self._master is not None else 0
 
     def at_errors(self, address: int) -> int:
-        """ATs of a drive that did not come, since power-on."""
+        """Number of ATs of a drive that did not arrive, since power-on."""
         present = self._master.drives.get(address) if self._master is not None else None
         return self._lost.get(address, 0) + (present.lost if present is not None else 0)
 
     @property
     def missed_cycles(self) -> int:
-        """Cycles that this computer was too late for, in this phase-up."""
+        """Number of cycles since the last phase-up for which the host was too late."""
         return self._master.missed_cycles if self._master is not None else 0
 
     # ---- up and down
 
     def bring_up(self, *, is_quitting: bool = False) -> None:
-        """`is_quitting`: the drives' diagnoses are to be quitted when the ring is up."""
+        """Bring the ring up; with `is_quitting`, acknowledge the diagnoses of the drives once it is up."""
         self._is_quitting = is_quitting
         self._drop_master()
-        self.present = tuple(one for one in self._drives if one.axis.ring_address not in self._absent)
+        self.present = tuple(drive for drive in self._drives if drive.axis.ring_address not in self._absent)
         if not self.present:
             self._settle(State.DOWN if self._drives else State.UP)
             return
@@ -122,12 +126,12 @@ class RealTimeBus:
         self._wait = self._clock.call_at(self._clock.now_ns() + self._wait_ns, self._on_wait_over)
 
     def _made_master(self) -> SercosMaster:
-        """With as many set and actual values as the cycle has room for; without room even so, it says so itself."""
+        """A master with as many set and actual values as fit into the cycle; if none fit, the master reports that."""
         fewer = [(count, 0) for count in range(len(ALL), 0, -1)]
         for count, short_cycle_ns in (*fewer, (1, self._cycle_ns)):
-            for one in self.present:
-                one.lay_out(ALL[:count], short_cycle_ns)
-            drives = [one.drive for one in self.present]
+            for ring_drive in self.present:
+                ring_drive.lay_out(ALL[:count], short_cycle_ns)
+            drives = [ring_drive.drive for ring_drive in self.present]
             master = SercosMaster(
                 self._clock,
                 self._link,
@@ -141,19 +145,19 @@ class RealTimeBus:
         return master
 
     def stop(self) -> None:
-        """Power-off or reset."""
+        """Stop the ring, at power-off or reset."""
         self._drop_master()
-        for one in self.present:
-            one.end()
+        for drive in self.present:
+            drive.end()
         self.present = ()
         self.state = State.OFF
         self._absent.clear()
         self._has_been_up = False
 
     def quit(self) -> None:
-        """Try again what failed, if it can be."""
+        """Bring the ring up again if it has failed or is up without some drives, and if that is possible."""
         is_up_without_some = self.state is State.UP and bool(self._absent)
-        is_in_use = any(one.axis.is_controlled for one in self.present)
+        is_in_use = any(drive.axis.is_controlled for drive in self.present)
         if (self.state is State.DOWN and not self.is_open) or (is_up_without_some and not is_in_use):
             self._absent.clear()
             was_up = self.state is State.UP
@@ -163,7 +167,7 @@ class RealTimeBus:
             self._try_again(is_quitting=True)
 
     def is_still_wrong(self, code: int) -> bool:
-        """Whether the cause of a diagnosis of the ring is there."""
+        """True if the code is a diagnosis of the ring whose cause is still present."""
         return code % 1000 == Code.RING_OPEN % 1000 and self.is_open and self.state is State.DOWN
 
     def _drop_master(self) -> None:
@@ -183,7 +187,7 @@ class RealTimeBus:
             if self.state is State.RISING:
                 self.bring_up(is_quitting=is_quitting)
 
-        self._wait = self._clock.call_at(self._clock.now_ns() + AGAIN_NS, again)
+        self._wait = self._clock.call_at(self._clock.now_ns() + RETRY_NS, again)
 
     def _on_wait_over(self) -> None:
         if self.state is State.RISING and self.phase == 0 and self.is_open and self._master is not None:
@@ -196,7 +200,7 @@ class RealTimeBus:
         self.state = state
         self._host.on_ring_settled()
 
-    # ---- what the ring says
+    # ---- events of the ring
 
     def _on_event(self, event: RingEvent) -> None:
         match event.what:
@@ -221,7 +225,7 @@ class RealTimeBus:
                 self._on_phase(event.code)
 
     def _axis(self, address: int) -> Axis:
-        return next(one.axis for one in self._drives if one.axis.ring_address == address)
+        return next(drive.axis for drive in self._drives if drive.axis.ring_address == address)
 
     def _on_phase(self, phase: int) -> None:
         if phase == 4:
@@ -241,14 +245,14 @@ class RealTimeBus:
         self._settle(State.DOWN)
 
     def _leave(self) -> None:
-        for one in self.present:
-            one.end()
+        for drive in self.present:
+            drive.end()
         self._host.on_ring_lost()
 
     def _fail_axes(self) -> None:
-        """The open ring has its one entry in the log, and each axis its diagnosis."""
-        for one in self._drives:
-            self._host.report_axis(Code.RING_OPEN, one.axis, is_logged=False)
+        """Add a diagnosis to each axis; the open ring itself is logged once."""
+        for drive in self._drives:
+            self._host.report_axis(Code.RING_OPEN, drive.axis, is_logged=False)
 
     # ---- in operation
 
@@ -256,17 +260,17 @@ class RealTimeBus:
         assert self._master is not None
         self.state = State.READING
         self._unread = len(self.present)
-        for one in self.present:
-            one.begin(self._master)
-        for one in self.present:
-            self._parameters[one.axis.name].exchange(self._on_read)
+        for drive in self.present:
+            drive.begin(self._master)
+        for drive in self.present:
+            self._parameters[drive.axis.name].exchange(self._on_read)
 
     def _on_read(self) -> None:
         self._unread -= 1
         if self._unread or self.state is not State.READING:
             return
-        for one in self.present:
-            self._check_version(one)
+        for drive in self.present:
+            self._check_version(drive)
         if self._has_been_up:
             self._host.report_ring(Code.RING_UP)
         self._has_been_up = True
@@ -274,13 +278,13 @@ class RealTimeBus:
         if self._is_quitting:
             self._host.quit_axes()
 
-    def _check_version(self, one: RingDrive) -> None:
-        """MAx-4 and MC-4 (digest PD-332); a drive that says nothing of the kind fits nothing."""
-        text = str(one.axis.object["FirmwareVersion"].value)
+    def _check_version(self, drive: RingDrive) -> None:
+        """Refuse a drive whose version does not fit the controller (digest PD-332) or is not known."""
+        text = str(drive.axis.object["FirmwareVersion"].value)
         try:
             fits = goes_with(self._version, version_of(text))
         except ValueError:
             fits = False
-        one.is_refused = not fits
+        drive.is_refused = not fits
         if not fits:
-            self._host.report_axis(Code.VERSION, one.axis, text)
+            self._host.report_axis(Code.VERSION, drive.axis, text)

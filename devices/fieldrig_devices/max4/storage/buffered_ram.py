@@ -1,8 +1,8 @@
-"""Buffered RAM of the controller: the NVRAM for retain data, and the ring of the message logger.
+"""Buffered RAM of the controller: the NVRAM for retain data, and the ring buffer of the message logger.
 
-Source: PacDrive manual 4210-4214, 6031-6032 (digest PD-048, PD-111, PD-112).  Both live off a capacitor for 7 days at
-most.  Entries are of a fixed size; start and count of the ring lie in one aligned word, which is written last, so a
-process that is killed leaves the ring as it was before or after an entry.
+Source: PacDrive manual 4210-4214, 6031-6032 (digest PD-048, PD-111, PD-112).  A capacitor supplies both for at most 7
+days.  Entries have a fixed size.  Start and count of the ring buffer are in one aligned word, which is written last, so
+that a killed process leaves the buffer as it was before or after an entry.
 """
 
 import struct
@@ -16,37 +16,39 @@ NVRAM_BYTES: Final = 1024
 RETENTION_DAYS: Final = 7.0
 _MAGIC: Final = 0x344D4158  # "XAM4"
 _HEAD: Final = struct.Struct("<I")
-_PLACES: Final = struct.Struct("<HH")  # of the oldest entry, and how many there are
+_PLACES: Final = struct.Struct("<HH")  # position of the oldest entry, number of entries
 _RECORD: Final = struct.Struct("<QHH16s32s48s80s4x")
 _MAGIC_AT, _PLACES_AT, _NVRAM_AT, _LOG_AT = 0, 4, 64, 64 + NVRAM_BYTES
 RAM_BYTES: Final = _LOG_AT + ENTRIES * _RECORD.size
 
 
 def ram_bytes(retain_bytes: int) -> int:
-    """With the module's memory behind the controller's own."""
+    """Size of the RAM; the memory of a module follows that of the controller itself."""
     return RAM_BYTES if retain_bytes == NVRAM_BYTES else RAM_BYTES + retain_bytes
 
 
 class BufferedRam:
+    """The RAM of one controller."""
+
     def __init__(self, ram: memoryview, retain_bytes: int = NVRAM_BYTES, *, has_battery: bool = False) -> None:
-        """`ram` has `ram_bytes(retain_bytes)`; a battery keeps the retain data, and them only."""
+        """`ram` has `ram_bytes(retain_bytes)` bytes; a battery keeps only the retain data."""
         self._has_battery, self._retain_bytes = has_battery, retain_bytes
         self.log = LogRing(ram)
-        self._lie_in(ram)
+        self._use(ram)
 
-    def _lie_in(self, ram: memoryview) -> None:
+    def _use(self, ram: memoryview) -> None:
         own = self._retain_bytes == NVRAM_BYTES
         at = _NVRAM_AT if own else RAM_BYTES
         self._ram, self.nvram = ram, ram[at : at + self._retain_bytes]
-        self.log.lie_in(ram)
+        self.log.use(ram)
 
     def move_to(self, ram: memoryview) -> None:
-        """From now on everything lies in `ram`, which is of the same size."""
+        """Move the content to `ram`, which has the same size."""
         ram[:] = self._ram
-        self._lie_in(ram)
+        self._use(ram)
 
     def wake(self, off_days: float) -> bool:
-        """Power-on after so many days without it; whether what was there is still there."""
+        """Switch on after `off_days` without power.  Return true if the content has been kept."""
         (magic,) = _HEAD.unpack_from(self._ram, _MAGIC_AT)
         if magic == _MAGIC and off_days <= RETENTION_DAYS:
             return True
@@ -54,6 +56,7 @@ class BufferedRam:
         return False
 
     def lose(self) -> None:
+        """Clear the content, except for retain data that a battery keeps."""
         kept = bytes(self.nvram) if self._has_battery else bytes(len(self.nvram))
         self._ram[:] = bytes(len(self._ram))
         self.nvram[:] = kept
@@ -61,12 +64,12 @@ class BufferedRam:
 
 
 class LogRing:
-    """`logger.Ring` in buffered RAM."""
+    """The `logger.Ring` in buffered RAM."""
 
     def __init__(self, ram: memoryview) -> None:
         self._ram = ram
 
-    def lie_in(self, ram: memoryview) -> None:
+    def use(self, ram: memoryview) -> None:
         self._ram = ram
 
     def __len__(self) -> int:
@@ -82,7 +85,7 @@ class LogRing:
         texts = (entry.sender.object, entry.sender.instance, entry.ext, entry.text)
         at = _LOG_AT + (start + count) % ENTRIES * _RECORD.size
         is_full = count == ENTRIES
-        if is_full:  # the oldest goes first, for its place is taken
+        if is_full:  # drop the oldest entry first, because its place is overwritten
             _PLACES.pack_into(self._ram, _PLACES_AT, (start + 1) % ENTRIES, count - 1)
             start, count = self._places()
         _RECORD.pack_into(
@@ -99,15 +102,15 @@ class LogRing:
 
     def _at(self, place: int) -> Entry:
         stamp_ms, type, code, *texts = _RECORD.unpack_from(self._ram, _LOG_AT + place * _RECORD.size)
-        one, instance, ext, text = (_text(field) for field in texts)
-        return Entry(stamp_ms, type, Sender(one, instance), code, ext, text)
+        object, instance, ext, text = (_text(field) for field in texts)
+        return Entry(stamp_ms, type, Sender(object, instance), code, ext, text)
 
 
 _SIZES: Final = (16, 32, 48, 80)
 
 
 def _packed(text: str, size: int) -> bytes:
-    """In UTF-8, cut where a character ends."""
+    """The text in UTF-8, cut at the end of a character."""
     return text.encode("utf-8")[:size].decode("utf-8", "ignore").encode("utf-8")
 
 

@@ -1,7 +1,7 @@
-"""The flash disk: files by name, in the device's store.
+"""The flash disk: files by name, in the store of the device.
 
-Source: PacDrive manual 4099-4105, 4175, 5217 (digest PD-043, PD-046).  Names begin with a backslash and know no case;
-there are no folders.  A file takes whole clusters.  Sizes are those that give the manual's Diskfree.
+Source: PacDrive manual 4099-4105, 4175, 5217 (digest PD-043, PD-046).  Names begin with a backslash and are not
+case-sensitive; there are no folders.  A file occupies whole clusters.  Sizes match the Diskfree of the manual.
 """
 
 import struct
@@ -19,8 +19,10 @@ LONGEST_NAME: Final = 40
 
 
 class FlashDisk:
+    """The flash disk of one controller."""
+
     def __init__(self, store: Store, size: int, on_write: Callable[[str], None] = lambda _name: None) -> None:
-        """`on_write` hears of each file that was written.  What can't be read back is an empty disk."""
+        """`on_write` is called with the name of each file that is written.  A disk that cannot be read is empty."""
         self._store, self._size, self.on_write = store, size, on_write
         self._files = restore(store, _unpacked).content or {}
 
@@ -34,38 +36,40 @@ class FlashDisk:
         return self._size - sum(map(_on_disk, self._files.values()))
 
     def write(self, name: str, data: bytes) -> None:
-        """ValueError, with the reason, for a name that is none and for a disk that doesn't take the file."""
+        """Write a file.  ValueError for a name that is not valid, and for a disk that does not accept the file."""
         name = file_name(name)
         self._put(name, data)
         self.on_write(name)
 
     def read(self, name: str) -> bytes:
-        """ValueError if there is none of this name."""
+        """Read a file.  ValueError if it does not exist."""
         return self._files[self._known(name)]
 
     def __contains__(self, name: str) -> bool:
         return name.upper() in self._files
 
     def install(self, files: Mapping[str, bytes]) -> None:
-        """Files of the rig file, hidden ones among them.  ValueError if they don't fit.
+        """Install files of the rig file, some of them hidden.  ValueError if they do not fit.
 
-        They are on the disk also if the store doesn't take them; the next write that it takes includes them.
+        They are on the disk even if the store does not accept them; the next write that it accepts includes them.
         """
         before = self._files
         self._files = {**before, **files}
         if self.free < 0:
             self._files = before
-            raise ValueError(f"the flash disk has {self._size} bytes, the project needs {self._size - self.free}")
+            raise ValueError(
+                f"expected a project of at most {self._size} bytes, the size of the disk, got {self._size - self.free}"
+            )
         with suppress(StoreError):
             self._store.save(_packed(self._files))
 
     def delete(self, name: str) -> None:
-        """ValueError if there is none of this name, or the disk can't be written."""
+        """Delete a file.  ValueError if it does not exist, or if the disk cannot be written."""
         known = self._known(name)
         self._change({other: data for other, data in self._files.items() if other != known})
 
     def section(self, name: str) -> Store:
-        """Memory for a part of the controller: a file that nobody sees."""
+        """Memory for a part of the controller, in a hidden file."""
         return _Section(self, _HIDDEN + name)
 
     def hidden(self, name: str) -> bytes | None:
@@ -78,20 +82,21 @@ class FlashDisk:
         name = name.upper()
         if name not in self._files or name.startswith(_HIDDEN):
             there = ", ".join(self.names) or "none"
-            raise ValueError(f"there is no file {name}: there are {there}")
+            raise ValueError(f"expected the name of a file ({there}), got {name}")
         return name
 
     def _put(self, name: str, data: bytes) -> None:
         before = _on_disk(self._files[name]) if name in self._files else 0
         if _on_disk(data) - before > self.free:
-            raise ValueError(f"the flash disk has {self.free} bytes left, {name} needs {_on_disk(data)}")
+            raise ValueError(f"the flash disk is full: {name} needs {_on_disk(data)} bytes, and {self.free} are free")
         self._change({**self._files, name: bytes(data)})
 
     def _change(self, files: dict[str, bytes]) -> None:
         try:
             self._store.save(_packed(files))
         except StoreError as cause:
-            raise ValueError(f"the flash disk can't be written: {cause.strerror}\nits files are as before") from cause
+            reason = f"the flash disk cannot be written: {cause.strerror}"
+            raise ValueError(f"{reason}\nits files are unchanged") from cause
         self._files = files
 
 
@@ -110,12 +115,12 @@ class _Section(Part):
             raise StoreError(ENOSPC, str(full).partition("\n")[0]) from full
 
     def buffered_ram(self, size: int) -> memoryview:
-        """Not buffered: the controller has 1 kB of that in all."""
+        """Ordinary memory, because the controller has only 1 kB of buffered memory in total."""
         return self._ram.buffered_ram(size)
 
 
 def file_name(name: str) -> str:
-    """As the disk has it.  ValueError, with what would be right."""
+    """The name in the form of the disk.  ValueError for a name that is not valid."""
     name = name.upper()
     rest = name[1:]
     if (
@@ -125,9 +130,9 @@ def file_name(name: str) -> str:
         or not rest.isascii()
         or not rest.isprintable()
     ):
-        raise ValueError(f"{name!r} is no file: right would be a name like \\TEST.PAR")
+        raise ValueError(f"expected a file name such as \\TEST.PAR, got {name!r}")
     if any(sign in rest for sign in '\\/:*?"<>| '):
-        raise ValueError(f"{name!r} is no file: right would be letters, digits, points")
+        raise ValueError(f"expected a file name of letters, digits and points, got {name!r}")
     return name
 
 
@@ -142,7 +147,7 @@ def _packed(files: dict[str, bytes]) -> bytes:
 
 
 def _unpacked(blob: bytes) -> dict[str, bytes]:
-    """ValueError for what `_packed` doesn't write."""
+    """The files in a blob.  ValueError for data that `_packed` cannot have written."""
     files: dict[str, bytes] = {}
     at = 0
     while at < len(blob):

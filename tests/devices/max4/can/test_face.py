@@ -42,7 +42,7 @@ def node(bench: CanFaceBench) -> Any:
 
 def test_the_eds_is_what_the_tables_say_and_has_no_fault() -> None:
     assert EDS.read_text() == eds_text()
-    assert [one for one in check_eds(EDS) if "no clear mapping direction" not in one.what] == []
+    assert [mistake for mistake in check_eds(EDS) if "no clear mapping direction" not in mistake.what] == []
 
 
 # Object codes of CiA 402-2: members of one type are an array.
@@ -68,7 +68,7 @@ def test_bit_rates_are_those_of_the_manual() -> None:
 @pytest.mark.manual("PD-301")
 @pytest.mark.parametrize("bit_rate", [20_000, 1_000_000])
 def test_face_is_a_member_of_a_bus_with_arbitration(bit_rate: int) -> None:
-    """Of two that begin at one instant the lower identifier wins, and the other follows when that is over."""
+    """The lower identifier wins if two frames start at one instant; the other frame follows."""
     frames: list[tuple[int, CanFrame]] = []
 
     def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:
@@ -120,10 +120,16 @@ def test_nine_axes_are_two_nodes() -> None:
 @pytest.mark.parametrize(
     ("can_axes", "right"),
     [
-        ({"node_ids": [10], "axes_per_node": 1}, "2 axes, and node_ids has room for 1"),
-        ({"node_ids": [10], "terminals": {"belt9": {}}}, "there is no axis belt9"),
-        ({"node_ids": [10], "terminals": {"belt": {"home": "I_bHome"}}}, "there is no input or output I_bHome"),
-        ({"node_ids": [10, 10]}, "one is there twice"),
+        (
+            {"node_ids": [10], "axes_per_node": 1},
+            "node_ids: expected a node for each 1 axes, got nodes for 1 axes and 2 axes",
+        ),
+        ({"node_ids": [10], "terminals": {"belt9": {}}}, r"expected the name of an axis \(.*\), got belt9"),
+        (
+            {"node_ids": [10], "terminals": {"belt": {"home": "I_bHome"}}},
+            "expected the name of an input or output, got I_bHome",
+        ),
+        ({"node_ids": [10, 10]}, "expected each node-ID once"),
         ({"node_ids": []}, "at least 1"),
         ({"node_ids": [10], "objects": {"6FFE:07": 1}}, "6FFE"),
     ],
@@ -311,7 +317,7 @@ def test_parameters_that_the_disk_does_not_take_are_a_hardware_error() -> None:
 
 
 def home(bench: CanFaceBench, node: Any) -> None:
-    """By the method that is set, from switched off."""
+    """Home by the selected method, starting without power."""
     node.sdo[0x6060].raw = 6
     for word in (0x06, 0x07, 0x0F):
         node.sdo[0x6040].raw = word

@@ -161,7 +161,7 @@ def test_6072_limits_the_torque_of_the_drive_whatever_moves_it() -> None:
 
 
 SWITCHES = {"I_bNeg": (-(2**40), -300_000), "I_bPos": (400_000, 2**40), "I_bHome": (50_000, 100_000)}
-"""From where to where they are on, in increments."""
+"""First and last position at which each switch is on, in increments."""
 
 
 class SwitchedBench(CanFaceBench):

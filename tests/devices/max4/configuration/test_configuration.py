@@ -58,9 +58,9 @@ def test_group_versions_shows_what_the_controller_is() -> None:
 def test_objects_have_default_and_symbolic_names() -> None:
     bench = Bench(simulated=("conveyer_belt",), outputs={"O_bEquipmentOnIndicatorH1": ""}, inputs={"I_bStartS1": ""})
     tree = bench.run(100).max4.tree
-    one = tree.object("O_bEquipmentOnIndicatorH1")
-    assert (one.name, one.type_name) == ("output_0", "D_OUT")
-    assert tree.object("MAX-4.digital output group.OUTPUT_0") is one
+    output = tree.object("O_bEquipmentOnIndicatorH1")
+    assert (output.name, output.type_name) == ("output_0", "D_OUT")
+    assert tree.object("MAX-4.digital output group.OUTPUT_0") is output
     assert tree.object("conveyer_belt").type_name == "MC_4"
     tree.set("O_bEquipmentOnIndicatorH1.Value", True)
     assert bench.get("O_bEquipmentOnIndicatorH1.Value") is True
@@ -72,7 +72,7 @@ def test_objects_have_default_and_symbolic_names() -> None:
 def test_logical_addresses_are_unique_and_not_ring_addresses() -> None:
     bench = Bench(simulated=("belt", "knife"), logic_encoders=["MasterEncoder"]).run(100)
     tree = bench.max4.tree
-    objects = [one.log_adr for one in tree.objects()]
+    objects = [found.log_adr for found in tree.objects()]
     parameters = [parameter.address for _, parameter in tree.parameters()]
     assert len({*objects, *parameters}) == len(objects) + len(parameters)
     assert tree.object("_belt").log_adr == bench.get("belt.logAdr") != bench.get("belt.RealTimeBusAdr")
@@ -93,7 +93,11 @@ def test_start_values_are_in_the_parameter_file() -> None:
     assert bench.get("MsgFilter") == 3, "the start value"
     bench.set("MsgFilter", 0x0007).do("save parameters").do("system reset").run(100)
     assert bench.get("MsgFilter") == 7
-    assert {one.kind for _, one in bench.max4.tree.parameters()} == {Kind.INPUT, Kind.INPUT_INIT, Kind.OUTPUT}
+    assert {parameter.kind for _, parameter in bench.max4.tree.parameters()} == {
+        Kind.INPUT,
+        Kind.INPUT_INIT,
+        Kind.OUTPUT,
+    }
 
 
 @pytest.mark.manual("PD-027")
@@ -269,9 +273,9 @@ def test_disk_keeps_files_and_says_how_much_is_free() -> None:
     assert bench.get("Diskfree") == free - 1024
     assert bench.codes()[-1] == 8010
     assert Bench(disk_bytes=65_536, store=bench.store).max4.disk.read("\\INDEX.HTM") == b"x" * 513
-    with pytest.raises(ValueError, match="bytes left"):
+    with pytest.raises(ValueError, match="the flash disk is full"):
         bench.max4.disk.write("\\BIG.BIN", bytes(70_000))
-    with pytest.raises(ValueError, match="no file"):
+    with pytest.raises(ValueError, match="expected a file name"):
         bench.max4.disk.write("BIG.BIN", b"")
 
 
@@ -368,7 +372,7 @@ def test_a_file_may_be_written_over_on_a_disk_that_is_nearly_full() -> None:
     bench = Bench(disk_bytes=65_536).run(100)
     disk = bench.max4.disk
     disk.write("\\BIG.LOG", bytes(40_000))
-    with pytest.raises(ValueError, match="left"):
+    with pytest.raises(ValueError, match="the flash disk is full"):
         disk.write("\\OTHER.LOG", bytes(40_000))
     disk.write("\\BIG.LOG", b"1" * 40_000)
     assert disk.read("\\BIG.LOG") == b"1" * 40_000

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 from max4_bench import Bench
 
-from fieldrig_devices.max4.controller import LZS, MAX4
 from fieldrig_devices.max4.messages.catalogue import MESSAGES, Code
-from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Pending
+from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Pending
 
 
 def pending(code: int, *, is_quittable: bool = True) -> Pending:
@@ -82,7 +81,7 @@ def test_the_class_of_a_code_can_be_changed() -> None:
 @pytest.mark.manual("PD-096")
 def test_diagnosis_parameters_stand_in_the_order_of_the_screen() -> None:
     bench = Bench().run(100)
-    names = [one.name for one in bench.max4.tree.root.groups["Diagnosis"].parameters.values()]
+    names = [parameter.name for parameter in bench.max4.tree.root.groups["Diagnosis"].parameters.values()]
     assert names[:11] == [
         "DiagCode",
         "DiagExtCode",
@@ -146,7 +145,7 @@ def test_english_messages_are_as_in_the_prose() -> None:
     assert bench.get("DiagMsg") == "MC-4/axis1: motor temperature too high"
     assert bench.get("axis1.DiagMsg") == "motor temperature too high"
     bench.run(100)
-    assert bench.get("DiagCode") == 3117, "only quitting resets it"
+    assert bench.get("DiagCode") == 3117, "only an acknowledgement resets it"
     bench.set("axis1.DiagQuit", True).run(500)
     assert (bench.get("DiagCode"), bench.get("axis1.DiagCode")) == (0, 0)
 
@@ -179,7 +178,7 @@ def test_catalogue_has_the_codes_of_the_manual(code: int, text: str) -> None:
 
 
 def test_every_message_has_both_languages() -> None:
-    assert all(one.de and one.en for one in MESSAGES.values())
+    assert all(message.de and message.en for message in MESSAGES.values())
 
 
 @pytest.mark.manual("PD-090", "PD-099")
@@ -213,7 +212,7 @@ def test_leds_tell_power_error_program_and_bus(tmp_path: Path) -> None:
 
 @pytest.mark.manual("PD-092", "PD-110")
 def test_what_was_only_covered_by_something_worse_is_no_new_entry() -> None:
-    """A drive shows its worst code: after quitting that, the one before comes back, and was there all the time."""
+    """A drive shows its most severe code; after its acknowledgement the earlier code, still pending, is shown again."""
     bench = Bench("belt").boot().run(2_000)
     bench.fault("belt", what="supply_24v")
     bench.run(100)

@@ -89,7 +89,7 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     bench.do("system reset").run(100)
     entries = [entry for _, entry in bench.max4.logger.entries()][::-1]
     bench.max4.logger.reset()
-    for entry in entries[:308] + entries[-1:]:  # without 8016 and 8002, which stand above what is printed
+    for entry in entries[:308] + entries[-1:]:  # without 8016 and 8002, which the manual does not print
         bench.max4.ram.log.append(entry)
     bench.clock_shows(92_483).do("login").clock_shows(214_739).do("start").clock_shows(390_233).do("logout")
     bench.clock_shows(1_359_709).do("login").clock_shows(1_376_887).do("download").run(8_000)
@@ -98,7 +98,7 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     again.run(80).clock_shows(22_470).do("login").clock_shows(679_582).do("start")
     lines = again.log()
     printed = GOLDEN_1.splitlines()
-    assert [seen(line, one) for line, one in zip(lines[: len(printed)], printed, strict=True)] == printed
+    assert [seen(line, expected) for line, expected in zip(lines[: len(printed)], printed, strict=True)] == printed
     assert len(lines) == 325
     older = [line.split("\t") for line in lines[len(printed) :]]
     assert [(fields[0], fields[7]) for fields in older] == [(f"{n}", f"entry {n - 1}") for n in range(308, 0, -1)]
@@ -239,7 +239,7 @@ def test_logs_are_saved_loaded_reset_and_deleted() -> None:
     assert "\\RUN1.LOG" in str(bench.get("files"))
     bench.do("delete log \\RUN1.LOG")
     assert "\\RUN1.LOG" not in str(bench.get("files"))
-    with pytest.raises(ValueError, match="there is no file"):
+    with pytest.raises(ValueError, match="expected the name of a file"):
         bench.max4.logger.load("\\RUN1.LOG")
     bench.do("reset log")
     assert bench.get("MsgEntries") == 0
@@ -273,8 +273,8 @@ def test_ring_gives_back_what_fits_into_it(given_entries: list[Entry]) -> None:
     for entry in given_entries:
         ram.log.append(entry)
     found = list(ram.log.entries())
-    assert [one[:2] for one in found] == [one[:2] for one in given_entries]
-    assert all(one.text.startswith(other.text) for one, other in zip(given_entries, found, strict=True))
+    assert [entry[:2] for entry in found] == [entry[:2] for entry in given_entries]
+    assert all(given.text.startswith(kept.text) for given, kept in zip(given_entries, found, strict=True))
 
 
 def test_a_ring_full_of_rubbish_can_be_read() -> None:

@@ -18,7 +18,7 @@ Answer = Callable[[bytes], bytes | None]
 
 
 def words(value: Any, type: Type) -> str:
-    """As pymodbus puts it into registers."""
+    """The registers of a value by pymodbus."""
     return b"".join(word.to_bytes(2, "big") for word in ModbusClientMixin.convert_to_registers(value, type)).hex()
 
 
@@ -221,14 +221,14 @@ def test_without_power_it_asks_nothing() -> None:
 @pytest.mark.parametrize(
     ("client", "wrong"),
     [
-        ({"link": 2, "units": {}}, "links.modbus has 1"),
-        ({"units": {"belt": {"unit": 7}}}, "there are two of it"),
+        ({"link": 2, "units": {}}, "link: expected 1 to 1, one of links.modbus, got 2"),
+        ({"units": {"belt": {"unit": 7}}}, "expected each name once"),
         ({"units": {"p": {"unit": 7, "reads": [{**READ, "what": "coils"}]}}}, "type bool"),
         ({"units": {"p": {"unit": 7, "reads": [READ, READ]}}}, "each name once"),
-        ({"units": {"p": {"unit": 7, "reads": [{**READ, "address": 0xFFFF}]}}}, "beyond address 65535"),
+        ({"units": {"p": {"unit": 7, "reads": [{**READ, "address": 0xFFFF}]}}}, "end at 65535 or below"),
         (
             {"units": {"p": {"unit": 7, "writes": [{**WRITE, "values": [value(f"v{n}") for n in range(124)]}]}}},
-            "123 are",
+            "at most 123",
         ),
     ],
 )

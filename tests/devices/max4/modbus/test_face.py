@@ -137,7 +137,7 @@ ANSWERS = [
     ("03 0000 0000", "83 03"),  # no quantity
     ("03 0000 007e", "83 03"),  # 126
     ("03 0064 0001", "83 02"),  # between the blocks
-    ("06 0000 0001", "86 02"),  # the number of the map can't be written
+    ("06 0000 0001", "86 02"),  # the number of the map is read-only
     ("06 0014 0002", "86 04"),  # no such order
     ("10 03e8 0001 02 0002", "90 04"),  # enable is 0 or 1
     ("10 03ec 0002 04 0000 0000", "90 04"),  # no speed
@@ -477,7 +477,7 @@ def test_units_and_word_order_are_settings() -> None:
 
 
 def test_units_of_no_axis_are_refused() -> None:
-    with pytest.raises(ConfigError, match=r"names of drives would be right"):
+    with pytest.raises(ConfigError, match=r"expected names of drives"):
         FacesBench("belt", modbus={"units": {"knife": 100}})
 
 

@@ -254,9 +254,12 @@ def test_without_limits_their_registers_are_the_ends_of_32_bits() -> None:
 @pytest.mark.parametrize(
     ("limits", "wrong"),
     [
-        ({"knife": {"negative_limit": "I_bNeg"}}, r"modbus\.limits: there is no axis knife; there are belt"),
-        ({"belt": {"negative_limit": "I_bMeg"}}, r"modbus\.limits of belt: there is no input or output I_bMeg"),
-        ({"belt": {"min_position": 5, "max_position": 5}}, "min_position.*below max_position"),
+        ({"knife": {"negative_limit": "I_bNeg"}}, r"modbus\.limits: expected the name of an axis \(belt\), got knife"),
+        (
+            {"belt": {"negative_limit": "I_bMeg"}},
+            r"modbus\.limits of belt: expected the name of an input or output, got I_bMeg",
+        ),
+        ({"belt": {"min_position": 5, "max_position": 5}}, "min_position: expected less than max_position 5"),
     ],
 )
 def test_limits_of_what_is_not_there_are_refused(limits: dict[str, Any], wrong: str) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import count
 
 import pytest
-from max4_bench import Bench, Course
+from max4_bench import Bench, GivenSetValues
 
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.max4.axes.axis import AxisState, Mode, SetValues
@@ -51,11 +51,11 @@ def test_axis_under_control_follows_a_set_value_a_cycle() -> None:
     axis = bench.axis("belt")
     assert axis.is_controlled
     start = axis.position
-    course = Course(start + 500 * step for step in range(1, 101))
-    axis.follow(course)
-    assert course.begun == [start]
+    given = GivenSetValues(start + 500 * step for step in range(1, 101))
+    axis.follow(given)
+    assert given.begun == [start]
     bench.run(400)
-    assert course.asked == 100
+    assert given.asked == 100
     assert axis.set_value == start + 50_000
     bench.run(400)
     assert abs(axis.position - start - 50_000) < 50
@@ -79,7 +79,7 @@ def test_axis_takes_speeds_and_torques(mode: Mode, value: float) -> None:
     bench = Bench("belt").boot().run(2_000).enable("belt")
     axis = bench.axis("belt")
     before = axis.position
-    axis.follow(Course(iter([value]), mode))
+    axis.follow(GivenSetValues(iter([value]), mode))
     bench.run(500)
     assert axis.mode is mode
     assert axis.position - before > 100_000
@@ -93,12 +93,12 @@ def test_axis_takes_speeds_and_torques(mode: Mode, value: float) -> None:
 def test_axis_without_set_values_holds_its_place_and_lets_go() -> None:
     bench = Bench("belt").boot().run(2_000).enable("belt")
     axis = bench.axis("belt")
-    course = Course(iter([]))
-    axis.follow(course)
+    given = GivenSetValues(iter([]))
+    axis.follow(given)
     states: list[AxisState] = []
     axis.watchers.append(lambda: states.append(axis.axis_state))
     bench.set("belt.ControllerEnable", False).run(500)
-    assert course.ended == 1
+    assert given.ended == 1
     assert states[-1] is AxisState.WAITING
     assert not axis.is_controlled
 
@@ -137,7 +137,7 @@ def test_ring_broken_and_healed_while_axes_move() -> None:
     bench = Bench("belt", "knife").boot().run(2_000).enable("belt", "knife")
     axes = bench.axis("belt"), bench.axis("knife")
     for axis in axes:
-        axis.follow(Course(count(axis.position, 1_000)))
+        axis.follow(GivenSetValues(count(axis.position, 1_000)))
     bench.run(500)
     assert all(axis.velocity > 200_000 for axis in axes)
     cut = bench.fault("ring0", what="break", after="master")
@@ -150,7 +150,7 @@ def test_ring_broken_and_healed_while_axes_move() -> None:
     bench.do("quit").run(500)
     assert bench.get("DiagCode") == 2560, "it is still open"
     bench.heal("ring0", cut).run(2_000)
-    assert bench.get("ring.state") == "down", "it waits for somebody to quit"
+    assert bench.get("ring.state") == "down", "it waits for an acknowledgement"
     bench.do("quit").run(6_000)
     assert (bench.get("ring.state"), bench.get("DiagCode")) == ("up", 0)
     assert [bench.get(f"{name}.DiagCode") for name in ("belt", "knife")] == [0, 0]
@@ -196,7 +196,7 @@ def test_an_open_ring_is_one_diagnosis_of_the_controller_and_one_of_each_axis() 
     bench = Bench("belt", "knife").boot().run(1_000)
     bench.fault("ring0", what="break", after="master")
     bench.run(200)
-    assert [one.ext for one in bench.max4.diagnosis.pending] == [""]
+    assert [pending.ext for pending in bench.max4.diagnosis.pending] == [""]
     assert [bench.axis(name).diagnosis.pending[0].ext for name in ("belt", "knife")] == ["1.1 2560", "2.1 2560"]
 
 
@@ -250,13 +250,13 @@ def test_drive_of_a_version_that_does_not_fit_is_not_operated(controller: str, d
     assert bench.axis("belt").is_controlled is fits
     assert (bench.get("belt.DiagCode") == 2565) is not fits
     bench.do("quit").run(500)
-    assert (bench.get("belt.DiagCode") == 2565) is not fits, "quitting doesn't change the version"
+    assert (bench.get("belt.DiagCode") == 2565) is not fits, "an acknowledgement does not change the version"
 
 
 @pytest.mark.manual("PD-332")
 @pytest.mark.parametrize("fits", [True, False])
 def test_drive_gets_no_torque_before_its_version_is_known(fits: bool) -> None:
-    """Somebody enables the axis from the first cycle of operation on, as an IEC program with autostart may."""
+    """The axis is enabled from the first cycle of operation on, as an IEC program with autostart may do."""
     firmware = "00.15.00" if fits else "01.00.00"
     bench = Bench("belt", "knife", of_drives={"belt": {"versions": {"firmware": firmware}}})
     bench.set("belt.ControllerEnable", True)
@@ -282,7 +282,7 @@ def test_set_values_are_as_many_as_the_cycle_has_room_for() -> None:
     many = Bench(*[f"d{number}" for number in range(9)], cycle_ms=1).boot()
     assert many.get("ring.state") == "up"
     assert many.axis("d1").modes == {Mode.POSITION}
-    many.axis("d1").follow(Course(iter([1.0]), Mode.TORQUE))
+    many.axis("d1").follow(GivenSetValues(iter([1.0]), Mode.TORQUE))
     many.run(2_000).enable("d1")
     assert (many.axis("d1").mode, many.axis("d1").velocity) == (Mode.POSITION, 0.0), "it stands"
 
@@ -290,14 +290,14 @@ def test_set_values_are_as_many_as_the_cycle_has_room_for() -> None:
 @pytest.mark.manual("PD-002")
 @pytest.mark.parametrize("count", [40, 44, 47])
 def test_as_many_axes_as_the_manual_names_move_at_4_ms(count: int) -> None:
-    """40, 44 and 47 stand in it (digest X1).  From 44 on there is no room for velocities in the ATs."""
+    """The manual gives 40, 44 and 47 (digest X1).  From 44 axes up, velocities do not fit into the ATs."""
     names = [f"d{number}" for number in range(count)]
     bench = Bench(*names, max_axes=47).boot().run(4_000)
     assert (bench.get("ring.state"), bench.get("DiagCode")) == ("up", 0)
     bench.enable(*names)
     axes = [bench.axis(name) for name in names]
     for axis in axes:
-        axis.follow(Course(iter(range(1_000, 400_000, 1_000))))
+        axis.follow(GivenSetValues(iter(range(1_000, 400_000, 1_000))))
     bench.run(1_000)
     assert all(axis.velocity == pytest.approx(250_000, rel=0.002) for axis in axes)
     assert int(bench.get("RTBWriteRes")) > 0
@@ -328,7 +328,7 @@ def test_real_time_process_sees_to_all_that_the_manual_names_without_a_task() ->
             asked.append(bench.max4.system.process.master_encoders[0].position)
             yield 1_000 * place
 
-    bench.axis("belt").follow(Course(path()))
+    bench.axis("belt").follow(GivenSetValues(path()))
     bench.set("Virtual.Velocity", 250.0)
     begin = int(bench.get("cycles"))
     wires = bench.rig.attach("line").link("wires")
@@ -351,14 +351,14 @@ def test_real_time_process_sees_to_all_that_the_manual_names_without_a_task() ->
 @pytest.mark.manual("PD-085")
 @pytest.mark.manual("PD-134")
 def test_reserves_come_from_the_timing_of_the_ring() -> None:
-    one, two = Bench("belt", cycle_ms=1).boot(), Bench("belt", "knife", cycle_ms=1).boot()
-    read, write = int(two.get("RTBReadRes")), int(two.get("RTBWriteRes"))
-    assert 0 < write < read < int(one.get("RTBReadRes")) < 1_000
-    assert two.get("CycleLoad") == (60 + 2 * 12) * 100 // 1_000
+    small, large = Bench("belt", cycle_ms=1).boot(), Bench("belt", "knife", cycle_ms=1).boot()
+    read, write = int(large.get("RTBReadRes")), int(large.get("RTBWriteRes"))
+    assert 0 < write < read < int(small.get("RTBReadRes")) < 1_000
+    assert large.get("CycleLoad") == (60 + 2 * 12) * 100 // 1_000
     for more_us, load in ((505, 58), (2_000, 100)):  # 589 us of a cycle of 1000
-        number = two.fault("max4", what="overrun", us=more_us)
-        assert two.run(5).get("CycleLoad") == load
-        two.heal("max4", number)
+        number = large.fault("max4", what="overrun", us=more_us)
+        assert large.run(5).get("CycleLoad") == load
+        large.heal("max4", number)
 
 
 @pytest.mark.manual("PD-134")
@@ -404,8 +404,8 @@ def test_the_controller_is_what_faces_are_given() -> None:
     bench = Bench("belt").boot()
     controller: Controller = bench.max4
     axis = controller.axes["belt"]
-    course: SetValues = Course(iter([]))
-    axis.follow(course)
+    given: SetValues = GivenSetValues(iter([]))
+    axis.follow(given)
     assert controller.is_booted
     section = controller.section("can0")
     section.save(b"objects of a node")

@@ -22,7 +22,7 @@ class Program(NamedTuple):
     axis: str
     node_id: int
     wanted: int
-    """Increments that it says it has moved by, or stands at after homing."""
+    """Increments that the output reports: a distance, or the position after homing."""
     homings: int
 
     def __str__(self) -> str:
@@ -84,6 +84,6 @@ def test_program_of_a_page_moves_its_axis_each_time_without_a_warning(
     code = program.code
     for _ in range(count):
         play(program, capsys, code)
-    assert [one.getMessage() for one in caplog.records if one.levelno >= logging.WARNING] == []
-    homings = sum("Homing mode carried out" in one.getMessage() for one in caplog.records)
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING] == []
+    homings = sum("Homing mode carried out" in record.getMessage() for record in caplog.records)
     assert homings == count * program.homings

@@ -109,7 +109,7 @@ def test_a_battery_without_its_module_is_refused() -> None:
 
 @pytest.mark.manual("PD-056")
 def test_retained_before_declared_before_the_default_of_the_type() -> None:
-    """As far as there is no program: retain data, start values of the parameter file, defaults of parameters."""
+    """Values at a boot without a program: retain data, start values of the parameter file, defaults."""
     bench = Bench(parameters={"MAx-4.General.MsgFilter": 0x0FFF}).run(100)
     bench.set("nvram", "0:a1").set("MsgFilter", 0x0001).set("RetainInit", True)
     restarts: list[Callable[[], object]] = [
@@ -128,7 +128,7 @@ def test_retained_before_declared_before_the_default_of_the_type() -> None:
 
 
 def test_ram_of_rubbish_is_empty() -> None:
-    """As of another device, or of a capacitor that was flat."""
+    """The content is that of another device, or of a capacitor that was discharged."""
     store = MemoryStore()
     store.buffered_ram(65_536)[:] = b"\xa5" * 65_536
     bench = Bench(store=store).run(100)
@@ -176,6 +176,6 @@ def test_a_file_that_can_not_be_deleted_is_still_there() -> None:
     store.is_full = False
     bench = Bench(store=store).run(100).do("save log \\A.LOG")
     store.is_full = True
-    with pytest.raises(ControlError, match="the flash disk can't be written: No space left on device"):
+    with pytest.raises(ControlError, match="the flash disk cannot be written: No space left on device"):
         bench.do("delete log \\A.LOG")
     assert "\\A.LOG" in bench.max4.disk

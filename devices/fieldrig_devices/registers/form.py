@@ -1,0 +1,84 @@
+"""The types of values in registers and their bytes: numbers in either word order, truths, and texts.
+
+Source: none, as Modbus has no types.  Each register is big-endian; `word_order` determines which register of a number
+comes first.  A text has two characters in each register, the first one in the high byte, and is padded with zeros.
+"""
+
+import struct
+import sys
+from typing import Final, Literal
+
+WordOrder = Literal["big", "little"]
+
+FORMATS: Final = {"u16": "H", "s16": "h", "u32": "I", "s32": "i", "f32": "f", "u64": "Q", "s64": "q", "f64": "d"}
+FLOATS: Final = frozenset({"f32", "f64"})
+TYPE_PATTERN: Final = r"^(bool|[usf]32|[usf]64|[us]16|string\[([1-9][0-9]?|1[0-9][0-9]|2[0-4][0-9]|250)\])$"
+LARGEST_F32: Final = 3.4028234663852886e38
+_WORDS: Final = {name: struct.calcsize(f">{code}") // 2 for name, code in FORMATS.items()} | {"bool": 1}
+_LARGEST: Final = {"f32": LARGEST_F32, "f64": sys.float_info.max}
+
+
+def words_in(type: str) -> int:
+    """Number of registers that a value of this type occupies."""
+    return _WORDS[type] if type in _WORDS else (characters_in(type) + 1) // 2
+
+
+def characters_in(type: str) -> int:
+    """Number of characters in a text type `string[n]`."""
+    return int(type[7:-1])
+
+
+class Form:
+    """The form of one type in registers, in one word order."""
+
+    __slots__ = ("_is_swapped", "_struct", "high", "is_float", "low", "type", "words")
+
+    def __init__(self, type: str, word_order: WordOrder = "big") -> None:
+        self.type, self.words = type, words_in(type)
+        self.is_float = type in FLOATS
+        self._struct = struct.Struct(f">{FORMATS[type]}") if type in FORMATS else None
+        self._is_swapped = word_order == "little" and self.is_number
+        self.low: int | float
+        """The lowest number of the type; 0 if it is not a number."""
+        self.high: int | float
+        """The highest number of the type; 0 if it is not a number."""
+        self.low, self.high = self._ends()
+
+    @property
+    def is_number(self) -> bool:
+        """True for types other than truths and texts."""
+        return self._struct is not None
+
+    def pack(self, number: int | float) -> bytes:
+        """The bytes of a number.  struct.error or OverflowError for a number that does not fit."""
+        assert self._struct is not None, "the type is a number"
+        data = self._struct.pack(number)
+        return _swapped(data) if self._is_swapped else data
+
+    def unpack(self, data: bytes) -> int | float:
+        """The number in the bytes of its registers."""
+        assert self._struct is not None, "the type is a number"
+        number: int | float = self._struct.unpack(_swapped(data) if self._is_swapped else data)[0]
+        return number
+
+    def pack_text(self, text: bytes) -> bytes:
+        """The bytes of a text, cut and padded to the size of its registers."""
+        return text[: characters_in(self.type)].ljust(2 * self.words, b"\x00")
+
+    def _ends(self) -> tuple[int | float, int | float]:
+        if not self.is_number:
+            return 0, 0
+        if self.is_float:
+            return -_LARGEST[self.type], _LARGEST[self.type]
+        bits = 16 * self.words
+        return (0, (1 << bits) - 1) if self.type.startswith("u") else (-(1 << bits - 1), (1 << bits - 1) - 1)
+
+
+def text_in_registers(data: bytes) -> str:
+    """The text up to the first zero byte."""
+    return data.split(b"\x00")[0].decode("latin-1")
+
+
+def _swapped(data: bytes) -> bytes:
+    """The words in reverse order; the bytes of each word keep theirs."""
+    return b"".join(data[at : at + 2] for at in range(len(data) - 2, -1, -2))
