@@ -15,21 +15,18 @@ from math import tau
 from typing import Final, NamedTuple
 
 from fieldrig.clock import S
-from fieldrig_devices.mc4.folded import (
+from fieldrig_devices.mc4.fold import FollowingCycle, Numbers, folded, following
+from fieldrig_devices.mc4.loops import (
     INCREMENTS,
     INNER_NS,
     INNER_S,
     RAD,
     Arrangement,
-    Following,
     Gains,
     Limits,
-    Numbers,
     Plant,
-    folded,
-    following,
     most_way_of,
-    moved,
+    plant_step,
 )
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
@@ -65,10 +62,10 @@ class Moment(NamedTuple):
 
 class Axis:
     __slots__ = (
-        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain",
-        "_limits", "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_speed_gains", "_wish", "brake_is_on",
-        "e", "heat", "heats", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved", "set_increments",
-        "slow_cycles", "t", "twist", "v", "way", "work", "works",
+        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain", "_limits",
+        "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_set_value", "_speed_gains", "brake_is_on", "e",
+        "heat", "heats", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved", "set_increments", "slow_cycles",
+        "t", "twist", "v", "way", "work", "works",
     )  # fmt: skip
 
     def __init__(
@@ -78,7 +75,7 @@ class Axis:
         """`dry_nm` is always there, `brake_nm` while `brake_is_on`."""
         self._dry_nm, self._brake_nm = dry_nm, brake_nm
         self.brake_is_on = brake_nm > 0
-        self.load_nm = self.lead = self._wish = 0.0
+        self.load_nm = self.lead = self._set_value = 0.0
         self.way = self.moved = 0
         self._mode = Mode.FREE
         self.set_increments = increments
@@ -98,7 +95,7 @@ class Axis:
         self._lead_gain = lead_inertia * RAD / (seconds * seconds)
         self._plant, self._gains, self._limits, self._cycle_steps = plant, gains, limits, cycle_steps
         self._speed_gains = Gains(0.0, gains.kp, gains.ki, 1.0)
-        self._flow = moved(plant)
+        self._flow = plant_step(plant)
         free, braked = (
             Mechanics(plant.inertia, plant.viscous, dry, dry, lag_s=plant.lag_s)
             for dry in (self._dry_nm, self._dry_nm + self._brake_nm)
@@ -106,7 +103,7 @@ class Axis:
         self._mechanics = {False: free, True: braked}
         self._most_way = most_way_of(limits, cycle_steps)
         self._cycle = folded(plant, gains, limits, cycle_steps, self._dry_nm)
-        self._stir()
+        self._wake()
 
     @property
     def arrangement(self) -> Arrangement:
@@ -138,7 +135,7 @@ class Axis:
     def set_speed(self) -> float:
         """rad/s."""
         if self._mode is Mode.SPEED:
-            return self._wish
+            return self._set_value
         return self.moved * RAD / (self._cycle_steps * INNER_S) if self._mode is Mode.POSITION else self.v
 
     # ---- what it is told
@@ -149,13 +146,13 @@ class Axis:
             return
         was_free = self._mode is Mode.FREE
         self._mode = mode
-        self._stir()
-        self.way, self.moved, self._wish, self.lead = 0, 0, 0.0, 0.0
+        self._wake()
+        self.way, self.moved, self._set_value, self.lead = 0, 0, 0.0, 0.0
         self.hold_here()
         if mode in (Mode.FREE, Mode.TORQUE) or was_free:
             self.i = 0.0
 
-    def _stir(self) -> None:
+    def _wake(self) -> None:
         """Something is otherwise now."""
         self.is_at_rest = False
         self._is_folded = self._mode is Mode.POSITION and not self.brake_is_on
@@ -182,7 +179,7 @@ class Axis:
     def brake(self, is_on: bool) -> None:
         if is_on is not self.brake_is_on:
             self.brake_is_on = is_on
-            self._stir()
+            self._wake()
 
     def follow(self, increments: int) -> None:
         """The set position of the end of the next cycle, modulo 2^32, as it came over the ring."""
@@ -194,19 +191,19 @@ class Axis:
         self.lead = self._lead_gain * (way - self.moved)
         self.is_at_rest = False
 
-    def wish(self, value: float) -> None:
+    def set_value(self, value: float) -> None:
         """The set speed or torque."""
-        if value != self._wish:
-            self._wish = value
+        if value != self._set_value:
+            self._set_value = value
             self.is_at_rest = False
 
     # ---- time
 
-    def following(self, numbers: Numbers, *, is_told: bool) -> Following | None:
+    def following(self, numbers: Numbers, *, is_published: bool) -> FollowingCycle | None:
         """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it."""
         if not self._is_folded:
             return None
-        return following(self.arrangement, numbers, is_told=is_told)
+        return following(self.arrangement, numbers, is_published=is_published)
 
     def cycle(self) -> None:
         """One cycle further."""
@@ -228,9 +225,9 @@ class Axis:
             if steps > count:
                 self._steps(steps - count, self._gains, 0.0)
         elif self._mode is Mode.SPEED:
-            self._steps(steps, self._speed_gains, self._wish)
+            self._steps(steps, self._speed_gains, self._set_value)
         elif self._mode is Mode.TORQUE or self._plant.elastic is not None:
-            self._steps(steps, None, self._wish)
+            self._steps(steps, None, self._set_value)
         else:
             self._roll(steps * INNER_S)
         if abs(self.e) > FAR_RAD and self._mode is not Mode.POSITION:
@@ -381,7 +378,7 @@ class IdealAxis(Axis):
 
     __slots__ = ()
 
-    def following(self, numbers: Numbers, *, is_told: bool) -> None:
+    def following(self, numbers: Numbers, *, is_published: bool) -> None:
         """It knows no map."""
 
     def cycle(self) -> None:
@@ -393,7 +390,7 @@ class IdealAxis(Axis):
             speed = self.way * RAD / self._seconds
             way = self.way * min(seconds / self._seconds, 1.0)
             return Moment(self.position + way, speed, self.t, self.e, self.twist)
-        speed = self._wish if self._mode is Mode.SPEED else 0.0
+        speed = self._set_value if self._mode is Mode.SPEED else 0.0
         return Moment(self.position + speed * seconds * INCREMENTS, speed, self.t, self.e, self.twist)
 
     def go(self, steps: int) -> None:
@@ -404,5 +401,5 @@ class IdealAxis(Axis):
             self.set_increments += self.way
             self.moved, self.way = self.way, 0
         else:
-            self.v = self._wish if self._mode is Mode.SPEED else 0.0
+            self.v = self._set_value if self._mode is Mode.SPEED else 0.0
             self.set_increments += round(self.v * seconds * INCREMENTS)

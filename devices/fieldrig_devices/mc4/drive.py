@@ -27,7 +27,8 @@ from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.faults import MODELS
-from fieldrig_devices.mc4.folded import RAD, Course
+from fieldrig_devices.mc4.fold import PublishedMotion
+from fieldrig_devices.mc4.loops import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
@@ -68,12 +69,12 @@ class Mc4(Device):
         self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
         self._names = {what: settings.wire(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
-        self._told: dict[str, bool] = {}
-        self._courses: dict[str, Motion] = {}
-        self._tells_shaft = encoder is not None or settings.shaft_wire is not None
+        self._sent: dict[str, bool] = {}
+        self._motions: dict[str, Motion] = {}
+        self._publishes_shaft = encoder is not None or settings.shaft_wire is not None
         if wires is not None:
-            self._side.on_moved = self._tell_positions
-            self._side.is_told = not self._tells_shaft
+            self._side.on_moved = self._publish_positions
+            self._side.is_published = not self._publishes_shaft
             probes = self._side.probes
             handlers: list[Callable[[float], None]] = [self._on_inverter_enable, self._on_load_torque]
             handlers += [partial(probes.put, one) for one in PROBES]
@@ -145,35 +146,38 @@ class Mc4(Device):
         if not self.machine.is_cyclic:
             self._wake_at(self._clock.now_ns() + (TICK_NS if self._is_busy else SLOW_NS))
         if self._wires is not None:
-            self._tell("ready", self.machine.is_ready)
-            self._tell("brake", self.machine.chain.is_brake_lifted)
-            self._tell_positions()
+            self._publish("ready", self.machine.is_ready)
+            self._publish("brake", self.machine.chain.is_brake_lifted)
+            self._publish_positions()
 
     # ---- wires
 
-    def _tell(self, what: str, value: bool) -> None:
-        if self._wires is not None and self._told.get(what) is not value:
-            self._told[what] = value
+    def _publish(self, what: str, value: bool) -> None:
+        if self._wires is not None and self._sent.get(what) is not value:
+            self._sent[what] = value
             self._wires.send(Signal(self._names[what], value))
 
-    def _tell_positions(self) -> None:
+    def _publish_positions(self) -> None:
         axis, gear = self.machine.axis, self._settings.load.gear_ratio
         shaft = self.machine.shaft_increments * RAD
-        if self._tells_shaft:
-            self._tell_course("shaft", shaft, axis.v)
-        self._tell_course("position", (shaft - axis.twist) / gear, (axis.load_speed if axis.twist else axis.v) / gear)
-        if self._side is not None and self._side.is_told:
-            told, tolerance = self._courses["position"], self._settings.position_tolerance
-            self._side.course = Course(told.value, told.speed, told.time_ns, tolerance, gear, self.machine.shaft_offset)
+        if self._publishes_shaft:
+            self._publish_motion("shaft", shaft, axis.v)
+        load_speed = axis.load_speed if axis.twist else axis.v
+        self._publish_motion("position", (shaft - axis.twist) / gear, load_speed / gear)
+        if self._side is not None and self._side.is_published:
+            motion, tolerance = self._motions["position"], self._settings.position_tolerance
+            self._side.published = PublishedMotion(
+                motion.value, motion.speed, motion.time_ns, tolerance, gear, self.machine.shaft_offset
+            )
 
-    def _tell_course(self, what: str, position: float, speed: float) -> None:
+    def _publish_motion(self, what: str, position: float, speed: float) -> None:
         """When what was told has led astray."""
-        now_ns, told = self._clock.now_ns(), self._courses.get(what)
+        now_ns, told = self._clock.now_ns(), self._motions.get(what)
         if told is not None:
             is_near = abs(told.at(now_ns) - position) <= self._settings.position_tolerance
             if is_near and (speed or not told.speed):
                 return
-        course = self._courses[what] = Motion(self._names[what], position, "rad", now_ns, speed)
+        course = self._motions[what] = Motion(self._names[what], position, "rad", now_ns, speed)
         assert self._wires is not None
         self._wires.send(course)
 

@@ -4,7 +4,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from fieldrig_devices.mc4.axis import Axis
-from fieldrig_devices.mc4.folded import Following
+from fieldrig_devices.mc4.fold import FollowingCycle
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.values import MOVING, STANDING, Number, following_numbers, moving_numbers
 from fieldrig_devices.sercos.datum import IdnTable
@@ -56,8 +56,8 @@ class Feedback:
     def encode(self) -> bytes:
         return self._moving_record.pack(*self._moving()) + self.standing
 
-    def following(self, axis: Axis, *, is_told: bool) -> Following | None:
+    def following(self, axis: Axis, *, is_published: bool) -> FollowingCycle | None:
         """A cycle of the axis that gives what comes before `standing`; None: there is more than it knows."""
         if not self.is_of_the_axis:
             return None
-        return axis.following(following_numbers(self._machine, self._idns, self._codes), is_told=is_told)
+        return axis.following(following_numbers(self._machine, self._idns, self._codes), is_published=is_published)

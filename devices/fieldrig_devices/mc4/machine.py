@@ -27,7 +27,7 @@ from fieldrig_devices.mc4.faults import (
     StuckBrake,
     WrongMotor,
 )
-from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Gains, Limits, Plant
+from fieldrig_devices.mc4.loops import INCREMENTS, INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.mc4.thermal import Thermal
@@ -436,7 +436,7 @@ class Machine:
             if self._task is not task or mode != self._shown_mode:
                 self._shown_mode = mode
                 axis.control({1: Mode.TORQUE, 2: Mode.SPEED, 3: Mode.POSITION}.get(mode, Mode.SPEED))
-                axis.wish(0.0)
+                axis.set_value(0.0)
         elif task is not self._task or (task is Task.HOLD and self.chain.stage is not self._held_in):
             self._held_in = self.chain.stage
             if task is Task.HOLD:
@@ -446,7 +446,7 @@ class Machine:
                     self.overload_position = axis.set_increments
             else:
                 axis.control(Mode.FREE if task is Task.NOTHING else Mode.SPEED)
-                axis.wish(0.0)
+                axis.set_value(0.0)
         self._task = task
 
     def _move_brake(self, now_ns: int) -> None:

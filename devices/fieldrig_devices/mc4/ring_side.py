@@ -18,7 +18,8 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Course, Following
+from fieldrig_devices.mc4.fold import FollowingCycle, PublishedMotion
+from fieldrig_devices.mc4.loops import INCREMENTS, INNER_NS
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
@@ -35,10 +36,10 @@ CONTROL_BITS: Final = words.APPLICATION_MASK
 
 class RingSide:
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error",
-        "_numbers", "_place", "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since",
-        "_still_value", "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "course", "is_told",
-        "on_moved", "probes", "slave",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error", "_numbers", "_place",
+        "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since", "_still_value", "_table",
+        "_until_ns", "_value", "_warnings", "_warnings_seen", "is_published", "on_moved", "probes", "published",
+        "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -52,7 +53,7 @@ class RingSide:
         self._place = 0
         """Of the command value that counts, among the values of the MDT; 0: none does."""
         self._value: Callable[[int], None] = _no_value
-        self._following: Following | None = None
+        self._following: FollowingCycle | None = None
         """All that a cycle asks of an axis that only follows its set position."""
         self._most_error = 0.0
         self._warnings = self._warnings_seen = self._states_seen = 0
@@ -62,9 +63,9 @@ class RingSide:
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
         """Called after each cycle in which nothing but the axis went on."""
-        self.is_told = False
+        self.is_published = False
         """What `on_moved` tells others is one course, and holds as long as the load keeps to it."""
-        self.course: Course | None = None
+        self.published: PublishedMotion | None = None
         """The course that they were told last."""
         self._still: bytes | None = None
         """The feedback of an axis at rest, as long as nothing is looked at."""
@@ -122,9 +123,9 @@ class RingSide:
             if is_same and self._still is not None:
                 return self._status, self._still
         elif self._following is not None:
-            moved = self._following(axis, value, self._most_error, now_ns, self.course)
+            moved = self._following(axis, value, self._most_error, now_ns, self.published)
             if moved is not None:
-                if not self.is_told and self.on_moved is not None:
+                if not self.is_published and self.on_moved is not None:
                     self.on_moved()
                 return self._status, moved + self._feedback.standing
         axis.cycle()
@@ -207,13 +208,13 @@ class RingSide:
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
                 self._value = axis.follow
-                if self.course is not None or not self.is_told:
-                    self._following = self._feedback.following(axis, is_told=self.is_told)
+                if self.published is not None or not self.is_published:
+                    self._following = self._feedback.following(axis, is_published=self.is_published)
             elif mode == 2:
-                self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
+                self._value = lambda speed: axis.set_value(speed * SPEED_UNIT)
             elif machine.motor is not None:
                 unit = machine.motor.standstill_torque_nm / 1000
-                self._value = lambda torque: axis.wish(torque * unit)
+                self._value = lambda torque: axis.set_value(torque * unit)
         self._most_error = (
             self._table[std.MONITORING_WINDOW].number / INCREMENTS if machine.follows and mode == 3 else 1e99
         )

@@ -8,7 +8,7 @@ from math import sqrt, tau
 from typing import Final
 
 from fieldrig_devices.drives.motor import MotorData
-from fieldrig_devices.mc4.folded import Elastic, Gains, Limits, Plant
+from fieldrig_devices.mc4.loops import Elastic, Gains, Limits, Plant
 from fieldrig_devices.mc4.settings import LoadSettings, Mc4Settings
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable

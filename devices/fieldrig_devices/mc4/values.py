@@ -10,7 +10,8 @@ from math import tau
 from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.folded import INCREMENTS, Moving, Numbers, compiled
+from fieldrig_devices.mc4.fold import Numbers, compiled
+from fieldrig_devices.mc4.loops import INCREMENTS, MovingAxis
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.sercos import standard_idns as std
 
@@ -58,14 +59,14 @@ def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tup
 
 
 @lru_cache(maxsize=256)
-def _values_of(numbers: tuple[int, ...]) -> Callable[[Moving, float], tuple[int, ...]]:
+def _values_of(numbers: tuple[int, ...]) -> Callable[[MovingAxis, float], tuple[int, ...]]:
     names = {
         "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
         "standstill_nm": "standstill_nm",
     }  # fmt: skip
     values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
     text = f"def numbers(axis, standstill_nm):\n    return ({values})\n"
-    return cast(Callable[[Moving, float], tuple[int, ...]], compiled(text, "numbers"))
+    return cast(Callable[[MovingAxis, float], tuple[int, ...]], compiled(text, "numbers"))
 
 
 def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> Numbers:

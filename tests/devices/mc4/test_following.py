@@ -14,11 +14,12 @@ from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INCREMENTS, RAD, Course
+from fieldrig_devices.mc4.fold import PublishedMotion
+from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import SLOW_NS
 
 
-def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_told: bool) -> None:
+def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_published: bool) -> None:
     """There is no such function."""
 
 
@@ -78,7 +79,7 @@ class Told:
         while side._following is None:
             self.line.run(1)
         self.axis, self.following = self.line.drives[0].machine.axis, side._following
-        freely = side._feedback.following(self.axis, is_told=False)
+        freely = side._feedback.following(self.axis, is_published=False)
         assert freely is not None
         self.freely = freely
 
@@ -95,7 +96,9 @@ class Told:
         then = copy(self.axis)
         assert self.freely(then, wanted, 1e99, now_ns, None) is not None
         load = ((then.set_increments - then.e * INCREMENTS + offset) * RAD - then.twist) / self.gear
-        told = Course(load + astray - speed * ago_ns / S, speed, now_ns - ago_ns, self.TOLERANCE, self.gear, offset)
+        told = PublishedMotion(
+            load + astray - speed * ago_ns / S, speed, now_ns - ago_ns, self.TOLERANCE, self.gear, offset
+        )
         before = self.line.states()
         is_refused = self.following(self.axis, wanted, 1e99, now_ns, told) is None
         assert not is_refused or self.line.states() == before
