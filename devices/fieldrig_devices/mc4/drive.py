@@ -1,9 +1,9 @@
 """MC-4 MotorController: a servo drive on the fibre ring, with its motor and load.
 
 Source: ELAU PacDrive system manual, article 17130061 (511-540, 4163-4196, chapter 10) and its digest; IEC 61491 for
-what the manual doesn't say of the ring.  The drive has one axis, no user program, and talks to the controller over the
-ring only; it configures itself from the name plate of the motor.  On wires it has the input Inverter Enable, the ready
-contact and the brake relay as outputs, and beside them what the plant is made of: the load's torque, and its position.
+the ring, where the manual is silent.  The drive has one axis and no user program, and communicates with the controller
+over the ring only; it configures itself from the name plate of the motor.  Its wires are the input Inverter Enable, the
+outputs for ready contact and brake relay, and the torque and position of the load.
 Left out: analog and logic encoder inputs, firmware download.
 """
 
@@ -40,10 +40,12 @@ from fieldrig_devices.sercos.idn import idn_of
 
 INPUTS: Final = ("inverter_enable", "load_torque", "probe_1", "probe_2")
 TICK_NS: Final = 4 * MS
-"""How often a drive that moves, or waits for a time, looks at itself while the ring doesn't lead it."""
+"""Interval at which a drive that moves or waits updates itself while the ring is not in operation."""
 
 
 class Mc4(Device):
+    """An MC-4 drive as a device of a rig."""
+
     about = "ELAU MC-4: a servo drive with motor and load, on a fibre ring"
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -56,7 +58,7 @@ class Mc4(Device):
         wires: Link[Signal] | None = None,
         encoder: Link[SerialMessage] | None = None,
     ) -> None:
-        """Without the link `encoder` one is built in, with the plate of `motor` in its memory."""
+        """If there is no link `encoder`, the encoder is built in and its memory contains the plate of `motor`."""
         self._clock, self._settings, self._wires = clock, settings, wires
         table = idns.idn_table()
         self._fill(table)
@@ -77,7 +79,7 @@ class Mc4(Device):
             self._side.is_published = not self._publishes_shaft
             probes = self._side.probes
             handlers: list[Callable[[float], None]] = [self._on_inverter_enable, self._on_load_torque]
-            handlers += [partial(probes.put, one) for one in PROBES]
+            handlers += [partial(probes.put, probe) for probe in PROBES]
             inputs = {self._names[what]: handler for what, handler in zip(INPUTS, handlers, strict=True)}
             wires.on_receive(lambda signal: inputs[signal.name](signal.value), tuple(inputs))
 
@@ -123,7 +125,7 @@ class Mc4(Device):
     def _on_tick(self) -> None:
         self._timer = None
         machine = self.machine
-        if not machine.is_cyclic:  # else the ring leads it, and `_on_change` tells when that is over
+        if not machine.is_cyclic:  # in operation the ring advances the drive; `_on_change` is called when that ends
             machine.catch_up()
             machine.look()
 
@@ -171,15 +173,15 @@ class Mc4(Device):
             )
 
     def _publish_motion(self, what: str, position: float, speed: float) -> None:
-        """When what was told has led astray."""
-        now_ns, told = self._clock.now_ns(), self._motions.get(what)
-        if told is not None:
-            is_near = abs(told.at(now_ns) - position) <= self._settings.position_tolerance
-            if is_near and (speed or not told.speed):
+        """Publish a position again once the extrapolated one is off by more than the tolerance."""
+        now_ns, last = self._clock.now_ns(), self._motions.get(what)
+        if last is not None:
+            is_near = abs(last.at(now_ns) - position) <= self._settings.position_tolerance
+            if is_near and (speed or not last.speed):
                 return
-        course = self._motions[what] = Motion(self._names[what], position, "rad", now_ns, speed)
+        motion = self._motions[what] = Motion(self._names[what], position, "rad", now_ns, speed)
         assert self._wires is not None
-        self._wires.send(course)
+        self._wires.send(motion)
 
     def _on_inverter_enable(self, is_on: float) -> None:
         self.machine.catch_up()
@@ -194,8 +196,8 @@ class Mc4(Device):
     def points(self) -> Mapping[str, Point]:
         assert self._side is not None
         return points_of(
-            self.machine, self._side, self._settings.load.gear_ratio, self._plate_in_words, self._on_inverter_enable
+            self.machine, self._side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable
         )
 
-    def _plate_in_words(self) -> str:
+    def _plate_text(self) -> str:
         return self._encoder.why or ("read" if self.machine.motor else "not read")

@@ -60,7 +60,7 @@ def step_matrix(plant: Plant, gains: Gains) -> Matrix:
 
 
 def _weights(plant: Plant, gains: Gains, limits: Limits, step: Matrix, steps: int) -> Row:
-    """Return, per state, the share of a limit that a unit of distance from the steady state uses at most in any step."""
+    """Return, per state, the share of a limit that a unit of distance from the steady state uses at most in a step."""
     states = 6 if plant.elastic else 4
     torque = reach(step, states, steps, _set_torque_row(gains, states))
     speed = reach(step, states, steps, [float(place == V) for place in range(states)])

@@ -1,8 +1,9 @@
 """The fold as Python text: lines that read an axis, refuse a cycle that may meet a limit, or move the axis.
 
-In the text `e v i t w l` are the states before the cycle, first as they are and then as distances from the steady state;
-`new_e` and so on are the states after it.  `s` is the set speed, `a` the current feed-forward, `d` and `f` are as in
-`loops`, `q` is the steady torque, `b` the steady integral part, and `r` the share of the limits that the distances use.
+In the text `e v i t w l` are the states before the cycle, first as they are and then as distances from the steady
+state; `new_e` and so on are the states after it.  `s` is the set speed, `a` the current feed-forward, `d` and `f` are
+as in `loops`, `q` is the steady torque, `b` the steady integral part, and `r` the share of the limits that the
+distances use.
 """
 
 import struct
