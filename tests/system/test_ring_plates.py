@@ -55,7 +55,7 @@ def test_plate_is_read_and_edited_while_axes_are_under_control(ring: RingProcess
     assert (ring.get("max4/jaw.AxisState"), ring.get("jaw/motor_type")) == (3, "SM-140/30/200/P0/45/M1")
     os.kill(ring.pid("jaw"), signal.SIGKILL)
     ring.until_back("jaw")
-    until(lambda: "SM-OTHER, not SM-140" in str(ring.get("jaw/plate")))
+    until(lambda: "found SM-OTHER, expected SM-140" in str(ring.get("jaw/plate")))
 
     def is_found() -> bool:
         ring.do("quit")

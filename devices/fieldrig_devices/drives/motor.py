@@ -1,7 +1,7 @@
-"""What a drive has to know of its motor, and from whom it gets it.
+"""The data of a motor, and the encoder from which a drive reads them.
 
 Source: manual 513-540, 6446-6456, 6933, 6951-6961 (the words of a name plate; digest PD-170 to PD-177).  The motor's
-encoder keeps the plate in its memory; `Encoder` is what the drive needs of it, over whatever line.
+encoder stores the plate in its memory; `Encoder` is the drive's interface to it.
 """
 
 from collections.abc import Callable
@@ -11,12 +11,12 @@ from typing import Final, Protocol
 INCREMENTS_PER_TURN: Final = 1_000_000
 """Manual 6933."""
 TURNS: Final = 4096
-"""That a multi-turn encoder tells apart (manual 6448)."""
+"""Turns that a multi-turn encoder distinguishes (manual 6448)."""
 
 
 @dataclass(frozen=True, slots=True)
 class MotorData:
-    """A name plate.  The figures of the default are those of a middling servo motor, our choice."""
+    """A name plate.  The defaults are those of a typical servo motor, our choice."""
 
     type: str = "SM-100/30/080/P1/45"
     serial_number: str = "0000000001"
@@ -26,20 +26,20 @@ class MotorData:
     rated_torque_nm: float = 6.3
     standstill_torque_nm: float = 8.0
     peak_torque_nm: float = 32.0
-    """4-fold (manual 534)."""
+    """Peak torque, 4-fold (manual 534)."""
     torque_constant_nm_per_a: float = 1.6
     """Standstill torque over standstill current (manual 7103)."""
     inertia_kgcm2: float = 4.2
     pole_pairs: int = 4
     is_multi_turn: bool = True
     brake_torque_nm: float = 0.0
-    """Of the holding brake; 0: it has none."""
+    """Torque of the holding brake; 0 without a brake."""
     brake_lift_ms: float = 40.0
     brake_drop_ms: float = 20.0
     winding_limit_c: float = 140.0
-    """Where the thermo contact opens."""
+    """Temperature at which the thermo contact opens."""
     thermal_time_s: float = 1800.0
-    """Of the casing."""
+    """Thermal time constant of the casing."""
 
     @property
     def has_brake(self) -> bool:
@@ -63,15 +63,15 @@ class MotorData:
 
     @property
     def range_turns(self) -> int:
-        """After which the absolute position begins anew."""
+        """Number of turns after which the absolute position repeats."""
         return TURNS if self.is_multi_turn else 1
 
 
 class Encoder(Protocol):
-    """The motor's encoder with its memory, as the drive sees it.  `done` may come at once, or when the line has it."""
+    """The motor's encoder with its memory, as the drive sees it.  `done` may be called at once or later."""
 
     def read_plate(self, done: Callable[[MotorData | None], None]) -> None:
-        """None: there is no plate that could be read."""
+        """Read the plate; `done` gets None if there is no readable plate."""
 
     def read_position(self, done: Callable[[int | None], None], on_asked: Callable[[], None]) -> None:
-        """Absolute, in increments, from 0, at the instant at which `on_asked` is called; None: no answer."""
+        """Read the absolute position in increments, from 0, at the instant of `on_asked`; None without an answer."""

@@ -1,1 +1,1 @@
-"""The SM motor's SinCos encoder with its memory, the electronic name plate in it, and who reads both: HIPERFACE."""
+"""HIPERFACE: the SinCos encoder of an SM motor with its name plate, and the drive's end of the line."""

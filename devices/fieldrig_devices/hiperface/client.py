@@ -1,6 +1,7 @@
-"""What a drive asks its motor's encoder: type, serial number, position, and the electronic name plate.
+"""The scripts with which a drive reads its motor's encoder: type, serial number, position, and name plate.
 
-`read_motor` is the whole of it; what fails has a name, and a drive shows it as 1117 (digest PD-171, PD-172).
+`read_motor` reads everything.  Each kind of failure has a name; a drive shows all of them as 1117 (digest PD-171,
+PD-172).
 """
 
 from dataclasses import dataclass
@@ -21,9 +22,9 @@ from fieldrig_devices.hiperface.telegram import (
 )
 
 FIELD: Final = 0
-"""The data field of the plate."""
+"""Number of the data field with the plate."""
 PORTION: Final = 32
-"""Bytes asked for or stored at once: what is lost when one telegram is."""
+"""Bytes read or stored per telegram, and so the loss when a telegram fails."""
 BROKEN: Final = frozenset(
     {
         Status.ANALOG_SIGNALS,
@@ -34,7 +35,7 @@ BROKEN: Final = frozenset(
         Status.MEMORY_CHECKSUM,
     }
 )
-"""Messages after which an encoder can't be trusted."""
+"""Status messages after which an encoder is not trusted."""
 MOST_MESSAGES: Final = 8
 
 
@@ -43,8 +44,8 @@ class Failure(Enum):
     UNREADABLE = "the encoder's memory can't be read"
     MISSING = "the encoder has no name plate"
     CHECKSUM = "the name plate is damaged"
-    FOREIGN = "the encoder has somebody else's data, or is of an unknown type"
-    SWAPPED = "the name plate is another motor's"
+    FOREIGN = "the encoder contains other data, or is of an unknown type"
+    SWAPPED = "the name plate belongs to another motor"
 
 
 class MotorError(ValueError):
@@ -62,12 +63,12 @@ class Identity:
 
 @dataclass(frozen=True, slots=True)
 class Motor:
-    """What a drive knows after start."""
+    """The data that a drive has read from its motor."""
 
     encoder: Identity
     plate: NamePlate
     steps: int
-    """Position at start."""
+    """Position when it was read, in steps."""
 
 
 _OF_PLATE: Final = {
@@ -79,11 +80,11 @@ _OF_PLATE: Final = {
 
 
 def read_motor(motor_type: str | None = None, serial_number: str | None = None) -> Script[Motor]:
-    """MotorError with its name if anything is wrong; type and serial number of the motor are compared if given."""
+    """Read the motor, and compare its type and serial number if they are given.  MotorError names a failure."""
     try:
         identity = yield from read_identity()
         messages = yield from read_messages()
-        broken = [one for one in messages if one in BROKEN]
+        broken = [message for message in messages if message in BROKEN]
         if broken:
             raise MotorError(Failure.UNREADABLE, about(broken[0]))
         plate = yield from read_plate()
@@ -101,12 +102,14 @@ def _check(identity: Identity, plate: NamePlate, motor_type: str | None, serial_
     if kind is None:
         raise MotorError(Failure.FOREIGN, f"type code {identity.type_code:02X}h")
     if plate.encoder_increments != INCREMENTS:
-        raise MotorError(Failure.FOREIGN, f"it counts {plate.encoder_increments} increments a turn, not {INCREMENTS}")
+        raise MotorError(
+            Failure.FOREIGN, f"its encoder counts {plate.encoder_increments} increments per turn; expected {INCREMENTS}"
+        )
     if plate.is_multi_turn != (kind.turns > 1):
-        raise MotorError(Failure.SWAPPED, f"it has no encoder of type {identity.type_code:02X}h")
-    for is_there, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):
-        if wanted is not None and is_there != wanted:
-            raise MotorError(Failure.SWAPPED, f"{is_there}, not {wanted}")
+        raise MotorError(Failure.SWAPPED, f"that motor has no encoder of type {identity.type_code:02X}h")
+    for found, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):
+        if wanted is not None and found != wanted:
+            raise MotorError(Failure.SWAPPED, f"found {found}, expected {wanted}")
 
 
 def read_identity() -> Script[Identity]:
@@ -117,7 +120,7 @@ def read_identity() -> Script[Identity]:
 
 
 def read_messages() -> Script[list[int]]:
-    """What went wrong at the encoder since they were last read."""
+    """Read the encoder's status messages since the last reading."""
     messages = list[int]()
     for _ in range(MOST_MESSAGES):
         (status,) = yield Request(Command.READ_STATUS)
@@ -128,13 +131,13 @@ def read_messages() -> Script[list[int]]:
 
 
 def read_position() -> Script[int]:
-    """Steps."""
+    """Read the position, in steps."""
     answer = yield Request(Command.READ_POSITION)
     return int.from_bytes(answer, "big")
 
 
 def read_plate(code: int = FACTORY_CODE) -> Script[NamePlate]:
-    """MotorError if there is none, or a wrong one."""
+    """Read the plate.  Raises MotorError if there is none, or if it is invalid."""
     try:
         _, status = yield Request(Command.FIELD_STATUS, bytes((FIELD,)))
         data = yield from _read(0, HEAD.size, code)
@@ -151,15 +154,15 @@ def read_plate(code: int = FACTORY_CODE) -> Script[NamePlate]:
 
 
 def write_plate(plate: NamePlate, code: int = FACTORY_CODE) -> Script[None]:
-    """Make the data field if need be, write the plate, read it back.  AnsweredError if the encoder refuses."""
+    """Create the data field if needed, write the plate, and verify it.  AnsweredError if the encoder refuses."""
     yield from _prepare(code)
     data = plate.encode()
-    yield from _store(0, b"\xff" * HEAD.size, code)  # half a plate is none
+    yield from _store(0, b"\xff" * HEAD.size, code)  # an incomplete plate must not look valid
     yield from _store(HEAD.size, data[HEAD.size :], code)
     yield from _store(0, data[: HEAD.size], code)
     there = yield from read_plate(code)
     if there != plate:
-        raise MotorError(Failure.CHECKSUM, "what was read back is not what was written")
+        raise MotorError(Failure.CHECKSUM, "the plate that was read back differs from the one written")
 
 
 def _prepare(code: int) -> Script[None]:

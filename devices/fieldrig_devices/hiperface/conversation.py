@@ -1,12 +1,12 @@
-"""The drive's side of the line: one request after the other, with time-outs and retries.  Bytes and time in and out.
+"""The drive's side of the line: sequential requests with time-outs and retries, without I/O.
 
-A script is a generator: it yields requests and is sent answers, so that what is asked for reads from top to bottom.
+A script is a generator that yields requests and is sent the answers, so that a sequence reads from top to bottom.
 
     def position() -> Script[int]:
         answer = yield Request(Command.READ_POSITION)
         return int.from_bytes(answer, "big")
 
-Between an answer and the next request the line rests for 6 ms, as with the drive named in `telegram`.
+Between an answer and the next request the line is idle for 6 ms, as with the drive named in `telegram`.
 """
 
 from collections.abc import Generator
@@ -31,7 +31,7 @@ from fieldrig_devices.hiperface.telegram import (
 GAP_NS: Final = 6 * MS
 RETRIES: Final = 5
 RESET_NS: Final = 200 * MS
-"""That a drive waits after a reset."""
+"""Time that a drive waits after a reset."""
 
 
 class Request(NamedTuple):
@@ -44,16 +44,16 @@ Script = Generator[Request, bytes, T]
 
 
 class NoAnswerError(Exception):
-    """Nobody has answered, or not so that it could be understood."""
+    """No valid answer was received."""
 
     def __init__(self, command: Command, has_heard: bool) -> None:
-        super().__init__(f"{'no right answer' if has_heard else 'no answer'} to {command:02X}h")
+        super().__init__(f"{'no valid answer' if has_heard else 'no answer'} to {command:02X}h")
         self.has_heard = has_heard
-        """Something came, but no right telegram."""
+        """True if bytes were received, but no valid telegram."""
 
 
 class AnsweredError(Exception):
-    """The encoder has refused."""
+    """The encoder refused the request."""
 
     def __init__(self, command: Command, status: int) -> None:
         super().__init__(f"the encoder refuses {command:02X}h with status {status:02X}h, {about(status)}")
@@ -61,7 +61,7 @@ class AnsweredError(Exception):
 
 
 class Conversation(Generic[T]):
-    """One script, to its end.  Then `is_done`, and `result` has it, or raises what the script did not catch."""
+    """The run of a script.  Once `is_done`, `result` returns its result or raises its exception."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Conversation(Generic[T]):
         slack_ns: int = 20 * MS,
         form: Format = FORM,
     ) -> None:
-        """`slack_ns` is how much longer than on the line itself an answer may take."""
+        """`slack_ns` is added to the time that an answer may take on the line itself."""
         self._script, self._address = script, address
         self._retries, self._slack_ns = retries, slack_ns
         self._character_ns = form.bits_per_character * S // form.baud
@@ -86,7 +86,7 @@ class Conversation(Generic[T]):
         self._error: Exception | None = None
         self.is_done = False
         self.is_flagged = False
-        """An answer said that status messages wait."""
+        """True if an answer reported waiting status messages."""
         self._go_on(0, b"")
 
     def result(self) -> T:
@@ -101,7 +101,7 @@ class Conversation(Generic[T]):
         return self._until_ns if self._send_ns is None else self._send_ns
 
     def due(self, now_ns: int) -> bytes:
-        """What is to be sent now."""
+        """Return the bytes to send now."""
         if self.is_done:
             return b""
         if self._send_ns is None and now_ns >= self._until_ns:
@@ -114,7 +114,7 @@ class Conversation(Generic[T]):
         if self.is_done or self._request is None:
             return
         if self._send_ns is not None:
-            self._send_ns = max(self._send_ns, now_ns + GAP_NS)  # late bytes of an answer that was given up
+            self._send_ns = max(self._send_ns, now_ns + GAP_NS)  # late bytes of an abandoned answer
             return
         self._has_heard = True
         self._heard += data
@@ -134,7 +134,7 @@ class Conversation(Generic[T]):
         return wire
 
     def _look(self, now_ns: int) -> None:
-        """Whether there is the answer: at the first byte that it could begin with."""
+        """Look for the answer, from the first byte that it could begin with; True if it is complete."""
         heard, request = self._heard, self._request
         assert request is not None
         while heard and not self._may_begin(heard, request.command):
@@ -157,7 +157,7 @@ class Conversation(Generic[T]):
         return is_from_it and (len(heard) < 2 or heard[1] & ~ERROR_BIT in (command, Command.READ_STATUS))
 
     def _failed(self, now_ns: int) -> None:
-        """No answer, or a wrong one."""
+        """Retry after a missing or invalid answer, or give up."""
         assert self._request is not None
         if self._request.command == Command.RESET:
             self._go_on(now_ns, b"")

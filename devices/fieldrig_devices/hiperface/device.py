@@ -1,9 +1,9 @@
-"""`sm.encoder`: the SinCos encoder of an SM motor, at its serial line to the drive.
+"""`sm.encoder`: the SinCos encoder of an SM motor, on the serial line to its drive.
 
-Source: manual 520, 529, 538 (electronic name plate), 6448-6450, 6933; protocol and memory are in the modules beside.
-It sees the shaft on a wire, as a motion or step by step; without one the shaft stands where it was put.  What is
-written to its memory is kept before it is answered.  A plate file that has changed is another motor: its memory begins
-anew.
+Source: manual 520, 529, 538 (electronic name plate), 6448-6450, 6933; other modules of this
+package contain protocol and memory.  The position of the shaft comes from a wire, as a motion or step by step; without
+a wire it keeps the value that was set.  Data written to the memory are stored before the answer.  A plate file that has
+changed means another motor, whose memory starts as delivered.
 """
 
 import binascii
@@ -29,7 +29,7 @@ from fieldrig_bus.serial.tcp import SerialTcp
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
 from fieldrig_devices.hiperface.faults import MODELS, EncoderFaults
-from fieldrig_devices.hiperface.line import Seat
+from fieldrig_devices.hiperface.line import StationPort
 from fieldrig_devices.hiperface.memory import Eeprom
 from fieldrig_devices.hiperface.plate import NamePlate, PlateError
 from fieldrig_devices.hiperface.plate_file import load_plate
@@ -39,24 +39,28 @@ from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, Stat
 log = logging.getLogger(__name__)
 
 PER_TURN: Final[Mapping[str, float]] = {"rad": tau, "turn": 1.0, "count": float(INCREMENTS)}
-"""Units of the shaft's wire."""
+"""Units per turn on the shaft's wire."""
 
 
 class SmEncoderSettings(Settings):
-    name_plate: ConfigFile = Field(description="of the motor, a YAML file")
+    name_plate: ConfigFile = Field(description="plate file of the motor, YAML")
     type: Literal["single_turn", "multi_turn"] | None = Field(
-        default=None, description="SRS or SRM; left out: as the plate says"
+        default=None, description="SRS or SRM; default: according to the plate"
     )
     address: int = Field(
         default=FACTORY_ADDRESS,
         ge=ADDRESSES.start,
         lt=ADDRESSES.stop,
-        description="as delivered; it may be changed by 55h",
+        description="address as delivered; command 55h may change it",
     )
-    serial_number: str = Field(default="FR0000001", min_length=1, max_length=9, description="of the encoder")
-    initial_turns: float = Field(default=0.0, ge=0, lt=4096, description="where the shaft is until its wire says so")
-    shaft_wire: str | None = Field(default=None, description="in: rad, turn or count; NAME.shaft")
-    temperature_wire: str | None = Field(default=None, description="in: degC; NAME.temperature")
+    serial_number: str = Field(
+        default="FR0000001", min_length=1, max_length=9, description="serial number of the encoder"
+    )
+    initial_turns: float = Field(
+        default=0.0, ge=0, lt=4096, description="position of the shaft until its wire is driven"
+    )
+    shaft_wire: str | None = Field(default=None, description="input in rad, turn or count; default: NAME.shaft")
+    temperature_wire: str | None = Field(default=None, description="input in degC; default: NAME.temperature")
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("line", "HIPERFACE address", self.address, ("address",))
@@ -90,7 +94,7 @@ class SmEncoder(Device):
             self.encoder.requests.report(Status.PARTITION)
         self._faults = EncoderFaults(clock, self.encoder, self._plate, random)
         self.injected = self._faults.injected
-        self._seat = Seat(clock, line, self.encoder)
+        self._station_port = StationPort(clock, line, self.encoder)
         if wires is not None:
             handlers = {
                 settings.shaft_wire or f"{name}.shaft": self._on_shaft,
@@ -108,7 +112,7 @@ class SmEncoder(Device):
     # ---- memory
 
     def _kept(self, settings: SmEncoderSettings) -> tuple[Eeprom, bool]:
-        """What was kept of this motor, and whether that was damaged."""
+        """Return the stored memory of this motor, and True if it was damaged."""
         found = restore(self._store, self._decode)
         if isinstance(found.content, Eeprom):
             return found.content, False
@@ -119,7 +123,7 @@ class SmEncoder(Device):
         return eeprom, False
 
     def _decode(self, kept: bytes) -> Eeprom | Literal["other"]:
-        """The memory of this motor; another motor's is no damage.  ValueError for damage."""
+        """Return the memory of this motor, or a new one for another motor.  Raises ValueError for damaged data."""
         return Eeprom.decode(kept[len(self._mark) :]) if kept[: len(self._mark)] == self._mark else "other"
 
     def _keep(self) -> None:
@@ -138,7 +142,7 @@ class SmEncoder(Device):
         if signal.unit in PER_TURN:
             self._shaft = signal
         else:
-            log.debug("%s is in %r, not in rad, turn or count", signal.name, signal.unit)
+            log.debug("%s has the unit %r; expected rad, turn or count", signal.name, signal.unit)
 
     def _on_temperature(self, signal: Signal) -> None:
         if signal.unit in ("", "degC"):
@@ -154,17 +158,19 @@ class SmEncoder(Device):
         encoder, now_ns = self.encoder, self._clock.now_ns
         return {
             "turns": Point(lambda: self._turning(now_ns()).turns, self._put, "turn", "of the shaft"),
-            "position": Point(lambda: encoder.requests.position(now_ns()), None, "step", "as 42h tells it"),
+            "position": Point(lambda: encoder.requests.position(now_ns()), None, "step", "as in the answer to 42h"),
             "increments": Point(
-                lambda: increments_of(encoder.requests.position(now_ns())), None, "count", "1 000 000 a turn"
+                lambda: increments_of(encoder.requests.position(now_ns())), None, "count", "1 000 000 per turn"
             ),
-            "sine": Point(lambda: self._signals().sine, None, "", "1024 periods a turn"),
+            "sine": Point(lambda: self._signals().sine, None, "", "1024 periods per turn"),
             "cosine": Point(lambda: self._signals().cosine, None, "", "90 degrees ahead"),
-            "zero": Point(lambda: self._signals().zero, None, "", "once a turn"),
-            "temperature": Point(lambda: encoder.requests.temperature_degc, self._heat, "degC", "as 44h tells it"),
-            "plate": Point(self._plate_in_words, None, "", "motor and serial number, or what is wrong with the plate"),
+            "zero": Point(lambda: self._signals().zero, None, "", "once per turn"),
+            "temperature": Point(
+                lambda: encoder.requests.temperature_degc, self._heat, "degC", "as in the answer to 44h"
+            ),
+            "plate": Point(self._plate_in_words, None, "", "motor and serial number, or the mistake in the plate"),
             "address": Point(lambda: encoder.eeprom.address, None, "", ""),
-            "answers": Point(lambda: encoder.answered, None, "", "telegrams that it has sent"),
+            "answers": Point(lambda: encoder.answered, None, "", "number of telegrams sent"),
         }
 
     def _plate_in_words(self) -> str:
@@ -190,7 +196,7 @@ class SmEncoder(Device):
 
 
 def _mark_of(plate: NamePlate, settings: SmEncoderSettings) -> bytes:
-    """By which a motor and its encoder are known again."""
+    """Return the identity of a motor and its encoder in the store."""
     return binascii.crc32(plate.encode() + settings.serial_number.encode() + bytes((settings.address,))).to_bytes(
         4, "big"
     )

@@ -1,7 +1,7 @@
-"""The drive's end of the line to its motor's encoder; it is what `mc4` sees of the encoder.
+"""The drive's end of the line to its motor's encoder: the encoder as `mc4` sees it.
 
-The encoder may be a device of its own at a serial bus, or one built into the drive, at an internal line: same class,
-same bytes, same time.
+The encoder may be a device on a serial bus, or built into the drive on an internal line.  Both use the same class, and
+the same bytes at the same times.
 """
 
 from collections import deque
@@ -15,7 +15,7 @@ from fieldrig_devices.drives.motor import MotorData
 from fieldrig_devices.hiperface.client import Failure, Motor, MotorError, read_motor, read_position
 from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError, Script
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder
-from fieldrig_devices.hiperface.line import FORM, InternalLine, Seat
+from fieldrig_devices.hiperface.line import FORM, InternalLine, StationPort
 from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.shaft import increments_of
 from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
@@ -23,7 +23,7 @@ from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
 T = TypeVar("T")
 Action = Callable[[], None]
 SHARED: Final = tuple(MotorData.__dataclass_fields__)
-"""Fields of a motor's data, which all are fields of a plate."""
+"""Fields of a motor's data; a plate has all of them."""
 
 
 def motor_data(plate: NamePlate) -> MotorData:
@@ -31,7 +31,7 @@ def motor_data(plate: NamePlate) -> MotorData:
 
 
 class EncoderEnd:
-    """Asks one thing after the other, in the order of asking."""
+    """The drive's end of the line; it carries requests out in their order."""
 
     def __init__(
         self,
@@ -42,24 +42,24 @@ class EncoderEnd:
         serial_number: str | None = None,
         address: int = FACTORY_ADDRESS,
     ) -> None:
-        """A plate of another motor than that of `motor_type` and `serial_number` is refused, if they are given."""
+        """`motor_type` and `serial_number`, if given, have to match the plate."""
         self._clock, self._link, self._address = clock, link, address
         self._wanted = (motor_type, serial_number)
         self._waiting: deque[tuple[Conversation[Any], Callable[[Conversation[Any]], None], Action | None]] = deque()
         self.motor: Motor | None = None
-        """As it was read last."""
+        """The motor as last read."""
         self.failure: Failure | None = None
-        """Of the last reading; None: it was right, or there was none."""
+        """Failure of the last reading, or None if it succeeded or there was none."""
         self.why = ""
-        self._seat = Seat(clock, link, self)
+        self._station_port = StationPort(clock, link, self)
 
     def start(self) -> None:
         self._link.send(FORM)
 
     def ask(self, script: Script[T], done: Callable[[Conversation[T]], None], on_asked: Action | None = None) -> None:
-        """`on_asked` is called when the encoder has heard a request."""
+        """Run a script; `on_asked` is called when the encoder has received a request."""
         self._waiting.append((Conversation(script, self._address), done, on_asked))
-        self._seat.wake()
+        self._station_port.wake()
 
     def read_motor(self, done: Callable[[Motor | Failure], None]) -> None:
         def ended(conversation: Conversation[Motor]) -> None:
@@ -73,11 +73,11 @@ class EncoderEnd:
         self.ask(read_motor(*self._wanted), ended)
 
     def read_plate(self, done: Callable[[MotorData | None], None]) -> None:
-        """None: `failure` says why."""
+        """Read the plate; `done` gets None after a `failure`."""
         self.read_motor(lambda found: done(motor_data(found.plate) if isinstance(found, Motor) else None))
 
     def read_position(self, done: Callable[[int | None], None], on_asked: Action | None = None) -> None:
-        """In increments, to within a step of the encoder, at the instant of `on_asked`; None: no answer."""
+        """Read the position at the instant of `on_asked`, in increments to within a step; None without an answer."""
 
         def ended(conversation: Conversation[int]) -> None:
             try:
@@ -88,7 +88,7 @@ class EncoderEnd:
 
         self.ask(read_position(), ended, on_asked)
 
-    # ---- what its seat asks
+    # ---- station on the line
 
     def receive(self, now_ns: int, data: bytes) -> None:
         if self._waiting:
@@ -111,8 +111,8 @@ class EncoderEnd:
 
 
 def built_in(clock: Clock, encoder: HiperfaceEncoder, motor_type: str | None = None) -> EncoderEnd:
-    """An encoder that has no line of its own in the rig, and the drive's end of the line to it."""
+    """Connect an encoder to an internal line, and return the drive's end of it."""
     line = InternalLine(clock, encoder.form)
     encoder.start(clock.now_ns())
-    Seat(clock, line.ends[1], encoder)
+    StationPort(clock, line.ends[1], encoder)
     return EncoderEnd(clock, line.ends[0], motor_type=motor_type, address=encoder.eeprom.address)

@@ -1,12 +1,12 @@
-"""A SinCos encoder at its parameter channel: bytes and time in, bytes and a wish for time out.
+"""A SinCos encoder on its parameter channel, as bytes and times, without I/O.
 
-A request ends with its last byte, as its command says how many there are, or with silence; it is answered, whatever is
-wrong with it, if its address is ours or the broadcast's.  What it does is in `requests`.
+A request ends with its last byte, whose number follows from the command, or with silence.  If it has our address or the
+broadcast address, it is answered even if it is invalid.  `requests` carries it out.
 
-Our choices: how long an answer takes (within what drives wait for), 100 ms of deafness after power-on and reset, that a
-broken request is given up after 20 ms (a real encoder takes 55 bit times, which is finer than real time on a computer).
-Left out: parity errors, which no serial line here can have; the extended type label (field FFh), which these types
-haven't got; programs of the maker's own.
+Our choices: the time of an answer (within the limits of drives), no reception for 100 ms after power-on and reset, and
+an incomplete request is dropped after 20 ms (a real encoder takes 55 bit times, finer than real time on a host).
+Left out: parity errors, which no serial line here has; the extended type label (field FFh), which these types lack;
+proprietary programs of the manufacturer.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,11 +31,11 @@ DELAYS_NS: Final[Mapping[int, int]] = {
     Command.READ_DATA: READ_NS,
     **dict.fromkeys(WRITING_COMMANDS, CHANGE_NS),
 }
-"""From the end of a request to the beginning of its answer; `QUERY_NS` for all others."""
+"""Time from the end of a request to the start of its answer; `QUERY_NS` for other commands."""
 
 
 def eeprom_with(plate: NamePlate) -> Eeprom:
-    """The memory as the motor's maker leaves it: the plate in data field 0, protected by code 0."""
+    """Return the memory as delivered: the plate in data field 0, protected by code 0."""
     data = plate.encode()
     return Eeprom(fields=[Field(status_for(len(data)), bytearray(data))])
 
@@ -51,8 +51,10 @@ class HiperfaceEncoder:
         version: str = "fieldrig 1",
         on_change: Callable[[], None] = lambda: None,
     ) -> None:
-        """`shaft` says where it is at an instant; `on_change` is called before what was written to the memory is
-        answered; its StoreError refuses the request."""
+        """`shaft` returns the position of the shaft at an instant.
+
+        `on_change` is called after a write to the memory and before its answer; a StoreError refuses the request.
+        """
         self.eeprom = eeprom
         self.answered = 0
         self.requests = Requests(kind, eeprom, shaft, (serial_number, version), on_change)
@@ -66,11 +68,11 @@ class HiperfaceEncoder:
 
     @property
     def form(self) -> Format:
-        """How it sends and hears since its last start."""
+        """Format of the line since the last start."""
         return self._form
 
     def start(self, now_ns: int) -> None:
-        """Power on, or a reset."""
+        """Start after power-on or a reset."""
         self._configure()
         self._deaf_until_ns = now_ns + DEAF_NS
         self._request.clear()
@@ -79,7 +81,7 @@ class HiperfaceEncoder:
     # ---- bytes and time
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Bytes whose last one has arrived now."""
+        """Take bytes, the last of which has just arrived."""
         silence_ns = now_ns - self._heard_ns - len(data) * self._character_ns
         self._heard_ns = now_ns
         if self._answer is not None or now_ns < self._deaf_until_ns:
@@ -99,13 +101,13 @@ class HiperfaceEncoder:
                 return
 
     def next_ns(self) -> int | None:
-        """When it wants to be asked what is `due`."""
+        """Return the instant at which `due` has to be called."""
         if self._answer is not None:
             return self._answer[0]
         return self._heard_ns + PATIENCE_NS if self._request else None
 
     def due(self, now_ns: int) -> bytes:
-        """What it sends now."""
+        """Return the bytes to send now."""
         if self._answer is not None and self._answer[0] <= now_ns:
             _, sent = self._answer
             self._answer = None
@@ -125,7 +127,7 @@ class HiperfaceEncoder:
         self._is_waiting_for_silence = True
 
     def _take(self, now_ns: int) -> None:
-        """A request has ended, one way or the other."""
+        """Take a request that has ended."""
         request = bytes(self._request)
         self._request.clear()
         if len(request) < 2 or self.requests.trouble.is_silent():

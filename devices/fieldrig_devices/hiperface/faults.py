@@ -1,4 +1,4 @@
-"""The faults that a HIPERFACE encoder takes, and what each of them does to it."""
+"""The faults of a HIPERFACE encoder, and their effects."""
 
 from typing import Annotated, Any, Final, Literal
 
@@ -14,8 +14,8 @@ from fieldrig_devices.hiperface.requests import Trouble
 
 
 class _Struck(Timed):
-    count: int | None = Field(default=None, ge=1, description="number of telegrams affected; left out: no limit")
-    probability: float = Field(default=1.0, gt=0, le=1, description="that a matching telegram is affected")
+    count: int | None = Field(default=None, ge=1, description="number of telegrams affected; default: no limit")
+    probability: float = Field(default=1.0, gt=0, le=1, description="probability that a matching telegram is affected")
 
 
 class Silent(_Struck):
@@ -77,13 +77,13 @@ class EncoderFaults:
         )
 
     def plate_in_place(self, field: bytes) -> bytes:
-        """Return data field 0 with the plate that the faults put in place of the encoder's own."""
+        """Return data field 0 with the plate that the faults substitute."""
         for settings in self.injected.active(WrongPlate):
             field = self._other(settings).encode()
         return field
 
     def _check(self, settings: EncoderFault) -> None:
-        """ValueError for a plate that cannot be."""
+        """Raise ValueError for a fault that would need an impossible plate."""
         if isinstance(settings, WrongPlate):
             self._other(settings)
 
@@ -106,7 +106,7 @@ class EncoderFaults:
         return has_struck
 
     def _other(self, fault: WrongPlate) -> NamePlate:
-        """Return the plate of the other motor.  ValueError if there can't be such a plate."""
+        """Return the plate of the other motor.  Raises ValueError if that plate is invalid."""
         values = self._plate.model_dump() | {"serial_number": fault.serial_number}
         if fault.type is not None:
             values["type"] = fault.type
@@ -117,4 +117,4 @@ class EncoderFaults:
         except ValidationError as cause:
             found = explain(cause, values, NamePlate)[0]
             key = "".join(map(str, found.path))
-            raise ValueError(f"there can't be such a plate: {key}: {found.what}\n{found.remedy}") from cause
+            raise ValueError(f"the fault needs an invalid plate: {key}: {found.what}\n{found.remedy}") from cause

@@ -1,4 +1,4 @@
-"""The HIPERFACE line inside a drive: same bytes at the same times as on a bus of family serial."""
+"""The HIPERFACE line inside a drive, with the same bytes at the same times as on a serial bus of a rig."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
@@ -15,7 +15,7 @@ Handler = Callable[[SerialMessage], None]
 
 
 class InternalLine:
-    """`ends` are the links of its two ends."""
+    """A serial line between two ends; `ends` are their links."""
 
     def __init__(self, clock: Clock, form: Format = FORM) -> None:
         self._clock = clock
@@ -64,8 +64,8 @@ class _End:
         self._line.listen(self.name, interest)
 
 
-class Talker(Protocol):
-    """One who takes bytes and time, and gives bytes and a wish for time back."""
+class Station(Protocol):
+    """A station on the line, as bytes and times: the encoder or the drive."""
 
     def receive(self, now_ns: int, data: bytes) -> None: ...
 
@@ -74,27 +74,27 @@ class Talker(Protocol):
     def next_ns(self) -> int | None: ...
 
 
-class Seat:
-    """A talker at a link, woken when it wishes."""
+class StationPort:
+    """Connects a station to its link, and calls it when it is due."""
 
-    def __init__(self, clock: Clock, link: Link[SerialMessage], talker: Talker) -> None:
-        self._clock, self._link, self._talker = clock, link, talker
+    def __init__(self, clock: Clock, link: Link[SerialMessage], station: Station) -> None:
+        self._clock, self._link, self._station = clock, link, station
         self._timer: Timer | None = None
         link.on_receive(self._on_receive)
 
     def wake(self) -> None:
-        """Something has changed at the talker."""
+        """Call this when the station has changed: send what is due, and set the timer."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
         now_ns = self._clock.now_ns()
-        if sent := self._talker.due(now_ns):
+        if sent := self._station.due(now_ns):
             self._link.send(sent)
-        next_ns = self._talker.next_ns()
+        next_ns = self._station.next_ns()
         if next_ns is not None:
             self._timer = self._clock.call_at(next_ns, self.wake)
 
     def _on_receive(self, message: SerialMessage) -> None:
         if isinstance(message, bytes):
-            self._talker.receive(self._clock.now_ns(), message)
+            self._station.receive(self._clock.now_ns(), message)
             self.wake()

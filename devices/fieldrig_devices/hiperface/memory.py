@@ -1,9 +1,9 @@
 """The encoder's EEPROM: data fields, access codes, counter, address, format of the line, offset of the position.
 
 Rules of data fields after Kübler Sendix S36 manual 5.1.2.8 to 5.1.2.10 and the drives named in `telegram`: fields are
-created one after the other, blocks of 16 bytes up to 128; a code is asked for if bit 3 of the field's status says so,
-and bits 5-4 say which of the four; size changes and deletion only of the last one, deletion only with the status as it
-is.  Our choice: a new field is filled with FFh, as an erased memory is; 1792 bytes are free (SICK SEK34).
+created in sequence, in blocks of 16 bytes up to 128; bit 3 of a field's status requires an access code, and bits 5-4
+select one of four; only the last field can be resized or deleted, and deletion has to repeat its status.  Our choice: a
+new field is filled with FFh, like erased memory; 1792 bytes are free (SICK SEK34).
 """
 
 import struct
@@ -16,7 +16,7 @@ from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, FACT
 FREE: Final = 1792  # bytes
 BLOCK: Final = 16  # bytes
 SIZE_IN_BLOCKS: Final = 128
-"""Of the whole memory with the encoder's own part, as the type label tells it."""
+"""Size of the whole memory with the encoder's own part, as in the type label."""
 BLANK: Final = 0xFF
 CREATED, WRITABLE, CODED = 0x80, 0x40, 0x08  # bits of a field's status
 _OWN_CODE, _BLOCKS = 0x30, 0x07  # masks
@@ -25,7 +25,7 @@ FACTORY_MODE: Final = 0xE4
 
 
 class RefusedError(Exception):
-    """The encoder doesn't do this; `status` says why."""
+    """The encoder refuses a request; `status` is the reason."""
 
     def __init__(self, status: Status) -> None:
         super().__init__(status.name)
@@ -39,17 +39,17 @@ class Field:
 
     @property
     def code(self) -> int | None:
-        """The number of its access code; None: it asks for none."""
+        """Number of its access code, or None if it requires none."""
         return (self.status & _OWN_CODE) >> 4 if self.status & CODED else None
 
 
 def size_of(status: int) -> int:
-    """Bytes of a field with this status."""
+    """Return the size of a field with this status, in bytes."""
     return ((status & _BLOCKS) + 1) * BLOCK
 
 
 def status_for(size: int, flags: int = CREATED | WRITABLE | CODED) -> int:
-    """Of a field of `size` bytes, a multiple of 16 up to 128."""
+    """Return the status of a field of `size` bytes, a multiple of 16 up to 128."""
     return flags | size // BLOCK - 1
 
 
@@ -59,7 +59,7 @@ class Eeprom:
     mode: int = FACTORY_MODE
     counter: int = 0
     offset: int = 0
-    """Steps between the shaft and the position that is told."""
+    """Steps from the shaft to the reported position."""
     codes: bytearray = field(default_factory=lambda: bytearray((FACTORY_CODE,) * 4))
     fields: list[Field] = field(default_factory=list)
 
@@ -68,7 +68,7 @@ class Eeprom:
 
     @property
     def free(self) -> int:
-        return FREE - sum(len(one.data) for one in self.fields)
+        return FREE - sum(len(field.data) for field in self.fields)
 
     def field(self, number: int) -> Field:
         if number >= len(self.fields):
@@ -145,16 +145,16 @@ class Eeprom:
         head = self._HEAD.pack(
             self._MAGIC, self.address, self.mode, self.counter, self.offset, bytes(self.codes), len(self.fields)
         )
-        return head + b"".join(bytes((one.status,)) + one.data for one in self.fields)
+        return head + b"".join(bytes((field.status,)) + field.data for field in self.fields)
 
     def become(self, other: "Eeprom") -> None:
-        """Take over the content of another one, which is not used any more."""
+        """Take over the content of another memory, which must not be used afterwards."""
         self.address, self.mode, self.counter, self.offset = other.address, other.mode, other.counter, other.offset
         self.codes, self.fields = other.codes, other.fields
 
     @classmethod
     def decode(cls, body: bytes) -> Self:
-        """ValueError for anything that `encode` doesn't write."""
+        """Return the memory of encoded data.  Raises ValueError for data that `encode` does not write."""
         try:
             magic, address, mode_, counter, offset, codes, count = cls._HEAD.unpack_from(body)
             found = cls(address, mode_, counter, offset, bytearray(codes))
@@ -164,8 +164,8 @@ class Eeprom:
                 found.fields.append(Field(body[place], bytearray(body[place + 1 : place + 1 + size])))
                 place += 1 + size
         except (struct.error, IndexError) as cause:
-            raise ValueError("it is cut short") from cause
+            raise ValueError("the data are incomplete") from cause
         is_sound = address in ADDRESSES and mode.is_right(mode_) and found.free >= 0 and counter < COUNTS
         if magic != cls._MAGIC or place != len(body) or not is_sound:
-            raise ValueError("it is not the memory of an encoder")
+            raise ValueError("the data are not the memory of an encoder")
         return found

@@ -1,8 +1,8 @@
-"""Mode_485, the byte that says how an encoder's serial interface works; E4h as delivered is 9600 baud, even parity.
+"""Mode_485, the byte that configures an encoder's serial interface; E4h as delivered is 9600 baud, even parity.
 
-Known: E4h (SICK SEK34) is 9600 8E1, and the rates are 600 to 38400 (Phase Motion Control AxM-E), so bits 2-0 number
-them.  Our reading of the rest: bit 7 a request begins after 55 bit times of silence, else 11; bit 6 parity even, else
-odd; bit 5 there is a parity bit; bits 4-3 are 0.
+Known: E4h (SICK SEK34) is 9600 8E1, and the rates are 600 to 38400 (Phase Motion Control AxM-E), so bits 2-0 select
+a rate.  Our reading of the others: bit 7 requires 55 bit times of silence before a request instead of 11; bit 6 selects
+even parity; bit 5 enables parity; bits 4-3 are 0.
 """
 
 from typing import Final, Literal
@@ -19,7 +19,7 @@ def is_right(mode: int) -> bool:
 
 
 def format_of(mode: int) -> Format:
-    """9600 8E1 for a mode that isn't right."""
+    """Return the format, or 9600 8E1 for an invalid mode."""
     if not is_right(mode):
         return Format(9600, 8, "E", 1)
     parity: Literal["N", "E", "O"] = "N" if not mode & _PARITY else "E" if mode & _EVEN else "O"
@@ -27,5 +27,5 @@ def format_of(mode: int) -> Format:
 
 
 def silence_ns(mode: int) -> int:
-    """Before a request begins."""
+    """Return the silence before a request, in nanoseconds."""
     return (55 if mode & _LONG_SILENCE else 11) * S // format_of(mode).baud

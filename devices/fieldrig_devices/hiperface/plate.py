@@ -1,8 +1,8 @@
-"""The electronic name plate: what a motor says of itself, and its bytes in the encoder's memory.
+"""The electronic name plate: the data of a motor, and their bytes in the encoder's memory.
 
-Words: manual 6452-6454, 6718, 6841, 6909, 6955-6961, 7103 (digest PD-177).  The manual says nothing of the format
-(PD-170), so that is ours: data field 0, 128 bytes, big endian, as docs/nameplate.md has it.  Values are kept in fixed
-steps, which a plate file must keep to, so that what is read is what was written.
+Terms: manual 6452-6454, 6718, 6841, 6909, 6955-6961, 7103 (digest PD-177).  The manual does not give the format
+(PD-170), so it is ours: data field 0, 128 bytes, big endian, as in docs/nameplate.md.  Values have fixed resolutions,
+which a plate file has to observe, so that a plate reads back as it was written.
 """
 
 import binascii
@@ -23,12 +23,12 @@ from fieldrig_devices.hiperface.telegram import LARGEST_FIELD
 MAGIC: Final = b"FRNP"
 VERSION: Final = 1
 HEAD: Final = struct.Struct(">4sBB")
-"""Magic, version, bytes with head and CRC."""
+"""Magic, version, length including head and CRC."""
 CRC: Final = struct.Struct(">H")
 
 
 class Wrong(Enum):
-    """Why bytes are no plate."""
+    """Reasons why data are not a valid plate."""
 
     BLANK = "there is no plate in this memory"
     FOREIGN = "this is no plate that fieldrig knows"
@@ -46,7 +46,9 @@ def _kept_in(scale: int) -> AfterValidator:
     def check(value: float) -> float:
         raw = value * scale
         if abs(raw - round(raw)) > 1e-6 * max(1.0, abs(raw) * 1e-6):
-            raise ValueError(f"it is kept in steps of {1 / scale:g}: {round(raw) / scale:g}, not {value:g}")
+            raise ValueError(
+                f"{value:g} is not a multiple of {1 / scale:g}; expected, for example, {round(raw) / scale:g}"
+            )
         return round(raw) / scale
 
     return AfterValidator(check)
@@ -67,19 +69,23 @@ class NamePlate(Settings):
     serial_number: Annotated[str, _text(16)] = Field(description="of the motor")
     rated_speed_rpm: int = Field(gt=0, le=_U16, description="at rated torque")
     max_speed_rpm: int = Field(gt=0, le=_U16, description="mechanical limit")
-    rated_torque_nm: Torque = Field(description="for ever, at rated speed")
-    standstill_torque_nm: Torque = Field(description="for ever, at speed 0")
-    peak_torque_nm: Torque = Field(description="for a short time")
+    rated_torque_nm: Torque = Field(description="continuous, at rated speed")
+    standstill_torque_nm: Torque = Field(description="continuous, at standstill")
+    peak_torque_nm: Torque = Field(description="short-term")
     rated_current_a: Current = Field(description="at rated torque and speed")
     standstill_current_a: Current = Field(description="at standstill torque")
     peak_current_a: Current = Field(description="at peak torque")
     torque_constant_nm_per_a: Annotated[float, Field(gt=0, le=_U16 / 1000), _kept_in(1000)] = Field(
         description="standstill torque over standstill current, to within 5 %"
     )
-    inertia_kgcm2: Annotated[float, Field(gt=0, le=_U32 / 1000), _kept_in(1000)] = Field(description="with its brake")
+    inertia_kgcm2: Annotated[float, Field(gt=0, le=_U32 / 1000), _kept_in(1000)] = Field(
+        description="including the brake"
+    )
     pole_pairs: int = Field(gt=0, le=0xFF)
-    is_multi_turn: bool = Field(description="the encoder tells 4096 turns apart; false: one")
-    encoder_increments: int = Field(default=INCREMENTS, gt=0, le=_U32, description="a turn, as the drive counts")
+    is_multi_turn: bool = Field(description="the encoder distinguishes 4096 turns; false: a single turn")
+    encoder_increments: int = Field(
+        default=INCREMENTS, gt=0, le=_U32, description="increments per turn, as the drive counts"
+    )
     offset_increments: int = Field(
         default=0, ge=-_I32, le=_I32, description="from the encoder's zero to the rotor's first pole"
     )
@@ -87,7 +93,7 @@ class NamePlate(Settings):
     winding_limit_c: Degrees = Field(default=140.0, description="where the thermo contact opens, in degrees Celsius")
     thermal_time_s: int = Field(default=1800, gt=0, le=_U16, description="time constant of the casing")
     brake_torque_nm: Annotated[float, Field(ge=0, le=_U32 / 1000), _kept_in(1000)] = Field(
-        default=0.0, description="of the holding brake; 0: it has none"
+        default=0.0, description="of the holding brake; 0 without a brake"
     )
     brake_lift_ms: int = Field(default=40, ge=0, le=_U16, description="until the brake has lifted")
     brake_drop_ms: int = Field(default=20, ge=0, le=_U16, description="until the brake holds")
@@ -118,20 +124,20 @@ class NamePlate(Settings):
 
     @property
     def acceleration_time_ms(self) -> float:
-        """From standstill to rated speed at peak torque, without a load (manual 6454)."""
+        """Time from standstill to rated speed at peak torque, without load (manual 6454)."""
         speed_rad_per_s = self.rated_speed_rpm * pi / 30
         return 1000 * self.inertia_kgcm2 * 1e-4 * speed_rad_per_s / self.peak_torque_nm
 
     def encode(self) -> bytes:
-        """What stands in data field 0, all of it."""
-        body = b"".join(struct.pack(">" + one.form, _raw(self, one)) for one in LAYOUT)
+        """Return the whole content of data field 0."""
+        body = b"".join(struct.pack(">" + entry.form, _raw(self, entry)) for entry in LAYOUT)
         plate = HEAD.pack(MAGIC, VERSION, LENGTH) + body
         plate += CRC.pack(binascii.crc_hqx(plate, 0xFFFF))
         return plate.ljust(LARGEST_FIELD, bytes((BLANK,)))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
-        """PlateError for bytes that are no plate."""
+        """Return the plate of encoded data.  Raises PlateError for other data."""
         length = plate_length(data)
         if (
             len(data) < length
@@ -139,10 +145,10 @@ class NamePlate(Settings):
         ):
             raise PlateError(Wrong.CHECKSUM)
         values, place = dict[str, Any](), HEAD.size
-        for one in LAYOUT:
-            (raw,) = struct.unpack_from(">" + one.form, data, place)
-            values[one.name] = one.value(raw)
-            place += struct.calcsize(">" + one.form)
+        for entry in LAYOUT:
+            (raw,) = struct.unpack_from(">" + entry.form, data, place)
+            values[entry.name] = entry.value(raw)
+            place += struct.calcsize(">" + entry.form)
         try:
             return cls.model_validate(values)
         except ValidationError as cause:
@@ -152,7 +158,7 @@ class NamePlate(Settings):
 
 
 class Place(NamedTuple):
-    """Where one value stands: its `struct` letters, and what makes a raw number of it."""
+    """A value in the plate: its `struct` code, and its conversion to a raw number."""
 
     name: str
     form: str
@@ -192,19 +198,19 @@ LAYOUT: Final = (
     Place("brake_lift_ms", "H"),
     Place("brake_drop_ms", "H"),
 )
-"""Version 1, from byte 6 on."""
-LENGTH: Final = HEAD.size + sum(struct.calcsize(">" + one.form) for one in LAYOUT) + CRC.size
+"""The values of version 1, from byte 6 on."""
+LENGTH: Final = HEAD.size + sum(struct.calcsize(">" + entry.form) for entry in LAYOUT) + CRC.size
 
 
 def plate_length(head: bytes) -> int:
-    """Bytes of the plate that begins so.  PlateError if none does."""
+    """Return the length of the plate that begins with `head`.  Raises PlateError if no plate does."""
     if not head.strip(b"\xff") or not head.strip(b"\x00"):
         raise PlateError(Wrong.BLANK)
     if len(head) < HEAD.size or head[:4] != MAGIC:
         raise PlateError(Wrong.FOREIGN)
     _, version, length = HEAD.unpack_from(head)
     if version != VERSION:
-        raise PlateError(Wrong.FOREIGN, f"it is of version {version}, this fieldrig reads {VERSION}")
+        raise PlateError(Wrong.FOREIGN, f"its version is {version}; expected {VERSION}")
     if length != LENGTH:
         raise PlateError(Wrong.CHECKSUM)
     return LENGTH

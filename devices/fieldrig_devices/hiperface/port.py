@@ -1,6 +1,6 @@
-"""A PC at the encoder's line: conversations over a real port of the computer.
+"""A PC on the encoder's line: conversations over a serial port of the host.
 
-`open_port` takes what pyserial's `serial_for_url` does: a device or pty, socket://HOST:PORT, rfc2217://HOST:PORT.
+`open_port` accepts the ports of pyserial's `serial_for_url`: a device or pty, socket://HOST:PORT, rfc2217://HOST:PORT.
 """
 
 import contextlib
@@ -23,44 +23,46 @@ try:
     from termios import error as _termios_error
 
     NO_PARITY: tuple[type[Exception], ...] = (_termios_error,)
-    """What a pty says to it, which has none."""
+    """The error of a pty, which has no parity."""
 except ImportError:  # Windows has no pty
     NO_PARITY = ()
 
 READ_S: Final = 0.01
-"""How long one read of the port waits."""
+"""Longest wait of a read from the port."""
 SLACK_NS: Final = 500 * MS
-"""That answers may take longer than on the line: the ways into the rig and back."""
+"""Extra time for answers, for the way into the rig and back."""
 
 T = TypeVar("T")
 
 
 class RefusedByEncoderError(RefusedError):
-    """The encoder answers, but not what was wanted."""
+    """The encoder answered, but refused the request."""
 
 
 class EncoderPort:
     def __init__(self, line: Any, address: int = FACTORY_ADDRESS, slack_ns: int = SLACK_NS, retries: int = 3) -> None:
-        """`line` is an open port of pyserial whose reads wait for a moment only."""
+        """`line` is an open port of pyserial with a short read time-out."""
         self._line, self._address, self._slack_ns, self._retries = line, address, slack_ns, retries
 
     def close(self) -> None:
         self._line.close()
 
     def run(self, script: Script[T]) -> T:
-        """BusError if nobody answers, RefusedByEncoderError for what the encoder has not or doesn't do."""
+        """Run a script.  Raises BusError without an answer, and RefusedByEncoderError if the encoder refuses."""
         conversation = Conversation(script, self._address, retries=self._retries, slack_ns=self._slack_ns)
         try:
             while not conversation.is_done:
                 self._step(conversation)
         except (serial.SerialException, OSError) as cause:
-            raise BusError(f"{self._line.port} is gone: {cause}", "has its rig ended? start it again") from cause
+            raise BusError(
+                f"{self._line.port} is gone: {cause}", "check whether its rig has ended, and start it again"
+            ) from cause
         try:
             return conversation.result()
         except NoAnswerError as wrong:
             raise BusError(
                 f"{wrong} at {self._line.port}",
-                "is its rig up, is this the encoder's line, and is its address the right one?",
+                "check that its rig is up, that this is the encoder's line, and the encoder's address",
             ) from wrong
         except (AnsweredError, MotorError) as wrong:
             raise RefusedByEncoderError(str(wrong)) from wrong
@@ -80,13 +82,13 @@ def _now_ns() -> int:
 
 
 def open_port(port: str, baud: int = 9600, address: int = FACTORY_ADDRESS) -> EncoderPort:
-    """BusError, with its remedy, if the port can't be had."""
+    """Open the port of an encoder.  Raises BusError with a remedy if the port is not available."""
     try:
         line = _serial_for_url(port, baud, timeout=READ_S)
         with contextlib.suppress(*NO_PARITY):
             line.parity = serial.PARITY_EVEN
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
-            f"can't open {port}: {cause}", "right would be a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+            f"can't open {port}: {cause}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
         ) from cause
     return EncoderPort(line, address)

@@ -1,7 +1,7 @@
-"""What an encoder does when it is asked: every command of the parameter channel, on its memory and its shaft.
+"""The commands of the parameter channel, as an encoder carries them out on its memory and its shaft.
 
-Commands and their sources: `telegram`; rules of the memory: `memory`; position: `shaft`.  What goes wrong on its own is
-kept, up to four messages, and told by 50h, one each.
+Commands and their sources: `telegram`; rules of the memory: `memory`; position: `shaft`.  Errors of the encoder
+itself are stored, up to four messages; each 50h returns one.
 """
 
 from collections import deque
@@ -28,7 +28,7 @@ from fieldrig_devices.hiperface.telegram import (
 )
 
 MESSAGES: Final = 4
-"""That wait to be read by 50h (Moog MSD manual: four bytes of error memory)."""
+"""Largest number of stored messages (Moog MSD manual: four bytes of error memory)."""
 HOT_DEGC: Final = 115
 OPTIONS: Final = 0x00
 WRITING_COMMANDS: Final = frozenset(
@@ -42,14 +42,14 @@ MEMORY_COMMANDS: Final = frozenset({Command.READ_DATA, Command.STORE_DATA, Comma
 
 @dataclass(slots=True)
 class Trouble:
-    """What is broken at the moment; whoever breaks it decides for each request."""
+    """The active faults; each function is called for every request."""
 
     is_silent: Callable[[], bool] = lambda: False
     is_memory_dead: Callable[[], bool] = lambda: False
     is_garbling: Callable[[], bool] = lambda: False
-    """Answers leave with a wrong checksum."""
+    """True if the answer gets a wrong checksum."""
     plate: Callable[[bytes], bytes] = lambda field: field
-    """What data field 0 seems to hold, from what it holds."""
+    """Returns data field 0 as read, given its true content."""
 
 
 class Requests:
@@ -72,7 +72,7 @@ class Requests:
         self._identity += version.ljust(VERSION_LENGTH)[:VERSION_LENGTH]
 
     def report(self, status: Status) -> None:
-        """Something went wrong on its own: a message for 50h."""
+        """Store a message for 50h about an error of the encoder itself."""
         if status not in self.messages:
             self.messages.append(status)
 
@@ -82,11 +82,11 @@ class Requests:
             self.report(Status.TEMPERATURE)
 
     def position(self, now_ns: int) -> int:
-        """In steps, as 42h tells it."""
+        """Return the position in steps, as in the answer to 42h."""
         return (steps_of(self._shaft(now_ns).turns) + self.eeprom.offset) % self.kind.range
 
     def carry_out(self, now_ns: int, request: bytes) -> bytes | None:
-        """Data of the answer to a whole request; None: there is none.  RefusedError with its status."""
+        """Return the data of the answer to a request, or None without an answer.  RefusedError has the status."""
         if len(request) < 3 or request[1] not in _COMMANDS:
             raise RefusedError(Status.LENGTH if request[1] in _COMMANDS else Status.COMMAND)
         if request_length(request) != len(request):
@@ -99,7 +99,7 @@ class Requests:
         before = deepcopy(self.eeprom) if command in WRITING_COMMANDS else self.eeprom
         try:
             return _COMMANDS[command](self, now_ns, data)
-        except StoreError as cause:  # our reading: 05h, the memory doesn't answer when it is to be written
+        except StoreError as cause:  # our reading: 05h, because the memory does not answer the write
             self.eeprom.become(before)
             raise RefusedError(Status.I2C_BUS) from cause
 
@@ -195,7 +195,7 @@ class Requests:
         return self._identity
 
     def _on_configure_serial(self, _now_ns: int, data: bytes) -> bytes:
-        """It holds from the next start on."""
+        """Set the mode, which takes effect at the next start."""
         self.eeprom.check_code(0, data[1])
         if not mode.is_right(data[0]):
             raise RefusedError(Status.ARGUMENT)

@@ -1,8 +1,8 @@
-"""What the encoder sees of the shaft: its types, the absolute position in steps, the two signals shifted by 90 degrees.
+"""The shaft as the encoder measures it: types, absolute position in steps, two signals shifted by 90 degrees.
 
 Source: manual 6448 (at most 4096 revolutions), 6756 (two signals shifted by 90 degrees), 6933 (1 000 000 increments a
-turn), 7149 (zero pulse once a turn).  Types as in the drives named in `telegram`: SRS (22h) and SRM (27h) tell 32 steps
-in each of the 1024 periods of a turn.  A drive gets the rest of its 1 000 000 increments from the analog signals.
+turn), 7149 (zero pulse once a turn).  Types as in the drives named in `telegram`: SRS (22h) and SRM (27h) report 32
+steps in each of the 1024 periods of a turn.  A drive gets the rest of its 1 000 000 increments from the analog signals.
 Our choice: above 6000 1/min the encoder gives no position.
 """
 
@@ -11,26 +11,26 @@ from math import cos, floor, sin, tau
 from typing import Final, Literal, NamedTuple
 
 INCREMENTS: Final = 1_000_000
-"""A turn, as drive and controller count."""
+"""Increments per turn of drive and controller."""
 PERIODS: Final = 1024
-"""Of sine and cosine in a turn."""
+"""Periods of sine and cosine per turn."""
 STEPS: Final = 32 * PERIODS
-"""A turn, as the encoder tells its position."""
+"""Steps per turn of the position that the encoder reports."""
 FASTEST: Final = 100.0
-"""Turns a second at which there still is a position."""
+"""Highest speed at which the encoder reports a position, in turns per second."""
 AMPLITUDE: Final = 0x4000
-"""Of sine and cosine in the answer to 44h (our scale)."""
+"""Amplitude of sine and cosine in the answer to 44h (our scale)."""
 
 
 @dataclass(frozen=True, slots=True)
 class EncoderType:
     code: int
     turns: int
-    """That it tells apart."""
+    """Number of turns that it distinguishes."""
 
     @property
     def range(self) -> int:
-        """Steps until the position begins anew."""
+        """Number of steps after which the position repeats."""
         return self.turns * STEPS
 
 
@@ -39,13 +39,13 @@ TYPES: Final[dict[TypeName, EncoderType]] = {
     "single_turn": EncoderType(0x22, 1),  # SRS
     "multi_turn": EncoderType(0x27, 4096),  # SRM
 }
-BY_CODE: Final = {one.code: one for one in TYPES.values()}
+BY_CODE: Final = {kind.code: kind for kind in TYPES.values()}
 
 
 class Turning(NamedTuple):
     turns: float
     speed: float = 0.0
-    """Turns a second."""
+    """Speed in turns per second."""
 
 
 class Signals(NamedTuple):
@@ -61,7 +61,7 @@ def steps_of(turns: float) -> int:
 
 
 def increments_of(steps: int) -> int:
-    """Where the step begins, on the drive's scale."""
+    """Return the first increment of a step."""
     return -(-steps * INCREMENTS // STEPS)
 
 
@@ -70,6 +70,6 @@ def steps_of_increments(increments: int) -> int:
 
 
 def signals(turns: float) -> Signals:
-    """The zero pulse is the first quarter of the first period (our choice)."""
+    """Return the signals; the zero pulse is the first quarter of the first period (our choice)."""
     phase = turns % 1.0 * PERIODS
     return Signals(sin(tau * phase), cos(tau * phase), phase < 0.25)

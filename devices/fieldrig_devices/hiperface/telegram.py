@@ -1,17 +1,17 @@
 """HIPERFACE telegrams of the parameter channel: address, command, data, checksum.
 
-The protocol is SICK STEGMANN's; its description is not at hand, so this stands on what others have published of it:
+The protocol is SICK STEGMANN's; its description is not available, so this module uses other publications:
 
 - commands, their names, code 0 = 55h as delivered, temperature at channel 48h: SICK DME4000 operating instructions 9.7
 - 9600 baud, 8E1, address 40h, broadcast FFh, XOR checksum, examples: wiki of Nilab (reverso encoder)
-- status codes: SICK SEK34/SEL34 product information; B&R's help on ACOPOS error 7013; a counter at its end stays there,
-  with an error: SICK HIPERFACE DSL manual 8.9
-- lengths of 42h, 43h, 4Ah to 4Dh, 52h, bit 7 of the command, a refusal is the status telegram 50h, times that a drive
-  waits: two drives whose firmware is public (Phase Motion Control AxM-E, Servotronix CDHD); 44h, 46h, 4Bh and the rules
+- status codes: SICK SEK34/SEL34 product information; B&R's help on ACOPOS error 7013; a counter at its end keeps its
+  value, with an error: SICK HIPERFACE DSL manual 8.9
+- lengths of 42h, 43h, 4Ah to 4Dh, 52h, bit 7 of the command, a refusal is the status telegram 50h, time-outs of a
+  drive: two drives whose firmware is public (Phase Motion Control AxM-E, Servotronix CDHD); 44h, 46h, 4Bh and the rules
   of data fields: Kübler Sendix S36 manual 5.1.2
 
-Our reading, where none of them says: the data of 4Eh, 4Fh, 55h, 56h and 57h (an answer repeats what was asked for, less
-the codes), addresses 40h to 5Fh, that a broadcast is answered from the encoder's own address.
+Our reading, where no source is available: the data of 4Eh, 4Fh, 55h, 56h and 57h (an answer repeats the request without
+its codes), addresses 40h to 5Fh, and a broadcast is answered from the encoder's own address.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ FACTORY_ADDRESS: Final = 0x40
 ADDRESSES: Final = range(0x40, 0x60)
 FACTORY_CODE: Final = 0x55
 ERROR_BIT: Final = 0x80
-"""In the command of an answer: status messages wait to be read."""
+"""Bit in the command of an answer: status messages are waiting."""
 LARGEST_FIELD: Final = 128
 TEMPERATURE: Final = 0x48
 SINE, COSINE = 0x00, 0x01  # channels of 44h, as Nilab's encoder has them
@@ -127,7 +127,7 @@ REQUEST_DATA: Final[Mapping[int, int]] = {
     Command.SERIAL_NUMBER: 0,
     Command.CONFIGURE_SERIAL: 2,  # Mode_485, code 0
 }
-"""Bytes between command and checksum."""
+"""Number of bytes between command and checksum of a request."""
 
 ANSWER_DATA: Final[Mapping[int, int]] = {
     Command.READ_POSITION: 4,
@@ -148,7 +148,7 @@ ANSWER_DATA: Final[Mapping[int, int]] = {
     Command.SERIAL_NUMBER: SERIAL_LENGTH + VERSION_LENGTH,
     Command.CONFIGURE_SERIAL: 1,
 }
-"""The same of an answer; a reset has none."""
+"""Number of bytes between command and checksum of an answer; a reset has no answer."""
 
 LONGEST_NS: Final[Mapping[int, int]] = {
     Command.SET_POSITION: 90 * MS,
@@ -160,7 +160,7 @@ LONGEST_NS: Final[Mapping[int, int]] = {
     Command.ALLOCATE_ADDRESS: 250 * MS,
     Command.CONFIGURE_SERIAL: 250 * MS,
 }
-"""From the end of a request to the beginning of its answer, at most; `QUERY_NS` for all others."""
+"""Longest time from the end of a request to the start of its answer; `QUERY_NS` for other commands."""
 QUERY_NS: Final = 25 * MS
 
 
@@ -174,7 +174,7 @@ def framed(address: int, command: int, data: bytes = b"") -> bytes:
 
 
 def request_length(head: bytes | bytearray) -> int | None:
-    """Of a whole request with checksum that begins so; None: it can't be said (yet)."""
+    """Return the length of the request that begins with `head`, with checksum, or None while it is unknown."""
     data = REQUEST_DATA.get(head[1]) if len(head) > 1 else None
     if data is None:
         return None
@@ -184,7 +184,7 @@ def request_length(head: bytes | bytearray) -> int | None:
 
 
 def answer_length(head: bytes | bytearray) -> int | None:
-    """The same of an answer."""
+    """Return the length of the answer that begins with `head`, with checksum, or None while it is unknown."""
     data = ANSWER_DATA.get(head[1] & ~ERROR_BIT) if len(head) > 1 else None
     if data is None:
         return None
@@ -198,4 +198,4 @@ def longest_ns(command: int) -> int:
 
 
 def about(status: int) -> str:
-    return ABOUT.get(status, "of its own kind")
+    return ABOUT.get(status, "an unknown status")

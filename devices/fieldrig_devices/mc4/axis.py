@@ -1,12 +1,14 @@
 """One axis: position, speed and current regulator on a motor with its brake and load.
 
 Source: manual 6578-7049 (what the regulators are for); digest PD-164.  SI units at the shaft of the motor; positions
-are increments, 1 000 000 a turn (manual 6933), and kept as the set position, a whole number, less the following error.
-A cycle goes by the folded map (`folded`), exactly; where something is limited, the direction changes or the brake
-holds, by inner steps of 250 us.  Free of torque and stiff, it is the closed solution of `plants.axis_model`.
+are increments, 1 000 000 per turn (manual 6933): the set position, a whole number, minus the following error.
 
-Dry friction and brake take from the motion what they can within a step, and hold what would not move.  Left out:
-cogging, the ripple of the current, and the voltage limit at high speed.
+`Axis.go` is the reference for how a drive moves: it takes inner steps of 250 us.  `Axis.cycle` uses the fold (`fold`)
+where it applies, and `go` where something is limited, the direction changes or the brake holds.  An axis without torque
+and without an elastic coupling follows the closed solution of `plants.axis_model`.
+
+Dry friction and brake decelerate the motor within a step, and hold it once it is at standstill.  Left out: cogging,
+current ripple, and the voltage limit at high speed.
 """
 
 from copy import copy
@@ -15,30 +17,27 @@ from math import tau
 from typing import Final, NamedTuple
 
 from fieldrig.clock import S
-from fieldrig_devices.mc4.folded import (
+from fieldrig_devices.mc4.fold import FollowingCycle, Numbers, folded, following
+from fieldrig_devices.mc4.loops import (
     INCREMENTS,
     INNER_NS,
     INNER_S,
     RAD,
     Arrangement,
-    Following,
     Gains,
     Limits,
-    Numbers,
     Plant,
-    folded,
-    following,
     most_way_of,
-    moved,
+    plant_step,
 )
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
 HALF: Final = RAD / 2
-"""What the encoder can't see."""
+"""Half an increment, in rad: the encoder cannot resolve it."""
 CREEP: Final = RAD
-"""Rad/s: an increment in a second is a standstill."""
+"""Speed of one increment per second, in rad/s; less than that is a standstill."""
 FAR_RAD: Final = 1000 * tau
-"""Beyond this following error the set position is put where the motor is, if nothing follows it."""
+"""Following error beyond which the set position is moved to the motor, in modes without position control."""
 
 
 class Mode(Enum):
@@ -64,41 +63,43 @@ class Moment(NamedTuple):
 
 
 class Axis:
+    """Position, speed and current regulator with motor, brake and load."""
+
     __slots__ = (
-        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain",
-        "_limits", "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_speed_gains", "_wish", "brake_is_on",
-        "e", "heat", "heats", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved", "set_increments",
-        "slow_cycles", "t", "twist", "v", "way", "work", "works",
+        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain", "_limits",
+        "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_set_value", "_speed_gains", "brake_is_on", "e",
+        "heat", "heats", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved", "set_increments", "slow_cycles",
+        "t", "twist", "v", "way", "work", "works",
     )  # fmt: skip
 
     def __init__(
         self, plant: Plant, gains: Gains, limits: Limits, *, dry_nm: float = 0.0, brake_nm: float = 0.0,
         increments: int = 0, cycle_steps: int = 16,
     ) -> None:  # fmt: skip
-        """`dry_nm` is always there, `brake_nm` while `brake_is_on`."""
+        """`dry_nm` is the constant dry friction; `brake_nm` is added while `brake_is_on`."""
         self._dry_nm, self._brake_nm = dry_nm, brake_nm
         self.brake_is_on = brake_nm > 0
-        self.load_nm = self.lead = self._wish = 0.0
+        self.load_nm = self.lead = self._set_value = 0.0
         self.way = self.moved = 0
         self._mode = Mode.FREE
         self.set_increments = increments
         self.e = self.v = self.i = self.t = self.twist = self.load_speed = 0.0
-        self.heats = self.works = 0.0  # of folded cycles, by cycles
+        self.heats = self.works = 0.0  # sums over folded cycles, without their duration
         self.heat = self.work = 0.0
-        """Sums since they were last taken: of torque squared and of power at the shaft, times seconds."""
+        """Torque squared and power at the shaft, integrated over time since the last `take`."""
         self.slow_cycles = 0
-        """Ones that did not go by the folded map."""
+        """Number of cycles that took the steps."""
         self.is_at_rest = False
-        """Nothing moves until it is told something."""
+        """True if the axis stays as it is until an input changes."""
         self.arrange(plant, gains, limits, cycle_steps)
 
     def arrange(self, plant: Plant, gains: Gains, limits: Limits, cycle_steps: int, lead_inertia: float = 0.0) -> None:
-        """Other constants, from now on.  `lead_inertia` is what the current feed-forward reckons with."""
+        """Set the constants from now on.  `lead_inertia` is the inertia that the current feed-forward assumes."""
         self._seconds = seconds = cycle_steps * INNER_S
         self._lead_gain = lead_inertia * RAD / (seconds * seconds)
         self._plant, self._gains, self._limits, self._cycle_steps = plant, gains, limits, cycle_steps
         self._speed_gains = Gains(0.0, gains.kp, gains.ki, 1.0)
-        self._flow = moved(plant)
+        self._flow = plant_step(plant)
         free, braked = (
             Mechanics(plant.inertia, plant.viscous, dry, dry, lag_s=plant.lag_s)
             for dry in (self._dry_nm, self._dry_nm + self._brake_nm)
@@ -106,7 +107,7 @@ class Axis:
         self._mechanics = {False: free, True: braked}
         self._most_way = most_way_of(limits, cycle_steps)
         self._cycle = folded(plant, gains, limits, cycle_steps, self._dry_nm)
-        self._stir()
+        self._wake()
 
     @property
     def arrangement(self) -> Arrangement:
@@ -114,7 +115,7 @@ class Axis:
 
     @property
     def is_stiff(self) -> bool:
-        """The load has no coupling that twists."""
+        """True if the load has no elastic coupling."""
         return self._plant.elastic is None
 
     @property
@@ -131,37 +132,37 @@ class Axis:
 
     @property
     def position(self) -> float:
-        """In increments."""
+        """Position of the motor, in increments."""
         return self.set_increments - self.e * INCREMENTS
 
     @property
     def set_speed(self) -> float:
-        """rad/s."""
+        """Set speed, in rad/s."""
         if self._mode is Mode.SPEED:
-            return self._wish
+            return self._set_value
         return self.moved * RAD / (self._cycle_steps * INNER_S) if self._mode is Mode.POSITION else self.v
 
-    # ---- what it is told
+    # ---- commands
 
     def control(self, mode: Mode) -> None:
-        """Another set value counts from now on; the set position begins where the motor is."""
+        """Switch the control mode; the set position starts at the position of the motor."""
         if mode is self._mode:
             return
         was_free = self._mode is Mode.FREE
         self._mode = mode
-        self._stir()
-        self.way, self.moved, self._wish, self.lead = 0, 0, 0.0, 0.0
+        self._wake()
+        self.way, self.moved, self._set_value, self.lead = 0, 0, 0.0, 0.0
         self.hold_here()
         if mode in (Mode.FREE, Mode.TORQUE) or was_free:
             self.i = 0.0
 
-    def _stir(self) -> None:
-        """Something is otherwise now."""
+    def _wake(self) -> None:
+        """Call this when any state that the fast form depends on has changed."""
         self.is_at_rest = False
         self._is_folded = self._mode is Mode.POSITION and not self.brake_is_on
 
     def hold_here(self) -> None:
-        """The set position is where the motor is."""
+        """Move the set position to the motor."""
         position = self.position
         self.set_increments = round(position)
         self.e = (self.set_increments - position) * RAD
@@ -169,12 +170,12 @@ class Axis:
         self.is_at_rest = False
 
     def put(self, increments: int) -> None:
-        """The encoder says so: nothing moves, only the numbers."""
+        """Redefine the present position as `increments`; nothing moves."""
         self.set_increments, self.e = increments, 0.0
         self.is_at_rest = False
 
     def load(self, torque_nm: float) -> None:
-        """From outside, at the shaft of the motor; positive pulls it back."""
+        """Set the external torque at the shaft of the motor; positive torque acts backwards."""
         if torque_nm != self.load_nm:
             self.load_nm = torque_nm
             self.is_at_rest = False
@@ -182,10 +183,10 @@ class Axis:
     def brake(self, is_on: bool) -> None:
         if is_on is not self.brake_is_on:
             self.brake_is_on = is_on
-            self._stir()
+            self._wake()
 
     def follow(self, increments: int) -> None:
-        """The set position of the end of the next cycle, modulo 2^32, as it came over the ring."""
+        """Set the set position at the end of the next cycle, modulo 2^32, as received over the ring."""
         way = (increments - self.set_increments + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
         if not way and self.is_at_rest:
             return
@@ -194,29 +195,29 @@ class Axis:
         self.lead = self._lead_gain * (way - self.moved)
         self.is_at_rest = False
 
-    def wish(self, value: float) -> None:
-        """The set speed or torque."""
-        if value != self._wish:
-            self._wish = value
+    def set_value(self, value: float) -> None:
+        """Set the command value of the modes SPEED (rad/s) and TORQUE (N m)."""
+        if value != self._set_value:
+            self._set_value = value
             self.is_at_rest = False
 
     # ---- time
 
-    def following(self, numbers: Numbers, *, is_told: bool) -> Following | None:
-        """`cycle` and `follow` in one, as long as this axis goes by the folded map and nothing else is asked of it."""
+    def following(self, numbers: Numbers, *, is_published: bool) -> FollowingCycle | None:
+        """Return the folded form of `cycle` and `follow` together, or None while the fold does not apply."""
         if not self._is_folded:
             return None
-        return following(self.arrangement, numbers, is_told=is_told)
+        return following(self.arrangement, numbers, is_published=is_published)
 
     def cycle(self) -> None:
-        """One cycle further."""
+        """Advance by one cycle."""
         if self.is_at_rest:
             return
         if not self._is_folded or not self._cycle(self):
             self.go(self._cycle_steps)
 
     def go(self, steps: int) -> None:
-        """By inner steps; the set position of `follow` is reached within a cycle, and stays."""
+        """Advance by inner steps; the set position of `follow` is reached within a cycle and then stays constant."""
         if self.is_at_rest:
             return
         self.slow_cycles += 1
@@ -228,22 +229,22 @@ class Axis:
             if steps > count:
                 self._steps(steps - count, self._gains, 0.0)
         elif self._mode is Mode.SPEED:
-            self._steps(steps, self._speed_gains, self._wish)
+            self._steps(steps, self._speed_gains, self._set_value)
         elif self._mode is Mode.TORQUE or self._plant.elastic is not None:
-            self._steps(steps, None, self._wish)
+            self._steps(steps, None, self._set_value)
         else:
             self._roll(steps * INNER_S)
         if abs(self.e) > FAR_RAD and self._mode is not Mode.POSITION:
             self.hold_here()
 
     def ahead(self, later_ns: int) -> Moment:
-        """The axis `later_ns` after its last step, in the middle of a cycle too; the axis itself stays where it is."""
+        """Return the axis as it will be `later_ns` after its last step; the axis itself does not change."""
         if self.is_at_rest or later_ns <= 0:
             return Moment(self.position, self.v, self.t, self.e, self.twist)
-        one = copy(self)
-        return one._gone(later_ns)
+        return copy(self)._gone(later_ns)
 
     def _gone(self, later_ns: int) -> Moment:
+        """Advance this copy, to any instant within or after the cycle."""
         steps, rest_ns = divmod(later_ns, INNER_NS)
         set_speed, way = 0.0, 0.0
         if self._mode is Mode.POSITION:
@@ -264,7 +265,7 @@ class Axis:
         return Moment(self.position + way * INCREMENTS, self.v, self.t, self.e, self.twist)
 
     def _roll(self, seconds: float) -> None:
-        """Free of torque."""
+        """Advance without motor torque, by the closed solution."""
         before = State(0.0, self.v, self.t)
         now = after(self._mechanics[self.brake_is_on], before, 0.0, -self.load_nm, seconds)
         self.e -= now.position
@@ -273,17 +274,17 @@ class Axis:
         self.is_at_rest = not self.v and not self.t and abs(self.load_nm) <= dry
 
     def _steps(self, steps: int, gains: Gains | None, s: float) -> None:
-        """`s` is the set speed; without gains, the set torque."""
+        """Take steps with the set speed `s`, or with the set torque `s` if there are no gains."""
         dry = self._dry_nm + self._brake_nm * self.brake_is_on
         if self._plant.elastic is None:
             u = self._stiff_steps(steps, gains, s, dry)
         else:
             u = self._elastic_steps(steps, gains, s, dry)
         if dry and not self.v and (not s or gains is None):
-            self._rest(u, dry, gains is not None and gains.kv != 0)
+            self._settle(u, dry, gains is not None and gains.kv != 0)
 
     def _stiff_steps(self, steps: int, gains: Gains | None, s: float, dry: float) -> float:
-        """The last set torque.  Written at length, for this is what costs."""
+        """Return the last set torque.  Written out in full, because this loop takes most of the time."""
         most, fastest = self._limits.torque, self._limits.speed
         kv, kp, ki, ff = (gains.kv, gains.kp, gains.ki, gains.ff) if gains is not None else (0.0, 0.0, 0.0, 0.0)
         growth, base, way_s = ki * INNER_S, ff * s, s * INNER_S if kv else 0.0
@@ -294,24 +295,26 @@ class Axis:
         heat = work = 0.0
         for _ in range(steps):
             if gains is not None:
-                is_unseen = dry and not v and not s and -HALF < e < HALF  # by the encoder, so that it may rest
-                wish = base if is_unseen else kv * e + base
-                if wish > fastest:
-                    wish = fastest
-                elif wish < -fastest:
-                    wish = -fastest
-                wish -= v
-                u = kp * wish + i + lead
+                is_unseen = (
+                    dry and not v and not s and -HALF < e < HALF
+                )  # within the resolution of the encoder, so that the axis can come to rest
+                set_speed = base if is_unseen else kv * e + base
+                if set_speed > fastest:
+                    set_speed = fastest
+                elif set_speed < -fastest:
+                    set_speed = -fastest
+                speed_error = set_speed - v
+                u = kp * speed_error + i + lead
                 if u > most:
                     u = most
                 elif u < -most:
                     u = -most
                 else:
-                    i += growth * wish
+                    i += growth * speed_error
             speed = vv * v + vt * t + vu * u + vd * load
             way = wv * v + wt * t + wu * u + wd * load
             if dry:
-                friction = -speed / vf  # what would bring it to a stop
+                friction = -speed / vf  # the torque that would stop the motor
                 if -dry <= friction <= dry or -CREEP < speed + vf * (dry if friction > 0 else -dry) < CREEP:
                     speed = 0.0
                     way = way + wf * friction if v else 0.0
@@ -334,11 +337,11 @@ class Axis:
         u = max(-most, min(s, most))
         for _ in range(steps):
             if gains is not None:
-                wish = max(-fastest, min(gains.kv * self.e + gains.ff * s, fastest)) - self.v
-                wanted = gains.kp * wish + self.i + self.lead
+                speed_error = max(-fastest, min(gains.kv * self.e + gains.ff * s, fastest)) - self.v
+                wanted = gains.kp * speed_error + self.i + self.lead
                 u = max(-most, min(wanted, most))
                 if u == wanted:
-                    self.i += gains.ki * INNER_S * wish
+                    self.i += gains.ki * INNER_S * speed_error
                 self.e += s * INNER_S if gains.kv else 0.0
             self._elastic_step(u, dry)
         return u
@@ -358,16 +361,16 @@ class Axis:
         self.v, self.t = speed if abs(speed) > 1e-12 else 0.0, torque
         self.twist, self.load_speed = twist + effect[3], load_speed + effect[4]
 
-    def _rest(self, u: float, dry: float, has_place: bool) -> None:
-        """Whether nothing will move any more until something is told."""
-        is_in_place = not has_place or -HALF < self.e < HALF
+    def _settle(self, u: float, dry: float, has_set_position: bool) -> None:
+        """Set `is_at_rest` if nothing can move until an input changes."""
+        is_in_place = not has_set_position or -HALF < self.e < HALF
         if not is_in_place or self._plant.elastic is not None or abs(self.t - u) > 1e-6 * self._limits.torque:
             return
         self.t = u
         self.is_at_rest = abs(u - self.load_nm) <= dry * 1.001
 
     def take(self, seconds: float) -> tuple[float, float]:
-        """Mean torque squared, and energy given at the shaft, since the last call, which was so long ago."""
+        """Return mean squared torque, and energy delivered at the shaft, since the last call `seconds` ago."""
         if self.is_at_rest:
             return self.t * self.t, 0.0
         heat = (self.heat + self.heats * self._seconds) / seconds if seconds else 0.0
@@ -377,12 +380,12 @@ class Axis:
 
 
 class IdealAxis(Axis):
-    """Of a simulated drive (manual 3875): it is where it is told to be."""
+    """The axis of a simulated drive (manual 3875): its position is the set position."""
 
     __slots__ = ()
 
-    def following(self, numbers: Numbers, *, is_told: bool) -> None:
-        """It knows no map."""
+    def following(self, numbers: Numbers, *, is_published: bool) -> None:
+        """Return None: the fold does not apply."""
 
     def cycle(self) -> None:
         self.go(self._cycle_steps)
@@ -393,7 +396,7 @@ class IdealAxis(Axis):
             speed = self.way * RAD / self._seconds
             way = self.way * min(seconds / self._seconds, 1.0)
             return Moment(self.position + way, speed, self.t, self.e, self.twist)
-        speed = self._wish if self._mode is Mode.SPEED else 0.0
+        speed = self._set_value if self._mode is Mode.SPEED else 0.0
         return Moment(self.position + speed * seconds * INCREMENTS, speed, self.t, self.e, self.twist)
 
     def go(self, steps: int) -> None:
@@ -404,5 +407,5 @@ class IdealAxis(Axis):
             self.set_increments += self.way
             self.moved, self.way = self.way, 0
         else:
-            self.v = self._wish if self._mode is Mode.SPEED else 0.0
+            self.v = self._set_value if self._mode is Mode.SPEED else 0.0
             self.set_increments += round(self.v * seconds * INCREMENTS)

@@ -1,4 +1,4 @@
-"""Messages whose cause comes and goes, as a set of bits: by faults, and by what is measured."""
+"""Messages whose cause comes and goes, as a bit set: those of faults, and those of measured values."""
 
 from collections.abc import Iterable, Mapping
 from typing import Final
@@ -22,7 +22,7 @@ OTHERS: Final[Mapping[type[Timed], Code]] = {
     Supply24V: Code.SUPPLY_24V,
 }
 CAUSES: Final = (*HOT.values(), *BUS.values(), *OTHERS.values())
-"""A bit for each."""
+"""The messages; the position of each is the number of its bit."""
 _BIT: Final = {code: 1 << place for place, code in enumerate(CAUSES)}
 
 
@@ -31,7 +31,7 @@ def bits(codes: Iterable[Code]) -> int:
 
 
 def given(faults: DriveFaults) -> int:
-    """By faults that are on."""
+    """Return the causes that active faults give."""
     codes = [code for kind, code in OTHERS.items() if faults.first(kind) is not None]
     codes += [HOT[fault.of] for fault in faults.active(Overtemperature)]
     codes += [BUS[fault.sort] for fault in faults.active(DcBus)]
@@ -39,7 +39,7 @@ def given(faults: DriveFaults) -> int:
 
 
 def measured(thermal: Thermal, dc: DcCircuit, load_limit: float, *, has_torque: bool) -> int:
-    """`load_limit` is S-0-0114, 1 for 100 %."""
+    """Return the causes that are measured.  `load_limit` is S-0-0114, as a fraction."""
     causes = 0
     if thermal.is_motor_hot:
         causes |= _BIT[Code.MOTOR_TEMPERATURE]

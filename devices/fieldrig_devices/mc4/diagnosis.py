@@ -1,8 +1,8 @@
-"""What is wrong with a drive: codes, texts, classes, and what the drive does about it.
+"""The messages of a drive: codes, texts, classes, and the reactions to them.
 
 Source: manual 4163-4196 (DiagCode, DiagMsg), 4317-4337 (logged codes); digest 1.5 and 3.2.  A code is the class and
-three digits; 1117, 2106, 3117 and 7134 are the manual's, in its words.  117 stands for two things there (digest X4),
-so the table goes by whole codes.  2108, 1108, 1105, 2112 and 3125 have the base numbers of the successor product;
+three digits; 1117, 2106, 3117 and 7134 are the manual's, with its texts.  117 has two meanings there (digest X4),
+so the table uses whole codes.  2108, 1108, 1105, 2112 and 3125 have the base numbers of the successor product;
 numbers from 190 on are ours.
 
 Class 1 is error reaction A, 2 and 3 are B, the rest is none (digest 3, an inference): `REACTIONS`.  An overload is
@@ -19,7 +19,7 @@ from fieldrig_devices.mc4.enable import Limit, Reaction
 Language = Literal["de", "en"]
 
 REACTIONS: Final[Mapping[int, Reaction]] = {1: Reaction.A, 2: Reaction.B, 3: Reaction.B}
-"""By class; of the others, none."""
+"""Reaction by class; the other classes have none."""
 
 
 class Code(IntEnum):
@@ -44,9 +44,9 @@ class Message:
     de: str
     en: str
     class_1_bit: int
-    """In S-0-0011 (IEC 61491); 15: it stands in S-0-0129 alone."""
+    """Bit in S-0-0011 (IEC 61491); 15 if the message is in S-0-0129 only."""
     reaction: Reaction | None = None
-    """None: by its class."""
+    """The reaction, or None if its class determines it."""
 
 
 MESSAGES: Final[Mapping[Code, Message]] = {
@@ -71,30 +71,30 @@ LIMITS: Final = {Limit.STOP_TIME: Code.STOP_TIME_LIMIT, Limit.OVERLOAD_STOP_TIME
 
 
 class Diagnosis:
-    """DiagCode shows the most severe of what is pending; the first of equal class stays; quitting alone takes it away.
+    """The pending messages.  DiagCode is the most severe, and the first among equal classes.
 
-    A message whose cause is still there stays pending through a quit.
+    Only an acknowledgement removes a message, and only once its cause has gone.
     """
 
     def __init__(
         self, on_error: Callable[[Reaction], None], classes: Mapping[int, int] | None = None, language: Language = "de"
     ) -> None:
-        """`classes` has those that are not what the first digit of the code says."""
+        """`classes` gives the classes that differ from the first digit of the code."""
         self._on_error = on_error
         self._classes = {code: (classes or {}).get(code, code // 1000) for code in Code}
         self.language = language
         self._pending: dict[Code, bool] = {}
-        """Whether the cause is still there, in the order of coming."""
+        """Pending codes in the order of their occurrence; True while the cause persists."""
 
     def raise_(self, code: Code, *, stays: bool = False) -> None:
-        """`stays`: the cause is there until `end`."""
+        """Add a message; with `stays`, its cause persists until `end`."""
         was_pending = code in self._pending
         self._pending[code] = stays or self._pending.get(code, False)
         if not was_pending:
             self._on_error(self.reaction_to(code))
 
     def end(self, code: Code) -> None:
-        """Of the cause; the message stays until it is quitted."""
+        """End the cause of a message; the message stays until it is acknowledged."""
         if code in self._pending:
             self._pending[code] = False
 
@@ -106,14 +106,14 @@ class Diagnosis:
         return own if own is not None else REACTIONS.get(self._classes[code], Reaction.NONE)
 
     def quit(self) -> bool:
-        """Take away what has no cause any more; whether nothing is left that the drive reacts to."""
+        """Remove the messages without a cause; True if none is left that the drive reacts to."""
         for code in [code for code, is_there in self._pending.items() if not is_there]:
             del self._pending[code]
         return not self.has_error
 
     @property
     def has_error(self) -> bool:
-        """Something is pending that the drive reacts to."""
+        """True if a message is pending that the drive reacts to."""
         return bool(self._errors)
 
     @property
@@ -126,12 +126,12 @@ class Diagnosis:
 
     @property
     def code(self) -> int:
-        """DiagCode; 0: nothing is pending."""
+        """DiagCode; 0 if no message is pending."""
         return min(self._pending, key=lambda code: self._classes[code], default=0)
 
     @property
     def text(self) -> str:
-        """DiagMsg, as the axis shows it."""
+        """DiagMsg of the axis."""
         code = self.code
         return self.text_of(Code(code)) if code else ""
 
@@ -140,7 +140,7 @@ class Diagnosis:
 
     @property
     def class_1(self) -> int:
-        """S-0-0011: what shuts the drive down."""
+        """S-0-0011, the errors that shut the drive down."""
         word = 0
         for code in self._errors:
             word |= 1 << MESSAGES[code].class_1_bit
@@ -148,7 +148,7 @@ class Diagnosis:
 
     @property
     def manufacturer_class_1(self) -> int:
-        """S-0-0129: a bit for each message that has no other of its own."""
+        """S-0-0129: one bit for each message without a bit of its own in S-0-0011."""
         return sum(bit for code, bit in MANUFACTURER_BITS.items() if code in self._errors)
 
 

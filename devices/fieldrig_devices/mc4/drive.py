@@ -1,9 +1,9 @@
 """MC-4 MotorController: a servo drive on the fibre ring, with its motor and load.
 
 Source: ELAU PacDrive system manual, article 17130061 (511-540, 4163-4196, chapter 10) and its digest; IEC 61491 for
-what the manual doesn't say of the ring.  The drive has one axis, no user program, and talks to the controller over the
-ring only; it configures itself from the name plate of the motor.  On wires it has the input Inverter Enable, the ready
-contact and the brake relay as outputs, and beside them what the plant is made of: the load's torque, and its position.
+the ring, where the manual is silent.  The drive has one axis and no user program, and communicates with the controller
+over the ring only; it configures itself from the name plate of the motor.  Its wires are the input Inverter Enable, the
+outputs for ready contact and brake relay, and the torque and position of the load.
 Left out: analog and logic encoder inputs, firmware download.
 """
 
@@ -27,7 +27,8 @@ from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.faults import MODELS
-from fieldrig_devices.mc4.folded import RAD, Course
+from fieldrig_devices.mc4.fold import PublishedMotion
+from fieldrig_devices.mc4.loops import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
@@ -39,10 +40,12 @@ from fieldrig_devices.sercos.idn import idn_of
 
 INPUTS: Final = ("inverter_enable", "load_torque", "probe_1", "probe_2")
 TICK_NS: Final = 4 * MS
-"""How often a drive that moves, or waits for a time, looks at itself while the ring doesn't lead it."""
+"""Interval at which a drive that moves or waits updates itself while the ring is not in operation."""
 
 
 class Mc4(Device):
+    """An MC-4 drive as a device of a rig."""
+
     about = "ELAU MC-4: a servo drive with motor and load, on a fibre ring"
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -55,7 +58,7 @@ class Mc4(Device):
         wires: Link[Signal] | None = None,
         encoder: Link[SerialMessage] | None = None,
     ) -> None:
-        """Without the link `encoder` one is built in, with the plate of `motor` in its memory."""
+        """If there is no link `encoder`, the encoder is built in and its memory contains the plate of `motor`."""
         self._clock, self._settings, self._wires = clock, settings, wires
         table = idns.idn_table()
         self._fill(table)
@@ -68,15 +71,15 @@ class Mc4(Device):
         self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
         self._names = {what: settings.wire(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
-        self._told: dict[str, bool] = {}
-        self._courses: dict[str, Motion] = {}
-        self._tells_shaft = encoder is not None or settings.shaft_wire is not None
+        self._sent: dict[str, bool] = {}
+        self._motions: dict[str, Motion] = {}
+        self._publishes_shaft = encoder is not None or settings.shaft_wire is not None
         if wires is not None:
-            self._side.on_moved = self._tell_positions
-            self._side.is_told = not self._tells_shaft
+            self._side.on_moved = self._publish_positions
+            self._side.is_published = not self._publishes_shaft
             probes = self._side.probes
             handlers: list[Callable[[float], None]] = [self._on_inverter_enable, self._on_load_torque]
-            handlers += [partial(probes.put, one) for one in PROBES]
+            handlers += [partial(probes.put, probe) for probe in PROBES]
             inputs = {self._names[what]: handler for what, handler in zip(INPUTS, handlers, strict=True)}
             wires.on_receive(lambda signal: inputs[signal.name](signal.value), tuple(inputs))
 
@@ -122,7 +125,7 @@ class Mc4(Device):
     def _on_tick(self) -> None:
         self._timer = None
         machine = self.machine
-        if not machine.is_cyclic:  # else the ring leads it, and `_on_change` tells when that is over
+        if not machine.is_cyclic:  # in operation the ring advances the drive; `_on_change` is called when that ends
             machine.catch_up()
             machine.look()
 
@@ -145,37 +148,40 @@ class Mc4(Device):
         if not self.machine.is_cyclic:
             self._wake_at(self._clock.now_ns() + (TICK_NS if self._is_busy else SLOW_NS))
         if self._wires is not None:
-            self._tell("ready", self.machine.is_ready)
-            self._tell("brake", self.machine.chain.is_brake_lifted)
-            self._tell_positions()
+            self._publish("ready", self.machine.is_ready)
+            self._publish("brake", self.machine.chain.is_brake_lifted)
+            self._publish_positions()
 
     # ---- wires
 
-    def _tell(self, what: str, value: bool) -> None:
-        if self._wires is not None and self._told.get(what) is not value:
-            self._told[what] = value
+    def _publish(self, what: str, value: bool) -> None:
+        if self._wires is not None and self._sent.get(what) is not value:
+            self._sent[what] = value
             self._wires.send(Signal(self._names[what], value))
 
-    def _tell_positions(self) -> None:
+    def _publish_positions(self) -> None:
         axis, gear = self.machine.axis, self._settings.load.gear_ratio
         shaft = self.machine.shaft_increments * RAD
-        if self._tells_shaft:
-            self._tell_course("shaft", shaft, axis.v)
-        self._tell_course("position", (shaft - axis.twist) / gear, (axis.load_speed if axis.twist else axis.v) / gear)
-        if self._side is not None and self._side.is_told:
-            told, tolerance = self._courses["position"], self._settings.position_tolerance
-            self._side.course = Course(told.value, told.speed, told.time_ns, tolerance, gear, self.machine.shaft_offset)
+        if self._publishes_shaft:
+            self._publish_motion("shaft", shaft, axis.v)
+        load_speed = axis.load_speed if axis.twist else axis.v
+        self._publish_motion("position", (shaft - axis.twist) / gear, load_speed / gear)
+        if self._side is not None and self._side.is_published:
+            motion, tolerance = self._motions["position"], self._settings.position_tolerance
+            self._side.published = PublishedMotion(
+                motion.value, motion.speed, motion.time_ns, tolerance, gear, self.machine.shaft_offset
+            )
 
-    def _tell_course(self, what: str, position: float, speed: float) -> None:
-        """When what was told has led astray."""
-        now_ns, told = self._clock.now_ns(), self._courses.get(what)
-        if told is not None:
-            is_near = abs(told.at(now_ns) - position) <= self._settings.position_tolerance
-            if is_near and (speed or not told.speed):
+    def _publish_motion(self, what: str, position: float, speed: float) -> None:
+        """Publish a position again once the extrapolated one is off by more than the tolerance."""
+        now_ns, last = self._clock.now_ns(), self._motions.get(what)
+        if last is not None:
+            is_near = abs(last.at(now_ns) - position) <= self._settings.position_tolerance
+            if is_near and (speed or not last.speed):
                 return
-        course = self._courses[what] = Motion(self._names[what], position, "rad", now_ns, speed)
+        motion = self._motions[what] = Motion(self._names[what], position, "rad", now_ns, speed)
         assert self._wires is not None
-        self._wires.send(course)
+        self._wires.send(motion)
 
     def _on_inverter_enable(self, is_on: float) -> None:
         self.machine.catch_up()
@@ -190,8 +196,8 @@ class Mc4(Device):
     def points(self) -> Mapping[str, Point]:
         assert self._side is not None
         return points_of(
-            self.machine, self._side, self._settings.load.gear_ratio, self._plate_in_words, self._on_inverter_enable
+            self.machine, self._side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable
         )
 
-    def _plate_in_words(self) -> str:
+    def _plate_text(self) -> str:
         return self._encoder.why or ("read" if self.machine.motor else "not read")

@@ -1,12 +1,12 @@
 """The enable chain: brake relay, torque, ready contact and states of an MC-4 over time.
 
-Source: manual chapter 10 (6066-6171), digest PD-150 to PD-160; its drawings are lost, their words are not.  It knows
-no motor: it is told the time, the enables, and how fast the motor turns, and says what is to be done.  State values
-that the manual doesn't give are those of digest 3.2.
+Source: manual chapter 10 (6066-6171), digest PD-150 to PD-160; only the text of its drawings is available.  The
+chain knows no motor: it gets the time, the enables and the speed of the motor, and gives the task of the loops.  State
+values that the manual does not give are those of digest 3.2.
 
-Our readings: an enable that comes back while the drive ramps down waits for the end of the ramp.  After coasting
-because of bEnableCoast there is no error to quit: the next enable leads out of 0x02, or a quit.  An error is quitted
-where the drive stands still, free of torque (0x02, 0x32), not on the way there.
+Our readings: an enable that returns while the drive ramps down waits for the end of the ramp.  After coasting because
+of bEnableCoast there is no error to acknowledge: the next enable leaves 0x02, and so does an acknowledgement.  An error
+can be acknowledged once the drive is at standstill without torque (0x02, 0x32), not before.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ OVERLOAD_STOP_NS = 800 * MS  # manual 6158
 
 
 class Stage(Enum):
-    """AxisState and MC4State."""
+    """The stages of the chain, each with its AxisState and MC4State."""
 
     NO_HARDWARE_ENABLE = (0, 0x03)  # manual 6073
     WAITING = (1, 0x10)  # manual 6073
@@ -35,7 +35,7 @@ class Stage(Enum):
 
 
 class Task(Enum):
-    """What the loops have to do."""
+    """The task of the loops."""
 
     NOTHING = 0
     """No torque."""
@@ -60,13 +60,13 @@ TASKS = {
     Stage.STOPPED: Task.NOTHING,
 }
 LIFTED = {Stage.LIFTING, Stage.CONTROLLED, Stage.OVERLOAD_STOP, Stage.OVERLOAD_HELD, Stage.RAMPING}
-"""Stages in which the brake relay is closed; while coasting it depends."""
+"""Stages in which the brake relay is closed; while coasting, it depends on the times."""
 SETTLED = {Stage.NO_HARDWARE_ENABLE, Stage.WAITING, Stage.CONTROLLED, Stage.OVERLOAD_HELD, Stage.STOPPED}
-"""Stages that only an event from outside ends."""
+"""Stages that only an external event ends."""
 
 
 class Reaction(Enum):
-    """To an error."""
+    """The drive's reaction to an error."""
 
     NONE = 0
     OVERLOAD = 1
@@ -75,7 +75,7 @@ class Reaction(Enum):
 
 
 class Limit(Enum):
-    """What the chain itself finds wrong."""
+    """Limits that the chain itself monitors."""
 
     STOP_TIME = "Stop time limit exceeded"
     OVERLOAD_STOP_TIME = "ramping-down time exceeded"
@@ -83,7 +83,7 @@ class Limit(Enum):
 
 @dataclass
 class Times:
-    """Parameters of the axis, as the controller may change them.  The first is manual 6075, the others digest 3.2."""
+    """Parameters of the axis that the controller may change.  The first is in manual 6075, the others in digest 3.2."""
 
     brake_disconnection_ns: int = 100 * MS
     brake_coupling_ns: int = 50 * MS
@@ -91,30 +91,32 @@ class Times:
     enable_coast: bool = False
     error_coast: bool = False
     brake_coast: bool = False
-    """CoastOption for the brake: it drops only when the motor stands."""
+    """CoastOption for the brake: it drops only at standstill."""
     safe_stop_coasts: bool = False
-    """Whether the loss of Inverter Enable takes the torque away at once; else it ramps down like ControllerEnable."""
+    """True if losing Inverter Enable switches the torque off at once; otherwise the drive ramps down."""
 
 
 class Seen(NamedTuple):
-    """What the chain looks at."""
+    """The inputs of the chain."""
 
     hardware: bool
     controller: bool
     can_start: bool
-    """DC circuit charged, all phases there, motor known."""
+    """DC circuit charged, all phases connected, motor known."""
     is_slow: bool
-    """Below n_min."""
+    """The speed is below n_min."""
     is_at_overload_position: bool = False
 
 
 class EnableChain:
+    """The stage of the chain, and the times and events that change it."""
+
     def __init__(self, times: Times, on_limit: Callable[[Limit], None]) -> None:
-        """`on_limit` has to come back with `react`."""
+        """`on_limit` has to call `react`."""
         self.times, self._on_limit = times, on_limit
         self.stage = Stage.NO_HARDWARE_ENABLE
         self.error = Reaction.NONE
-        """The reaction that is running, or has run and waits to be quitted."""
+        """The reaction in progress, or the one that waits to be acknowledged."""
         self._until_ns = 0
         self._is_lifted = False
         self._was_limit_told = False
@@ -137,12 +139,12 @@ class EnableChain:
 
     @property
     def is_brake_lifted(self) -> bool:
-        """The brake relay is closed."""
+        """True if the brake relay is closed."""
         return self._is_lifted
 
     @property
     def is_ready(self) -> bool:
-        """The ready contact is closed."""
+        """True if the ready contact is closed."""
         return self.error in (Reaction.NONE, Reaction.OVERLOAD) and self.stage not in (Stage.COASTING, Stage.STOPPED)
 
     @property
@@ -152,7 +154,7 @@ class EnableChain:
     # ---- events
 
     def react(self, now_ns: int, reaction: Reaction) -> None:
-        """To an error that has just come."""
+        """Start the reaction to an error that has just occurred."""
         if reaction is Reaction.OVERLOAD:
             if self.stage in (Stage.LIFTING, Stage.CONTROLLED):
                 self.error = max(self.error, reaction, key=_weight)
@@ -173,14 +175,14 @@ class EnableChain:
         if self.times.error_coast:
             self._coast(now_ns)
         elif self.stage is not Stage.COUPLING:
-            self._enter(Stage.RAMPING, now_ns)  # once more, if it is ramping already: PD-152
+            self._enter(Stage.RAMPING, now_ns)  # restart a ramp that is in progress: PD-152
 
     @property
     def can_quit(self) -> bool:
         return self.stage in (Stage.STOPPED, Stage.OVERLOAD_HELD) or self.error is Reaction.NONE
 
     def quit(self, now_ns: int) -> None:
-        """Nothing is wrong any more.  Only where `can_quit`."""
+        """Leave the error; call it only if `can_quit`."""
         self.error = Reaction.NONE
         if self.stage is Stage.STOPPED:
             self._enter(Stage.WAITING, now_ns)
@@ -188,18 +190,18 @@ class EnableChain:
             self._enter(Stage.CONTROLLED, now_ns)
 
     def take_torque(self, now_ns: int) -> None:
-        """At once, without an error: drive enable of the control word was taken away (IEC 61491)."""
+        """Switch the torque off at once, without an error: the master has reset drive enable (IEC 61491)."""
         if self.has_torque:
             self._coast(now_ns)
 
     # ---- time
 
     def update(self, now_ns: int, seen: Seen) -> bool:
-        """Go as far as may be; whether the stage has changed."""
+        """Advance through all stages that are due; True if the stage has changed."""
         before = self.stage
         for _ in range(len(Stage)):
             stage = self.stage
-            _COURSES[stage](self, now_ns, seen)
+            _CONDITIONS[stage](self, now_ns, seen)
             if self.stage is stage:
                 break
         return self.stage is not before
@@ -217,7 +219,7 @@ class EnableChain:
             self._enter(Stage.CONTROLLED, now_ns)
 
     def _is_taken_away(self, now_ns: int, seen: Seen) -> bool:
-        """Whether an enable is missing; then it has been acted upon."""
+        """React to a missing enable; True if one is missing."""
         if seen.hardware and seen.controller:
             return False
         times = self.times
@@ -250,7 +252,7 @@ class EnableChain:
         if now_ns < self._until_ns:
             return
         if not seen.is_slow:
-            self.stage = Stage.COASTING  # the brake has dropped long since
+            self.stage = Stage.COASTING  # the brake has already dropped
         else:
             self._enter(Stage.WAITING if self.error is Reaction.NONE else Stage.STOPPED, now_ns)
 
@@ -293,10 +295,10 @@ def _weight(reaction: Reaction) -> int:
 
 
 def _nothing(chain: EnableChain, now_ns: int, seen: Seen) -> None:
-    """It follows the command values, and only an event ends that."""
+    """Do nothing: only an event ends this stage."""
 
 
-_COURSES: dict[Stage, Callable[[EnableChain, int, Seen], object]] = {
+_CONDITIONS: dict[Stage, Callable[[EnableChain, int, Seen], object]] = {
     Stage.NO_HARDWARE_ENABLE: EnableChain._wait,
     Stage.WAITING: EnableChain._wait,
     Stage.LIFTING: EnableChain._lift,
@@ -308,4 +310,4 @@ _COURSES: dict[Stage, Callable[[EnableChain, int, Seen], object]] = {
     Stage.COASTING: EnableChain._roll_out,
     Stage.STOPPED: EnableChain._stand,
 }
-"""What each stage looks for."""
+"""The condition that each stage waits for."""

@@ -1,10 +1,10 @@
-"""The feedback values of an AT, as bytes: first what the axis moves in every cycle, then what stands."""
+"""The feedback values of an AT as bytes: values that change in every cycle first, then the steady ones."""
 
 import struct
 from collections.abc import Callable, Sequence
 
 from fieldrig_devices.mc4.axis import Axis
-from fieldrig_devices.mc4.folded import Following
+from fieldrig_devices.mc4.fold import FollowingCycle
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.values import MOVING, STANDING, Number, following_numbers, moving_numbers
 from fieldrig_devices.sercos.datum import IdnTable
@@ -19,7 +19,7 @@ class Feedback:
     def __init__(
         self, machine: Machine, table: IdnTable, idns: Sequence[int], number_of: Callable[[int], Number]
     ) -> None:
-        """`idns` as the AT has them; `number_of` gives the present value of one."""
+        """`idns` are in the order of the AT; `number_of` returns a function that gives the present value of an IDN."""
         self._machine = machine
         numbers = [number_of(idn) for idn in idns]
         codes = [code_of(table, idn) for idn in idns]
@@ -34,30 +34,30 @@ class Feedback:
         self._numbers = numbers[first:]
         self._standing_record = struct.Struct("<" + "".join(codes[first:]))
         self.size = self._moving_record.size + self._standing_record.size
-        """Bytes."""
+        """Size in bytes."""
         self.standing = b""
-        """The last values: they only change when the machine is looked at."""
+        """The trailing values, packed; they change only with `Machine.look`."""
         self.refresh()
 
     @property
     def moving(self) -> tuple[tuple[int, ...], str]:
-        """IDNs of what the axis moves, and their codes."""
+        """The IDNs of the leading values, and their codes for `struct`."""
         return self._idns, self._codes
 
     @property
     def is_of_the_axis(self) -> bool:
-        """Nothing else is among what moves."""
+        """True if all leading values are of the axis."""
         return all(idn in MOVING for idn in self._idns)
 
     def refresh(self) -> None:
-        """The machine was looked at."""
+        """Pack the trailing values again, after `Machine.look`."""
         self.standing = self._standing_record.pack(*[number() for number in self._numbers])
 
     def encode(self) -> bytes:
         return self._moving_record.pack(*self._moving()) + self.standing
 
-    def following(self, axis: Axis, *, is_told: bool) -> Following | None:
-        """A cycle of the axis that gives what comes before `standing`; None: there is more than it knows."""
+    def following(self, axis: Axis, *, is_published: bool) -> FollowingCycle | None:
+        """Return the folded cycle that packs the leading values, or None if it can't compute all of them."""
         if not self.is_of_the_axis:
             return None
-        return axis.following(following_numbers(self._machine, self._idns, self._codes), is_told=is_told)
+        return axis.following(following_numbers(self._machine, self._idns, self._codes), is_published=is_published)

@@ -1,6 +1,6 @@
-"""The operation data of an MC-4 beside those of the ring itself.
+"""The operation data of an MC-4, apart from those of the ring itself.
 
-Source: digest 3.1; names, attributes and units by the public facts of IEC 61491.  Positions are increments (S-0-0076
+Source: digest 3.1; IEC 61491 by its public facts for names, attributes and units.  Positions are increments (S-0-0076
 with the resolution S-0-0079), velocities 0.0001 1/min, torques 0.1 % of the motor's continuous current at standstill
 (S-0-0111).  Manufacturer parameters are numbered as we chose.  S-0-0182, manufacturer class 3 diagnostics, has
 AxisState in its high byte and MC4State in its low one, so that both may be cyclic.
@@ -43,7 +43,7 @@ ARTICLE: Final = p(34)
 OWN_SERIAL_NUMBER: Final = p(35)
 
 LATE: Final = (4,)
-"""Written before operation only."""
+"""Phases in which these data are write-protected: operation."""
 TWO, FOUR, TEXT, WORDS = Length.TWO, Length.FOUR, Length.LIST_OF_BYTES, Length.LIST_OF_WORDS
 BIN, UNS, SIG, HEX = Format.BINARY, Format.UNSIGNED, Format.SIGNED, Format.HEX
 FULL: Final = 2**31 - 1
@@ -78,7 +78,7 @@ ROWS: Final = (
     Row(std.DIAGNOSTIC_NUMBER, "diagnostic message number", FOUR, UNS, protected=READ_ONLY),
     Row(DIAG_CODE, "DiagCode", TWO, UNS, protected=READ_ONLY),
     Row(LANGUAGE, "language of diagnostic messages: 0 German, 1 English", TWO, UNS, minimum=0, maximum=1),
-    # what it is
+    # identification
     Row(std.MANUFACTURER_VERSION, "manufacturer version", TEXT, Format.TEXT, protected=READ_ONLY),
     Row(std.CONTROLLER_TYPE, "controller type", TEXT, Format.TEXT, protected=READ_ONLY),
     Row(std.MOTOR_TYPE, "motor type", TEXT, Format.TEXT, protected=READ_ONLY),
@@ -235,17 +235,17 @@ BACKUP: Final = (
     COAST_OPTION,
     LANGUAGE,
 )
-"""What the master should keep, for the drive doesn't."""
+"""Data that the master has to store, because the drive does not."""
 WITH_KEYS: Final = (std.DRIVE_ON_DELAY, std.DRIVE_OFF_DELAY, STOP_TIME_LIMIT, COAST_OPTION, LANGUAGE)
-"""Those that a rig file gives by keys of their own."""
+"""Data that have keys of their own in a rig file."""
 MODE_COMMANDS: Final = {1: std.TORQUE_COMMAND, 2: std.VELOCITY_COMMAND, 3: std.POSITION_COMMAND}
-"""The command value of each operation mode, by its low three bits; bit 3: without following error."""
+"""Command value of each operation mode, by its low three bits; bit 3 means without following error."""
 LAGLESS: Final = 0x0008
 MODES: Final = frozenset({0x0001, 0x0002, 0x0003, 0x000B})
 
 
 def settable() -> dict[int, tuple[int, int]]:
-    """Numbers that `parameters.idns` of a rig file may give, and from where to where they go."""
+    """Return the IDNs that `parameters.idns` of a rig file may set, with their ranges."""
     others = {*COMMANDS, *MODE_COMMANDS.values(), *WITH_KEYS}
     numbers = (row for row in sorted(ROWS) if not row.length.is_list and row.protected != READ_ONLY)
     full = {TWO: 0xFFFF, FOUR: FULL}
@@ -279,7 +279,7 @@ def _take_mode(datum: Datum, data: bytes) -> None:
 
 
 def show_motor(table: IdnTable, motor: MotorData | None) -> None:
-    """What of the name plate stands in the table; without one, nothing."""
+    """Show the name plate in the table, or clear its data without one."""
     table[std.MOTOR_TYPE].set(motor.type if motor else "")
     table[SERIAL_NUMBER].set(motor.serial_number if motor else "")
     table[PLATE].set(_plate_text(motor) if motor else "")

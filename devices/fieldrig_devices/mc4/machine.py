@@ -1,8 +1,8 @@
-"""The drive behind its ring interface: what the enables, the errors, the motor and the time make of each other.
+"""The drive behind its ring interface: enable chain, diagnosis, axis, DC circuit and temperatures together.
 
-Source: manual chapter 10 and 513-540; digest 1.5, 1.8, 1.9.  It puts together the enable chain, the diagnosis, the
-axis, the DC circuit and the temperatures.  The ring is not known here: whoever has it says `controller` and so on, lets
-the axis go on, and calls `look` when something may have changed.  Slow things are looked at every 64 ms.
+Source: manual chapter 10 and 513-540; digest 1.5, 1.8, 1.9.  This module does not know
+the ring: the ring side sets `controller` and so on, advances the axis, and calls `look` when something may have
+changed.  Temperatures, DC circuit and overload are evaluated every 64 ms.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ from fieldrig_devices.mc4.faults import (
     StuckBrake,
     WrongMotor,
 )
-from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Gains, Limits, Plant
+from fieldrig_devices.mc4.loops import INCREMENTS, INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.mc4.thermal import Thermal
@@ -35,16 +35,18 @@ from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 
 SLOW_NS: Final = 64 * MS
-"""How often temperatures, DC circuit and overload are looked at."""
+"""Interval at which temperatures, DC circuit and overload are evaluated."""
 MOST_STEPS: Final = 4_000
-"""Inner steps in one go: what was slept through beyond a second is not made up for."""
+"""Largest number of inner steps to catch up with; after a pause of more than a second, the rest is skipped."""
 SPREAD_NS: Final = 23 * MS
-"""From one ring address to the next, so that not all drives look in the same cycle; any 64 in a row differ."""
+"""Offset of the slow evaluation from one ring address to the next: any 64 consecutive addresses use other cycles."""
 STEP: Final = 31
-"""Increments that the encoder's serial position leaves open."""
+"""Resolution of the encoder's serial position, in increments."""
 
 
 class Machine:
+    """A drive with its motor, without its ring interface."""
+
     __slots__ = (
         "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_is_dc_dead",
         "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_readings", "_shown_mode", "_slow_due_ns",
@@ -62,13 +64,13 @@ class Machine:
         on_change: Callable[[], None],
         true_motor: MotorData | None = None,
     ) -> None:
-        """`on_change` is called after each look that may have changed what others see.
+        """`on_change` is called after each `look`, which may have changed what others see.
 
-        `true_motor` is what hangs at the cable, whatever its plate says; None: what the plate says.
+        `true_motor` is the motor that is connected, regardless of its plate; None takes it from the plate.
         """
         self._clock, self.settings, self._table = clock, settings, table
         self.encoder: Encoder | None = None
-        """To be given before the start."""
+        """The encoder; it has to be set before `start`."""
         self._on_change = on_change
         parameters = settings.parameters
         self.times = Times(
@@ -85,15 +87,15 @@ class Machine:
         self.faults = DriveFaults(clock, MODELS, Faults(Fault), on_change=self._on_faults)
         self.dc = DcCircuit(settings.amplifier.mains_v)
         self.motor: MotorData | None = None
-        """As the plate has it; None: not known, so nothing can be enabled."""
+        """The motor according to its plate; None while it is unknown, so that nothing can be enabled."""
         self.cycle_steps = 16
         self.is_cyclic = False
-        """The ring is in operation; then each cycle is gone by whoever has the ring."""
+        """True if the ring is in operation; then the ring side advances the axis once per cycle."""
         self.inverter_enable = settings.inverter_enable
         self.controller = False
         self.enable_bit = True
         self.runs = True
-        """Not halted by the master."""
+        """False while the master halts the drive."""
         self.operation_mode = table[std.PRIMARY_MODE].number
         self.load_nm = 0.0
         self.overload_position = 0
@@ -107,11 +109,11 @@ class Machine:
         self._slow_due_ns = self._slow_ns + SLOW_NS
         self._is_dc_dead = self._is_enable_lost = False
         self._readings = 0
-        """Of the name plate, that are under way."""
+        """Number of name plate readings in progress."""
         self._given = self._causes = 0
         self._is_motor_given = true_motor is not None
         self.shaft_offset = 0.0
-        """Increments from what the drive calls its position to where the shaft is."""
+        """Increments from the drive's position to the true position of the shaft."""
         self._build(true_motor or MotorData())
         self.axis.put(round(settings.initial_turns * INCREMENTS_PER_TURN))
 
@@ -129,14 +131,14 @@ class Machine:
             self.read_plate()
 
     def read_plate(self, done: Callable[[bool], None] = lambda is_good: None) -> None:
-        """`done` gets whether the drive knows its motor then.  A simulated one has none to ask."""
+        """Read the name plate; `done` is called with True once the motor is known.  A simulated drive reads none."""
         if self.settings.simulated:
             done(True)
             return
         encoder = self.encoder
         assert encoder is not None
         self._readings += 1
-        then = 0.0
+        asked_at = 0.0
 
         def end(is_good: bool) -> None:
             self._readings -= 1
@@ -150,8 +152,8 @@ class Machine:
             end(False)
 
         def on_asked() -> None:
-            nonlocal then
-            then = self.shaft_at(self._clock.now_ns())
+            nonlocal asked_at
+            asked_at = self.shaft_at(self._clock.now_ns())
 
         def on_plate(motor: MotorData | None) -> None:
             if motor is None or self._is_plate_bad:
@@ -160,27 +162,27 @@ class Machine:
                 encoder.read_position(lambda increments: on_position(motor, increments), on_asked)
 
         def on_position(motor: MotorData, increments: int | None) -> None:
-            if self._is_plate_bad:  # since
+            if self._is_plate_bad:  # a fault may have been added meanwhile
                 fail(Code.ENCODER_MEMORY)
             elif increments is None:
                 fail(Code.ENCODER_SIGNAL)
             else:
-                self._adopt(motor, increments, then)
+                self._adopt(motor, increments, asked_at)
                 end(True)
 
         encoder.read_plate(on_plate)
 
     @property
     def lacks_plate(self) -> bool:
-        """It or the position could not be read, and nothing has been done about it since."""
+        """True if the plate or the position could not be read and the message is still pending."""
         return self.motor is None and not {Code.ENCODER_MEMORY, Code.ENCODER_SIGNAL}.isdisjoint(self.diagnosis.pending)
 
     @property
     def _is_plate_bad(self) -> bool:
         return self.faults.first(EncoderMemory) is not None or self.faults.first(WrongMotor) is not None
 
-    def _adopt(self, motor: MotorData, increments: int, then: float) -> None:
-        """Automatic motor recognition (manual 520).  The encoder said `increments` when the shaft was at `then`."""
+    def _adopt(self, motor: MotorData, increments: int, asked_at: float) -> None:
+        """Recognize the motor (manual 520).  The encoder reported `increments` when the shaft was at `asked_at`."""
         self.diagnosis.end(Code.ENCODER_MEMORY)
         if self.faults.first(EncoderSignal) is None:
             self.diagnosis.end(Code.ENCODER_SIGNAL)
@@ -193,31 +195,31 @@ class Machine:
             self.rearrange()
         else:
             self._build(motor)
-        self._place(increments, motor.range_turns * INCREMENTS_PER_TURN, then, true)
+        self._place(increments, motor.range_turns * INCREMENTS_PER_TURN, asked_at, true)
 
-    def _place(self, increments: int, span: int, then: float, true: float) -> None:
-        """The absolute position, as the encoder tells it in steps and its analog signals between them and since."""
+    def _place(self, increments: int, span: int, asked_at: float, true: float) -> None:
+        """Set the absolute position: the encoder reports steps, its analog signals give the rest."""
         position = (increments + span // 2) % span - span // 2
-        finer = (round(then) - position + span // 2) % span - span // 2
+        finer = (round(asked_at) - position + span // 2) % span - span // 2
         if abs(finer) <= STEP:
             position += finer
-        position += round(true) - round(then)
+        position += round(true) - round(asked_at)
         self.axis.put(position)
         self.shaft_offset = true - position
 
     @property
     def shaft_increments(self) -> float:
-        """Where the shaft is; the encoder may be offset."""
+        """True position of the shaft; the encoder may have an offset from it."""
         return self.axis.position + self.shaft_offset
 
     @property
     def present(self) -> Moment:
-        """The axis at this instant.  Nothing is moved, so that reading doesn't change what follows."""
+        """The axis at this instant.  Reading it changes nothing."""
         return self.axis.ahead(self._clock.now_ns() - self.at_ns)
 
     @property
     def present_shaft(self) -> Moment:
-        """The same, with the position of the shaft; the encoder may be offset."""
+        """The axis at this instant, with the true position of the shaft."""
         present = self.present
         return present._replace(position=present.position + self.shaft_offset)
 
@@ -239,7 +241,7 @@ class Machine:
 
     @property
     def _since_slow(self) -> tuple[float, float, float]:
-        """Seconds since `look_at_slow_things`, and what `Axis.take` would give of them."""
+        """Seconds since `look_at_slow_things`, and the result of `Axis.take` for them."""
         heat, work = copy(self.axis).take((self.at_ns - self._slow_ns) / 1e9)
         return (self._clock.now_ns() - self._slow_ns) / 1e9, heat, work
 
@@ -252,12 +254,12 @@ class Machine:
         self.look()
 
     def shaft_at(self, now_ns: int) -> float:
-        """The same, between two steps too."""
+        """Return the true position of the shaft at any instant."""
         self.catch_up()
         return self.shaft_increments + self.axis.v * INCREMENTS * (now_ns - self.at_ns) / 1e9
 
     def _build(self, motor: MotorData) -> None:
-        """The plant anew, with this motor."""
+        """Build the plant with this motor."""
         load, settings = self.settings.load, self.settings
         self.true_motor = motor
         kind = IdealAxis if settings.simulated else Axis
@@ -270,7 +272,7 @@ class Machine:
         self.rearrange()
 
     def rearrange(self) -> None:
-        """Parameters have changed."""
+        """Call this when parameters have changed."""
         table = self._table
         self._standstill = table[std.STANDSTILL_WINDOW].number / 1e4 / tuning.RPM
         self._window = table[std.POSITION_WINDOW].number
@@ -284,7 +286,7 @@ class Machine:
 
     @property
     def _constants(self) -> tuple[Plant, Gains, Limits]:
-        """The plant as it is, the loops as the plate has it."""
+        """Plant of the true motor; gains and limits from the plate."""
         table, settings, known = self._table, self.settings, self._known
         plant = tuning.plant_of(settings.load, self.true_motor)
         gains = tuning.gains_of(table, settings, known, is_lagless=self._is_lagless)
@@ -292,11 +294,11 @@ class Machine:
 
     @property
     def _known(self) -> MotorData:
-        """What the drive reckons with."""
+        """The motor that the drive assumes."""
         return self.motor or self.true_motor
 
     def set_load(self, torque_nm: float) -> None:
-        """At the load, beside what is always there."""
+        """Set the torque at the load, in addition to the configured one."""
         self.catch_up()
         self.load_nm = torque_nm
         self.axis.load((self.settings.load.torque_nm + torque_nm) / self.settings.load.gear_ratio)
@@ -311,13 +313,13 @@ class Machine:
         self.diagnosis.raise_(LIMITS[limit])
 
     def fail(self, code: Code) -> None:
-        """Something has happened that is over already."""
+        """Report an error whose cause does not persist."""
         if not self.settings.simulated:
             self.diagnosis.raise_(code)
             self.look()
 
     def quit(self) -> bool:
-        """Whether all errors are quitted."""
+        """Acknowledge errors; True if none is left."""
         self.catch_up()
         self._check_causes()
         if not self.chain.can_quit:
@@ -329,7 +331,7 @@ class Machine:
         return is_good
 
     def _on_faults(self) -> None:
-        """One has begun, or is over."""
+        """Call this when a fault has begun or ended."""
         faults = self.faults
         stuck = faults.first(StuckBrake)
         if stuck is not self._brake_stuck:
@@ -352,7 +354,7 @@ class Machine:
             self.read_plate()
 
     def _check_causes(self) -> bool:
-        """Messages whose cause can be seen at any time; whether that has changed."""
+        """Update the messages whose cause is visible at any time; True if any has changed."""
         causes = self._given
         if not self.settings.simulated:
             causes |= measured(self.thermal, self.dc, self._load_limit, has_torque=self.chain.has_torque)
@@ -368,10 +370,10 @@ class Machine:
     # ---- time
 
     def catch_up(self) -> None:
-        """Bring the axis up to now."""
+        """Advance the axis to the present."""
         axis, now_ns = self.axis, self._clock.now_ns()
         if self.is_cyclic and now_ns - self.at_ns < 2 * self.cycle_steps * INNER_NS:
-            return  # it goes on with the ring's cycle, not between
+            return  # the ring's cycle advances it
         steps = (now_ns - self.at_ns) // INNER_NS
         if steps > MOST_STEPS:
             self.at_ns = now_ns - MOST_STEPS * INNER_NS
@@ -385,7 +387,7 @@ class Machine:
         return self._slow_due_ns
 
     def look(self) -> None:
-        """What the enables and the speed say by now, and what is to be done."""
+        """Evaluate enables and speed, and act on them."""
         now_ns = self._clock.now_ns()
         if now_ns >= self._slow_due_ns:
             self.look_at_slow_things()
@@ -411,12 +413,12 @@ class Machine:
 
     @property
     def can_start(self) -> bool:
-        """Manual 10.1: no error message, DC circuit charged, all phases connected; and the motor is known."""
+        """Manual 10.1: no error message, DC circuit charged, all phases connected.  The motor has to be known."""
         is_powered = self.dc.is_charged and self.dc.is_mains_on and not self._is_dc_dead
         return self.motor is not None and not self._readings and is_powered and not self.diagnosis.has_error
 
     def look_at_slow_things(self) -> bool:
-        """Whether anything has come of it that needs a `look`."""
+        """Evaluate temperatures, DC circuit and overload; True if a `look` has to follow."""
         now_ns = self._clock.now_ns()
         seconds = (now_ns - self._slow_ns) / 1e9
         self._slow_ns = now_ns
@@ -436,7 +438,7 @@ class Machine:
             if self._task is not task or mode != self._shown_mode:
                 self._shown_mode = mode
                 axis.control({1: Mode.TORQUE, 2: Mode.SPEED, 3: Mode.POSITION}.get(mode, Mode.SPEED))
-                axis.wish(0.0)
+                axis.set_value(0.0)
         elif task is not self._task or (task is Task.HOLD and self.chain.stage is not self._held_in):
             self._held_in = self.chain.stage
             if task is Task.HOLD:
@@ -446,11 +448,11 @@ class Machine:
                     self.overload_position = axis.set_increments
             else:
                 axis.control(Mode.FREE if task is Task.NOTHING else Mode.SPEED)
-                axis.wish(0.0)
+                axis.set_value(0.0)
         self._task = task
 
     def _move_brake(self, now_ns: int) -> None:
-        """It follows its relay, with its own delay, unless it is stuck."""
+        """Let the brake follow its relay with its own delay, unless it is stuck."""
         relay = self.chain.is_brake_lifted
         motor = self.true_motor
         if relay is not self._was_relay:
@@ -464,12 +466,12 @@ class Machine:
 
     @property
     def is_settled(self) -> bool:
-        """Nothing here changes by time alone, but for the axis."""
+        """True if time alone changes nothing but the axis."""
         return self.chain.is_settled and self._brake_due_ns is None
 
     @property
     def is_ready(self) -> bool:
-        """The ready contact is closed."""
+        """True if the ready contact is closed."""
         return self.motor is not None and self.chain.is_ready
 
     @property

@@ -1,10 +1,10 @@
-"""What a person may see of a drive, and push."""
+"""The points of a drive: values to read, and inputs to write."""
 
 from collections.abc import Callable, Mapping
 
 from fieldrig.device import Point, Value
 from fieldrig.point_values import number_in, truth_in
-from fieldrig_devices.mc4.folded import INCREMENTS, RAD
+from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.tuning import RPM
@@ -31,7 +31,7 @@ def _state_points(
 ) -> dict[str, Point]:
     chain = machine.chain
 
-    def quit_errors(value: Value) -> None:
+    def acknowledge(value: Value) -> None:
         if not truth_in(value):
             raise ValueError("expected true, got false")
         if not machine.quit():
@@ -40,25 +40,27 @@ def _state_points(
     return {
         "axis_state": Point(lambda: chain.axis_state, None, "", "AxisState"),
         "mc4_state": Point(lambda: chain.mc4_state, None, "", "MC4State"),
-        "stage": Point(lambda: chain.stage.name.lower(), None, "", "of the enable chain"),
-        "diag_code": Point(lambda: int(machine.diagnosis.code), None, "", "DiagCode; 0: nothing is pending"),
+        "stage": Point(lambda: chain.stage.name.lower(), None, "", "stage of the enable chain"),
+        "diag_code": Point(lambda: int(machine.diagnosis.code), None, "", "DiagCode; 0 while no message is pending"),
         "diag_msg": Point(lambda: machine.diagnosis.text, None, "", "DiagMsg"),
-        "quit": Point(lambda: not machine.diagnosis.code, quit_errors, "", "write true to quit errors"),
+        "quit": Point(lambda: not machine.diagnosis.code, acknowledge, "", "write true to acknowledge errors"),
         "inverter_enable": Point(
             lambda: machine.hardware_enable,
             lambda value: set_inverter_enable(truth_in(value)),
             "",
-            "the input of the safe stop",
+            "the input Inverter Enable (safe stop)",
         ),
-        "controller_enable": Point(lambda: machine.controller, None, "", "ControllerEnable, by the ring"),
+        "controller_enable": Point(lambda: machine.controller, None, "", "ControllerEnable, from the ring"),
         "ready": Point(lambda: machine.is_ready, None, "", "the ready contact is closed"),
-        "brake": Point(lambda: chain.is_brake_lifted, None, "", "the brake relay is closed: the brake lifts"),
+        "brake": Point(lambda: chain.is_brake_lifted, None, "", "the brake relay is closed, so the brake lifts"),
         "torque_on": Point(lambda: chain.has_torque, None, "", "the motor is not free"),
-        "phase": Point(lambda: side.slave.phase, None, "", "of the ring, CP0 to CP4"),
+        "phase": Point(lambda: side.slave.phase, None, "", "phase of the ring, CP0 to CP4"),
         "status": Point(side.status, None, "", "status word, S-0-0135, without the service channel"),
-        "motor_type": Point(lambda: machine.motor.type if machine.motor else "", None, "", "by the name plate"),
-        "motor_serial": Point(lambda: machine.motor.serial_number if machine.motor else "", None, "", "by the plate"),
-        "plate": Point(plate, None, "", "that it was read, or why it could not be"),
+        "motor_type": Point(lambda: machine.motor.type if machine.motor else "", None, "", "from the name plate"),
+        "motor_serial": Point(
+            lambda: machine.motor.serial_number if machine.motor else "", None, "", "from the name plate"
+        ),
+        "plate": Point(plate, None, "", "whether the name plate was read, or why not"),
     }
 
 
@@ -71,7 +73,7 @@ def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
         return (shaft.position * RAD - shaft.twist) / gear
 
     return {
-        "position": Point(lambda: round(machine.present.position), None, "incr", "1 000 000 a turn of the motor"),
+        "position": Point(lambda: round(machine.present.position), None, "incr", "of the motor, 1 000 000 per turn"),
         "speed": Point(lambda: machine.present.speed * RPM, None, "1/min", "of the motor"),
         "torque": Point(lambda: machine.present.torque, None, "N m", "of the motor"),
         "current": Point(current, None, "A"),
@@ -81,10 +83,12 @@ def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
             lambda: machine.load_nm,
             lambda value: machine.set_load(limited_load(float(number_in(value, unit="N m")))),
             "N m",
-            "at the load, beside what is always there; positive pulls it back",
+            "at the load, in addition to the configured torque; positive acts backwards",
         ),
-        "brake_on": Point(lambda: machine.axis.brake_is_on, None, "", "the holding brake holds"),
-        "slow_cycles": Point(lambda: machine.axis.slow_cycles, None, "", "that were stepped, not folded"),
+        "brake_on": Point(lambda: machine.axis.brake_is_on, None, "", "the holding brake is applied"),
+        "slow_cycles": Point(
+            lambda: machine.axis.slow_cycles, None, "", "number of cycles that took the steps instead of the fold"
+        ),
     }
 
 
@@ -96,13 +100,13 @@ def _power_points(machine: Machine) -> dict[str, Point]:
         machine.thermal.ambient_c = float(number_in(value, -273, 10_000, "degC"))
 
     return {
-        "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "of this drive"),
+        "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "supply of this drive"),
         "dc_bus": Point(lambda: machine.present_dc.volt, None, "V", "DC circuit"),
         "motor_temperature": Point(lambda: machine.present_thermal.motor_c, None, "degC", "of the winding"),
         "casing_temperature": Point(lambda: machine.present_thermal.casing_c, None, "degC", "of the motor"),
         "amplifier_temperature": Point(lambda: machine.present_thermal.amplifier_c, None, "degC"),
         "ambient": Point(lambda: machine.thermal.ambient_c, set_ambient, "degC"),
-        "overload": Point(lambda: machine.present_thermal.overload * 100, None, "%", "100 switches off"),
+        "overload": Point(lambda: machine.present_thermal.overload * 100, None, "%", "at 100 % the drive switches off"),
     }
 
 

@@ -1,9 +1,9 @@
 """The DC circuit of one drive: rectified mains, a capacitor, a ballast resistor.
 
 Source: manual 6598-6624 (each amplifier has its own supply; rectified and smoothed), 6075 (charged before torque), 365
-(5 minutes from mains off to a safe voltage).  The rectifier charges the capacitor through a resistor, and gives what
-the motor takes; what the motor gives back raises the voltage, from a level on the resistor burns it.  Figures are ours:
-400 V mains, 1 mF, below 50 V after less than five minutes.
+(5 minutes from mains off to a safe voltage).  The rectifier charges the capacitor through a resistor, and
+supplies the motor.  Energy from a braking motor raises the voltage, until the ballast resistor dissipates it.  Our
+values: 400 V mains, 1 mF, below 50 V after less than five minutes.
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,8 @@ BALLAST_V: Final = 760.0
 
 @dataclass
 class DcCircuit:
+    """The state of the DC circuit, in volts."""
+
     mains_v: float = 400.0
     capacity_f: float = 1e-3
     charge_s: float = 0.15
@@ -44,7 +46,7 @@ class DcCircuit:
         return self.volt > OVER_V
 
     def go(self, seconds: float, work_j: float) -> None:
-        """Some time further, in which the motor took so much energy, or gave it back (below 0)."""
+        """Advance by a time in which the motor took `work_j`; a negative value is energy given back."""
         full_v = self.full_v
         self._exchange(work_j, full_v)
         if self.is_mains_on and self.volt < full_v:

@@ -1,9 +1,9 @@
-"""Probing: where the motor was when an input switched.
+"""Probing: the position of the motor at the edge of an input.
 
-Source: IEC 61491 by its public facts: while the procedure command S-0-0170 is active, an edge that S-0-0169 names puts
-the position into S-0-0130 to S-0-0133, once; taking away the probe's enable (S-0-0405, S-0-0406) arms it again.  Bits
+Source: IEC 61491 by its public facts: while the procedure command S-0-0170 is active, an edge that S-0-0169 selects
+latches the position in S-0-0130 to S-0-0133, once; resetting the probe's enable (S-0-0405, S-0-0406) rearms it.  Bits
 0 to 3 of S-0-0169, and of the status S-0-0179, are the rising and the falling edge of probe 1, then those of probe 2;
-S-0-0409 to S-0-0412 have them one by one.  Left out: reading them by real-time bits, and measuring without an end.
+S-0-0409 to S-0-0412 contain them individually.  Left out: real-time bits, and continuous measurement.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ _VALUES, _INPUTS, _ENABLES, _LATCHED = (
 
 class Probes:
     def __init__(self, table: IdnTable, position: Callable[[], int]) -> None:
-        """`position` tells where the motor is now, as it would go over the ring."""
+        """`position` returns the present position as it is sent over the ring."""
         self._table, self._position = table, position
         self._command: Command | None = None
         for probe in PROBES:
@@ -35,12 +35,12 @@ class Probes:
             table[_LATCHED + bit].reader = partial(self._latched, bit)
 
     def begin(self, command: Command) -> None:
-        """S-0-0170 stays active until the master clears it."""
+        """Start S-0-0170, which stays active until the master clears it."""
         self._command = command
         self._table[STATUS].set(0)
 
     def put(self, probe: int, level: float) -> None:
-        """The input of probe 0 or 1."""
+        """Set the input of probe 0 or 1."""
         table, is_on = self._table, bool(level)
         place = table[_INPUTS + probe]
         if is_on is bool(place.number):

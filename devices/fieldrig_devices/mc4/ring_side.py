@@ -1,11 +1,11 @@
 """The drive as the ring sees it: control and status word, cyclic values, parameters, commands.
 
-Source: IEC 61491 by its public facts (S-0-0134, S-0-0135, operation modes, diagnostics of class 1 to 3).  Once a cycle
-`on_cycle` is called: the axis goes on by the cycle that has passed, under the command values of the last MDT, and takes
-those of this one.  While nothing else changes that is all; then it costs some microseconds.
+Source: IEC 61491 by its public facts (S-0-0134, S-0-0135, operation modes, diagnostics of class 1 to 3).  `on_cycle` is
+called once per cycle: it advances the axis by the cycle that has passed, under the command values of the last MDT, and
+takes those of this one.  While nothing else changes, that is all, and it takes a few microseconds.
 
-ControllerEnable is drive on (bit 15).  Drive enable (bit 14) taken away while drive on stays takes the torque at once;
-both together ramp down (manual 10.2).  Halt (bit 13) brings the drive to a stop under control.
+ControllerEnable is drive on (bit 15).  If only drive enable (bit 14) is reset, the torque is switched off at once; if
+both are, the drive ramps down (manual 10.2).  Halt (bit 13) brings the drive to a controlled stop.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,8 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INCREMENTS, INNER_NS, Course, Following
+from fieldrig_devices.mc4.fold import FollowingCycle, PublishedMotion
+from fieldrig_devices.mc4.loops import INCREMENTS, INNER_NS
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at
@@ -34,11 +35,13 @@ CONTROL_BITS: Final = words.APPLICATION_MASK
 
 
 class RingSide:
+    """The drive's application behind the ring protocol (`sercos.slave.Application`)."""
+
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error",
-        "_numbers", "_place", "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since",
-        "_still_value", "_table", "_until_ns", "_value", "_warnings", "_warnings_seen", "course", "is_told",
-        "on_moved", "probes", "slave",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error", "_numbers", "_place",
+        "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since", "_still_value", "_table",
+        "_until_ns", "_value", "_warnings", "_warnings_seen", "is_published", "on_moved", "probes", "published",
+        "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -46,14 +49,14 @@ class RingSide:
         self._control = 0
         self._status = 0
         self._steady_control = -1
-        """Control bits under which nothing but the axis goes on; -1: everything has to be looked at."""
+        """Control bits under which only the axis has to advance; -1 if everything has to be evaluated."""
         self._until_ns = 0
         self._cycle_ns = self._slack_ns = 0
         self._place = 0
-        """Of the command value that counts, among the values of the MDT; 0: none does."""
+        """Position of the active command value among the values of the MDT; 0 if none is active."""
         self._value: Callable[[int], None] = _no_value
-        self._following: Following | None = None
-        """All that a cycle asks of an axis that only follows its set position."""
+        self._following: FollowingCycle | None = None
+        """The folded cycle, while it applies."""
         self._most_error = 0.0
         self._warnings = self._warnings_seen = self._states_seen = 0
         self._numbers = live_numbers(machine)
@@ -61,15 +64,15 @@ class RingSide:
         for idn, number in self._numbers.items():
             self._show(idn, number)
         self.on_moved: Callable[[], None] | None = None
-        """Called after each cycle in which nothing but the axis went on."""
-        self.is_told = False
-        """What `on_moved` tells others is one course, and holds as long as the load keeps to it."""
-        self.course: Course | None = None
-        """The course that they were told last."""
+        """Called after each cycle in which only the axis advanced."""
+        self.is_published = False
+        """True if `on_moved` publishes only the motion of the load, so that it need not be called while that holds."""
+        self.published: PublishedMotion | None = None
+        """The motion of the load as last published."""
         self._still: bytes | None = None
-        """The feedback of an axis at rest, as long as nothing is looked at."""
+        """The feedback of an axis at rest, until the next `look`."""
         self._still_value = self._still_since = 0
-        """The command value that left it at rest, and `slow_cycles` of the axis: it can't have moved without one."""
+        """The command value that left the axis at rest, and its `slow_cycles`, which count up when it moves."""
         self._feedback = Feedback(machine, table, (), self._number_of)
         self.slave = SercosSlave(clock, ring, address, table, self)
         self.slave.command(std.RESET_CLASS_1, self._on_reset)
@@ -122,9 +125,9 @@ class RingSide:
             if is_same and self._still is not None:
                 return self._status, self._still
         elif self._following is not None:
-            moved = self._following(axis, value, self._most_error, now_ns, self.course)
+            moved = self._following(axis, value, self._most_error, now_ns, self.published)
             if moved is not None:
-                if not self.is_told and self.on_moved is not None:
+                if not self.is_published and self.on_moved is not None:
                     self.on_moved()
                 return self._status, moved + self._feedback.standing
         axis.cycle()
@@ -153,7 +156,7 @@ class RingSide:
         return self._status, self.feedback()
 
     def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
-        """The set position goes on as it did before: the next one that comes finds it there."""
+        """Continue the set position at its last speed, so that the next command value continues it."""
         machine = self._machine
         self._look(values, self._clock.now_ns() - machine.at_ns - self._cycle_ns)
         if machine.follows and machine.operation_mode & 7 == 3:
@@ -164,15 +167,15 @@ class RingSide:
         return self._feedback.encode()
 
     def _look_at_slow_things(self) -> bool:
-        """Whether all else is as before."""
+        """Evaluate temperatures and so on; True if nothing else has changed."""
         machine, status = self._machine, self._status
-        is_otherwise = machine.look_at_slow_things()
+        has_changed = machine.look_at_slow_things()
         self._until_ns = machine.next_slow_ns
-        if is_otherwise:
+        if has_changed:
             self._steady_control = -1
         elif machine.thermal.warnings != self._warnings or self._table[std.CLASS_3_MASK].number:
             self._status = self._status_word()
-        return not is_otherwise and self._status == status
+        return not has_changed and self._status == status
 
     def _on_control(self, control: int) -> None:
         before, self._control = self._control, control
@@ -198,7 +201,7 @@ class RingSide:
             machine.fail(Code.FOLLOWING_ERROR)
 
     def refresh(self) -> None:
-        """The machine may have changed: what the cycle has to do, and what the status word is."""
+        """Derive the work of a cycle and the status word from the machine, which may have changed."""
         machine = self._machine
         axis, task = machine.axis, machine.chain.task
         mode = machine.operation_mode & 7
@@ -207,13 +210,13 @@ class RingSide:
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
                 self._value = axis.follow
-                if self.course is not None or not self.is_told:
-                    self._following = self._feedback.following(axis, is_told=self.is_told)
+                if self.published is not None or not self.is_published:
+                    self._following = self._feedback.following(axis, is_published=self.is_published)
             elif mode == 2:
-                self._value = lambda speed: axis.wish(speed * SPEED_UNIT)
+                self._value = lambda speed: axis.set_value(speed * SPEED_UNIT)
             elif machine.motor is not None:
                 unit = machine.motor.standstill_torque_nm / 1000
-                self._value = lambda torque: axis.wish(torque * unit)
+                self._value = lambda torque: axis.set_value(torque * unit)
         self._most_error = (
             self._table[std.MONITORING_WINDOW].number / INCREMENTS if machine.follows and mode == 3 else 1e99
         )
@@ -251,7 +254,7 @@ class RingSide:
 
     @property
     def states(self) -> int:
-        """S-0-0013: bit 0 speed as told, 1 standing, 4 torque at its limit, 6 in position."""
+        """S-0-0013: bit 0 set speed reached, 1 standstill, 4 torque limit reached, 6 in position."""
         machine = self._machine
         axis = machine.axis
         speed = abs(axis.v)
@@ -262,7 +265,7 @@ class RingSide:
 
     @property
     def message(self) -> str:
-        """S-0-0095."""
+        """S-0-0095, the diagnostic message."""
         diagnosis = self._machine.diagnosis
         if diagnosis.code:
             return f"{int(diagnosis.code)} {diagnosis.text}"
@@ -314,7 +317,7 @@ class RingSide:
         self._machine.fail(Code.RING)
 
     def check(self, phase: int) -> list[int]:
-        """The primary mode has to be one of ours, with its command value in the MDT, if there is any."""
+        """Refuse CP4 unless the primary mode is supported and its command value is in the MDT, if that has any."""
         mode = self._table[std.PRIMARY_MODE].number
         if phase == 3:
             return []
@@ -340,7 +343,7 @@ class RingSide:
         self._machine.diagnosis.language = "en" if self._table[idns.LANGUAGE].number else "de"
 
     def _on_reset(self, command: Command) -> None:
-        """S-0-0099: quitting.  A name plate that could not be read is tried again first."""
+        """S-0-0099: acknowledge errors, after reading a name plate again that could not be read."""
 
         def end(_is_read: bool = True) -> None:
             is_good = self._machine.quit()
@@ -361,4 +364,4 @@ class RingSide:
 
 
 def _no_value(value: int) -> None:
-    """Command values don't count now."""
+    """Ignore the command value."""

@@ -13,27 +13,33 @@ from fieldrig_devices.sercos.idn import idn_of, idn_text
 
 
 class MotorSettings(Settings):
-    name_plate: ConfigFile = Field(description="of the motor at the drive's cable")
-    expected_type: str | None = Field(default=None, description="motor type that the machine needs; left out: any")
+    """The motor at the drive."""
+
+    name_plate: ConfigFile = Field(description="name plate of the connected motor")
+    expected_type: str | None = Field(default=None, description="motor type that the machine needs; default: any")
 
 
 class LoadSettings(Settings):
-    """What the motor turns."""
+    """The load that the motor drives."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
     gear_ratio: float = Field(default=1.0, gt=0, description="turns of the motor for one of the load")
-    inertia_kg_m2: float = Field(default=0.0, ge=0, description="of the load, behind the gear")
-    viscous_nm_s_per_rad: float = Field(default=1e-4, ge=0, description="friction at the motor that grows with speed")
+    inertia_kg_m2: float = Field(default=0.0, ge=0, description="inertia of the load, behind the gear")
+    viscous_nm_s_per_rad: float = Field(default=1e-4, ge=0, description="viscous friction at the motor")
     coulomb_nm: float = Field(default=0.0, ge=0, description="dry friction at the motor")
-    torque_nm: float = Field(default=0.0, description="always at the load, as of a weight; positive pulls it back")
-    stiffness_nm_per_rad: float | None = Field(default=None, gt=0, description="of a coupling, at the load; else stiff")
-    damping_nm_s_per_rad: float = Field(default=0.0, ge=0, description="of that coupling")
+    torque_nm: float = Field(
+        default=0.0, description="constant torque at the load, for example of a weight; positive acts backwards"
+    )
+    stiffness_nm_per_rad: float | None = Field(
+        default=None, gt=0, description="stiffness of an elastic coupling, at the load; default: rigid"
+    )
+    damping_nm_s_per_rad: float = Field(default=0.0, ge=0, description="damping of the coupling")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.stiffness_nm_per_rad is not None and not self.inertia_kg_m2:
-            raise ValueError("stiffness_nm_per_rad needs a load: give inertia_kg_m2")
+            raise ValueError("stiffness_nm_per_rad needs a load; expected inertia_kg_m2 above 0")
         return self
 
 
@@ -42,81 +48,98 @@ def _settable_idns(values: dict[str, int]) -> dict[str, int]:
     for text, value in values.items():
         idn = idn_of(text)
         if idn not in ranges:
-            there = ", ".join(map(idn_text, ranges))
-            raise ValueError(f"{text} is no parameter that can be set: there are {there}")
+            names = ", ".join(map(idn_text, ranges))
+            raise ValueError(f"{text} is not a parameter that can be set; expected one of {names}")
         low, high = ranges[idn]
         if not low <= value <= high:
-            raise ValueError(f"{text} can't be {value}: {low} to {high} would be right")
+            raise ValueError(f"{text} can't be {value}; expected {low} to {high}")
     return {idn_text(idn_of(text)): value for text, value in values.items()}
 
 
 class ParameterSettings(Settings):
-    """Of the drive at power-on; the controller may write others."""
+    """Parameters of the drive at power-on; the controller may write other values."""
 
     brake_disconnection_ms: int = Field(default=100, ge=0, le=65_535, description="BrakeDisconnectionTime")
     brake_coupling_ms: int = Field(default=50, ge=0, le=65_535, description="BrakeCouplingTime")
     stop_time_limit_ms: int = Field(default=1000, ge=0, le=65_535, description="StopTimeLim")
     enable_coast: bool = Field(default=False, description="CoastOption bEnableCoast")
     error_coast: bool = Field(default=False, description="CoastOption bErrorCoast")
-    brake_coast: bool = Field(default=False, description="CoastOption for the brake: it drops at standstill only")
+    brake_coast: bool = Field(default=False, description="CoastOption for the brake: it drops only at standstill")
     safe_stop_coasts: bool = Field(
-        default=False, description="the loss of Inverter Enable takes the torque at once; else the drive ramps down"
+        default=False,
+        description="losing Inverter Enable switches the torque off at once; otherwise the drive ramps down",
     )
     idns: Annotated[dict[str, int], AfterValidator(_settable_idns)] = Field(
-        default_factory=dict, description="others by their IDN, raw: S-0-0104: 400"
+        default_factory=dict, description="other parameters by IDN, as raw values: S-0-0104: 400"
     )
 
 
 class AmplifierSettings(Settings):
+    """The amplifier of the drive."""
+
     model_config = ConfigDict(allow_inf_nan=False)
 
     type: str = "MC-4/11/22/400"
-    continuous_current_a: float = Field(default=10.0, gt=0, le=100_000, description="for 250 % of it, one second")
+    continuous_current_a: float = Field(
+        default=10.0, gt=0, le=100_000, description="continuous current; 250 % of it is available for one second"
+    )
     mains_v: float = Field(default=400.0, ge=100, le=500)
 
 
 class VersionSettings(Settings):
+    """The versions and numbers that the drive shows."""
+
     firmware: str = Field(default="00.07.00", pattern=r"^\d\d\.\d\d\.\d\d$")
     hardware: str = Field(default="01.00.00", pattern=r"^\d\d\.\d\d\.\d\d$")
-    article_number: str = Field(default="13130211-001", max_length=32, description="of the drive")
-    serial_number: str | None = Field(default=None, max_length=32, description="left out: made of the ring address")
+    article_number: str = Field(default="13130211-001", max_length=32, description="article number of the drive")
+    serial_number: str | None = Field(
+        default=None, max_length=32, description="serial number of the drive; default: made from the ring address"
+    )
 
 
 def _classes(classes: dict[int, int]) -> dict[int, int]:
     for code, number in classes.items():
         if code not in list(Code):
-            raise ValueError(f"the drive has no diagnosis {code}: there are {', '.join(str(int(one)) for one in Code)}")
+            raise ValueError(
+                f"the drive has no diagnosis {code}; expected one of {', '.join(str(int(known)) for known in Code)}"
+            )
         if not 1 <= number <= 8:
-            raise ValueError(f"the class of {code} must be 1 to 8")
+            raise ValueError(f"the class of {code} can't be {number}; expected 1 to 8")
     return classes
 
 
 class Mc4Settings(Settings):
+    """The keys of a drive."""
+
     model_config = ConfigDict(allow_inf_nan=False)
 
-    ring_address: int = Field(ge=1, le=254, description="RealTimeBusAdr; one of its own on the ring")
+    ring_address: int = Field(ge=1, le=254, description="RealTimeBusAdr; unique on the ring")
     motor: MotorSettings | None = Field(
-        default=None, description="left out: what the encoder at the link `encoder` says; without that no motor at all"
+        default=None, description="the motor; default: the one whose encoder is at the link `encoder`"
     )
     simulated: bool = Field(
-        default=False, description="a drive without iron: it is where it is told, and never has an error"
+        default=False, description="a simulated drive: its position is the set position, and it never has an error"
     )
     amplifier: AmplifierSettings = Field(default_factory=AmplifierSettings)
     load: LoadSettings = Field(default_factory=LoadSettings)
     parameters: ParameterSettings = Field(default_factory=ParameterSettings)
     versions: VersionSettings = Field(default_factory=VersionSettings)
-    language: Language = Field(default="de", description="of the texts of the diagnosis")
+    language: Language = Field(default="de", description="language of the diagnosis texts")
     classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
-        default_factory=dict, description="of diagnoses, by their codes, where they are not the first digit"
+        default_factory=dict, description="classes of diagnoses by code, where they differ from the first digit"
     )
-    initial_turns: float = Field(default=0.0, ge=-2048, lt=2048, description="where the motor stands at the start")
-    inverter_enable: bool = Field(default=True, description="the input Inverter Enable, until its wire is driven")
+    initial_turns: float = Field(default=0.0, ge=-2048, lt=2048, description="position of the motor at the start")
+    inverter_enable: bool = Field(
+        default=True, description="state of the input Inverter Enable until its wire is driven"
+    )
     position_tolerance: float = Field(
         default=1e-4,
         gt=0,
-        description="rad: how far what was told of shaft and load may lead astray before it is told again",
+        description="rad: largest error of the extrapolated position before a new value is published",
     )
-    inverter_enable_wire: str | None = Field(default=None, description="NAME.inverter_enable, and so on for the others")
+    inverter_enable_wire: str | None = Field(
+        default=None, description="default: NAME.inverter_enable, and so on for the others"
+    )
     load_torque_wire: str | None = None
     probe_1_wire: str | None = None
     probe_2_wire: str | None = None
@@ -124,7 +147,7 @@ class Mc4Settings(Settings):
     brake_wire: str | None = None
     position_wire: str | None = None
     shaft_wire: str | None = None
-    faults: list[DriveFault] = Field(default=[], description="that the drive has from the start")
+    faults: list[DriveFault] = Field(default=[], description="faults that the drive has from the start")
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", "ring address", self.ring_address, ("ring_address",))

@@ -1,10 +1,10 @@
-"""How warm motor and amplifier get, and how long they may be overloaded.
+"""The temperatures of motor and amplifier, and their overload models.
 
 Source: manual 6959 (rated torque warms the casing by 40 K), 7097 (thermo contact in the winding), 525 and 534 (250 % of
-the amplifier, 4-fold of the motor); digest PD-176.  Losses go with the square of the current.  The overload model is an
-I2t: a first-order mean of the squared load, 1 where it switches off; the winding is another one upon the casing.  The
-time constants that the manual doesn't give are chosen so that the amplifier holds 250 % for one second, and the motor
-its 4-fold for about four.
+the amplifier, 4-fold of the motor); digest PD-176.  Losses are proportional to the square of the current.  The
+overload model is an I2t model: a first-order mean of the squared load, which switches off at 1.  Casing and winding are
+first-order models too.  Time constants that the manual does not give are chosen so that the amplifier withstands 250 %
+for one second, and the motor its 4-fold torque for about four.
 """
 
 from math import exp
@@ -13,35 +13,37 @@ from typing import Final
 AMBIENT_C: Final = 25.0
 CASING_RISE_K: Final = 40.0
 WINDING_RISE_K: Final = 40.0
-"""Of the winding over the casing, at rated torque."""
+"""Temperature rise of the winding above the casing, at rated torque."""
 WINDING_S: Final = 60.0
 AMPLIFIER_RISE_K: Final = 35.0
-"""At the continuous current."""
+"""Temperature rise at the continuous current."""
 AMPLIFIER_S: Final = 240.0
 AMPLIFIER_LIMIT_C: Final = 80.0
 AMPLIFIER_OVERLOAD_S: Final = 5.73
 MOTOR_OVERLOAD_S: Final = 62.0
 WARNING_SHARE: Final = 0.9
-"""Of the way to a limit, from where on it is a warning (S-0-0012)."""
+"""Fraction of a limit at which a warning begins (S-0-0012)."""
 
 
 class Thermal:
+    """The temperatures and loads of a drive."""
+
     def __init__(self, continuous_nm: float, amplifier_nm: float, winding_limit_c: float, casing_s: float) -> None:
-        """The motor's continuous torque, and that at the amplifier's continuous current."""
+        """`continuous_nm` is for the motor; `amplifier_nm` is the torque at the amplifier's continuous current."""
         self._continuous, self._amplifier = continuous_nm**2, amplifier_nm**2
         self.winding_limit_c = winding_limit_c
         self.ambient_c = AMBIENT_C
         self._times_s = (casing_s, WINDING_S, AMPLIFIER_S, MOTOR_OVERLOAD_S, AMPLIFIER_OVERLOAD_S)
         self._casing_k = self._winding_k = self._heatsink_k = 0.0
-        """Over the ambient air, over the casing, over the ambient air."""
+        """Temperature rises: casing above ambient, winding above casing, heat sink above ambient."""
         self.motor_load = self.amplifier_load = 0.0
-        """1: switch off."""
+        """Overload; 1 switches off."""
         self._seconds = 0.0
         self._decays = (1.0,) * len(self._times_s)
-        """Over these seconds, of each time constant."""
+        """Decay of each model over `_seconds`."""
 
     def go(self, seconds: float, torque_squared: float) -> None:
-        """Some time further, with this mean of the squared torque: each value goes to what that would make of it."""
+        """Advance by a time with this mean of the squared torque."""
         if seconds != self._seconds:
             self._seconds, self._decays = seconds, tuple(exp(-seconds / time_s) for time_s in self._times_s)
         casing, winding, heatsink, motor, amplifier = self._decays
@@ -59,7 +61,7 @@ class Thermal:
 
     @property
     def motor_c(self) -> float:
-        """Of the winding."""
+        """Temperature of the winding."""
         return self.ambient_c + self._casing_k + self._winding_k
 
     @property
@@ -68,7 +70,7 @@ class Thermal:
 
     @property
     def overload(self) -> float:
-        """1: switch off."""
+        """The larger of both overloads; 1 switches off."""
         return max(self.motor_load, self.amplifier_load)
 
     @property

@@ -1,14 +1,14 @@
-"""The constants of an axis: plant from motor and load, loops and limits from parameters and name plate.
+"""The constants of an axis: plant from motor and load, the loops and limits from parameters and name plate.
 
-Source: manual 520 (the drive configures itself), 525 and 534 (250 %, 4-fold), 6578-7049 (regulators).  Where the master
-writes no gain, the speed regulator is tuned as if it had been optimised for its load.
+Source: manual 520 (the drive configures itself), 525 and 534 (250 %, 4-fold), 6578-7049 (regulators).  If the
+master does not write a gain, the speed regulator is tuned for its load.
 """
 
 from math import sqrt, tau
 from typing import Final
 
 from fieldrig_devices.drives.motor import MotorData
-from fieldrig_devices.mc4.folded import Elastic, Gains, Limits, Plant
+from fieldrig_devices.mc4.loops import Elastic, Gains, Limits, Plant
 from fieldrig_devices.mc4.settings import LoadSettings, Mc4Settings
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
@@ -16,10 +16,10 @@ from fieldrig_devices.sercos.datum import IdnTable
 PEAK: Final = 2.5
 """Overload of the amplifier (manual 525)."""
 BANDWIDTH: Final = 400.0
-"""rad/s, of the speed regulator as it is tuned at the start."""
+"""Bandwidth to which the speed regulator is tuned, in rad/s."""
 RPM: Final = 60 / tau
 KV_UNIT: Final = 1000 / 60
-"""1/s of one (m/min)/mm."""
+"""A gain of 1 (m/min)/mm, in 1/s."""
 
 
 def plant_of(load: LoadSettings, motor: MotorData) -> Plant:
@@ -33,19 +33,19 @@ def plant_of(load: LoadSettings, motor: MotorData) -> Plant:
 
 
 def all_inertia(load: LoadSettings, motor: MotorData) -> float:
-    """Of motor and load, at the motor."""
+    """Return the inertia of motor and load, referred to the motor."""
     return motor.inertia_kg_m2 + load.inertia_kg_m2 / load.gear_ratio**2
 
 
 def bandwidth(load: LoadSettings) -> float:
-    """With a coupling, well below the frequency at which the load swings on it."""
+    """Return the bandwidth of the speed regulator, well below the resonance of an elastic coupling."""
     if load.stiffness_nm_per_rad is None:
         return BANDWIDTH
     return min(BANDWIDTH, 0.5 * sqrt(load.stiffness_nm_per_rad / load.inertia_kg_m2))
 
 
 def tune(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> None:
-    """What follows from the name plate, unless the rig file says it."""
+    """Set the parameters that follow from the name plate, unless the rig file gives them."""
     given = settings.parameters.idns
     if "S-0-0100" not in given:
         kp = all_inertia(settings.load, motor) * bandwidth(settings.load)
@@ -64,13 +64,13 @@ def gains_of(table: IdnTable, settings: Mc4Settings, motor: MotorData, *, is_lag
 
 def limits_of(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> Limits:
     amplifier_nm = settings.amplifier.continuous_current_a * PEAK * motor.torque_constant_nm_per_a
-    told_nm = table[std.TORQUE_LIMIT].number / 1000 * motor.standstill_torque_nm
-    told_rpm = table[std.VELOCITY_LIMIT].number / 1e4 or motor.max_speed_rpm
-    most = min(motor.peak_torque_nm, amplifier_nm, told_nm)
-    fastest = min(motor.max_speed_rpm, told_rpm) / RPM
+    limit_nm = table[std.TORQUE_LIMIT].number / 1000 * motor.standstill_torque_nm
+    limit_rpm = table[std.VELOCITY_LIMIT].number / 1e4 or motor.max_speed_rpm
+    most = min(motor.peak_torque_nm, amplifier_nm, limit_nm)
+    fastest = min(motor.max_speed_rpm, limit_rpm) / RPM
     return Limits(max(most, 1e-6), max(fastest, 1e-6))
 
 
 def lead_inertia(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> float:
-    """What the current feed-forward reckons with."""
+    """Return the inertia that the current feed-forward assumes."""
     return all_inertia(settings.load, motor) * table[std.ACCELERATION_FEED_FORWARD].number / 1000

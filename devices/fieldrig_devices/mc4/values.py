@@ -1,7 +1,7 @@
-"""What a drive measures and shows, as the whole numbers of its operation data.
+"""The measured values of a drive as the integers of its operation data.
 
-Units are those of `idns`.  Positions are counted on inside the drive, and go over the ring modulo 2^32.  What the axis
-moves with every cycle is written as Python text, so that the values of one telegram are one call.
+Units are those of `idns`.  Positions are unlimited inside the drive, and modulo 2^32 on the ring.  Values that change
+in every cycle are written as Python text, so that one call computes all values of a telegram.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,12 +10,13 @@ from math import tau
 from typing import Final, cast
 
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.folded import INCREMENTS, Moving, Numbers, compiled
+from fieldrig_devices.mc4.fold import Numbers, compiled
+from fieldrig_devices.mc4.loops import INCREMENTS, MovingAxis
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.sercos import standard_idns as std
 
 SPEED_UNIT: Final = tau / 60 * 1e-4
-"""rad/s of one 0.0001 1/min."""
+"""Speed of 0.0001 1/min, in rad/s."""
 _HALF, _ALL = 0x8000_0000, 0xFFFF_FFFF
 Number = Callable[[], int]
 STANDING: Final = frozenset(
@@ -30,7 +31,7 @@ STANDING: Final = frozenset(
         idns.DIAG_CODE,
     }
 )
-"""Those that only change when the machine is looked at, not with every cycle."""
+"""IDNs whose values change only with `Machine.look`, not in every cycle."""
 
 
 def _clamped(value: str, half: int) -> str:
@@ -44,7 +45,7 @@ MOVING: Final = {
     std.TORQUE_FEEDBACK: _clamped("{t} * 1000 / {standstill_nm}", 0x8000),
     std.FOLLOWING_DISTANCE: _clamped(f"{{e}} * {INCREMENTS!r}", _HALF),
 }
-"""Of the axis, by IDN: expressions in Python, with names for `place` (the set position, in increments) and so on."""
+"""Python expressions for the values of the axis, by IDN; `place` is the set position in increments."""
 
 
 def _tenths(degc: float) -> int:
@@ -58,18 +59,18 @@ def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tup
 
 
 @lru_cache(maxsize=256)
-def _values_of(numbers: tuple[int, ...]) -> Callable[[Moving, float], tuple[int, ...]]:
+def _values_of(numbers: tuple[int, ...]) -> Callable[[MovingAxis, float], tuple[int, ...]]:
     names = {
         "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
         "standstill_nm": "standstill_nm",
     }  # fmt: skip
     values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
     text = f"def numbers(axis, standstill_nm):\n    return ({values})\n"
-    return cast(Callable[[Moving, float], tuple[int, ...]], compiled(text, "numbers"))
+    return cast(Callable[[MovingAxis, float], tuple[int, ...]], compiled(text, "numbers"))
 
 
 def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> Numbers:
-    """The same, for an axis that follows."""
+    """Return the values of these IDNs as the folded cycle computes and packs them."""
     names = {
         "place": "place", "e": "new_e", "v": "new_v", "t": "new_t", "twist": "axis.twist",
         "standstill_nm": repr(machine.true_motor.standstill_torque_nm),
@@ -78,14 +79,14 @@ def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> N
 
 
 def position_at(machine: Machine, now_ns: int) -> int:
-    """S-0-0051 between two cycles."""
+    """Return S-0-0051 at any instant between two cycles."""
     axis = machine.axis
     increments = axis.position + axis.v * (now_ns - machine.at_ns) / 1e9 * INCREMENTS
     return (round(increments) + _HALF & _ALL) - _HALF
 
 
 def live_numbers(machine: Machine) -> dict[int, Number]:
-    """By IDN."""
+    """Return functions that give the present values, by IDN."""
     settings = machine.settings
 
     def moving(idn: int) -> Number:

@@ -1,1 +1,1 @@
-"""Iron for the machines: axes and winders that move as the closed solution says, on wires with units."""
+"""Plants for the machines: axes, winders and tanks, on wires with units."""

@@ -1,31 +1,33 @@
-"""How much web passes the line: from a wire that tells its speed, or from the encoder of the axis that drives it."""
+"""The web that passes the line: from a wire with its speed, or from the encoder of the axis that drives it."""
 
 from typing import Final
 
 from fieldrig.clock import S
 from fieldrig_bus.wires import Signal
 
-FASTEST_M_PER_S: Final = 1e3  # whatever a wire says
-_SHORTEST_S: Final = 0.001  # so that a step of counts, which takes no time, is seen
-_MOST_COUNTS: Final = 1e15  # beyond it a float no longer counts one by one
+FASTEST_M_PER_S: Final = 1e3  # limit for the value of a wire
+_SHORTEST_S: Final = 0.001  # so that a step of counts in no time still counts
+_MOST_COUNTS: Final = 1e15  # beyond this a float cannot count in ones
 
 
 class LineFeed:
+    """The speed of the line, and the web that has passed."""
+
     def __init__(self, m_per_count: float | None) -> None:
-        """Without a measure of a count the wire tells a speed in m/s."""
+        """The wire carries a speed in m/s if `m_per_count` is None."""
         self._m_per_count = m_per_count
         self._signal: Signal | None = None
         self._taken_ns = 0
         self._taken_counts: float | None = None
 
     def take(self, signal: Signal) -> None:
-        """A wire has changed; what passed before must have been asked for."""
+        """Take a new signal; call `passed_m` for the time before it first."""
         self._signal = signal
         if self._taken_counts is None:
             self._taken_counts = _within(float(signal.value), _MOST_COUNTS)
 
     def speed(self, now_ns: int) -> float:
-        """The speed in m/s; 0 for an encoder that is told step by step."""
+        """Return the speed in m/s; 0 for an encoder that is published step by step."""
         signal = self._signal
         if signal is None:
             return 0.0
@@ -42,7 +44,7 @@ class LineFeed:
         return _value(signal, now_ns) == (0.0 if self._m_per_count is None else self._taken_counts)
 
     def passed_m(self, now_ns: int) -> float:
-        """Since the last time this was asked."""
+        """Return the web in m that has passed since the last call."""
         since_ns, self._taken_ns = self._taken_ns, now_ns
         signal = self._signal
         if signal is None or self._taken_counts is None:

@@ -1,10 +1,10 @@
 """A servo axis: current amplifier, motor, gear, load, brake, encoder.
 
-The amplifier turns its reference into torque, rated torque at 10 V, and holds no speed and no position: that is for
-who drives it.  Between two changes of its inputs the axis is the exact solution (`axis_model`), and the encoder is told
-as a `Motion`: again when the course changes, or before the parabola told is off by `encoder_tolerance_counts`.  So an
-axis that stands, or runs at a steady speed, costs nothing.  The value of the encoder is a real number, of which a
-counter sees the whole part.  The brake opens on true, and holds until it is told.
+The amplifier turns its reference into torque, rated torque at 10 V, and does not control speed or position; that is
+up to its controller.  Between two changes of its inputs the axis is the exact solution (`axis_model`).  The encoder is
+published as a `Motion`: again when the motion changes, or before the published parabola is off by
+`encoder_tolerance_counts`.  So an axis at standstill or at constant speed needs no work.  The value of the encoder is a
+real number, of which a counter sees the integer part.  The brake opens on true, and holds until its wire is driven.
 Left out: thermal limits, cogging, the voltage limit at high speed, elasticity, and the line noise of the encoder.
 """
 
@@ -17,17 +17,19 @@ from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.point_values import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
-from fieldrig_devices.plants.axis_model import Course, State, after
+from fieldrig_devices.plants.axis_model import Segment, State, after
 from fieldrig_devices.plants.servo_settings import ServoSettings
 from fieldrig_devices.plants.switches import Switch
 
 FULL_SCALE_V = 10.0
-LARGEST_LOAD_NM = 1e6  # whatever a wire says
+LARGEST_LOAD_NM = 1e6  # limit for the value of a wire
 HORIZON_S = 86_400.0
-"""A course is looked at once a day at least: what never ends needs no other answer."""
+"""Longest time between two updates of a moving axis."""
 
 
 class Servo(Device):
+    """A servo axis as a device of a rig."""
+
     about = "a servo axis: current amplifier, motor, load and encoder (a plant, on wires)"
 
     def __init__(self, clock: Clock, name: str, settings: ServoSettings, wires: Link[Signal]) -> None:
@@ -38,14 +40,14 @@ class Servo(Device):
         self._braked = settings.mechanics(settings.brake_torque_nm or 0.0)
         self._jammed = replace(self._free, breakaway=inf)
         self._volt = self._reference_nm = 0.0
-        self._load_nm = 0.0  # what comes from outside
+        self._load_nm = 0.0  # external torque, at the load
         self._is_blocked, self._is_braked = False, settings.brake_torque_nm is not None
         self._since_ns = clock.now_ns()
         self._state = State(settings.initial_position_rad * settings.gear_ratio)
         self._timer: Timer | None = None
         self._due_ns = 0
         self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
-        self._told: Motion | None = None
+        self._published: Motion | None = None
         self._switches = _switches(settings)
         self._closed: dict[str, bool] = {}
         self._inputs = {
@@ -71,11 +73,11 @@ class Servo(Device):
             "reference": Point(lambda: self._volt, None, "V", "to the amplifier"),
             "torque": Point(lambda: self._now().torque, None, "N m", "of the motor"),
             "load_torque": Point(
-                lambda: self._load_nm, self._write_load_torque, "N m", "from outside, at the load; positive pulls down"
+                lambda: self._load_nm, self._write_load_torque, "N m", "external, at the load; positive pulls down"
             ),
             "blocked": Point(lambda: self._is_blocked, self._write_blocked, "", "the axis is jammed"),
-            "brake": Point(lambda: self._is_braked, None, "", "the brake holds"),
-            "at_stop": Point(self._is_at_stop, None, "", "the load leans against a stop"),
+            "brake": Point(lambda: self._is_braked, None, "", "the brake is applied"),
+            "at_stop": Point(self._is_at_stop, None, "", "the load is at a stop"),
         }
 
     def _on_signal(self, signal: Signal) -> None:
@@ -123,45 +125,47 @@ class Servo(Device):
     def _now(self) -> State:
         seconds = self._seconds()
         if seconds < self._ends_s:
-            return self._course.state(seconds)
+            return self._segment.state(seconds)
         return after(self._mechanics, self._state, self._reference_nm, self._outer_nm, seconds)
 
     def _look(self) -> None:
-        """Bring the state up to now, under the inputs of the time since the last look."""
+        """Advance the state to the present, under the inputs since the last call."""
         self._state = self._now()
         self._since_ns = self._clock.now_ns()
 
     def _begin(self) -> None:
-        """A new course from the present state."""
+        """Start a new segment from the present state."""
         settings = self._settings
         self._mechanics = self._jammed if self._is_blocked else self._braked if self._is_braked else self._free
         self._outer_nm = -(settings.load_torque_nm + self._load_nm) / settings.gear_ratio
-        self._course = Course(self._mechanics, self._state, self._reference_nm, self._outer_nm)
-        self._tangent = self._course.tangent(self._tolerance_rad)
+        self._segment = Segment(self._mechanics, self._state, self._reference_nm, self._outer_nm)
+        self._tangent = self._segment.tangent(self._tolerance_rad)
         within = min(self._tangent.seconds, HORIZON_S)
-        end = self._course.end(within)
+        end = self._segment.end(within)
         self._ends_s = inf if end is None else end.seconds
         self._wake_s = min(within, self._ends_s)
 
     def _go_on(self) -> None:
         self._begin()
-        self._tell_encoder()
+        self._publish_encoder()
         if self._switches:
-            self._tell_switches()
+            self._publish_switches()
             self._wake_s = min(self._wake_s, self._seconds_to_switch())
-        if self._course.direction or self._ends_s < inf:
+        if self._segment.direction or self._ends_s < inf:
             self._wake_at(self._since_ns + max(1, ceil(self._wake_s * S)))
 
-    def _tell_encoder(self) -> None:
-        scale, told = self._counts_per_rad, self._told
+    def _publish_encoder(self) -> None:
+        scale, last = self._counts_per_rad, self._published
         speed, acceleration, _ = self._tangent
         value = self._state.position * scale
-        if told is not None and not self._course.direction and told.value == value and not told.speed:
-            return  # it stands where it stood
-        self._told = Motion(self._encoder_wire, value, "count", self._since_ns, speed * scale, acceleration * scale)
-        self._wires.send(self._told)
+        if last is not None and not self._segment.direction and last.value == value and not last.speed:
+            return  # its published position still holds
+        self._published = Motion(
+            self._encoder_wire, value, "count", self._since_ns, speed * scale, acceleration * scale
+        )
+        self._wires.send(self._published)
 
-    def _tell_switches(self) -> None:
+    def _publish_switches(self) -> None:
         for switch in self._switches:
             is_closed = switch.is_closed(self._state.position)
             if self._closed.get(switch.wire) is not is_closed:
@@ -169,17 +173,17 @@ class Servo(Device):
                 self._wires.send(Signal(switch.wire, is_closed))
 
     def _seconds_to_switch(self) -> float:
-        """When the next one changes, if that is before the next look."""
-        direction = self._course.direction
+        """Return the time until the next switch changes, infinite if that is after the next update."""
+        direction = self._segment.direction
         if not direction:
             return inf
         edges = [switch.next_change(self._state.position, direction) for switch in self._switches]
         edge = min(edges) if direction > 0 else max(edges)
-        ahead = (edge - self._course.at(self._wake_s)[0]) * direction
-        return inf if ahead > 0 else self._course.seconds_to(edge, self._wake_s)
+        ahead = (edge - self._segment.at(self._wake_s)[0]) * direction
+        return inf if ahead > 0 else self._segment.seconds_to(edge, self._wake_s)
 
     def _wake_at(self, when_ns: int) -> None:
-        """One timer is enough, and one that comes too early is cheaper than a new one each time."""
+        """Wake at this instant or earlier: a timer that expires early is cheaper than a new one each time."""
         self._due_ns = when_ns
         if self._timer is not None:
             if self._timer.when_ns <= when_ns:
@@ -197,11 +201,11 @@ class Servo(Device):
 
 
 def _switches(settings: ServoSettings) -> list[Switch]:
-    """In radians of the motor."""
+    """Return the switches, in radians of the motor."""
     gear = settings.gear_ratio
     switches = [
-        Switch(wire, one.from_rad * gear, one.to_rad * gear, inf if one.every_rad is None else one.every_rad * gear)
-        for wire, one in settings.switches.items()
+        Switch(wire, cam.from_rad * gear, cam.to_rad * gear, inf if cam.every_rad is None else cam.every_rad * gear)
+        for wire, cam in settings.switches.items()
     ]
     if settings.index_wire is not None:
         turn = tau * (gear if settings.encoder_at == "load" else 1.0)

@@ -17,42 +17,50 @@ FASTEST_RAD_PER_S2 = 1e9
 class SwitchSettings(PlantSettings):
     """A proximity switch or cam at the load."""
 
-    from_rad: float = Field(description="of the load: where it closes, going up")
-    to_rad: float = Field(description="where it opens, going up")
-    every_rad: float | None = Field(default=None, ge=1e-3, description="again and again; 6.283185307179586: each turn")
+    from_rad: float = Field(description="position of the load where it closes, going up")
+    to_rad: float = Field(description="position where it opens, going up")
+    every_rad: float | None = Field(
+        default=None, ge=1e-3, description="period of repetition; 6.283185307179586 is a turn"
+    )
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
         if not 0 < self.to_rad - self.from_rad < (self.every_rad or inf):
-            raise ValueError("to_rad must lie above from_rad, by less than every_rad")
+            raise ValueError("to_rad must be above from_rad, by less than every_rad")
         return self
 
 
 class ServoSettings(PlantSettings):
-    rated_torque_nm: float = Field(gt=0, description="of the motor, at 10 V")
+    rated_torque_nm: float = Field(gt=0, description="torque of the motor at 10 V")
     current_lag_ms: float = Field(default=0.0, ge=0, le=1000, description="time constant of the current loop")
     motor_inertia_kg_m2: float = Field(gt=0)
-    load_inertia_kg_m2: float = Field(default=0.0, ge=0, description="behind the gear")
+    load_inertia_kg_m2: float = Field(default=0.0, ge=0, description="inertia of the load, behind the gear")
     gear_ratio: float = Field(default=1.0, gt=0, description="turns of the motor for one of the load")
-    viscous_nm_s_per_rad: float = Field(default=0.0, ge=0, description="friction at the motor that grows with speed")
+    viscous_nm_s_per_rad: float = Field(default=0.0, ge=0, description="viscous friction at the motor")
     coulomb_nm: float = Field(default=0.0, ge=0, description="dry friction at the motor")
-    breakaway_nm: float | None = Field(default=None, ge=0, description="torque to start from a standstill; coulomb_nm")
-    load_torque_nm: float = Field(default=0.0, description="always at the load, as of a weight; positive pulls it down")
-    low_stop_rad: float | None = Field(default=None, description="of the load; it stops dead there")
+    breakaway_nm: float | None = Field(
+        default=None, ge=0, description="torque to start from standstill; default: coulomb_nm"
+    )
+    load_torque_nm: float = Field(
+        default=0.0, description="constant torque at the load, for example of a weight; positive pulls it down"
+    )
+    low_stop_rad: float | None = Field(default=None, description="lower stop of the load, without rebound")
     high_stop_rad: float | None = Field(default=None, description="of the load")
     initial_position_rad: float = Field(default=0.0, description="of the load")
     brake_torque_nm: float | None = Field(
-        default=None, gt=0, description="of a holding brake; none is there without it"
+        default=None, gt=0, description="torque of a holding brake; default: no brake"
     )
-    encoder_lines: int = Field(default=1000, ge=1, le=10_000_000, description="a turn; 4 counts each")
+    encoder_lines: int = Field(default=1000, ge=1, le=10_000_000, description="lines per turn; 4 counts each")
     encoder_at: Literal["motor", "load"] = "motor"
     encoder_reversed: bool = Field(default=False, description="counts down where the axis goes up")
     encoder_tolerance_counts: float = Field(
-        default=0.25, gt=0, le=100, description="how far what was told may lead astray before it is told again"
+        default=0.25, gt=0, le=100, description="largest error of the extrapolated value before a new one is published"
     )
-    switches: dict[str, SwitchSettings] = Field(default={}, description="by their wires")
-    index_wire: str | None = Field(default=None, description="digital: for one count a turn of the encoder, from 0")
-    reference_wire: str | None = Field(default=None, description="NAME.reference, and so on for the others")
+    switches: dict[str, SwitchSettings] = Field(default={}, description="switches by wire")
+    index_wire: str | None = Field(
+        default=None, description="digital: true for one count per turn of the encoder, from 0"
+    )
+    reference_wire: str | None = Field(default=None, description="default: NAME.reference, and so on for the others")
     load_torque_wire: str | None = None
     blocked_wire: str | None = None
     brake_wire: str | None = None
@@ -62,12 +70,14 @@ class ServoSettings(PlantSettings):
     def _fits(self) -> Self:
         low, high = self.low_rad, self.high_rad
         if not low < high:
-            raise ValueError("high_stop_rad must lie above low_stop_rad")
+            raise ValueError("high_stop_rad must be above low_stop_rad")
         if not low <= self.initial_position_rad <= high:
-            raise ValueError(f"initial_position_rad must lie between the stops: {low} to {high}")
+            raise ValueError(f"initial_position_rad is outside the stops; expected {low} to {high}")
         fastest_nm = (self.motor_inertia_kg_m2 + self.load_inertia_kg_m2 / self.gear_ratio**2) * FASTEST_RAD_PER_S2
         if max(self.rated_torque_nm, abs(self.load_torque_nm) / self.gear_ratio) > fastest_nm:
-            raise ValueError(f"rated_torque_nm and load_torque_nm: up to {fastest_nm:g} N m would fit the inertia")
+            raise ValueError(
+                f"rated_torque_nm and load_torque_nm are too large for the inertia; expected up to {fastest_nm:g} N m"
+            )
         if self.breakaway_nm is not None and self.breakaway_nm < self.coulomb_nm:
             raise ValueError(f"breakaway_nm must be at least coulomb_nm: {self.coulomb_nm}")
         return self
@@ -89,13 +99,13 @@ class ServoSettings(PlantSettings):
 
     @property
     def counts_per_rad(self) -> float:
-        """Of the motor."""
+        """Counts per radian of the motor."""
         counts = 4 * self.encoder_lines / math.tau
         counts /= self.gear_ratio if self.encoder_at == "load" else 1.0
         return -counts if self.encoder_reversed else counts
 
     def mechanics(self, dry_nm: float = 0.0) -> Mechanics:
-        """At the shaft of the motor, with so much more dry friction."""
+        """Return the mechanics at the shaft of the motor, with additional dry friction."""
         breakaway_nm = self.coulomb_nm if self.breakaway_nm is None else self.breakaway_nm
         return Mechanics(
             inertia=self.motor_inertia_kg_m2 + self.load_inertia_kg_m2 / self.gear_ratio**2,

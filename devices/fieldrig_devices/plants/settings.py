@@ -1,4 +1,4 @@
-"""What all settings of plants have in common: their numbers are physical quantities in SI."""
+"""The base of all settings of plants, whose numbers are physical quantities in SI units."""
 
 from typing import Final, Self
 
@@ -14,9 +14,9 @@ class PlantSettings(Settings):
     model_config = ConfigDict(allow_inf_nan=False)
 
     @model_validator(mode="after")
-    def _are_of_this_world(self) -> Self:
-        """What can be computed with: a motor of 1e300 N m would be through with its first turn before it was told."""
+    def _are_physical(self) -> Self:
+        """Refuse numbers that can't be computed with, such as a motor of 1e300 N m."""
         for name, value in self:
             if isinstance(value, float) and value and not SMALLEST <= abs(value) <= LARGEST:
-                raise ValueError(f"{name} can't be {value:g}: {SMALLEST:g} to {LARGEST:g} would be right")
+                raise ValueError(f"{name} can't be {value:g}; expected {SMALLEST:g} to {LARGEST:g}")
         return self

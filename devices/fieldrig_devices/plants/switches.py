@@ -1,4 +1,4 @@
-"""Switches along an axis: which are closed at a position, and where the next one changes."""
+"""Switches along an axis: whether they are closed at a position, and their next change."""
 
 import math
 from math import inf
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Switch(NamedTuple):
-    """Closed from `low` up to `high`; again each `every`, unless that is infinite."""
+    """A switch that is closed from `low` to `high`, repeated with the period `every` unless that is infinite."""
 
     wire: str
     low: float
@@ -19,7 +19,7 @@ class Switch(NamedTuple):
         return self.low <= position < self.high
 
     def next_change(self, position: float, direction: int) -> float:
-        """The nearest edge ahead; infinitely far if none is."""
+        """Return the nearest edge ahead, at infinity if there is none."""
         edges = [self._ahead(edge, position, direction) for edge in (self.low, self.high)]
         return min(edges) if direction > 0 else max(edges)
 

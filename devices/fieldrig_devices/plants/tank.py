@@ -1,9 +1,9 @@
 """A tank with a pump that fills it and an outlet that drains it.
 
-An upright cylinder, open above.  The pump's flow is proportional to its speed; it turns while its run wire says so, and
-by its speed alone until somebody drives that wire.  The outlet is in the bottom; the opening of its valve scales its
-area.  What rises above the rim runs over.  Between two changes of its inputs the level is the exact solution
-(`torricelli`), so the step says only how often it is looked at; while nothing moves it isn't.
+An upright cylinder, open above.  The pump's flow is proportional to its speed; it turns while its run wire is
+true, or by its speed alone until that wire is driven.  The outlet is in the bottom; the opening of its valve scales its
+area.  Water above the rim runs over.  Between two changes of its inputs the level is the exact solution (`torricelli`),
+so the step only sets how often the level is published; while nothing moves, no time is spent.
 Left out: the pump's own inertia and back pressure, the valve's travel, waves.
 """
 
@@ -29,16 +29,20 @@ class TankSettings(Settings):
     discharge_coefficient: float = Field(default=0.62, gt=0, le=1, description="0.62 is a sharp-edged round hole")
     pump_flow_m3_per_s: float = Field(ge=0, description="at 100 % speed")
     initial_level_m: float = Field(default=0.0, ge=0)
-    initial_outlet_percent: float = Field(default=0.0, ge=0, le=100, description="until its wire is driven")
-    high_m: float | None = Field(default=None, description="where the high switch closes; 90 % of the height")
-    low_m: float | None = Field(default=None, description="below which the low switch closes; 10 % of the height")
+    initial_outlet_percent: float = Field(default=0.0, ge=0, le=100, description="opening until its wire is driven")
+    high_m: float | None = Field(
+        default=None, description="level at which the high switch closes; default: 90 % of the height"
+    )
+    low_m: float | None = Field(
+        default=None, description="level below which the low switch closes; default: 10 % of the height"
+    )
     hysteresis_m: float = Field(default=0.01, ge=0, description="of both switches, towards the middle")
-    step_ms: int = Field(default=10, ge=1, description="how often the level is looked at")
-    level_resolution_m: float = Field(default=0.001, ge=0, description="a smaller change is not told")
-    flow_resolution_m3_per_s: float = Field(default=1e-6, ge=0, description="a smaller change is not told")
+    step_ms: int = Field(default=10, ge=1, description="interval at which the level is published")
+    level_resolution_m: float = Field(default=0.001, ge=0, description="smallest change that is published")
+    flow_resolution_m3_per_s: float = Field(default=1e-6, ge=0, description="smallest change that is published")
     speed_wire: str = "pump.speed"
     run_wire: str = "pump.run"
-    outlet_wire: str | None = Field(default=None, description="NAME.outlet, and so on for the others")
+    outlet_wire: str | None = Field(default=None, description="default: NAME.outlet, and so on for the others")
     level_wire: str | None = None
     inflow_wire: str | None = None
     outflow_wire: str | None = None
@@ -48,9 +52,9 @@ class TankSettings(Settings):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.initial_level_m > self.height_m:
-            raise ValueError(f"initial_level_m is above the rim: 0 to {self.height_m} (height_m)")
+            raise ValueError(f"initial_level_m is above the rim; expected 0 to {self.height_m} (height_m)")
         if not 0 <= self.low < self.high <= self.height_m:
-            raise ValueError(f"low_m and high_m must rise from 0 to {self.height_m} (height_m)")
+            raise ValueError(f"low_m must be below high_m; expected both from 0 to {self.height_m} (height_m)")
         return self
 
     def claims(self, device: str) -> Iterator[Claim]:
@@ -68,7 +72,7 @@ class TankSettings(Settings):
 
 
 class _Water(NamedTuple):
-    """What is in the tank at one instant, and what has become of the rest."""
+    """The water in the tank at one instant, and the water that has left it."""
 
     level_m: float
     over_m3: float = 0.0
@@ -82,7 +86,7 @@ class Tank(Device):
     def __init__(self, clock: Clock, name: str, settings: TankSettings, wires: Link[Signal]) -> None:
         self._clock, self._settings, self._wires = clock, settings, wires
         self._water = _Water(settings.initial_level_m)
-        self._speed = 0.0  # 0 to 1, as are openings
+        self._speed = 0.0  # 0 to 1, like openings
         self._is_running = True
         self._opening = settings.initial_outlet_percent / 100
         self._looked_ns = clock.now_ns()
@@ -115,9 +119,9 @@ class Tank(Device):
             "outlet": Point(lambda: 100 * self._opening, None, "%", "opening of the outlet's valve"),
             "high": Point(lambda: self._is_high_at(self._now().level_m), None, "", "the switch for a high level"),
             "low": Point(lambda: self._is_low_at(self._now().level_m), None, "", "the switch for a low level"),
-            "overflow": Point(lambda: self._now().over_m3, None, "m3", "that ran over the rim"),
-            "overflows": Point(lambda: self._now().overflows, None, "", "how often it began to run over"),
-            "dry_runs": Point(lambda: self._now().dry_runs, None, "", "how often it ran empty through the outlet"),
+            "overflow": Point(lambda: self._now().over_m3, None, "m3", "water that ran over the rim"),
+            "overflows": Point(lambda: self._now().overflows, None, "", "number of overflows"),
+            "dry_runs": Point(lambda: self._now().dry_runs, None, "", "number of times the tank ran empty"),
         }
 
     @property
@@ -162,7 +166,7 @@ class Tank(Device):
         self._keep_ticking()
 
     def _keep_ticking(self) -> None:
-        """A tank in which nothing moves costs nothing."""
+        """Keep the timer running only while something moves."""
         is_moving = self._inflow > 0 or self._outflow(self._water.level_m) > 0
         if is_moving and not self._is_ticking:
             self._clock.call_at(self._clock.now_ns() + self._settings.step_ms * MS, self._on_tick)
@@ -175,7 +179,7 @@ class Tank(Device):
         self._keep_ticking()
 
     def _now(self) -> _Water:
-        """The water at this instant, under the inputs of the time since the last look."""
+        """Return the water at this instant, under the inputs since the last call of `_look`."""
         settings, water = self._settings, self._water
         seconds = (self._clock.now_ns() - self._looked_ns) / S
         if seconds <= 0:
@@ -188,7 +192,7 @@ class Tank(Device):
         )
 
     def _look(self) -> None:
-        """Bring the water up to now."""
+        """Advance the water to the present."""
         self._water, self._looked_ns = self._now(), max(self._clock.now_ns(), self._looked_ns)
 
     def _tell_all(self) -> None:
@@ -205,7 +209,7 @@ class Tank(Device):
         self._tell(self._outflow_wire, self._outflow(self._water.level_m), "m3/s", resolution)
 
     def _tell(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
-        """Drive a wire whose value has changed by more than `resolution`, or come to rest at 0."""
+        """Drive a wire whose value has changed by more than `resolution`, or has reached 0."""
         told = self._told.get(wire)
         if told is None or abs(value - told) > resolution or (value == 0 and told != 0):
             self._told[wire] = value

@@ -1,8 +1,8 @@
-"""A winder: a roll that gives web to a line or takes it up, with a drive, a load cell, a dancer and an encoder.
+"""A winder: a roll that supplies web to a line or takes it up, with drive, load cell, dancer and encoder.
 
 The line sets the pace: a wire with its speed, or the encoder of the axis that drives it.  The drive of the roll turns
 its reference into torque, as a current amplifier does; as a brake it only holds against the rotation.  Physics and
-steps are in `winder_model`; a winder in which nothing moves takes none.  A web breaks by the point `break_web`, at
+steps are in `winder_model`; a winder in which nothing moves takes no steps.  A web breaks by the point `break_web`, at
 `breaking_tension_n`, and where an unwound roll ends; `break_web=false` threads a new one.
 Left out: the rollers between roll and line, lag and limits of the drive, the way of the web over the load cell.
 """
@@ -23,12 +23,14 @@ from fieldrig_devices.plants.winder_settings import WinderSettings
 FULL_SCALE_V = 10.0
 STILL_M_PER_S = 1e-6
 STILL_M_PER_S2 = 1e-4
-MOST_STEPS = 100  # after a longer pause the rest of it is lost
+MOST_STEPS = 100  # after a longer pause the rest is skipped
 
 LARGEST_FORCE_N = 1e6
 
 
 class Winder(Device):
+    """A winder as a device of a rig."""
+
     about = "a winder: roll, elastic web, drive, load cell and dancer (a plant, on wires)"
 
     def __init__(self, clock: Clock, name: str, settings: WinderSettings, wires: Link[Signal]) -> None:
@@ -68,10 +70,10 @@ class Winder(Device):
             "encoder": Point(lambda: floor(now().angle * settings.counts_per_rad), None, "count"),
             "line_speed": Point(lambda: self._line.speed(self._clock.now_ns()), None, "m/s"),
             "reference": Point(lambda: self._volt, None, "V", "to the drive"),
-            "torque": Point(lambda: sum(self._drive()), None, "N m", "of the drive, that pulls the web tight"),
-            "slack": Point(lambda: max(0.0, -now().stretch_m), None, "m", "of web that hangs loose"),
+            "torque": Point(lambda: sum(self._drive()), None, "N m", "of the drive; positive pulls the web tight"),
+            "slack": Point(lambda: max(0.0, -now().stretch_m), None, "m", "length of slack web"),
             "break_web": Point(
-                lambda: now().is_broken, self._write_break, "", "true tears it, false threads a new one"
+                lambda: now().is_broken, self._write_break, "", "true breaks the web, false threads a new one"
             ),
         }
         if cell is not None:
@@ -82,7 +84,7 @@ class Winder(Device):
         return points
 
     def _now(self) -> WinderModel:
-        """The roll and its web at this instant; between two steps a copy that is ahead of the model."""
+        """Return roll and web at this instant; between two steps, as a copy that is ahead of the model."""
         now_ns = self._clock.now_ns()
         if now_ns <= self._looked_ns or self._timer is None:
             return self._model
@@ -108,7 +110,7 @@ class Winder(Device):
         is_broken = truth_in(value)
         settings, model = self._settings, self._model
         if not is_broken and settings.role == "unwinder" and model.radius_m <= settings.core_radius_m:
-            raise ValueError("the roll is empty; set radius first")
+            raise ValueError("the roll is empty; set `radius` first")
         self._look()
         if is_broken:
             model.break_web()
@@ -130,15 +132,15 @@ class Winder(Device):
         self._go_on()
 
     def _drive(self) -> tuple[float, float]:
-        """What pulls the web tight, and what holds the roll as dry friction does."""
+        """Return the torque that pulls the web tight, and the one that holds the roll like dry friction."""
         torque = self._settings.torque_nm_at_10_v * self._volt / FULL_SCALE_V
         return (torque, 0.0) if self._settings.drive == "motor" else (0.0, max(0.0, torque))
 
     def _look(self) -> None:
-        """Bring the model up to now, under the inputs of the time since the last look."""
+        """Advance the model to the present, under the inputs since the last call."""
         now_ns = self._clock.now_ns()
         if now_ns <= self._looked_ns:
-            return  # and what has passed at this instant is asked for with the next step
+            return  # the web that passes at this instant is counted with the next step
         seconds, passed_m = (now_ns - self._looked_ns) / S, self._line.passed_m(now_ns)
         self._looked_ns = now_ns
         if self._timer is None:
@@ -147,7 +149,7 @@ class Winder(Device):
 
     def _step(self, model: WinderModel, seconds: float, passed_m: float) -> None:
         torque, held = self._drive()
-        steps = ceil(seconds * S / self._step_ns)  # more than one only where this process stood still
+        steps = ceil(seconds * S / self._step_ns)  # more than one only after a pause of this process
         for _ in range(min(steps, MOST_STEPS)):
             model.step(seconds / steps, torque, held + self._settings.coulomb_nm, passed_m / steps)
 
@@ -160,7 +162,7 @@ class Winder(Device):
         return is_torn
 
     def _look_at_model(self) -> None:
-        """What a step leaves behind, and whether anything goes on."""
+        """Publish the result of a step; True if anything still moves."""
         model = self._model
         self._tension = model.tension(self._line.speed(self._looked_ns))
         if self._break_if_torn(model, self._tension):
@@ -189,7 +191,7 @@ class Winder(Device):
 
     def _on_timer(self) -> None:
         due_ns = self._looked_ns + self._step_ns
-        if self._clock.now_ns() < due_ns:  # an input came between, and took a part of the step
+        if self._clock.now_ns() < due_ns:  # an input came first, and has taken a part of the step
             self._timer = self._clock.call_at(due_ns, self._on_timer)
             return
         self._look()
@@ -212,7 +214,7 @@ class Winder(Device):
             self._wires.send(Signal(wire, value, unit))
 
     def _tell_encoder(self) -> None:
-        """Again before the course told would lead astray within the next step; at rest, as it is."""
+        """Publish the encoder again before the extrapolated value would be off within the next step."""
         model, scale, told = self._model, self._settings.counts_per_rad, self._motion
         value, speed, acceleration = model.angle * scale, model.speed * scale, self._acceleration * scale
         now_ns, step_s = self._looked_ns, self._step_ns / S

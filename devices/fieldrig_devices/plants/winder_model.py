@@ -4,13 +4,13 @@
     M dq/dt = P - k p - c q - n F                        p, q: position and speed of the dancer, n strands
     F = E A (e + damping de/dt), not below 0             e = x / s: the way is x longer than its unstretched web s
 
-`s` is what came in less what went out, both counted as unstretched web, so no web is lost; the radius grows by one
+`s` is the incoming minus the outgoing web, both unstretched, so no web is lost; the radius grows by one
 thickness a turn.  Web that comes to or leaves a roll carries its share of momentum, so dJ/dt adds no torque.
 
 Each step is the implicit midpoint rule: the mean tension of the step is found from the speeds that it causes, which is
-one linear equation.  It is stable at any step, adds no damping of its own, and is of second order; what it is not exact
-in is vibration faster than the step.  A step in which dry friction stops the roll is divided there.
-Left out: the inertia of other rollers, air between the layers, slip, a roll that is out of round.
+one linear equation.  It is stable at any step, adds no damping, and is of second order; only vibration faster than the
+step is inexact.  A step in which dry friction stops the roll is divided there.
+Left out: the inertia of other rollers, air between the layers, slip, out-of-round rolls.
 """
 
 import math
@@ -20,22 +20,26 @@ from typing import Final, NamedTuple
 from fieldrig_devices.plants.winder_settings import WinderSettings
 
 MOST_DRAWN_OUT: Final = 1_000.0
-"""Way over the unstretched web in it: what is drawn out further breaks, whatever it is made of."""
+"""Ratio of the length of the path to the unstretched web in it at which any web breaks."""
 
 
 class _Affine(NamedTuple):
-    """A mean speed over the step: what it is without tension, and what each N takes from it."""
+    """A mean speed over the step: without tension, and its decrease per N of tension."""
 
     free: float
     per_n: float = 0.0
 
 
 class _Means(NamedTuple):
+    """Mean tension and mean speed of the dancer over a step."""
+
     tension: float
     dancer: float
 
 
 class WinderModel:
+    """The state of roll, web and dancer."""
+
     def __init__(self, settings: WinderSettings) -> None:
         self._settings = settings
         self._stiffness_n, self._damping_s = settings.stiffness_n, settings.damping_s
@@ -50,7 +54,7 @@ class WinderModel:
         self.dancer_force_n = 0.0 if dancer is None else dancer.force_n
         self.is_broken = False
         self.span_m = self._way / (1 + settings.initial_tension_n / self._stiffness_n)
-        """Of unstretched web."""
+        """Length of the unstretched web in the span."""
 
     @property
     def _way(self) -> float:
@@ -58,11 +62,11 @@ class WinderModel:
 
     @property
     def stretch_m(self) -> float:
-        """How much longer the way is than the web in it; negative: slack."""
+        """Length of the path minus that of the unstretched web in it; negative if the web is slack."""
         return self._way - self.span_m
 
     def mount(self, radius_m: float) -> None:
-        """A roll of this radius."""
+        """Mount a roll of this radius."""
         self.radius_m = radius_m
         self.inertia = self._settings.inertia_kg_m2(radius_m)
 
@@ -70,7 +74,7 @@ class WinderModel:
         self.is_broken = True
 
     def thread_web(self) -> None:
-        """A new web through the span, without tension."""
+        """Thread a new web through the span, without tension."""
         self.is_broken = False
         self.span_m = self._way
 
@@ -84,7 +88,7 @@ class WinderModel:
         return max(0.0, self._stiffness_n * (stretch + self._damping_s * rate) / self.span_m)
 
     def acceleration(self, tension: float, torque: float, dry: float) -> float:
-        """Of the roll, now."""
+        """Return the present acceleration of the roll."""
         push = self._sense * (torque - self.radius_m * tension)
         if not self.speed and abs(push) <= dry:
             return 0.0
@@ -100,7 +104,7 @@ class WinderModel:
         return 0.0 if is_held else (force - dancer.damping_n_s_per_m * self.dancer_speed) / dancer.mass_kg
 
     def step(self, seconds: float, torque: float, dry: float, line_m: float) -> None:
-        """Go on, while so much web passes the line; a positive torque pulls the web tight, `dry` holds the roll."""
+        """Advance while `line_m` of web passes; positive torque pulls the web tight, `dry` holds the roll."""
         speed, half = self.speed, seconds / 2
         inertia = self.inertia
         yields = inertia + half * self._viscous
@@ -122,7 +126,7 @@ class WinderModel:
         mean = roll.free - roll.per_n * means.tension
         then = 2 * mean - speed
         if dry and then * sign < 0:
-            part = speed / (speed - then)  # until it stands
+            part = speed / (speed - then)  # share of the step until standstill
             mean = speed / 2
             if 0 < part < 1:
                 means = self._means(_Affine(mean), seconds * part, line_m * part)
@@ -134,12 +138,12 @@ class WinderModel:
         self._move(seconds, mean, means, line_m)
 
     def _shares(self, stretch: float) -> tuple[float, float]:
-        """Of a metre at the roll and at the line, what it is unstretched: it goes out of the span as it is in it."""
+        """Return the unstretched share of web at the roll and at the line; web leaves the span stretched."""
         out = 1 / (1 + max(0.0, stretch) / self.span_m)
         return (out, 1.0) if self._sense > 0 else (1.0, out)
 
     def _means(self, roll: _Affine, seconds: float, line_m: float) -> _Means:
-        """Tension and speed of the dancer over the step; at its stops the dancer goes as far as it can."""
+        """Return the means over the step; at its stops the dancer moves as far as it can."""
         dancer = self._dancer(seconds)
         tension = self._mean_tension(roll, dancer, seconds, line_m)
         speed = dancer.free - dancer.per_n * tension
@@ -175,7 +179,7 @@ class WinderModel:
         return max(0.0, tension) if is_taut else 0.0
 
     def _move(self, seconds: float, mean: float, means: _Means, line_m: float) -> None:
-        """To the end of the step, at these mean speeds."""
+        """Move to the end of the step at these mean speeds."""
         turned, before_m = mean * seconds, self.radius_m
         roll_share, line_share = self._shares(self.stretch_m)
         self.angle += turned
@@ -191,7 +195,7 @@ class WinderModel:
             self.break_web()
         if self.radius_m <= self._settings.core_radius_m and self._sense < 0:
             self.mount(self._settings.core_radius_m)
-            self.break_web()  # its end has left the core
+            self.break_web()  # the end of the web has left the core
 
     def _move_dancer(self, seconds: float, mean: float) -> None:
         dancer = self._settings.dancer

@@ -1,4 +1,4 @@
-"""Procedure commands: what a drive is asked to do, and takes its time for.
+"""Procedure commands: actions of a drive that take some time.
 
 Source: IEC 61491 by its public facts: the master writes 3 to set and enable the command, reads its status as the first
 element, and writes 0 to clear it.
@@ -12,7 +12,7 @@ from fieldrig_devices.sercos.idn import Code, ServiceError
 
 
 class Command:
-    """A procedure command: the master sets it to 3, then its status tells how it goes."""
+    """A procedure command: the master sets it to 3, then its status shows the progress."""
 
     CLEARED, DONE, INTERRUPTED, ACTIVE, FAILED = 0x0, 0x3, 0x5, 0x7, 0xF
 
@@ -23,13 +23,13 @@ class Command:
         on_change: Callable[[bool], None],
         cancel: Callable[[], None] | None = None,
     ) -> None:
-        """`start` ends, now or later, with `finish`.
+        """`start` has to call `finish`, at once or later.
 
-        `on_change` tells whether the command has ended and is not yet cleared.
+        `on_change` gets True when the command has ended, and False when it is cleared.
         """
         self._datum, self._start, self._on_change, self._cancel = datum, start, on_change, cancel
         self._run: Command | None = None
-        """What `start` was given last: a command of its own, so that what was begun before can't end it."""
+        """The command of the current run, a copy, so that an earlier run can't finish it."""
         self._is_over = False
         datum.writer = self._write
 
@@ -43,7 +43,7 @@ class Command:
             self._on_change(True)
 
     def reset(self) -> None:
-        """The ring went down: nothing is asked for any more."""
+        """Cancel the command when the ring goes down."""
         if self.is_active and self._cancel is not None:
             self._cancel()
         self._leave(b"\0\0", self.CLEARED)

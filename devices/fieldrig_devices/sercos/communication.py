@@ -1,4 +1,4 @@
-"""The operation data that every drive on a ring has, and what they say together: where its records lie.
+"""The operation data that every drive on a ring has, their checks, and the layout of the records they define.
 
 Source: IEC 61491 by its public facts; digest 3.1.  Times are in microseconds, as on the ring.
 """
@@ -14,9 +14,9 @@ from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Format, Length
 from fieldrig_devices.sercos.telegram import CONFIGURED, HEAD_BYTES, STANDARD, Telegrams, code_of, size
 
 CYCLES_US: Final = (1_000, 2_000, 4_000)
-"""Manual 6042-6044."""
+"""Cycle times of the ring (manual 6042-6044)."""
 MOST_DATA_BYTES: Final = 32
-"""Of configurable data in one record; our choice."""
+"""Largest size of the configurable data in a record; our choice."""
 MOST_IDNS_BYTES: Final = 4_096
 
 _WORD: Final = Attribute(Length.TWO)
@@ -38,7 +38,7 @@ _OWN_TIMES: Final = {
     std.RECEIVE_RECEIVE_TIME: ("receive/receive recovery time (tMTSY)", 20),
     std.COMMAND_TRANSMIT_TIME: ("command value transmit time (tMTSG)", 30),
 }
-"""What the drive needs; our choice, as a SERCON and a servo of the time would."""
+"""Times that the drive needs; our choice, typical of a SERCON and a servo of that time."""
 _LISTS: Final = {
     std.ALL_IDNS: "IDN-list of all operation data",
     std.CP2_IDNS: "IDN-list of operation data for CP2",
@@ -62,19 +62,23 @@ _CP2: Final = (
     std.MDT_CONFIGURATION,
     std.MDT_START,
 )
-"""What the master has to give before CP3."""
+"""Data that the master has to write before CP3."""
 
 
 class Layout(NamedTuple):
+    """The place of a drive's record in the MDT."""
+
     position: int
-    """Of the drive's record in the MDT; its address is byte 0."""
+    """First byte of the drive's record; byte 0 of the MDT is its address."""
     mdt_length: int
-    """Of the MDT's data, without the address."""
+    """Length of the MDT's data, without the address."""
     mdt: tuple[str, ...]
-    """Codes of the values in a record of it."""
+    """Codes of the values in the record, for `struct`."""
 
 
 class Communication:
+    """The data of the ring interface in a drive's table."""
+
     def __init__(
         self,
         table: IdnTable,
@@ -157,14 +161,18 @@ class Communication:
         attribute = Attribute(Length.LIST_OF_WORDS, Format.IDN, protected=READ_ONLY)
         for number, name in _LISTS.items():
             self._table.add(Datum(number, name, attribute, (), largest=MOST_IDNS_BYTES))
-        self._compute(std.ALL_IDNS, lambda: sorted(one.idn for one in self._table))
+        self._compute(std.ALL_IDNS, lambda: sorted(datum.idn for datum in self._table))
         self._compute(std.CP2_IDNS, lambda: list(_CP2))
-        self._compute(std.AT_IDNS, lambda: sorted(one.idn for one in self._table if code_of(self._table, one.idn)))
-        self._compute(std.MDT_IDNS, lambda: sorted(one.idn for one in self._table if self._may_be_sent(one.idn)))
-        self._compute(std.COMMAND_IDNS, lambda: sorted(one.idn for one in self._table if one.attribute.is_command))
+        self._compute(
+            std.AT_IDNS, lambda: sorted(datum.idn for datum in self._table if code_of(self._table, datum.idn))
+        )
+        self._compute(std.MDT_IDNS, lambda: sorted(datum.idn for datum in self._table if self._may_be_sent(datum.idn)))
+        self._compute(
+            std.COMMAND_IDNS, lambda: sorted(datum.idn for datum in self._table if datum.attribute.is_command)
+        )
 
     def _may_be_sent(self, idn: int) -> bool:
-        """Whether the drive takes it in the MDT, by what its attribute says; an application may know better."""
+        """True if the attribute allows the datum in the MDT; an application may restrict this further."""
         return bool(code_of(self._table, idn)) and 4 not in self._table[idn].attribute.protected
 
     def _compute(self, number: int, numbers: Callable[[], Sequence[int]]) -> None:
@@ -176,7 +184,7 @@ class Communication:
         return self._table[std.SERCOS_CYCLE_TIME].number
 
     def clear_counters(self) -> None:
-        """S-0-0028 and S-0-0029 count from CP3 on."""
+        """Clear S-0-0028 and S-0-0029, which count from CP3 on."""
         self._mst_failures.set(0)
         self._mdt_failures.set(0)
 
@@ -188,11 +196,11 @@ class Communication:
 
     @property
     def telegrams(self) -> Telegrams:
-        """As S-0-0015 picks them, once that is right."""
+        """The telegrams that S-0-0015 selects, or the first standard telegram while it is invalid."""
         return self._telegrams() or STANDARD[0]
 
     def _telegrams(self) -> Telegrams | None:
-        """None if there is no such type."""
+        """Return the selected telegrams, or None if the type does not exist."""
         kind = self._table[std.TELEGRAM_TYPE].number & 7
         if kind == CONFIGURED:
             return Telegrams(
@@ -201,12 +209,12 @@ class Communication:
         return STANDARD.get(kind)
 
     def layout(self) -> Layout:
-        """Of what `invalid` has found right."""
+        """Return the layout; the data must be valid."""
         mdt = tuple(code_of(self._table, idn) for idn in self.telegrams.mdt)
         return Layout(self._table[std.RECORD_POSITION].number, self._table[std.MDT_LENGTH].number, mdt)
 
     def invalid(self) -> list[int]:
-        """The IDNs of CP2 whose values can't be."""
+        """Return the IDNs of CP2 whose values are invalid."""
         table = self._table
         value = {
             number: table[number].number

@@ -1,7 +1,7 @@
-"""The operation datum behind an IDN, with its seven elements, and all those of a drive.
+"""The operation datum behind an IDN, with its seven elements, and the table of all data of a drive.
 
-Source: IEC 61491 by its public facts.  Numbers go over the ring low byte first; texts and lists are led by their actual
-and largest length in bytes.
+Source: IEC 61491 by its public facts.  Numbers are sent low byte first; texts and lists begin with their actual and
+largest length in bytes.
 """
 
 from collections.abc import Callable, Container, Iterable, Iterator
@@ -10,7 +10,7 @@ from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Element, For
 
 
 class Datum:
-    """One operation datum.  Numbers are kept as bytes, as they go over the ring."""
+    """An operation datum.  Numbers are stored as bytes, as they are sent over the ring."""
 
     __slots__ = (
         "attribute", "data", "idn", "largest", "maximum", "minimum", "name", "reader", "status", "unit", "watchers",
@@ -29,17 +29,17 @@ class Datum:
         maximum: int | None = None,
         largest: int = 256,
     ) -> None:
-        """`largest` is the length in bytes that a list or text may have."""
+        """`largest` is the largest length of a list or text, in bytes."""
         self.idn, self.name, self.attribute, self.unit = idn, name, attribute, unit
         self.minimum, self.maximum, self.largest = minimum, maximum, largest
         self.status = 0
-        """The first element: what became of a procedure command."""
+        """The first element: the status of a procedure command."""
         self.reader: Callable[[], bytes] | None = None
-        """Gives the data in place of `data`; may raise ServiceError."""
+        """Supplies the data instead of `data`; it may raise ServiceError."""
         self.writer: Callable[[bytes], None] | None = None
-        """Takes what the master writes, within limits, in place of `data`; may raise ServiceError."""
+        """Accepts data that the master writes, within limits, instead of `data`; it may raise ServiceError."""
         self.watchers: list[Callable[[], None]] = []
-        """Called after each write by the master."""
+        """Functions that are called after each write by the master."""
         self.data = self.encoded(value)
 
     @property
@@ -73,14 +73,14 @@ class Datum:
         return self.present().decode("latin-1")
 
     def set(self, value: int | str | Iterable[int]) -> None:
-        """By the drive itself: no limit and no protection holds."""
+        """Set the data from inside the drive, without limits or protection."""
         self.data = self.encoded(value)
 
     def present(self) -> bytes:
         return self.data if self.reader is None else self.reader()
 
     def element(self, element: Element) -> bytes:
-        """As it goes over the ring.  ServiceError if there is no such element."""
+        """Return an element as it is sent over the ring.  Raises ServiceError if it does not exist."""
         match element:
             case Element.IDN:
                 return self.status.to_bytes(2, "little")
@@ -112,7 +112,7 @@ class Datum:
         return (limit & (1 << 8 * size) - 1).to_bytes(size, "little")
 
     def write(self, data: bytes, phase: int) -> None:
-        """By the master, as it came over the ring.  ServiceError says why not."""
+        """Write the data as received from the master.  Raises ServiceError with the reason for a refusal."""
         if self.attribute.protected == READ_ONLY:
             raise ServiceError(Code.READ_ONLY)
         if phase in self.attribute.protected:
@@ -142,7 +142,7 @@ class Datum:
             raise ServiceError(Code.TOO_LONG)
         if len(data) < 4 + actual or actual % self.attribute.length.bytes:
             raise ServiceError(Code.TOO_SHORT)
-        if len(data) > 4 + actual + actual % 2:  # a step has two bytes
+        if len(data) > 4 + actual + actual % 2:  # a step transfers two bytes
             raise ServiceError(Code.TOO_LONG)
         data = data[4 : 4 + actual]
         if self.attribute.format is not Format.TEXT:
@@ -158,7 +158,7 @@ class Datum:
 
 
 def led(data: bytes, largest: int) -> bytes:
-    """A list or text behind its actual and largest length."""
+    """Return a list or text with its actual and largest length in front."""
     return len(data).to_bytes(2, "little") + largest.to_bytes(2, "little") + data
 
 
@@ -168,7 +168,7 @@ class IdnTable:
     def __init__(self, data: Iterable[Datum] = ()) -> None:
         self._data: dict[int, Datum] = {}
         self.cyclic: Container[int] = ()
-        """IDNs that come with the MDT, from CP3 on."""
+        """IDNs in the MDT, from CP3 on."""
         for datum in data:
             self.add(datum)
 
@@ -186,7 +186,7 @@ class IdnTable:
         return iter(self._data.values())
 
     def asked(self, idn: int) -> Datum:
-        """ServiceError if there is none."""
+        """Return the datum of an IDN.  Raises ServiceError if there is none."""
         datum = self._data.get(idn)
         if datum is None:
             raise ServiceError(Code.NO_IDN)

@@ -1,7 +1,7 @@
-"""Identification numbers, and what the elements of the operation datum behind each may be.
+"""Identification numbers (IDNs), and the elements and attributes of operation data.
 
-Source: IEC 61491 by its public facts (structure of IDNs, attribute, service channel error messages).  A number with bit
-15 is a manufacturer's (P), bits 12 to 14 are the parameter set.
+Source: IEC 61491 by its public facts (structure of IDNs, attribute, service channel error messages).  Bit 15 marks
+a manufacturer's IDN (P), bits 12 to 14 are the parameter set.
 """
 
 import re
@@ -14,12 +14,12 @@ ALL_PHASES: Final = (2, 3, 4)
 
 
 def s(number: int) -> int:
-    """A standard IDN, S-0-`number`."""
+    """Return the standard IDN S-0-`number`."""
     return number
 
 
 def p(number: int) -> int:
-    """A manufacturer's IDN, P-0-`number`."""
+    """Return the manufacturer's IDN P-0-`number`."""
     return MANUFACTURER | number
 
 
@@ -28,15 +28,15 @@ def idn_text(idn: int) -> str:
 
 
 def idn_of(text: str) -> int:
-    """The inverse of `idn_text`; ValueError for anything else."""
+    """Return the IDN of a text such as S-0-0047, the inverse of `idn_text`.  Raises ValueError for other texts."""
     found = re.fullmatch(r"([SP])-([0-7])-(\d{1,4})", text.upper(), re.ASCII)
     if found is None or int(found[3]) > 0xFFF:
-        raise ValueError(f"{text!r} is no IDN: write it like S-0-0047 or P-0-0010")
+        raise ValueError(f"{text!r} is not an IDN; expected, for example, S-0-0047 or P-0-0010")
     return (MANUFACTURER if found[1] == "P" else 0) | int(found[2]) << 12 | int(found[3])
 
 
 class Element(IntEnum):
-    """Of an operation datum, as the control word names it."""
+    """The elements of an operation datum, as the control word numbers them."""
 
     CLOSED = 0
     IDN = 1
@@ -71,12 +71,12 @@ class Code(IntEnum):
     ABOVE_MAXIMUM = 0x7007
     INVALID = 0x7008
     CYCLIC = 0x700A
-    """It comes with the telegrams."""
+    """The datum is transmitted in the cyclic telegrams."""
     COMMAND_ACTIVE = 0x7010
 
 
 class ServiceError(Exception):
-    """What a drive answers in place of data."""
+    """An error message that a drive sends instead of data."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"service channel error {code:04X}h")
@@ -84,7 +84,7 @@ class ServiceError(Exception):
 
 
 class Length(IntEnum):
-    """Of the data, as the attribute has it."""
+    """Data length, as the attribute encodes it."""
 
     TWO = 1
     FOUR = 2
@@ -100,12 +100,12 @@ class Length(IntEnum):
 
     @property
     def bytes(self) -> int:
-        """Of one number."""
+        """Size of a number, in bytes."""
         return (0, 2, 4, 8, 1, 2, 4, 8)[self]
 
 
 class Format(IntEnum):
-    """How data is shown."""
+    """Display format of the data."""
 
     BINARY = 0
     UNSIGNED = 1
@@ -118,7 +118,7 @@ class Format(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """The third element."""
+    """The attribute of a datum, its third element."""
 
     length: Length
     format: Format = Format.UNSIGNED
@@ -126,7 +126,7 @@ class Attribute:
     factor: int = 1
     is_command: bool = False
     protected: tuple[int, ...] = ()
-    """The phases in which the data can't be written; all of them: never."""
+    """Phases in which the data are write-protected."""
 
     @property
     def word(self) -> int:
@@ -137,7 +137,7 @@ class Attribute:
 
     @classmethod
     def of(cls, word: int) -> "Attribute":
-        """Of what was read from a drive.  ValueError for lengths and formats that the standard doesn't know."""
+        """Decode an attribute read from a drive.  Raises ValueError for lengths and formats outside the standard."""
         return cls(
             Length(word >> 16 & 7),
             Format(word >> 20 & 7),

@@ -1,9 +1,9 @@
-"""The master's end of the ring: it brings the drives up phase by phase, and then keeps the cycle.
+"""The master of the ring: it brings the drives up phase by phase, and then runs the cycle.
 
-Source: IEC 61491 by its public facts.  In CP0 the master looks whether its own MST comes round, ten times; in CP1 it
-calls each drive; in CP2 it reads what each drive needs for its timing, writes when everything has to be, and lets the
-drive check it (S-0-0127); in CP3 the telegrams have their final form, and S-0-0128 leads to CP4.  An AT that is missing
-twice in a row brings the ring down to CP0, and so does an open ring in CP1 to CP4.  Up to CP2 the cycle is 1 ms.
+Source: IEC 61491 by its public facts.  In CP0 the master waits for its own MST to come round ten times; in CP1 it
+addresses each drive; in CP2 it reads the times that each drive needs, writes the timing of the ring, and lets the drive
+check it (S-0-0127); in CP3 the telegrams have their final form, and S-0-0128 leads to CP4.  Two missing ATs in a row
+bring the ring down to CP0, and so does an open ring in CP1 to CP4.  Up to CP2 the cycle is 1 ms.
 """
 
 import struct
@@ -24,19 +24,21 @@ from fieldrig_devices.sercos.service import CONTROL_MASK, STATUS_MASK, Done
 from fieldrig_devices.sercos.telegram import HEAD_BYTES
 
 EARLY_CYCLE_NS: Final = 1 * MS
-"""In CP0 to CP2, where it is the master's choice."""
+"""Cycle time in CP0 to CP2, where the master chooses it."""
 CLOSED_CYCLES: Final = 10
-"""For which the MST has to come round in CP0."""
+"""Cycles in which the MST has to come round in CP0."""
 CALLS: Final = 10
-"""For an answer in CP1."""
+"""Number of calls for an answer in CP1."""
 MOST_MISSED: Final = 2
 MOST_SETTLING: Final = 50
-"""Cycles after a phase was entered in which an AT may be missing; our choice."""
+"""Cycles after entering a phase in which an AT may be missing; our choice."""
 SETTLING_NS: Final = 100 * US
-"""Between the end of the MDT and command valid time."""
+"""Time between the end of the MDT and command valid time."""
 
 
 class SercosMaster:
+    """The master of a ring and its drives."""
+
     def __init__(
         self,
         clock: Clock,
@@ -50,8 +52,10 @@ class SercosMaster:
         on_event: Callable[[RingEvent], None],
         on_cycle: Callable[[], None],
     ) -> None:
-        """`drives` stand in the order of the ring; `on_cycle` is called in CP4, when the feedback of a cycle is there
-        and its command values are not yet sent."""
+        """`drives` are in the order of the ring.
+
+        `on_cycle` is called in CP4 after the feedback of a cycle has arrived and before its command values are sent.
+        """
         self._clock, self._link, self._early_cycle_ns = clock, link, early_cycle_ns
         self.plan = RingPlan(drives, cycle_ns, mbaud, settling_ns)
         self.drives = {drive.address: drive for drive in drives}
@@ -77,14 +81,14 @@ class SercosMaster:
         self._timer: Timer | None = None
         self._next_ns = 0
         self.missed_cycles = 0
-        """Cycles that the master itself was too late for."""
+        """Cycles that the master itself missed because it was late."""
         self.wrong_fcs = 0
         link.on_receive(self._on_message, ["master"])
 
-    # ---- what the controller asks for
+    # ---- requests of the controller
 
     def start(self) -> None:
-        """Begin to send; in CP0 until a phase is requested."""
+        """Start the cycle, in CP0 until a phase is requested."""
         self._next_ns = self._clock.now_ns()
         self._tick()
 
@@ -93,13 +97,13 @@ class SercosMaster:
             self._timer.cancel()
 
     def request_phase(self, phase: int) -> None:
-        """0 to 4: how far to go.  Down is down to CP0, and up again from there."""
+        """Go to a phase, 0 to 4.  A lower phase is reached through CP0."""
         self._target = phase
         if phase < self.phase:
             self._go_down()
 
     def set_commands(self, address: int, control: int, *values: int) -> None:
-        """What the next MDTs carry: the control word without the service channel's bits, and the command values."""
+        """Set the control word, without the service channel's bits, and the command values of the next MDTs."""
         drive = self.drives[address]
         drive.control = control
         place = drive.place
@@ -110,23 +114,25 @@ class SercosMaster:
 
     @property
     def command_values(self) -> list[int]:
-        """What the MDTs carry from CP3 on, for who has no time for `set_commands`: the command values of a drive begin
-        two places behind its `place`.  A new list with each phase-up."""
+        """The values of the MDTs from CP3 on, for hot paths that cannot afford `set_commands`.
+
+        The command values of a drive begin two places behind its `place`.  Each phase-up creates a new list.
+        """
         return self._values
 
     def read(self, address: int, idn: int, element: Element, done: Done) -> None:
-        """Over the service channel.  It waits for CP2 or later as it waits for its turn."""
+        """Read an element over the service channel.  The request waits for CP2 and for those before it."""
         drive = self.drives[address]
         drive.client.read(idn, element, done)
-        self._stir(drive)
+        self._activate(drive)
 
     def write(self, address: int, idn: int, data: bytes, done: Done) -> None:
         drive = self.drives[address]
         drive.client.write(idn, data, done)
-        self._stir(drive)
+        self._activate(drive)
 
     def command(self, address: int, idn: int, done: Callable[[bool], None]) -> None:
-        """A procedure command, set, awaited and cleared; `done` gets whether it went well."""
+        """Set a procedure command, wait for its end and clear it; `done` gets True if it succeeded."""
         client = self.drives[address].client
 
         def on_set(outcome: bytes | ServiceError) -> None:
@@ -147,7 +153,7 @@ class SercosMaster:
 
         self.write(address, idn, b"\x03\0", on_set)
 
-    def _stir(self, drive: Drive) -> None:
+    def _activate(self, drive: Drive) -> None:
         if drive not in self._busy:
             self._busy.append(drive)
 
@@ -156,7 +162,7 @@ class SercosMaster:
     def _tick(self) -> None:
         self._number += 1
         period_ns = self.plan.cycle_ns if self.phase >= 3 else self._early_cycle_ns
-        # Not late_ns alone: after a stall the clock takes up from the present.
+        # late_ns alone is not enough: after a stall the clock continues from the present.
         late = (self._clock.now_ns() + self._clock.late_ns() - self._next_ns) // period_ns
         self.missed_cycles += late
         self._next_ns += period_ns * (1 + late)
@@ -211,9 +217,9 @@ class SercosMaster:
             self._link.send(Mdt(b""))
 
     def _settle(self, ats: Sequence[bytes]) -> None:
-        """Drives have much to do when they enter a phase: what is missing counts when all were heard once.
+        """Tolerate missing ATs after a change of phase until every drive was heard once, as drives are busy then.
 
-        What one left in CP2 was for one cycle, and only from the drive that was addressed.
+        In CP2 only the drive that was addressed answers, and only for one cycle.
         """
         self._settling -= 1
         heard = self._heard(ats)
@@ -221,13 +227,13 @@ class SercosMaster:
         for drive in self._order:
             is_here = drive.address in heard
             is_missed |= not is_here
-            drive.missed = int(not is_here and self._settling > 0)  # its service channel waits
+            drive.missed = int(not is_here and self._settling > 0)  # the service channel waits meanwhile
         self._had_missed = is_missed
         if not is_missed:
             self._settling = 0
 
     def _serve(self) -> None:
-        """The service channels that have something to do."""
+        """Serve the active service channels."""
         table = self._values
         for drive in tuple(self._busy):
             if self.phase < 3:  # an answer has brought the ring down
@@ -261,7 +267,7 @@ class SercosMaster:
             self._target = 0
 
     def _heard(self, ats: Sequence[bytes]) -> set[int]:
-        """Addresses of the drives whose AT is there; one of another length is none."""
+        """Return the addresses of the drives whose AT arrived with the right length."""
         return {at[0] for at in ats if at[0] in self.drives and len(at) == self.drives[at[0]].at_length}
 
     def _forget_missed(self) -> None:
@@ -269,7 +275,7 @@ class SercosMaster:
         for drive in self._order:
             drive.missed = 0
 
-    # ---- the way up
+    # ---- phase-up
 
     def _in_phase_0(self, answers: Answers) -> None:
         self._closed_cycles = self._closed_cycles + 1 if answers.ring_closed else 0
@@ -281,7 +287,7 @@ class SercosMaster:
         self._link.send(Mdt(b""))
 
     def _in_phase_1(self, answers: Answers) -> None:
-        """Each drive is called until it answers, or has been called in vain ten times."""
+        """Address each drive until it answers, at most ten times."""
         if not answers.ring_closed:
             self._fall()
             return
@@ -296,7 +302,7 @@ class SercosMaster:
         if drive is not None:
             drive.calls += 1
             self._link.send(Mdt(bytes((drive.address, 0, 0, 0, 0))))
-        elif all(one.is_here for one in self._order):
+        elif all(drive.is_here for drive in self._order):
             self._link.send(Mdt(b""))
             if self._target > 1:
                 self._reach(2)
@@ -318,7 +324,10 @@ class SercosMaster:
                 self._check_all()
             return
         drive = self._order[self._called]
-        at = next((one for one in answers.ats if one[0] == drive.address and len(one) == 1 + HEAD_BYTES), None)
+        at = next(
+            (telegram for telegram in answers.ats if telegram[0] == drive.address and len(telegram) == 1 + HEAD_BYTES),
+            None,
+        )
         if at is None:
             drive.client.wait()
         else:
@@ -330,7 +339,7 @@ class SercosMaster:
             self._link.send(Mdt(b""))
 
     def _begin_script(self) -> None:
-        """The next drive's turn in CP2."""
+        """Start the preparation of the next drive in CP2."""
         if self._called < len(self._order):
             drive = self._order[self._called]
             self._script = self.prepare(drive)
@@ -360,11 +369,11 @@ class SercosMaster:
             drive.client.write(ask.idn, ask.data, on_done)
 
     def prepare(self, drive: Drive) -> Script:
-        """What one drive is asked and told in CP2."""
+        """Return the script that prepares a drive in CP2."""
         return preparation(drive, partial(self.plan.timing, drive))
 
     def needed_ns(self) -> int:
-        """The least that a cycle takes with these drives."""
+        """Shortest possible cycle with these drives."""
         return self.plan.needed_ns()
 
     def _lay_out(self) -> None:
@@ -374,7 +383,7 @@ class SercosMaster:
             self._values[drive.place + 1] = drive.client.info
 
     def _check_all(self) -> None:
-        """S-0-0128 in every drive; the last one lets the ring into CP4."""
+        """Run S-0-0128 in every drive; the last one leads to CP4."""
         self._waiting_for = len(self._order)
         for drive in self._order:
             self.command(drive.address, std.CP4_TRANSITION_CHECK, partial(self._on_checked, drive))

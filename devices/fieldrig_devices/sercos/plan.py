@@ -1,6 +1,6 @@
-"""When each telegram of a cycle begins, and what lies where in the MDT (IEC 61491, S-0-0001 to S-0-0010).
+"""The start times of the telegrams in a cycle, and the layout of the MDT (IEC 61491, S-0-0001 to S-0-0010).
 
-A drive is told times that are counted from the end of the MST, which is all that it hears of the cycle's begin.
+Times for a drive are relative to the end of the MST, the only telegram that marks the start of the cycle.
 """
 
 import struct
@@ -16,12 +16,12 @@ from fieldrig_devices.sercos.telegram import HEAD_BYTES, size
 
 class RingPlan:
     def __init__(self, order: Sequence[Drive], cycle_ns: int, mbaud: int, settling_ns: int) -> None:
-        """`order` is that of the ring; `settling_ns` lies between the end of the MDT and command valid time."""
+        """`order` is that of the ring; `settling_ns` is the time from the end of the MDT to command valid time."""
         self._order = tuple(order)
         self.cycle_ns, self._mbaud, self._settling_ns = cycle_ns, mbaud, settling_ns
 
     def timing(self, drive: Drive, own: dict[int, int]) -> dict[int, int]:
-        """S-0-0001 and on for one drive, in microseconds and bytes; `own` are S-0-0003 and 5, as it told them."""
+        """Return S-0-0001 and following for a drive, in microseconds and bytes; `own` are its S-0-0003 and S-0-0005."""
         cycle_us = self.cycle_ns // US
         mst_ns, at_ns = telegram_ns(MST_BYTES, self._mbaud), 0
         for other in self._order:
@@ -47,18 +47,18 @@ class RingPlan:
         }
 
     def needed_ns(self) -> int:
-        """The least that a cycle takes with these drives."""
+        """Shortest possible cycle with these drives."""
         return self._mdt_slot()[1] + self._settling_ns
 
     def _mdt_slot(self) -> tuple[int, int]:
-        """Where the MDT begins and ends."""
+        """Start and end of the MDT in the cycle."""
         begin_ns = telegram_ns(MST_BYTES, self._mbaud) + GAP_NS
-        begin_ns += sum(telegram_ns(one.at_length, self._mbaud) + GAP_NS for one in self._order)
-        length = 1 + sum(HEAD_BYTES + size(one.mdt_codes) for one in self._order)
+        begin_ns += sum(telegram_ns(drive.at_length, self._mbaud) + GAP_NS for drive in self._order)
+        length = 1 + sum(HEAD_BYTES + size(drive.mdt_codes) for drive in self._order)
         return begin_ns, begin_ns + telegram_ns(length, self._mbaud)
 
     def lay_out(self) -> tuple[struct.Struct, list[int]]:
-        """The MDT and its values, none of them given yet; each drive gets the `place` of its control word."""
+        """Return the MDT and its values, all 0, and set the `place` of each drive's control word."""
         codes, values = "<B", [BROADCAST]
         for drive in self._order:
             drive.place = len(values)

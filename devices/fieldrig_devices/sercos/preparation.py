@@ -1,4 +1,4 @@
-"""What the master asks and tells each drive in CP2, as a script: it yields what to ask for, and gets the answers."""
+"""The preparation of a drive in CP2, as a script that yields requests and is sent the answers."""
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from fieldrig_devices.sercos.ring_drive import Drive
 from fieldrig_devices.sercos.telegram import CONFIGURED
 
 NO_IDN: Final = 0xFFFF
-"""Asked for to end the way up: no drive has it, so that it is refused."""
+"""An IDN that no drive has; requesting it ends the phase-up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,14 +19,14 @@ class Ask:
     idn: int
     element: Element = Element.DATA
     data: bytes | None = None
-    """To be written; None: read."""
+    """Data to write, or None to read."""
 
 
 Script = Generator[Ask, bytes, None]
 
 
 def preparation(drive: Drive, timing: Callable[[dict[int, int]], dict[int, int]]) -> Script:
-    """Its own times are read, then all times, its telegrams and S-0-0127; `timing` is `RingPlan.timing` for it."""
+    """Read the drive's own times, write all times and telegrams, and run S-0-0127.  `timing` is `RingPlan.timing`."""
     own: dict[int, int] = {}
     for idn in (
         std.SHORTEST_AT_START,
@@ -41,12 +41,12 @@ def preparation(drive: Drive, timing: Callable[[dict[int, int]], dict[int, int]]
         yield Ask(idn, data=value.to_bytes(2, "little"))
     yield Ask(std.TELEGRAM_TYPE, data=CONFIGURED.to_bytes(2, "little"))
     for idn, idns in ((std.MDT_CONFIGURATION, drive.mdt), (std.AT_CONFIGURATION, drive.at)):
-        yield Ask(idn, data=b"".join(one.to_bytes(2, "little") for one in idns))
+        yield Ask(idn, data=b"".join(number.to_bytes(2, "little") for number in idns))
     yield from transition(std.CP3_TRANSITION_CHECK)
 
 
 def transition(idn: int) -> Script:
-    """The check that lets the ring into the next phase."""
+    """Run the check before the next phase."""
     yield Ask(idn, data=b"\x03\0")
     while True:
         status = int.from_bytes((yield Ask(idn, Element.IDN)), "little") & 0xF

@@ -1,4 +1,4 @@
-"""A drive as the master of the ring has it, and what the master tells of the ring and its drives."""
+"""A drive as the master sees it, and the events of the ring that the master reports."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ class Event(Enum):
     MISSING = auto()
     """No drive answers at `address` in CP1."""
     AT_FAILED = auto()
-    """An AT did not come: `code` is how often in a row."""
+    """An AT did not come: `code` is the number of consecutive failures."""
     REFUSED = auto()
     """The drive refused something on the way up: `idn`, and `code` of the service channel."""
     NO_ROOM = auto()
-    """The telegrams don't fit into the cycle: `code` is how many microseconds they need."""
+    """The telegrams don't fit into the cycle: `code` is the time they need, in microseconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +33,10 @@ class RingEvent:
 
 
 class Drive:
-    """One drive, as the master has it."""
+    """A drive as the master sees it."""
 
     def __init__(self, address: int, mdt: Sequence[int], at: Sequence[int]) -> None:
-        """`mdt` and `at` are the IDNs of command and feedback values; KeyError for one that can't be cyclic."""
+        """`mdt` and `at` are the IDNs of command and feedback values.  KeyError if one can't be cyclic."""
         self.address = address
         self.mdt, self.at = tuple(mdt), tuple(at)
         self.mdt_codes, at_codes = [CODES[idn] for idn in mdt], [CODES[idn] for idn in at]
@@ -44,16 +44,16 @@ class Drive:
         self.at_length = 1 + HEAD_BYTES + size(at_codes)
         self.client = ServiceClient()
         self.place = 0
-        """Of its control word among the values of the MDT."""
+        """Position of its control word among the values of the MDT."""
         self.control = 0
         self.values: tuple[int, ...] = (0,) * (2 + len(self.at))
-        """Of its last AT: status word, service channel, feedback values."""
+        """Values of its last AT: status word, service channel, feedback values."""
         self.missed = 0
         self.calls = 0
         self.is_here = False
-        """Answered in CP1."""
+        """True if it answered in CP1."""
         self.lost = 0
-        """ATs that did not come, in CP3 and CP4, ever."""
+        """Total number of missing ATs in CP3 and CP4."""
 
     @property
     def status(self) -> int:

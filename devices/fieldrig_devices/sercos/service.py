@@ -1,7 +1,7 @@
 """The service channel: two bytes a cycle beside the cyclic data, with a handshake.
 
 Source: IEC 61491 by its public facts.  The master names element, direction and the last step in its control word, puts
-its two bytes into the MDT and turns its handshake bit over (MHS); the drive does the step and turns its own over (AHS)
+its two bytes into the MDT and flips its handshake bit (MHS); the drive carries the step out and flips its own bit (AHS)
 in the next AT, with two bytes or an error message.  First the IDN is written, then elements of it are read or written.
 """
 
@@ -26,24 +26,24 @@ ERROR: Final = 0x04
 STATUS_MASK: Final = 0x07
 
 PATIENCE_CYCLES: Final = 10
-"""For an answer in the handshake."""
+"""Cycles that the master waits for the handshake."""
 BUSY_CYCLES: Final = 5_000
-"""That a drive may be busy with one step; our choice."""
+"""Cycles that a drive may be busy with a step; our choice."""
 TIMED_OUT: Final = 0x0002
-"""No message of the drive's: it did not answer; our number beside the service channel error messages."""
+"""The drive did not answer: a code of ours, in addition to the service channel error messages."""
 RING_DOWN: Final = 0x0003
-"""No message of the drive's: the ring went down first."""
+"""The ring went down before the answer: a code of ours."""
 
 
 class ServiceServer:
-    """The drive's end.  `step` is called when the control word's low bits have changed."""
+    """The drive's end.  Call `step` when the low bits of the control word have changed."""
 
     def __init__(self, table: IdnTable, phase: Callable[[], int]) -> None:
         self._table, self._phase = table, phase
         self.reset()
 
     def reset(self) -> None:
-        """Phase 0 and 1: both handshakes low, nothing open."""
+        """Reset the channel for phases 0 and 1: both handshake bits low, no IDN open."""
         self.status, self.info = 0, 0
         self._datum: Datum | None = None
         self._element = Element.CLOSED
@@ -100,7 +100,7 @@ class ServiceServer:
         if self._element is not element or not self._is_write:
             self._begin(element, is_write=True)
         self._buffer += info.to_bytes(2, "little")
-        if len(self._buffer) > datum.largest + 5:  # what no list of it can need
+        if len(self._buffer) > datum.largest + 5:  # more than the longest list of this datum
             raise ServiceError(Code.TOO_LONG)
         if is_last:
             data = self._buffer
@@ -123,14 +123,14 @@ class _Request:
     idn: int
     element: Element
     data: bytes | None
-    """To write; None: read."""
+    """Data to write, or None to read."""
     done: Done
 
 
 class ServiceClient:
-    """The master's end of one drive's channel.  Requests wait for each other.
+    """The master's end of a drive's channel.  It carries requests out one by one.
 
-    `control` and `info` go into the drive's record of each MDT; `step` takes what came in its AT.
+    `control` and `info` go into the drive's record of each MDT; `step` gets the words of its AT.
     """
 
     def __init__(self) -> None:
@@ -140,7 +140,7 @@ class ServiceClient:
         self._steps: Generator[_Step, int, bytes] | None = None
         self._patience = self._busy = 0
         self.more_patience = 0
-        """Cycles beyond `PATIENCE_CYCLES`."""
+        """Cycles to wait in addition to `PATIENCE_CYCLES`."""
         self._attributes: dict[int, Attribute] = {}
 
     @property
@@ -148,15 +148,15 @@ class ServiceClient:
         return self._present is None and not self._waiting
 
     def read(self, idn: int, element: Element, done: Done) -> None:
-        """`done` gets the element's bytes, lists and texts without their lengths, or the error."""
+        """Read an element; `done` gets its bytes, lists and texts without their lengths, or the error."""
         self._waiting.append(_Request(idn, element, None, done))
 
     def write(self, idn: int, data: bytes, done: Done) -> None:
-        """Operation data; of a list or text, the contents."""
+        """Write operation data; for a list or text, its contents without the lengths."""
         self._waiting.append(_Request(idn, Element.DATA, data, done))
 
     def reset(self) -> None:
-        """The ring went down: nothing waits any more, both handshakes are low."""
+        """End all requests when the ring goes down; both handshake bits are low."""
         waiting = ([] if self._present is None else [self._present]) + list(self._waiting)
         self.control = self.info = 0
         self._present = self._steps = None
@@ -166,7 +166,7 @@ class ServiceClient:
             request.done(ServiceError(RING_DOWN))
 
     def step(self, status: int, info: int) -> None:
-        """Once a cycle, with the status word of the AT; not needed while idle."""
+        """Take the words of the AT, once per cycle; not needed while idle."""
         if self._steps is None:
             self._begin()
         elif status & BUSY and self._busy < BUSY_CYCLES:
@@ -179,7 +179,7 @@ class ServiceClient:
             self._advance(info)
 
     def wait(self) -> None:
-        """A cycle without an answer."""
+        """Count a cycle without an answer."""
         if self._steps is not None:
             self._patience -= 1
             if self._patience <= 0:
@@ -235,7 +235,9 @@ class ServiceClient:
             try:
                 known = self._attributes[idn] = Attribute.of(word)
             except ValueError:
-                known = Attribute.of(0x0001_0001)  # a drive of no standard: two bytes is the least that it can have
+                known = Attribute.of(
+                    0x0001_0001
+                )  # the attribute violates the standard; two bytes is the smallest length
         return known
 
     def _read(self, element: Element, size: int) -> Generator[_Step, int, bytes]:

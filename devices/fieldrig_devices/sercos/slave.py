@@ -1,7 +1,7 @@
-"""The drive's end of the ring: phases, telegrams, failures.
+"""The ring interface of a drive: phases, telegrams, failures.
 
 Source: IEC 61491 by its public facts.  CP0: the ring is closed by MSTs alone.  CP1: the master addresses each drive.
-CP2: parameters over the service channel.  CP3: telegrams have their final form, with values that don't count yet.  CP4:
+CP2: parameters over the service channel.  CP3: telegrams have their final form, but their values are not used.  CP4:
 operation.  A phase may only be left for the next one, or for CP0; into CP3 and CP4 only after the commands S-0-0127 and
 S-0-0128 have found everything right.  Two MSTs or two MDTs missing in a row bring the drive back to CP0 with a class 1
 diagnostic.  In CP3 and CP4 the drive times the MSTs itself, so it notices a master that has fallen silent.
@@ -23,48 +23,52 @@ from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
 from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, Telegrams, record
 
 MOST_MISSED: Final = 2
-"""Telegrams in a row that end CP3 and CP4."""
+"""Missing telegrams in a row that end CP3 and CP4."""
 MOST_MISSED_EARLY: Final = 10
-"""In CP1 and CP2; our choice."""
+"""Missing MSTs in a row that end CP1 and CP2; our choice."""
 TOLERANCE_SHARE: Final = 2
-"""The MST of a cycle is missing when it is half a cycle late."""
+"""An MST counts as missing when it is late by the cycle divided by this."""
 
 RUNNING_MST: Final = bytes((BROADCAST, 4))
-"""Of CP4."""
+"""The MST of CP4."""
 
 HEAD_VALUES: Final = 2
-"""Control word and service channel, before the command values."""
+"""Number of values before the command values: control word and service channel."""
 
 
 class Application(Protocol):
-    """What the drive does with what comes over the ring."""
+    """The application of the drive behind its ring interface."""
 
     def on_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
-        """In CP4, once a cycle: the status word, without the service channel's bits, and the feedback values of the AT.
+        """Return the status word, without the service channel's bits, and the feedback values.
 
-        `values` are the MDT's: control word, service channel, and from `HEAD_VALUES` on the command values.
+        It is called once per cycle in CP4.
+
+        `values` are those of the MDT: control word, service channel, and from `HEAD_VALUES` on the command values.
         """
 
     def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
-        """In CP4, in place of `on_cycle`: MST or MDT did not come; `values` are those of the last one that did."""
+        """Called in CP4 instead of `on_cycle` if MST or MDT is missing; `values` are those of the last MDT."""
 
     def status(self) -> int:
-        """The status word in CP1 to CP3."""
+        """Return the status word in CP1 to CP3."""
 
     def feedback(self) -> bytes:
-        """Values for the AT in CP3."""
+        """Return the feedback values in CP3."""
 
     def on_phase(self, phase: int) -> None:
-        """A phase was entered."""
+        """Called when a phase has been entered."""
 
     def on_ring_failure(self) -> None:
-        """CP0 after telegrams failed in CP3 or CP4, or after a wrong phase."""
+        """Called after the fall back to CP0, because telegrams failed in CP3 or CP4 or because of a wrong phase."""
 
     def check(self, phase: int) -> list[int]:
-        """IDNs whose values don't allow this phase, 3 or 4."""
+        """Return the IDNs whose values prevent this phase, 3 or 4."""
 
 
 class SercosSlave:
+    """The ring interface of a drive."""
+
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
         "_forgiven", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts", "_missed_msts",
@@ -80,37 +84,37 @@ class SercosSlave:
         self._application = application
         self.phase = 0
         self.failures = 0
-        """Bits of S-0-0014 beside the phase, until `clear_failures`; the phase stays as it was with the first."""
+        """Failure bits of S-0-0014 until `clear_failures`; its phase is that of the first failure."""
         self._service = ServiceServer(table, lambda: self.phase)
         self._failed_in = 0
-        """The phase in which the first of them came."""
+        """Phase of the first failure."""
         self._data = Communication(table, self._interface_status, self._check, self._on_command_end)
         self._commands = list(self._data.commands)
         self._change_bit = 0
         self._control_seen = 0
         self.values: tuple[int, ...] = (0, 0)
-        """Of the last MDT: control word, service channel, command values."""
+        """Values of the last MDT: control word, service channel, command values."""
         self._missed_msts = self._missed_mdts = 0
         self._is_checked = {3: False, 4: False}
         self._waits_for_0 = True
-        """After power-on and after a failure: it joins when the master begins anew."""
+        """True after power-on and after a failure: the drive waits for CP0 before it takes part again."""
         self._is_fast = False
         self.layout = self._data.layout()
-        """Of its record in the MDT; from CP3 on it stays."""
+        """Layout of its record in the MDT, constant from CP3 on."""
         self._offset, self._mdt_length = 0, 0
         self.places: dict[int, int] = {}
-        """Of the command values among those of an MDT, by IDN; from CP3 on they stay."""
+        """Positions of the command values among the values of the MDT, by IDN; constant from CP3 on."""
         self.values_of = record(()).unpack_from
-        """Its record of an MDT."""
+        """Unpacks the values of its record from an MDT."""
         self._status: int | None = None
-        """Status word that the head of the AT was laid with; None: the service channel or a command has changed."""
+        """Status word in the head of the AT, or None if the head has to be packed again."""
         self._at_head = b""
         self.heard = 0
-        """Cycles."""
+        """Number of cycles heard."""
         self._forgiven = -1
-        """`heard` when this process was late and waited for what may have come meanwhile."""
+        """Value of `heard` when this process was late and waited for cycles that may already be queued."""
         self.watchdog = clock.watch(self._on_silence)
-        """Due when two MSTs are missing; every MST that comes puts it off by `window_ns`."""
+        """Expires when two MSTs are missing; every MST restarts it with `window_ns`."""
         self.window_ns = NEVER_NS
         self._patience_ns = patience_of(link)
         """Grace time for a busy host."""
@@ -118,15 +122,15 @@ class SercosSlave:
 
     @property
     def telegrams(self) -> Telegrams:
-        """IDNs in its records; from CP3 on they stay."""
+        """IDNs in its records, constant from CP3 on."""
         return self._data.telegrams
 
     def _interface_status(self) -> int:
-        """S-0-0014."""
+        """Return S-0-0014."""
         return self._failed_in | self.failures if self.failures else self.phase
 
     def clear_failures(self) -> None:
-        """S-0-0099, reset of class 1 diagnostics."""
+        """Clear the failures (S-0-0099, reset of class 1 diagnostics)."""
         self.failures = 0
 
     # ---- cycles
@@ -150,12 +154,12 @@ class SercosSlave:
         self._leave(self._at_head + feedback)
 
     def _on_cycle(self, cycle: Cycle) -> None:
-        """Everything but an undisturbed cycle of CP4."""
+        """Handle any cycle that is not an undisturbed cycle of CP4."""
         self.heard += 1
         if cycle.mst:
             self._missed_msts = 0
             self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
-            self._on_phase_told(cycle.mst[1] & 7 if len(cycle.mst) > 1 else 0)
+            self._on_mst_phase(cycle.mst[1] & 7 if len(cycle.mst) > 1 else 0)
         else:
             self._miss_mst()
         match self.phase:
@@ -165,7 +169,7 @@ class SercosSlave:
                 self._on_late_cycle(cycle)
 
     def _on_early_cycle(self, cycle: Cycle) -> None:
-        """CP1 and CP2: an MDT for one drive, and its AT."""
+        """Handle a cycle of CP1 or CP2, with an MDT for one drive, and its AT."""
         mdt = cycle.mdt
         if cycle.mst and len(mdt) == 1 + HEAD_BYTES and mdt[0] == self.address:
             if self.phase == 2:
@@ -214,7 +218,7 @@ class SercosSlave:
             self._enter(0)
 
     def _miss_mdt(self) -> bool:
-        """Whether the ring still stands."""
+        """Count a missing MDT; True if the ring is still up."""
         self._is_fast = False
         self._missed_mdts += 1
         self._data.count_mdt_failure()
@@ -234,9 +238,9 @@ class SercosSlave:
             self._application.on_ring_failure()
 
     def _on_silence(self) -> None:
-        """A master that is gone sends nothing, and then no chip reports anything.
+        """Fail because the master is silent: without telegrams, the chip reports no cycles.
 
-        A process that comes late to this may have cycles waiting for it: it takes them first.
+        If this process is late, cycles may already be queued, and they are handled first.
         """
         late_ns, cycle_ns = self._clock.late_ns(), self._data.cycle_us * US
         if late_ns * TOLERANCE_SHARE > cycle_ns and self._forgiven != self.heard:
@@ -247,7 +251,7 @@ class SercosSlave:
 
     # ---- phases
 
-    def _on_phase_told(self, phase: int) -> None:
+    def _on_mst_phase(self, phase: int) -> None:
         if phase == 0:
             self._waits_for_0 = False
         if phase == self.phase or self._waits_for_0:
@@ -295,15 +299,15 @@ class SercosSlave:
         self.table.cyclic = self.places = {idn: place for place, idn in enumerate(self.telegrams.mdt, HEAD_VALUES)}
         for idn in self.places:
             datum = self.table[idn]
-            datum.reader = partial(self._told, datum)
+            datum.reader = partial(self._command_value, datum)
 
-    def _told(self, datum: Datum) -> bytes:
-        """A command value: that of the last MDT, if it has it."""
+    def _command_value(self, datum: Datum) -> bytes:
+        """Return a command value: that of the last MDT, if it contains it."""
         place = self.places.get(datum.idn) if self.phase >= 3 else None
         return datum.data if place is None else datum.encoded(self.values[place])
 
     def _check(self, phase: int, command: Command) -> None:
-        """S-0-0127 and S-0-0128, for the phase that follows."""
+        """Carry out S-0-0127 or S-0-0128, the check before the next phase."""
         if self.phase != phase - 1:
             command.finish(is_good=False)
             return
@@ -319,7 +323,7 @@ class SercosSlave:
         self._status = None
 
     def command(self, idn: int, start: Callable[[Command], None], cancel: Callable[[], None] | None = None) -> Command:
-        """Make the datum `idn` a procedure command of the application's."""
+        """Make the datum `idn` a procedure command of the application."""
         command = Command(self.table[idn], start, self._on_command_end, cancel)
         self._commands.append(command)
         return command

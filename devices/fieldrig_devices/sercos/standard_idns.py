@@ -1,6 +1,6 @@
-"""The standard IDNs that drives on our rings have, by name: S-0-0001 is `NC_CYCLE_TIME`.
+"""The standard IDNs of drives on our rings, by name: S-0-0001 is `NC_CYCLE_TIME`.
 
-Source: IEC 61491 by its public facts.  A drive's manufacturer parameters (P) are named where the drive is.
+Source: IEC 61491 by its public facts.  Manufacturer parameters (P) are named in the package of the drive.
 """
 
 from typing import Final

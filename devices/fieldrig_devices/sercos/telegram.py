@@ -1,6 +1,6 @@
-"""What the data records of the cyclic telegrams hold.
+"""The contents of the data records in cyclic telegrams.
 
-Source: IEC 61491 by its public facts: S-0-0015 picks one of the standard telegrams, or (7) the lists S-0-0024 (command
+Source: IEC 61491 by its public facts: S-0-0015 selects a standard telegram, or (7) the lists S-0-0024 (command
 values in the MDT) and S-0-0016 (feedback in the AT).  Each record begins with its word and two bytes of the service
 channel.
 """
@@ -15,12 +15,14 @@ from fieldrig_devices.sercos.idn import Format
 
 CONFIGURED: Final = 7
 HEAD_BYTES: Final = 4
-"""Control or status word, and the service channel."""
+"""Size of control or status word and service channel."""
 AT_HEAD: Final = struct.Struct("<BHH")
-"""Address, status word, service channel; then come the feedback values."""
+"""Address, status word, service channel; the feedback values follow."""
 
 
 class Telegrams(NamedTuple):
+    """The IDNs in MDT and AT."""
+
     mdt: tuple[int, ...]
     at: tuple[int, ...]
 
@@ -34,7 +36,7 @@ STANDARD: Final[Mapping[int, Telegrams]] = {
     5: Telegrams((std.POSITION_COMMAND, std.VELOCITY_COMMAND), (std.POSITION_FEEDBACK_1, std.VELOCITY_FEEDBACK)),
     6: Telegrams((std.VELOCITY_COMMAND,), ()),
 }
-"""By the number in S-0-0015."""
+"""Standard telegrams by their number in S-0-0015."""
 
 CODES: Final[Mapping[int, str]] = {
     std.VELOCITY_COMMAND: "i",
@@ -65,13 +67,13 @@ CODES: Final[Mapping[int, str]] = {
     std.AMPLIFIER_TEMPERATURE: "h",
     std.DIAGNOSTIC_NUMBER: "I",
 }
-"""How a master that knows the standard reads cyclic data, by IDN."""
+"""Codes of cyclic data for `struct`, by IDN, for a master that knows the standard."""
 
 _BY_BYTES: Final = {std.SERCOS_CYCLE_TIME: "h", std.TRANSMIT_RECEIVE_TIME: "i", std.COMMAND_VALID_TIME: "q"}
 
 
 def code_of(table: IdnTable, idn: int) -> str:
-    """Of one value in a record; "" if the drive has none that could be cyclic."""
+    """Return the code of a value in a record, or "" if the drive has no such cyclic value."""
     if idn not in table:
         return ""
     attribute = table[idn].attribute
@@ -82,10 +84,10 @@ def code_of(table: IdnTable, idn: int) -> str:
 
 
 def record(codes: Iterable[str]) -> struct.Struct:
-    """Word, service channel, then values of these codes."""
+    """Return a record with word, service channel, and values of these codes."""
     return struct.Struct("<HH" + "".join(codes))
 
 
 def size(codes: Iterable[str]) -> int:
-    """Bytes of the values alone."""
+    """Return the size of the values alone, in bytes."""
     return struct.calcsize("<" + "".join(codes))

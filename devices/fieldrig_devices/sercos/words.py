@@ -1,7 +1,7 @@
 """The words at the head of each record: the master's control word and the drive's status word.
 
-Source: IEC 61491 by its public facts, S-0-0134 and S-0-0135.  Bits 0 to 5 of the one and 0 to 2 of the other are the
-service channel's (`service`).
+Source: IEC 61491 by its public facts, S-0-0134 and S-0-0135.  Bits 0 to 5 of the control word and 0 to 2 of the
+status word belong to the service channel (`service`).
 """
 
 from typing import Final
@@ -14,16 +14,16 @@ RUN: Final = 0x2000
 IPOSYNC: Final = 0x0400
 MODE_MASK: Final = 0x0300
 APPLICATION_MASK: Final = DRIVE_ON | ENABLE | RUN | MODE_MASK
-"""What of it is the drive's affair, not the interface's."""
+"""Bits that concern the drive, not its ring interface."""
 REAL_TIME_2: Final = 0x0080
 REAL_TIME_1: Final = 0x0040
 # status word
 NOT_READY: Final = 0x0000
 READY_FOR_POWER: Final = 0x4000
 POWERED: Final = 0x8000
-"""Ready, and power is applied; no torque."""
+"""Ready with power applied, without torque."""
 IN_OPERATION: Final = 0xC000
-"""Torque."""
+"""In operation, with torque."""
 CLASS_1_ERROR: Final = 0x2000
 CLASS_2_CHANGED: Final = 0x1000
 CLASS_3_CHANGED: Final = 0x0800

@@ -214,7 +214,7 @@ def test_plate_that_is_read_back_otherwise_was_not_written() -> None:
     done = list[Conversation[None]]()
     bench.end.ask(write_plate(PLATE.model_copy(update={"serial_number": "17-0002"})), done.append)
     bench.clock.advance_to(5000 * MS)
-    with pytest.raises(MotorError, match="not what was written") as wrong:
+    with pytest.raises(MotorError, match="differs from the one written") as wrong:
         done[0].result()
     assert wrong.value.failure is Failure.CHECKSUM
 

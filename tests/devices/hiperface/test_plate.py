@@ -41,7 +41,7 @@ def test_acceleration_time_is_to_rated_speed_at_peak_torque() -> None:
         ({"peak_current_a": 4.0}, "above peak_current_a"),
         ({"winding_warning_c": 150.0}, "above winding_limit_c"),
         ({"torque_constant_nm_per_a": 1.9}, "1.6 Nm/A"),
-        ({"rated_current_a": 3.945}, "steps of 0.01"),
+        ({"rated_current_a": 3.945}, "not a multiple of 0.01"),
         ({"inertia_kgcm2": 0.0}, "greater than 0"),
         ({"pole_pairs": 256}, "less than or equal to 255"),
         ({"type": "Motör"}, "pattern"),

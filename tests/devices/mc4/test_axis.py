@@ -8,18 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.mc4.axis import Axis, Mode
-from fieldrig_devices.mc4.folded import (
-    INCREMENTS,
-    INNER_S,
-    RAD,
-    Elastic,
-    Gains,
-    Limits,
-    Numbers,
-    Plant,
-    exponential,
-    folded,
-)
+from fieldrig_devices.mc4.fold import Numbers, folded
+from fieldrig_devices.mc4.loops import INCREMENTS, INNER_S, RAD, Elastic, Gains, Limits, Plant
+from fieldrig_devices.mc4.matrices import exponential
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
 quick = settings(max_examples=60, deadline=None)
@@ -119,7 +110,7 @@ def test_axis_that_only_follows_goes_the_same_way(
         each.control(Mode.POSITION)
         each.load(load)
         each.follow(700)
-    go = one.following(Numbers(("place", "new_e", "new_v", "new_t"), "qddd"), is_told=False)
+    go = one.following(Numbers(("place", "new_e", "new_v", "new_t"), "qddd"), is_published=False)
     assert go is not None
     for increments in wanted:
         before = everything(one)
@@ -141,7 +132,7 @@ def test_axis_that_only_follows_goes_the_same_way(
 def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
     one = axis(gains=LAGLESS)
     one.control(Mode.POSITION)
-    go = one.following(Numbers(("place",), "i"), is_told=False)
+    go = one.following(Numbers(("place",), "i"), is_published=False)
     assert go is not None
     assert [go(one, way * cycle, 1.0, 0, None) for cycle in range(1, 5)] == [
         struct.pack("<i", cycle * way) for cycle in range(4)
@@ -151,10 +142,10 @@ def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
 
 def test_braked_axis_and_one_without_position_control_do_not_follow() -> None:
     one = axis(brake=2.0)
-    assert one.following(Numbers(("place",), "i"), is_told=False) is None
+    assert one.following(Numbers(("place",), "i"), is_published=False) is None
     one.control(Mode.POSITION)
     one.brake(True)
-    assert one.following(Numbers(("place",), "i"), is_told=False) is None
+    assert one.following(Numbers(("place",), "i"), is_published=False) is None
 
 
 def test_exponential_of_a_matrix() -> None:
@@ -166,7 +157,7 @@ def test_exponential_of_a_matrix() -> None:
 def test_step_of_torque_is_the_closed_solution() -> None:
     one = axis()
     one.control(Mode.TORQUE)
-    one.wish(2.0)
+    one.set_value(2.0)
     one.go(400)
     want = after(Mechanics(J, PLANT.viscous, lag_s=PLANT.lag_s), State(0.0), 2.0, 0.0, 400 * INNER_S)
     assert one.v == pytest.approx(want.speed, rel=1e-9)
@@ -233,7 +224,7 @@ def test_speed_regulator_takes_the_load_and_hardly_overshoots() -> None:
     one = axis()
     one.control(Mode.SPEED)
     one.load(3.0)
-    one.wish(10.0)
+    one.set_value(10.0)
     seen = []
     for _ in range(2_000):
         one.go(1)
@@ -261,7 +252,7 @@ def test_stops_with_maximum_current(torque: float) -> None:
     one = axis(limits=Limits(torque, 500.0))
     one.v = 300.0
     one.control(Mode.SPEED)
-    one.wish(0.0)
+    one.set_value(0.0)
     steps = 0
     while one.v > 15.0:
         one.go(1)
@@ -272,7 +263,7 @@ def test_stops_with_maximum_current(torque: float) -> None:
 def test_energy_given_is_energy_kept_and_rubbed_off() -> None:
     one = axis(Plant(J), dry=0.5)
     one.control(Mode.TORQUE)
-    one.wish(2.0)
+    one.set_value(2.0)
     one.go(800)
     _, work = one.take(1.0)
     turned = one.position * RAD

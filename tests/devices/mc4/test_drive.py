@@ -16,8 +16,8 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.axis import Axis, Mode
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INNER_NS
 from fieldrig_devices.mc4.idns import READ_PLATE, STANDSTILL_TORQUE
+from fieldrig_devices.mc4.loops import INNER_NS
 
 BRAKED = {"motor": {"name_plate": BRAKE_PLATE}}
 LOADED = {**BRAKED, "load": {"inertia_kg_m2": 0.02}}
@@ -187,7 +187,7 @@ def test_looking_ahead_at_an_axis_is_where_it_goes(mode: Mode, is_simulated: boo
     if mode is Mode.POSITION:
         axis.follow(axis.set_increments + 1_600)
     else:
-        axis.wish(3.0)
+        axis.set_value(3.0)
     for _ in range(3):
         before = (axis.e, axis.v, axis.set_increments, axis.heat)
         shown = [axis.ahead(steps * INNER_NS) for steps in range(17)]
@@ -885,7 +885,7 @@ def test_speed_is_limited_to_the_motors_own_whatever_the_master_writes() -> None
     assert bench.get("speed") == pytest.approx(5_000, rel=1e-3)
 
 
-def test_drive_at_rest_reckons_nothing_anew_until_something_stirs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_drive_at_rest_reckons_nothing_anew_until_something_wakes_it(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded: list[int] = []
     encode = Feedback.encode
 

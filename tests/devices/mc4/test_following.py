@@ -1,6 +1,6 @@
-"""A drive that only follows its set position, by one function for a cycle, does what it does otherwise.
+"""A drive sends and publishes the same with the fold as with the steps.
 
-A drive that tells its position over wires is left to the steps when it has something to tell.
+The fold leaves a cycle to the steps when the position of the load has to be published again.
 """
 
 from copy import copy
@@ -14,16 +14,19 @@ from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.folded import INCREMENTS, RAD, Course
+from fieldrig_devices.mc4.fold import PublishedMotion
+from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import SLOW_NS
 
 
-def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_told: bool) -> None:
-    """There is no such function."""
+def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_published: bool) -> None:
+    """Replace the fold: every cycle takes the steps."""
 
 
 @pytest.mark.parametrize(("seed", "wires"), [(1, False), (2, True), (3, False), (4, True), (5, False), (6, True)])
-def test_what_drives_say_and_do_is_the_same_either_way(monkeypatch: pytest.MonkeyPatch, seed: int, wires: bool) -> None:
+def test_drives_send_and_do_the_same_by_fold_and_by_steps(
+    monkeypatch: pytest.MonkeyPatch, seed: int, wires: bool
+) -> None:
     loads: tuple[dict[str, float], ...] = (GEARED, {}, TWISTING)
     short = course(seed, wires, loads)
     monkeypatch.setattr(Feedback, "following", follow_by_steps)
@@ -38,10 +41,10 @@ LOADS = pytest.mark.parametrize("load", [{}, {"gear_ratio": 7.5}, TWISTING], ids
 
 
 @LOADS
-def test_drive_told_over_wires_goes_by_steps_only_to_tell_and_to_look(
+def test_drive_on_wires_takes_the_steps_only_to_publish_and_to_look(
     monkeypatch: pytest.MonkeyPatch, load: dict[str, float]
 ) -> None:
-    """Its shaft is some turns from where its encoder sees it."""
+    """The shaft is some turns away from the position that the encoder gives."""
     stepped: set[int] = set()
     cycle = Axis.cycle
 
@@ -56,18 +59,18 @@ def test_drive_told_over_wires_goes_by_steps_only_to_tell_and_to_look(
     monkeypatch.setattr(Axis, "cycle", spy)
     line.said.clear()
     line.run(600)
-    told = {int(said.split()[1]) for said in line.said if said.startswith("wires ") and " d1 " in said}
+    published = {int(said.split()[1]) for said in line.said if said.startswith("wires ") and " d1 " in said}
     looks = 600 * CYCLE_NS // SLOW_NS + 1
-    assert told <= stepped
-    assert len(told) > 20
-    assert len(stepped - told) <= looks
+    assert published <= stepped
+    assert len(published) > 20
+    assert len(stepped - published) <= looks
 
 
 class Told:
-    """A drive that swings, and that may be told to others to be where its load is, or elsewhere."""
+    """A swinging drive whose load was published at its true position, or elsewhere."""
 
     TOLERANCE = 1e-6
-    """rad; the following error and the twist are more."""
+    """Tolerance in rad; following error and twist are larger."""
 
     def __init__(self, load: dict[str, float]) -> None:
         self.line, self.gear = Line(1, wires=True, loads=(load,)), load.get("gear_ratio", 1.0)
@@ -78,26 +81,28 @@ class Told:
         while side._following is None:
             self.line.run(1)
         self.axis, self.following = self.line.drives[0].machine.axis, side._following
-        freely = side._feedback.following(self.axis, is_told=False)
+        freely = side._feedback.following(self.axis, is_published=False)
         assert freely is not None
         self.freely = freely
 
     def stop(self) -> None:
-        """As it stands."""
+        """Bring the axis to a standstill, free of torque."""
         for name in ("e", "v", "i", "t", "lead", "load_nm", "twist", "load_speed"):
             setattr(self.axis, name, 0.0)
         self.axis.way = 0
 
-    def refuses(self, astray: float = 0.0, speed: float = 0.0) -> bool:
-        """The next cycle brings the load `astray` from where a course of this speed has it then."""
+    def refuses(self, off: float = 0.0, speed: float = 0.0) -> bool:
+        """True if the fold refuses a cycle that takes the load `off` rad from its published motion with this speed."""
         now_ns, wanted = self.line.rig.now_ns, self.axis.set_increments & 0xFFFF_FFFF
         offset, ago_ns = 2 * INCREMENTS_PER_TURN, 3 * CYCLE_NS
         then = copy(self.axis)
         assert self.freely(then, wanted, 1e99, now_ns, None) is not None
         load = ((then.set_increments - then.e * INCREMENTS + offset) * RAD - then.twist) / self.gear
-        told = Course(load + astray - speed * ago_ns / S, speed, now_ns - ago_ns, self.TOLERANCE, self.gear, offset)
+        published = PublishedMotion(
+            load + off - speed * ago_ns / S, speed, now_ns - ago_ns, self.TOLERANCE, self.gear, offset
+        )
         before = self.line.states()
-        is_refused = self.following(self.axis, wanted, 1e99, now_ns, told) is None
+        is_refused = self.following(self.axis, wanted, 1e99, now_ns, published) is None
         assert not is_refused or self.line.states() == before
         return is_refused
 
@@ -105,7 +110,7 @@ class Told:
 @LOADS
 @pytest.mark.parametrize(("part", "refuses"), [(-1.01, True), (-0.99, False), (0.99, False), (1.01, True)])
 @pytest.mark.parametrize("speed", [0.0, 0.1])
-def test_drive_that_leads_astray_is_left_to_the_steps(
+def test_drive_whose_published_motion_is_off_is_left_to_the_steps(
     load: dict[str, float], part: float, refuses: bool, speed: float
 ) -> None:
     assert Told(load).refuses(part * Told.TOLERANCE, speed) is refuses
@@ -113,7 +118,7 @@ def test_drive_that_leads_astray_is_left_to_the_steps(
 
 @LOADS
 @pytest.mark.parametrize(("speed", "refuses"), [(0.0, False), (0.1, True)])
-def test_drive_that_has_to_tell_that_it_stands_is_left_to_the_steps(
+def test_drive_that_has_to_publish_its_standstill_is_left_to_the_steps(
     load: dict[str, float], speed: float, refuses: bool
 ) -> None:
     drive = Told(load)
@@ -121,7 +126,7 @@ def test_drive_that_has_to_tell_that_it_stands_is_left_to_the_steps(
     assert drive.refuses(speed=speed) is refuses
 
 
-def test_silent_master_is_noticed_half_a_cycle_after_the_second_mst_that_is_missing() -> None:
+def test_silent_master_is_noticed_half_a_cycle_after_the_second_missing_mst() -> None:
     line = Line(1)
     line.swing(Random(1))
     line.rig.run_until(line.rig.now_ns + 20 * CYCLE_NS + CYCLE_NS * 9 // 10)

@@ -193,15 +193,15 @@ def test_mode_without_its_command_value_is_refused_before_operation() -> None:
 @pytest.mark.parametrize(
     ("idns", "mistake"),
     [
-        ({"S-0-9999": 1}, "write it like S-0-0047 or P-0-0010"),
-        ({"S-0-0999": 1}, "S-0-0999 is no parameter that can be set: there are S-0-0032, .*S-0-0406$"),
-        ({"S-0-0017": 1}, "S-0-0017 is no parameter"),
-        ({"S-0-0051": 1}, "S-0-0051 is no parameter"),
-        ({"S-0-0099": 3}, "S-0-0099 is no parameter"),
-        ({"S-0-0206": 20}, "S-0-0206 is no parameter"),
-        ({"s-0-104": 0}, "s-0-104 can't be 0: 1 to 6000 would be right"),
-        ({"S-0-0104": 6_001}, "1 to 6000 would be right"),
-        ({"S-0-0091": -1}, "0 to 2147483647 would be right"),
+        ({"S-0-9999": 1}, "expected, for example, S-0-0047 or P-0-0010"),
+        ({"S-0-0999": 1}, "S-0-0999 is not a parameter that can be set; expected one of S-0-0032, .*S-0-0406$"),
+        ({"S-0-0017": 1}, "S-0-0017 is not a parameter"),
+        ({"S-0-0051": 1}, "S-0-0051 is not a parameter"),
+        ({"S-0-0099": 3}, "S-0-0099 is not a parameter"),
+        ({"S-0-0206": 20}, "S-0-0206 is not a parameter"),
+        ({"s-0-104": 0}, "s-0-104 can't be 0; expected 1 to 6000"),
+        ({"S-0-0104": 6_001}, "expected 1 to 6000"),
+        ({"S-0-0091": -1}, "expected 0 to 2147483647"),
     ],
 )
 def test_parameters_of_a_rig_file_that_can_not_be_are_refused(idns: dict[str, int], mistake: str) -> None:

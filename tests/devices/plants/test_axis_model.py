@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.plants.axis_model import Course, Mechanics, State, after
+from fieldrig_devices.plants.axis_model import Mechanics, Segment, State, after
 
 quick = settings(max_examples=60, deadline=None)
 torques = st.floats(-3, 3).map(lambda x: round(x, 3))
@@ -113,8 +113,8 @@ def test_two_steps_are_one(axis: Mechanics, state: State, reference: float, load
 @quick
 @given(axes(), states)
 def test_speed_never_grows_without_torque(axis: Mechanics, state: State) -> None:
-    course = [after(axis, state, 0.0, 0.0, n * 0.007) for n in range(30)]
-    for before, then in itertools.pairwise(course):
+    segment = [after(axis, state, 0.0, 0.0, n * 0.007) for n in range(30)]
+    for before, then in itertools.pairwise(segment):
         assert abs(then.speed) <= abs(before.speed) + 1e-12
         assert then.speed * before.speed >= 0
 
@@ -153,14 +153,14 @@ def test_position_has_no_jumps_and_stays_between_the_stops(
 def test_tangent_is_good_for_as_long_as_it_says(
     axis: Mechanics, state: State, reference: float, load: float, tolerance: float
 ) -> None:
-    course = Course(axis, state._replace(torque=0.0 if axis.lag_s else reference), reference, load)
-    speed, acceleration, good = course.tangent(tolerance)
-    end = course.end(min(good, 30.0))
+    segment = Segment(axis, state._replace(torque=0.0 if axis.lag_s else reference), reference, load)
+    speed, acceleration, good = segment.tangent(tolerance)
+    end = segment.end(min(good, 30.0))
     until = min(good, 30.0) if end is None else end.seconds
     for n in range(1, 101):
         t = until * n / 100
         told = state.position + speed * t + acceleration / 2 * t * t
-        assert abs(told - course.at(t)[0]) <= tolerance * 1.0001 + 1e-9
+        assert abs(told - segment.at(t)[0]) <= tolerance * 1.0001 + 1e-9
 
 
 def test_axis_holds_up_to_the_breakaway_torque_and_then_runs_against_dry_friction() -> None:

@@ -187,8 +187,8 @@ def test_wires_have_the_names_of_the_settings() -> None:
     ("settings", "complaint"),
     [
         ({"initial_level_m": 2.5}, "above the rim"),
-        ({"high_m": 2.5}, "low_m and high_m must rise"),
-        ({"low_m": 1.9}, "low_m and high_m must rise"),
+        ({"high_m": 2.5}, "low_m must be below high_m"),
+        ({"low_m": 1.9}, "low_m must be below high_m"),
         ({"area_m2": 0}, "greater than 0"),
         ({"step_ms": 0}, "greater than or equal to 1"),
         ({"discharge_coefficient": 1.5}, "less than or equal to 1"),
