@@ -5,7 +5,7 @@ import socket
 import tempfile
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from hub_bench import LoopBench
@@ -177,12 +177,8 @@ def open_pty(bench: OutsideBench, name: str) -> End:
 
 @contextmanager
 def outside_bench(bus: ModbusBus) -> Iterator[OutsideBench]:
-    with tempfile.TemporaryDirectory(prefix="fieldrig-") as folder:
-        bench = OutsideBench(bus, Path(folder))
-        try:
-            yield bench
-        finally:
-            bench.close()
+    with tempfile.TemporaryDirectory(prefix="fieldrig-") as folder, closing(OutsideBench(bus, Path(folder))) as bench:
+        yield bench
 
 
 @contextmanager
