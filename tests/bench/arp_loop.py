@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from report import Report, progress
+from report import COMPARED, Report, progress
 from running_rig import RunningRig, until
 
 from fieldrig.clock import MS, S
@@ -135,7 +135,7 @@ def run() -> Report:
         "ARP card",
         "This table shows the speed of a card with a control loop of 1 ms, two axes, PST, six cams, six events and a"
         " program that fills its slices.",
-        ("quantity", "measured", "compared with", "ratio"),
+        COMPARED,
     )
     with tempfile.TemporaryDirectory(prefix="arp") as name:
         folder = Path(name)

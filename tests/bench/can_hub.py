@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import uvloop
-from report import Report, progress
+from report import COMPARED, Report, progress
 
 from fieldrig.attach import attach
 from fieldrig.bus import Delivery
@@ -218,7 +218,7 @@ def run() -> Report:
         "CAN hub",
         f"This table shows the throughput of a hub at 1 Mbit/s, or without pacing, over {SECONDS:g} s each. Every node"
         " is a process of its own.",
-        ("quantity", "measured", "compared with", "ratio"),
+        COMPARED,
     )
     progress("CAN hub: a full bus")
     frames_per_s, limit_per_s, cpu = uvloop.run(full_bus())

@@ -23,7 +23,7 @@ from canopen_peers import (
     SyncProducer,
     eds_with_tpdos,
 )
-from report import Report, percentile, progress
+from report import COMPARED, Report, percentile, progress
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
@@ -178,7 +178,7 @@ def run() -> Report:
         "CANopen node",
         f"This table shows block transfers of {len(DATA) // 1000} kB with CRC, and the answers to a SYNC every"
         f" {SYNC_PERIOD_NS / MS:g} ms. Hub, node and master are processes of their own.",
-        ("quantity", "measured", "compared with", "ratio"),
+        COMPARED,
     )
     for name, bitrate in (("1 Mbit/s", can_hub.BITRATE), ("unpaced", None)):
         progress(f"CANopen: blocks over the hub, {name}")

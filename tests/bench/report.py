@@ -9,6 +9,9 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+COMPARED = ("quantity", "measured", "compared with", "ratio")
+"""The columns of a table that sets each measured value against a known one."""
+
 
 @dataclass
 class Report:

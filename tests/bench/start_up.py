@@ -8,7 +8,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from report import Report, progress
+from report import COMPARED, Report, progress
 
 from fieldrig.testing import free_port
 
@@ -64,7 +64,7 @@ def run() -> Report:
     report = Report(
         "Start-up and memory",
         f"This table shows how long a rig takes until it is ready, as the median of {STARTS} starts, and its memory.",
-        ("quantity", "measured", "compared with", "ratio"),
+        COMPARED,
     )
     progress("start-up: the lab")
     starts = [start_lab() for _ in range(STARTS)]

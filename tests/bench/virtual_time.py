@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from report import Report, progress
+from report import COMPARED, Report, progress
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
@@ -54,7 +54,7 @@ def run() -> Report:
     report = Report(
         "Virtual time",
         f"This table shows how fast virtual time runs, over about {WALL_S:g} s of real time each.",
-        ("quantity", "measured", "compared with", "ratio"),
+        COMPARED,
     )
     progress("virtual time: one process")
     one = messages_per_s("one")

@@ -1,11 +1,10 @@
 import asyncio
-import functools
 import socket
-from collections.abc import Callable, Coroutine
 from itertools import pairwise
 from typing import Any
 
 import pytest
+from in_loop import in_loop
 from pydantic import ValidationError
 
 from fieldrig.clock import VirtualClock
@@ -28,14 +27,6 @@ class Keys(Settings):
 class Echo(Connection):
     def data_received(self, data: bytes) -> None:
         self.write(data)
-
-
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(**fixtures: Any) -> None:
-        asyncio.run(test(**fixtures))
-
-    return run
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:5020", "localhost:0", "[::1]:29536", "tcp://127.0.0.1:1"])

@@ -1,15 +1,15 @@
 import asyncio
-import functools
 import os
 import select
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Coroutine
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
+from in_loop import in_loop
 
 from fieldrig.errors import BusError
 from fieldrig_bus.pty import MOST_PENDING, Pty
@@ -30,12 +30,13 @@ asyncio.run(main())
 """
 
 
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(**fixtures: Any) -> None:
-        asyncio.run(test(**fixtures))
-
-    return run
+@contextmanager
+def client_of(pty: Pty) -> Iterator[int]:
+    descriptor = os.open(pty.path, os.O_RDWR | os.O_NOCTTY)
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)
 
 
 def read_some(descriptor: int) -> bytes:
@@ -53,18 +54,16 @@ async def heard(received: list[bytes], count: int) -> bytes:
 @in_loop
 async def test_bytes_go_both_ways_unchanged_and_clients_come_and_go(tmp_path: Path) -> None:
     received: list[bytes] = []
-    pty = Pty(tmp_path / "deep" / "com1")
-    pty.open(received.append)
     everything = bytes(range(256))
-    for _ in range(2):
-        client = os.open(pty.path, os.O_RDWR | os.O_NOCTTY)
-        received.clear()
-        os.write(client, everything)
-        assert await heard(received, 256) == everything
-        pty.write(everything)
-        assert read_some(client) == everything
-        os.close(client)
-    pty.close()
+    with closing(Pty(tmp_path / "deep" / "com1")) as pty:
+        pty.open(received.append)
+        for _ in range(2):
+            with client_of(pty) as client:
+                received.clear()
+                os.write(client, everything)
+                assert await heard(received, 256) == everything
+                pty.write(everything)
+                assert read_some(client) == everything
 
 
 @in_loop
@@ -126,32 +125,28 @@ async def test_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 
 @in_loop
 async def test_writing_without_a_reader_neither_blocks_nor_grows_and_loses_whole_messages(tmp_path: Path) -> None:
-    pty = Pty(tmp_path / "com1")
-    pty.open(print)
     message = b"t1238" + b"0011223344556677" + b"\r"
-    for _ in range(20_000):
-        pty.write(message)
-    client = os.open(pty.path, os.O_RDWR | os.O_NOCTTY)
     got = b""
-    async with asyncio.timeout(10):
-        while len(got) < MOST_PENDING:
-            await asyncio.sleep(0.001)
-            got += read_some(client)
+    with closing(Pty(tmp_path / "com1")) as pty:
+        pty.open(print)
+        for _ in range(20_000):
+            pty.write(message)
+        with client_of(pty) as client:
+            async with asyncio.timeout(10):
+                while len(got) < MOST_PENDING:
+                    await asyncio.sleep(0.001)
+                    got += read_some(client)
     assert got.startswith(message)
-    os.close(client)
-    pty.close()
 
 
 @in_loop
 async def test_baud_rate_is_what_the_client_set(tmp_path: Path) -> None:
     import termios
 
-    pty = Pty(tmp_path / "com1")
-    pty.open(print)
-    client = os.open(pty.path, os.O_RDWR | os.O_NOCTTY)
-    attributes = termios.tcgetattr(client)
-    attributes[4] = attributes[5] = termios.B115200
-    termios.tcsetattr(client, termios.TCSANOW, attributes)
-    assert pty.baud() == 115200
-    os.close(client)
-    pty.close()
+    with closing(Pty(tmp_path / "com1")) as pty:
+        pty.open(print)
+        with client_of(pty) as client:
+            attributes = termios.tcgetattr(client)
+            attributes[4] = attributes[5] = termios.B115200
+            termios.tcsetattr(client, termios.TCSANOW, attributes)
+            assert pty.baud() == 115200

@@ -7,7 +7,6 @@ script does it; so pip needs a package index, and keeps in its cache what it dow
 import hashlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -17,6 +16,7 @@ from pathlib import Path
 import pytest
 from addresses import exchanged
 from doc_pages import ROOT, Block, blocks
+from process_group import run_group
 
 from fieldrig.testing import free_port
 from fieldrig_devices.begin.examples import content_of, menu
@@ -55,22 +55,9 @@ class Newcomer:
 
     def run(self, script: str) -> None:
         """Every command must succeed; at a failure its output says how far it came."""
-        with subprocess.Popen(
-            ["bash", "-euxo", "pipefail", "-c", ENDING + exchanged(script, self._ports)],
-            cwd=self.folder,
-            env=self._environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        ) as process:
-            try:
-                output = process.communicate()[0]
-            finally:
-                if process.poll() is None:
-                    os.killpg(process.pid, signal.SIGKILL)
-        assert process.returncode == 0, output
+        script = ENDING + exchanged(script, self._ports)
+        done = run_group(["bash", "-euxo", "pipefail", "-c", script], self.folder, self._environment)
+        assert done.returncode == 0, done.stdout
 
     def python(self, code: str) -> str:
         command = [str(self.folder / ".venv/bin/python"), "-c", code]

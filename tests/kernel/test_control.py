@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+from in_loop import in_loop
 
 from fieldrig import endpoint as endpoints
 from fieldrig.control import Client, Control, NoAnswerError
@@ -63,137 +64,119 @@ async def refuse(_verb: str, _message: Any) -> Any:
     raise ControlError("there is no such point", "write one of: level")
 
 
-def test_a_query_is_answered_with_its_verb_and_message(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, process):
-            rig.serve("rig/*", echo)
-            assert await process.ask("rig/step", {"ns": 5}, 5) == {"verb": "step", "message": {"ns": 5}}
-
-    asyncio.run(run())
-
-
-def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, process):
-            process.serve("device/tank/*", refuse)
-            await until_served(rig, "device/tank/get")
-            with pytest.raises(ControlError) as refused:
-                await rig.ask("device/tank/get", None, 5)
-            assert refused.value.what == "there is no such point"
-            assert refused.value.remedy == "write one of: level"
-
-    asyncio.run(run())
-
-
-def test_a_question_to_nobody_is_an_error_and_no_wait(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, _process):
-            with pytest.raises(ControlError, match="there is no answer to device/pump/get"):
-                await rig.ask("device/pump/get", None, 60)
-
-    asyncio.run(run())
-
-
-def test_an_answer_may_take_its_time_while_others_are_given(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, process):
-            go = asyncio.Event()
-
-            async def answer(verb: str, _message: Any) -> Any:
-                if verb == "join":
-                    await go.wait()
-                return verb
-
-            rig.serve("rig/*", answer)
-            joining = asyncio.create_task(process.ask("rig/join", None, 30))
-            assert await process.ask("rig/status", None, 5) == "status"
-            assert not joining.done()
-            go.set()
-            assert await joining == "join"
-
-    asyncio.run(run())
-
-
-def test_announcements_reach_who_listens(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, process):
-            heard: list[tuple[str, Any]] = []
-            rig.listen_to("ready/*", lambda name, message: heard.append((name, message)))
-            process.publish("ready/tank", {"pid": 4})
-            await until(lambda: heard == [("tank", {"pid": 4})])
-
-    asyncio.run(run())
-
-
-def test_life_is_seen_when_it_comes_when_it_was_there_and_when_it_goes(endpoint: str) -> None:
-    async def run() -> None:
-        rig = Control(endpoints.listen(endpoint), "lab")
-        first = Control(endpoints.connect(endpoint), "lab")
-        first.show_life("alive/first")
-        seen: list[tuple[str, bool]] = []
-        rig.watch_life("alive/*", lambda name, is_alive: seen.append((name, is_alive)))
-        await until(lambda: ("first", True) in seen)
-        second = Control(endpoints.connect(endpoint), "lab")
-        second.show_life("alive/second")
-        await until(lambda: ("second", True) in seen)
-        await first.close()
-        await until(lambda: ("first", False) in seen)
-        await second.close()
-        await rig.close()
-
-    asyncio.run(run())
-
-
-def test_a_stream_knows_whether_anybody_listens(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, process):
-            listeners: list[bool] = []
-            stream = process.stream("trace/can0", listeners.append)
-            assert listeners == [False]
-            heard: list[Any] = []
-            rig.listen_to("trace/*", lambda bus, batch: heard.append((bus, batch)))
-            await until(lambda: listeners[-1])
-            stream.put("[1]")
-            await until(lambda: heard == [("can0", [1])])
-
-    asyncio.run(run())
-
-
-def test_after_an_answer_a_stream_knows_who_listened_before_it_was_given(endpoint: str) -> None:
-    async def run() -> None:
-        rig = Control(endpoints.listen(endpoint), "lab")
-        rig.listen_to("trace/*", lambda _bus, _batch: None)
+@in_loop
+async def test_a_query_is_answered_with_its_verb_and_message(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
         rig.serve("rig/*", echo)
-        for _ in range(10):
-            process = Control(endpoints.connect(endpoint), "lab")
-            listeners: list[bool] = []
-            stream = process.stream("trace/can0", listeners.append)
-            await process.ask("rig/join", {}, 5.0)
-            stream.look()
-            assert listeners[-1]
-            await process.close()
-        await rig.close()
-
-    asyncio.run(run())
+        assert await process.ask("rig/step", {"ns": 5}, 5) == {"verb": "step", "message": {"ns": 5}}
 
 
-def test_a_tool_asks_one_or_all(endpoint: str) -> None:
-    async def run() -> None:
-        async with rig_and_process(endpoint) as (rig, process):
-            rig.serve("process/one/*", echo)
-            process.serve("process/two/*", echo)
-            await until_served(rig, "process/two/status")
+@in_loop
+async def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
+        process.serve("device/tank/*", refuse)
+        await until_served(rig, "device/tank/get")
+        with pytest.raises(ControlError) as refused:
+            await rig.ask("device/tank/get", None, 5)
+        assert refused.value.what == "there is no such point"
+        assert refused.value.remedy == "write one of: level"
 
-            def use_tool() -> None:
-                with Client(endpoint) as client:
-                    assert client.ask("process/two/status")["verb"] == "status"
-                    assert sorted(client.ask_all("process/*/status")) == ["one", "two"]
-                    with pytest.raises(ControlError, match="there is no answer"):
-                        client.ask("process/three/status")
 
-            await asyncio.to_thread(use_tool)
+@in_loop
+async def test_a_question_to_nobody_is_an_error_and_no_wait(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, _process):
+        with pytest.raises(ControlError, match="there is no answer to device/pump/get"):
+            await rig.ask("device/pump/get", None, 60)
 
-    asyncio.run(run())
+
+@in_loop
+async def test_an_answer_may_take_its_time_while_others_are_given(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
+        go = asyncio.Event()
+
+        async def answer(verb: str, _message: Any) -> Any:
+            if verb == "join":
+                await go.wait()
+            return verb
+
+        rig.serve("rig/*", answer)
+        joining = asyncio.create_task(process.ask("rig/join", None, 30))
+        assert await process.ask("rig/status", None, 5) == "status"
+        assert not joining.done()
+        go.set()
+        assert await joining == "join"
+
+
+@in_loop
+async def test_announcements_reach_who_listens(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
+        heard: list[tuple[str, Any]] = []
+        rig.listen_to("ready/*", lambda name, message: heard.append((name, message)))
+        process.publish("ready/tank", {"pid": 4})
+        await until(lambda: heard == [("tank", {"pid": 4})])
+
+
+@in_loop
+async def test_life_is_seen_when_it_comes_when_it_was_there_and_when_it_goes(endpoint: str) -> None:
+    rig = Control(endpoints.listen(endpoint), "lab")
+    first = Control(endpoints.connect(endpoint), "lab")
+    first.show_life("alive/first")
+    seen: list[tuple[str, bool]] = []
+    rig.watch_life("alive/*", lambda name, is_alive: seen.append((name, is_alive)))
+    await until(lambda: ("first", True) in seen)
+    second = Control(endpoints.connect(endpoint), "lab")
+    second.show_life("alive/second")
+    await until(lambda: ("second", True) in seen)
+    await first.close()
+    await until(lambda: ("first", False) in seen)
+    await second.close()
+    await rig.close()
+
+
+@in_loop
+async def test_a_stream_knows_whether_anybody_listens(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
+        listeners: list[bool] = []
+        stream = process.stream("trace/can0", listeners.append)
+        assert listeners == [False]
+        heard: list[Any] = []
+        rig.listen_to("trace/*", lambda bus, batch: heard.append((bus, batch)))
+        await until(lambda: listeners[-1])
+        stream.put("[1]")
+        await until(lambda: heard == [("can0", [1])])
+
+
+@in_loop
+async def test_after_an_answer_a_stream_knows_who_listened_before_it_was_given(endpoint: str) -> None:
+    rig = Control(endpoints.listen(endpoint), "lab")
+    rig.listen_to("trace/*", lambda _bus, _batch: None)
+    rig.serve("rig/*", echo)
+    for _ in range(10):
+        process = Control(endpoints.connect(endpoint), "lab")
+        listeners: list[bool] = []
+        stream = process.stream("trace/can0", listeners.append)
+        await process.ask("rig/join", {}, 5.0)
+        stream.look()
+        assert listeners[-1]
+        await process.close()
+    await rig.close()
+
+
+@in_loop
+async def test_a_tool_asks_one_or_all(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
+        rig.serve("process/one/*", echo)
+        process.serve("process/two/*", echo)
+        await until_served(rig, "process/two/status")
+
+        def use_tool() -> None:
+            with Client(endpoint) as client:
+                assert client.ask("process/two/status")["verb"] == "status"
+                assert sorted(client.ask_all("process/*/status")) == ["one", "two"]
+                with pytest.raises(ControlError, match="there is no answer"):
+                    client.ask("process/three/status")
+
+        await asyncio.to_thread(use_tool)
 
 
 def test_no_rig_is_said_at_once_with_what_to_do(endpoint: str) -> None:

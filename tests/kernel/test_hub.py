@@ -1,6 +1,8 @@
 """A hub carries a bus between members of its own process and of others."""
 
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +44,16 @@ class HubBench:
         self.clock.close()
 
 
+@asynccontextmanager
+async def open_hub(run: Path, attach_at: str | None = None) -> AsyncIterator[HubBench]:
+    bench = HubBench(run, attach_at)
+    await bench.hub.open()
+    try:
+        yield bench
+    finally:
+        await bench.close()
+
+
 class Listener:
     """Collects what a link hears; `heard(n)` waits for n messages."""
 
@@ -64,96 +76,86 @@ class Listener:
 
 @in_loop
 async def test_members_here_and_elsewhere_hear_each_other(tmp_path: Path) -> None:
-    bench = HubBench(tmp_path)
-    await bench.hub.open()
-    here = bench.hub.join("here")
-    there = await bench.remote("there")
-    at_home, away = Listener(here), Listener(there)
-    here.send(RUN)
-    assert await away.heard(1) == [RUN]
-    there.send(Signal("tank.level", 1.5, "m"))
-    assert await at_home.heard(1) == [Signal("tank.level", 1.5, "m")]
-    assert [delivery.sender for delivery in bench.trace if delivery.receivers] == ["here", "there"]
-    await there.close()
-    await bench.close()
+    async with open_hub(tmp_path) as bench:
+        here = bench.hub.join("here")
+        there = await bench.remote("there")
+        at_home, away = Listener(here), Listener(there)
+        here.send(RUN)
+        assert await away.heard(1) == [RUN]
+        there.send(Signal("tank.level", 1.5, "m"))
+        assert await at_home.heard(1) == [Signal("tank.level", 1.5, "m")]
+        assert [delivery.sender for delivery in bench.trace if delivery.receivers] == ["here", "there"]
+        await there.close()
 
 
 @in_loop
 async def test_who_leaves_may_come_again_and_a_taken_name_is_refused(tmp_path: Path) -> None:
-    bench = HubBench(tmp_path)
-    await bench.hub.open()
-    first = await bench.remote("pump")
-    with pytest.raises(BusError, match="already has a member 'pump'"):
-        await bench.remote("pump")
-    await first.close()
-    async with asyncio.timeout(20):
-        while True:  # until the hub has seen the first one leave
-            try:
-                again = await bench.remote("pump")
-                break
-            except BusError:
-                await asyncio.sleep(0)
-    await again.close()
-    await bench.close()
+    async with open_hub(tmp_path) as bench:
+        first = await bench.remote("pump")
+        with pytest.raises(BusError, match="already has a member 'pump'"):
+            await bench.remote("pump")
+        await first.close()
+        async with asyncio.timeout(20):
+            while True:  # until the hub has seen the first one leave
+                try:
+                    again = await bench.remote("pump")
+                    break
+                except BusError:
+                    await asyncio.sleep(0)
+        await again.close()
 
 
 @in_loop
 async def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(tmp_path: Path) -> None:
-    bench = HubBench(tmp_path)
-    await bench.hub.open()
-    link = await bench.remote("panel")
-    listener = Listener(link, ["pump.run"])
-    await bench.hub.close()
-    async with asyncio.timeout(20):
-        assert "gone" in await bench.lost
-    link.send(RUN)  # into the void: no error
-    second = LocalHub(bench.bus, bench.clock, tmp_path)
-    await second.open()
-    await link.connect()
-    pump = second.join("pump")
-    pump.send(Signal("pump.speed", 1, "%"))
-    pump.send(RUN)
-    assert await listener.heard(1) == [RUN]
-    await link.close()
-    await second.close()
-    await bench.close()
+    async with open_hub(tmp_path) as bench:
+        link = await bench.remote("panel")
+        listener = Listener(link, ["pump.run"])
+        await bench.hub.close()
+        async with asyncio.timeout(20):
+            assert "gone" in await bench.lost
+        link.send(RUN)  # into the void: no error
+        second = LocalHub(bench.bus, bench.clock, tmp_path)
+        await second.open()
+        await link.connect()
+        pump = second.join("pump")
+        pump.send(Signal("pump.speed", 1, "%"))
+        pump.send(RUN)
+        assert await listener.heard(1) == [RUN]
+        await link.close()
+        await second.close()
 
 
 @in_loop
 async def test_a_hub_that_is_back_is_told_what_holds(tmp_path: Path) -> None:
-    bench = HubBench(tmp_path)
-    await bench.hub.open()
-    pump = await bench.remote("pump")
-    pump.send(Signal("pump.run", False))
-    pump.send(Signal("pump.speed", 50, "%"))
-    await bench.hub.close()
-    await bench.lost
-    pump.send(RUN)  # only the last value of a wire holds
-    second = LocalHub(bench.bus, bench.clock, tmp_path)
-    await second.open()
-    await pump.connect()
-    listener = Listener(second.join("late"))
-    assert await listener.heard(2) == [RUN, Signal("pump.speed", 50, "%")]
-    await pump.close()
-    await second.close()
-    await bench.close()
+    async with open_hub(tmp_path) as bench:
+        pump = await bench.remote("pump")
+        pump.send(Signal("pump.run", False))
+        pump.send(Signal("pump.speed", 50, "%"))
+        await bench.hub.close()
+        await bench.lost
+        pump.send(RUN)  # only the last value of a wire holds
+        second = LocalHub(bench.bus, bench.clock, tmp_path)
+        await second.open()
+        await pump.connect()
+        listener = Listener(second.join("late"))
+        assert await listener.heard(2) == [RUN, Signal("pump.speed", 50, "%")]
+        await pump.close()
+        await second.close()
 
 
 @in_loop
 async def test_devices_attach_over_tcp_too_and_a_taken_port_is_refused_with_the_remedy(
     tmp_path: Path, free_port: int
 ) -> None:
-    bench = HubBench(tmp_path / "hub", f"tcp://127.0.0.1:{free_port}")
-    await bench.hub.open()
-    link = await attach(bench.bus, "far", bench.clock, tmp_path / "elsewhere", print)
-    listener = Listener(link)
-    bench.hub.join("here").send(RUN)
-    assert await listener.heard(1) == [RUN]
-    other = LocalHub(bench.bus, bench.clock, tmp_path / "other")
-    with pytest.raises(BusError, match="choose another port"):
-        await other.open()
-    await link.close()
-    await bench.close()
+    async with open_hub(tmp_path / "hub", f"tcp://127.0.0.1:{free_port}") as bench:
+        link = await attach(bench.bus, "far", bench.clock, tmp_path / "elsewhere", print)
+        listener = Listener(link)
+        bench.hub.join("here").send(RUN)
+        assert await listener.heard(1) == [RUN]
+        other = LocalHub(bench.bus, bench.clock, tmp_path / "other")
+        with pytest.raises(BusError, match="choose another port"):
+            await other.open()
+        await link.close()
 
 
 @in_loop
@@ -222,21 +224,19 @@ async def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_thei
 )
 @in_loop
 async def test_a_stranger_that_talks_nonsense_is_put_off_and_the_bus_goes_on(tmp_path: Path, garbage: bytes) -> None:
-    bench = HubBench(tmp_path)
-    await bench.hub.open()
-    reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))
-    writer.write(garbage)
-    async with asyncio.timeout(20):
-        try:
-            while await reader.read(4096):
+    async with open_hub(tmp_path) as bench:
+        reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))
+        writer.write(garbage)
+        async with asyncio.timeout(20):
+            try:
+                while await reader.read(4096):
+                    pass
+            except ConnectionResetError:
                 pass
-        except ConnectionResetError:
-            pass
-    writer.close()
-    listener = Listener(await bench.remote("panel"))
-    bench.hub.join("here").send(RUN)
-    assert await listener.heard(1) == [RUN]
-    await bench.close()
+        writer.close()
+        listener = Listener(await bench.remote("panel"))
+        bench.hub.join("here").send(RUN)
+        assert await listener.heard(1) == [RUN]
 
 
 @given(st.lists(st.tuples(st.sampled_from(list(Kind)), st.integers(-(1 << 63), (1 << 63) - 1), st.binary())), st.data())

@@ -87,97 +87,90 @@ class Bench:
         await asyncio.gather(*self.joins.values(), return_exceptions=True)
 
 
-def on_bench(case: Callable[[Bench], Coroutine[Any, Any, None]]) -> None:
-    async def run() -> None:
+def on_bench(case: Callable[[Bench], Coroutine[Any, Any, None]]) -> Callable[[], None]:
+    """Run a coroutine function as a test, with a bench in an event loop of its own."""
+
+    async def on_new_bench() -> None:
         bench = Bench()
         try:
             await case(bench)
         finally:
             await bench.close()
 
-    asyncio.run(run())
+    def run() -> None:
+        asyncio.run(on_new_bench())
+
+    return run
 
 
-def test_devices_wait_until_their_hub_is_open_and_those_before_them_are_ready() -> None:
-    async def case(bench: Bench) -> None:
-        await bench.join("two")
-        await bench.join("one")
-        assert bench.released == set()
-        await bench.join("w")
-        assert bench.released == {"w", "one"}
-        bench.line.on_ready("w", {"pid": 1})
-        assert bench.released == {"w", "one"}
-        bench.line.on_ready("one", {"pid": 1})
-        await bench.settle()
-        assert bench.released == {"w", "one", "two"}
-        bench.line.on_ready("two", {"pid": 1})
-        assert bench.told() == ["w ready", "one ready", "two ready", "ready"]
-
-    on_bench(case)
+@on_bench
+async def test_devices_wait_until_their_hub_is_open_and_those_before_them_are_ready(bench: Bench) -> None:
+    await bench.join("two")
+    await bench.join("one")
+    assert bench.released == set()
+    await bench.join("w")
+    assert bench.released == {"w", "one"}
+    bench.line.on_ready("w", {"pid": 1})
+    assert bench.released == {"w", "one"}
+    bench.line.on_ready("one", {"pid": 1})
+    await bench.settle()
+    assert bench.released == {"w", "one", "two"}
+    bench.line.on_ready("two", {"pid": 1})
+    assert bench.told() == ["w ready", "one ready", "two ready", "ready"]
 
 
-def test_a_process_that_comes_back_waits_for_nobody_who_is_there() -> None:
-    async def case(bench: Bench) -> None:
-        await bench.make_all_ready()
-        bench.roster.set_state(bench.roster.members["two"], State.DEAD)
-        assert bench.roster.status()["state"] == "degraded"
-        await bench.join("two", pid=2)
-        assert bench.joins["two"].done()
-        bench.line.on_ready("two", {"pid": 1})  # from before it died
-        assert bench.roster.members["two"].state is State.RELEASED
-        bench.line.on_ready("two", {"pid": 2})
-        assert bench.roster.status()["state"] == "ready"
-        assert bench.told().count("ready") == 1
-
-    on_bench(case)
+@on_bench
+async def test_a_process_that_comes_back_waits_for_nobody_who_is_there(bench: Bench) -> None:
+    await bench.make_all_ready()
+    bench.roster.set_state(bench.roster.members["two"], State.DEAD)
+    assert bench.roster.status()["state"] == "degraded"
+    await bench.join("two", pid=2)
+    assert bench.joins["two"].done()
+    bench.line.on_ready("two", {"pid": 1})  # from before it died
+    assert bench.roster.members["two"].state is State.RELEASED
+    bench.line.on_ready("two", {"pid": 2})
+    assert bench.roster.status()["state"] == "ready"
+    assert bench.told().count("ready") == 1
 
 
-def test_one_that_died_for_good_is_not_waited_for() -> None:
-    async def case(bench: Bench) -> None:
-        await bench.make_all_ready()
-        bench.roster.set_state(bench.roster.members["one"], State.GONE)
-        assert bench.roster.status()["state"] == "ready"
-        await bench.join("two")
-        assert bench.joins["two"].done()
-
-    on_bench(case)
+@on_bench
+async def test_one_that_died_for_good_is_not_waited_for(bench: Bench) -> None:
+    await bench.make_all_ready()
+    bench.roster.set_state(bench.roster.members["one"], State.GONE)
+    assert bench.roster.status()["state"] == "ready"
+    await bench.join("two")
+    assert bench.joins["two"].done()
 
 
-def test_a_hub_that_is_being_started_again_is_waited_for() -> None:
-    async def case(bench: Bench) -> None:
-        await bench.make_all_ready()
-        bench.roster.set_state(bench.roster.members["w"], State.DEAD)
-        await bench.join("one")
-        assert not bench.joins["one"].done()
-        await bench.join("w")
-        assert bench.joins["one"].done()
-
-    on_bench(case)
+@on_bench
+async def test_a_hub_that_is_being_started_again_is_waited_for(bench: Bench) -> None:
+    await bench.make_all_ready()
+    bench.roster.set_state(bench.roster.members["w"], State.DEAD)
+    await bench.join("one")
+    assert not bench.joins["one"].done()
+    await bench.join("w")
+    assert bench.joins["one"].done()
 
 
-def test_a_new_service_finds_processes_that_joined_the_last_one() -> None:
-    async def case(bench: Bench) -> None:
-        bench.roster.watch()
-        bench.line.states = {"w": "ready", "one": "ready", "two": "starting"}
-        for name in bench.line.states:
-            bench.line.on_life(name, True)
-        await bench.settle()
-        assert [member.state for member in bench.roster.members.values()] == ["ready", "ready", "starting"]
-        bench.line.on_life("one", False)
-        assert bench.roster.members["one"].state is State.DEAD
-
-    on_bench(case)
+@on_bench
+async def test_a_new_service_finds_processes_that_joined_the_last_one(bench: Bench) -> None:
+    bench.roster.watch()
+    bench.line.states = {"w": "ready", "one": "ready", "two": "starting"}
+    for name in bench.line.states:
+        bench.line.on_life(name, True)
+    await bench.settle()
+    assert [member.state for member in bench.roster.members.values()] == ["ready", "ready", "starting"]
+    bench.line.on_life("one", False)
+    assert bench.roster.members["one"].state is State.DEAD
 
 
-def test_strangers_and_unknown_verbs_are_refused() -> None:
-    async def case(bench: Bench) -> None:
-        with pytest.raises(ControlError, match="this rig can't join process three, pid 1"):
-            await bench.line.answer("join", {"process": "three", "pid": 1})
-        with pytest.raises(ControlError, match="can't step"):
-            await bench.line.answer("step", None)
-        garbage: list[Any] = [None, [], {"process": "one"}, {"process": 1, "pid": 1}]
-        for message in garbage:
-            with pytest.raises(ControlError, match="this rig can't join"):
-                await bench.line.answer("join", message)
-
-    on_bench(case)
+@on_bench
+async def test_strangers_and_unknown_verbs_are_refused(bench: Bench) -> None:
+    with pytest.raises(ControlError, match="this rig can't join process three, pid 1"):
+        await bench.line.answer("join", {"process": "three", "pid": 1})
+    with pytest.raises(ControlError, match="can't step"):
+        await bench.line.answer("step", None)
+    garbage: list[Any] = [None, [], {"process": "one"}, {"process": 1, "pid": 1}]
+    for message in garbage:
+        with pytest.raises(ControlError, match="this rig can't join"):
+            await bench.line.answer("join", message)

@@ -6,29 +6,20 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from conform_peers import NODE_ID
 from running_rig import RunningRig
+from vcan_rig import IO_ON_VCAN
 
 pytestmark = [pytest.mark.real, pytest.mark.vcan]
 
 MASTER = Path(__file__).parent / "node" / "master.js"
-EDS = Path(__file__).parents[2] / "configs" / "eds" / "io32.eds"
-NODE_ID = 5
-
-RIG = f"""
-time: real
-start_timeout_s: 60
-buses:
-  can0: {{kind: can.socketcan, channel: vcan0}}
-devices:
-  io: {{kind: canopen.node, node_id: {NODE_ID}, eds: {EDS}, links: {{can: can0}}}}
-"""
 
 
 def test_npm_master_reads_starts_and_drives_the_io_node() -> None:
     node = shutil.which("node")
     if node is None or not (MASTER.parent / "node_modules").is_dir():
         pytest.skip("npm's canopen is not installed: npm ci in tests/real/node")
-    with RunningRig(RIG, None) as rig:
+    with RunningRig(IO_ON_VCAN, None) as rig:
         rig.until_ready()
         done = subprocess.run(
             [node, MASTER, "vcan0", str(NODE_ID)], capture_output=True, text=True, timeout=60, check=False

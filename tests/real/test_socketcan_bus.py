@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import can
 import pytest
-from direct_bench import DirectBench, direct_bench
+from direct_bench import DirectBench, check_that_own_frames_come_back, direct_bench
 
 from fieldrig.errors import BusError
 from fieldrig_bus.can.acceptance import EXTENDED
@@ -113,14 +113,8 @@ def test_more_filters_than_the_kernel_takes_are_applied_here(bench: DirectBench)
     assert [frame.identifier for frame in heard] == [0x100, 0x100 + MOST_FILTERS, 0x101]
 
 
-def test_own_frames_come_back_to_who_asks_for_them(bench: DirectBench) -> None:
-    a, b = bench.join("a"), bench.join("b")
-    heard: list[CanFrame] = []
-    a.on_receive(heard.append, ["own", [0x200, 0x7FF]])
-    for sender, identifier in ((b, 0x100), (a, 0x100), (b, 0x200)):
-        sender.send(CanFrame(identifier))
-    bench.pump(lambda: len(heard) == 2)
-    assert heard == [CanFrame(0x100), CanFrame(0x200)]
+def test_own_frames_come_back_on_request(bench: DirectBench) -> None:
+    check_that_own_frames_come_back(bench)
 
 
 def test_device_that_is_not_there_is_named_with_its_remedy() -> None:

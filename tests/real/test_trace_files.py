@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -52,20 +53,20 @@ def tshark(file: Path, *arguments: str) -> Any:
     ]
 
 
+def written(path: Path, write: Callable[..., int], count: int) -> Path:
+    with path.open("wb") as file:
+        assert write(ENTRIES, file, START_UNIX_NS) == count
+    return path
+
+
 @pytest.fixture
 def capture(tmp_path: Path) -> Path:
-    path = tmp_path / "trace.pcapng"
-    with path.open("wb") as file:
-        assert pcapng.write(ENTRIES, file, START_UNIX_NS) == len(ENTRIES)
-    return path
+    return written(tmp_path / "trace.pcapng", pcapng.write, len(ENTRIES))
 
 
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
-    path = tmp_path / "trace.log"
-    with path.open("wb") as file:
-        assert candump.write(ENTRIES, file, START_UNIX_NS) == len(CAN)
-    return path
+    return written(tmp_path / "trace.log", candump.write, len(CAN))
 
 
 def test_tshark_decodes_can_frames(capture: Path) -> None:

@@ -13,6 +13,7 @@ from fieldrig.bus import DirectBus
 from fieldrig.bus_questions import Subject
 from fieldrig.link import Link
 from fieldrig.real_clock import RealClock
+from fieldrig_bus.can.frame import CanFrame
 
 
 class At:
@@ -84,3 +85,14 @@ def direct_bench(bus: DirectBus[Any]) -> Iterator[DirectBench]:
         yield bench
     finally:
         bench.close()
+
+
+def check_that_own_frames_come_back(bench: DirectBench) -> None:
+    """A CAN link that asks for its own frames receives all of them, beside those that pass its filters."""
+    a, b = bench.join("a"), bench.join("b")
+    heard: list[CanFrame] = []
+    a.on_receive(heard.append, ["own", [0x200, 0x7FF]])
+    for sender, identifier in ((b, 0x100), (a, 0x100), (b, 0x200)):
+        sender.send(CanFrame(identifier))
+    bench.pump(lambda: len(heard) == 2)
+    assert heard == [CanFrame(0x100), CanFrame(0x200)]

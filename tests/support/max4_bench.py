@@ -2,18 +2,17 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from device_of import device_of
+from max4_rig import Max4Rig
 
 from fieldrig.clock import MS
 from fieldrig.config import from_dict
-from fieldrig.device import Value
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Axis, Mode
-from fieldrig_devices.max4.controller import Max4
 from fieldrig_devices.mc4.drive import Mc4
 
 MAX4 = "fieldrig_devices.max4.controller:Max4"
@@ -21,7 +20,7 @@ MC4 = "fieldrig_devices.mc4.drive:Mc4"
 PLATE = str(Path(__file__).parents[2] / "configs" / "plates" / "sm-100-30-080.yaml")
 
 
-class Bench:
+class Bench(Max4Rig):
     """`drives` are names of MC-4 with ring addresses from 1 on; other keywords are settings of the controller."""
 
     def __init__(
@@ -64,27 +63,16 @@ class Bench:
         if isinstance(delivery.message, Signal):
             self.wires.append((delivery.time_ns, delivery.message.name, delivery.message.value))
 
-    @property
-    def max4(self) -> Max4:
-        return device_of(self.rig, "max4", Max4)
-
     def drive(self, name: str) -> Mc4:
         return device_of(self.rig, name.lower(), Mc4)
 
-    def axis(self, name: str) -> Axis:
-        return self.max4.axes[name]
-
-    def run(self, ms: float) -> "Bench":
-        self.rig.run_until(self.rig.now_ns + round(ms * MS))
-        return self
-
-    def clock_shows(self, ms: int) -> "Bench":
+    def clock_shows(self, ms: int) -> Self:
         """Time passes on the controller's own clock and nothing happens, so that a test need not wait for hours."""
         with self.rig._present("max4"):
             self.max4._boot._zero_ns = self.rig.now_ns - ms * MS
         return self
 
-    def boot(self, ms: float = 20_000) -> "Bench":
+    def boot(self, ms: float = 20_000) -> Self:
         """Run until the boot has finished."""
         end_ns = self.rig.now_ns + round(ms * MS)
         while not self.max4.is_booted and self.rig.now_ns < end_ns:
@@ -92,20 +80,13 @@ class Bench:
         assert self.max4.is_booted
         return self
 
-    def get(self, key: str) -> Value:
-        return self.rig.get("max4", key)
-
-    def set(self, key: str, value: Value) -> "Bench":
-        self.rig.set("max4", key, value)
-        return self
-
-    def do(self, words: str) -> "Bench":
+    def do(self, words: str) -> Self:
         return self.set("command", words)
 
     def fault(self, where: str, **fault: Any) -> int:
         return self.rig.add_fault(where.lower(), fault)
 
-    def heal(self, where: str, number: int) -> "Bench":
+    def heal(self, where: str, number: int) -> Self:
         self.rig.clear_fault(where.lower(), number)
         return self
 
@@ -113,16 +94,12 @@ class Bench:
         """Return the log as the tool shows it, newest first."""
         return self.max4.logger.lines()
 
-    def codes(self) -> list[int]:
-        """Return the codes of the log, oldest first."""
-        return [entry.code for _, entry in self.max4.logger.entries()][::-1]
-
-    def enable(self, *names: str) -> "Bench":
+    def enable(self, *names: str) -> Self:
         for name in names:
             self.set(f"{name}.ControllerEnable", True)
         return self.run(300)
 
-    def signal(self, wire: str, value: float) -> "Bench":
+    def signal(self, wire: str, value: float) -> Self:
         self.outside.link("wires").send(Signal(wire, value))
         return self
 

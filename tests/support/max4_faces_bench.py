@@ -1,26 +1,22 @@
 """A controller with simulated axes on Modbus and CAN, and pymodbus as its client."""
 
-from typing import Any
+from typing import Any, Self
 
-from device_of import device_of
+from max4_rig import Max4Rig
 from pymodbus.client.mixin import ModbusClientMixin
 from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
 
-from fieldrig.clock import MS
 from fieldrig.config import from_dict
-from fieldrig.device import Value
 from fieldrig.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.configuration.tree import Parameter
-from fieldrig_devices.max4.controller import Max4
 
 Type = ModbusClientMixin.DATATYPE
 DECODER = DecodePDU(is_server=False)
 
 
-class FacesBench:
+class FacesBench(Max4Rig):
     """Keywords are settings of the controller; `devices` and `buses` are added to the rig."""
 
     def __init__(
@@ -66,35 +62,13 @@ class FacesBench:
         elif isinstance(message, ModbusRequest):
             self.requests.append((delivery.time_ns, message.unit, message.pdu.hex(" ")))
 
-    @property
-    def max4(self) -> Max4:
-        return device_of(self.rig, "max4", Max4)
-
-    def axis(self, name: str) -> Axis:
-        return self.max4.axes[name]
-
     def parameter(self, path: str) -> Parameter:
         return self.max4.tree.parameter(path)
 
-    def run(self, ms: float) -> "FacesBench":
-        self.rig.run_until(self.rig.now_ns + round(ms * MS))
-        return self
-
-    def boot(self, ms: float = 100) -> "FacesBench":
+    def boot(self, ms: float = 100) -> Self:
         self.run(ms)
         assert self.max4.is_booted
         return self
-
-    def get(self, key: str) -> Value:
-        return self.rig.get("max4", key)
-
-    def set(self, key: str, value: Value) -> "FacesBench":
-        self.rig.set("max4", key, value)
-        return self
-
-    def codes(self) -> list[int]:
-        """Return the codes of the log, oldest first."""
-        return [entry.code for _, entry in self.max4.logger.entries()][::-1]
 
     def take_frames(self) -> list[str]:
         taken, self.frames = self.frames, []

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 from hub_bench import LoopBench
 from modbus_cases import SETTINGS, TABLE
 from pymodbus.framer import FramerAscii, FramerRTU
+from raw_end import RawEnd
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.hub import LocalHub
@@ -40,50 +41,21 @@ def device_settings(folder: Path, table: str = TABLE, **settings: Any) -> Modbus
     return ModbusDeviceSettings.model_validate(entries, context={"folder": folder})
 
 
-class Wire:
+class Wire(RawEnd):
     """Raw bytes to and from one end."""
 
     def __init__(self, bench: "RealBench", fd: int, close: Callable[[], None]) -> None:
-        self._bench, self.fd, self._close = bench, fd, close
-        self.received = bytearray()
-        self.is_open = True
-        os.set_blocking(fd, False)
-        bench.loop.add_reader(fd, self._on_readable)
-
-    def write(self, data: bytes) -> None:
-        assert os.write(self.fd, data) == len(data)
+        super().__init__(bench, fd, close)
+        self._bench = bench
 
     def be_quiet(self) -> None:
         """Leave the silence that separates two frames on a serial line."""
         self._bench.be_quiet()
 
-    def read(self, size: int) -> bytes:
-        """So many bytes, as soon as they are there."""
-        self._bench.pump(lambda: len(self.received) >= size or not self.is_open)
-        data = bytes(self.received[:size])
-        del self.received[:size]
-        return data
-
     def read_end(self) -> bytes:
-        """Everything up to the end of the connection."""
-        self._bench.pump(lambda: not self.is_open)
+        """Return everything up to the end of the connection."""
+        self.until_closed()
         return bytes(self.received)
-
-    def close(self) -> None:
-        self._bench.loop.remove_reader(self.fd)
-        self._close()
-
-    def _on_readable(self) -> None:
-        try:
-            data = os.read(self.fd, 4096)
-        except BlockingIOError:
-            return
-        except OSError:  # a pty says EIO in place of the end
-            data = b""
-        self.received += data
-        if not data:
-            self.is_open = False
-            self._bench.loop.remove_reader(self.fd)
 
 
 class RealBench(LoopBench):

@@ -5,10 +5,11 @@ import socket
 import tempfile
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from hub_bench import LoopBench
+from raw_end import RawEnd
 
 from fieldrig.hub import LocalHub
 from fieldrig_bus.modbus.kind import ModbusBus
@@ -72,50 +73,18 @@ class OutsideBench(LoopBench):
         super().close()
 
 
-class End:
+class End(RawEnd):
     """One end of a connection or line of a server outside the rig."""
 
     def __init__(self, bench: OutsideBench, fd: int, close: Callable[[], None]) -> None:
-        self._bench, self._fd, self._close = bench, fd, close
-        self.received = bytearray()
-        self.is_open = self._is_read = True
-        os.set_blocking(fd, False)
-        bench.loop.add_reader(fd, self._on_readable)
+        super().__init__(bench, fd, close)
+        self._bench = bench
         bench.ends.append(self)
 
-    def write(self, data: bytes) -> None:
-        assert os.write(self._fd, data) == len(data)
-
     def read(self, size: int) -> bytes:
-        """So many bytes, as soon as they are there."""
+        """Wait for `size` bytes and return them; it is an error if the connection ends before."""
         self._bench.pump(lambda: len(self.received) >= size)
-        data = bytes(self.received[:size])
-        del self.received[:size]
-        return data
-
-    def until_closed(self) -> None:
-        self._bench.pump(lambda: not self.is_open)
-
-    def close(self) -> None:
-        if self._is_read:
-            self._forget()
-            self._close()
-
-    def _on_readable(self) -> None:
-        try:
-            data = os.read(self._fd, 4096)
-        except BlockingIOError:
-            return
-        except OSError:  # reset by the other side, or EIO of a pty
-            data = b""
-        self.received += data
-        if not data:
-            self.is_open = False
-            self._bench.loop.remove_reader(self._fd)
-
-    def _forget(self) -> None:
-        self._is_read = False
-        self._bench.loop.remove_reader(self._fd)
+        return super().read(size)
 
 
 class Listener:
@@ -177,12 +146,8 @@ def open_pty(bench: OutsideBench, name: str) -> End:
 
 @contextmanager
 def outside_bench(bus: ModbusBus) -> Iterator[OutsideBench]:
-    with tempfile.TemporaryDirectory(prefix="fieldrig-") as folder:
-        bench = OutsideBench(bus, Path(folder))
-        try:
-            yield bench
-        finally:
-            bench.close()
+    with tempfile.TemporaryDirectory(prefix="fieldrig-") as folder, closing(OutsideBench(bus, Path(folder))) as bench:
+        yield bench
 
 
 @contextmanager

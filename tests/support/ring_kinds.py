@@ -6,7 +6,7 @@ its own, `lift` and `knife` in a rack, `door` in the master's; as far as a bus c
 
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -223,12 +223,8 @@ def virtual(**settings: Any) -> Iterator[Ring]:
 
 @contextmanager
 def star(make: Callable[[], RingStar]) -> Iterator[StarRing]:
-    with tempfile.TemporaryDirectory(prefix="ring") as run:
-        ring = StarRing(make, Path(run))
-        try:
-            yield ring
-        finally:
-            ring.close()
+    with tempfile.TemporaryDirectory(prefix="ring") as run, closing(StarRing(make, Path(run))) as ring:
+        yield ring
 
 
 def shm(**settings: Any) -> AbstractContextManager[StarRing]:

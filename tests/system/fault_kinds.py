@@ -53,14 +53,9 @@ class Soil(DirectBus[Signal]):
     def __init__(self, name: str, settings: SoilSettings) -> None:
         super().__init__(name, settings)
 
-    def encode(self, message: Signal) -> bytes:
-        return wires.encode(message)
-
-    def decode(self, data: bytes) -> Signal:
-        return wires.decode(data)
-
-    def show(self, message: Signal) -> str:
-        return wires.show(message)
+    encode = staticmethod(wires.encode)
+    decode = staticmethod(wires.decode)
+    show = staticmethod(wires.show)
 
     async def open(self, at: Attachment) -> Link[Signal]:
         at.heard(at.member, Signal("seed", at.seed))

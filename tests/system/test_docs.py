@@ -20,6 +20,7 @@ from typing import Self
 import pytest
 from addresses import exchanged
 from doc_pages import PAGES, ROOT, Block, blocks
+from process_group import run_group
 
 from fieldrig.testing import free_port
 
@@ -119,23 +120,12 @@ class Desk:
 
     def _run(self, block: Block, command: str, *, with_lab: bool = False, fails: bool = False) -> str:
         environment = self._environment | ({"FIELDRIG_CONTROL": self._lab_endpoint()} if with_lab else {})
-        with subprocess.Popen(
-            ["sh", "-e", "-c", self._with_free_ports(command)],
-            cwd=self.folder,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        ) as process:
-            try:
-                output = process.communicate(timeout=PATIENCE_S)[0]
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                pytest.fail(f"{block.place}: it does not end: {command}\n{process.communicate()[0]}")
-        assert (process.returncode != 0) == fails, f"{block.place}: exit code {process.returncode}: {command}\n{output}"
-        return self._with_known_ports(output)
+        try:
+            done = run_group(["sh", "-e", "-c", self._with_free_ports(command)], self.folder, environment, PATIENCE_S)
+        except subprocess.TimeoutExpired as late:
+            pytest.fail(f"{block.place}: it does not end: {command}\n{late.output}")
+        assert (done.returncode != 0) == fails, f"{block.place}: exit code {done.returncode}: {command}\n{done.stdout}"
+        return self._with_known_ports(done.stdout)
 
     def _lab_endpoint(self) -> str:
         """Return the endpoint of the lab of this page, which is started at its first use."""

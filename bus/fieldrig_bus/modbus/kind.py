@@ -14,15 +14,9 @@ class ModbusBus(ModelBus[ModbusEvent]):
     messages: ClassVar[tuple[type, ...]] = (ModbusRequest, ModbusResponse, ClientConnected)
     settings: Any
 
-    def encode(self, message: ModbusEvent) -> bytes:
-        return codec.encode(message)
-
-    def decode(self, data: bytes) -> ModbusEvent:
-        return codec.decode(data)
-
-    def show(self, message: ModbusEvent) -> str:
-        return codec.show(message)
-
+    encode = staticmethod(codec.encode)
+    decode = staticmethod(codec.decode)
+    show = staticmethod(codec.show)
     check = staticmethod(message.check_sent)
     check_interest = staticmethod(message.check_interest)
 

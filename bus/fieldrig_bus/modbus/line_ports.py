@@ -7,10 +7,9 @@ from typing import Any
 
 from fieldrig.bus import Hub, Port
 from fieldrig.link import Link
-from fieldrig.net import split_address
 from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
-from fieldrig_bus.modbus.sockets import Master, Masters
+from fieldrig_bus.modbus.sockets import Master, Masters, MastersPort
 from fieldrig_bus.pty import Pty
 
 
@@ -43,29 +42,14 @@ class PtyPort(Port):
             self._pty.write(data)
 
 
-class TcpLinePort(Port):
+class TcpLinePort(MastersPort):
     """RTU or ASCII over TCP, like a serial device server."""
 
     def __init__(self, settings: ModbusLineSettings, make_session: MakeSession) -> None:
-        self._settings, self._make_session = settings, make_session
-        self._masters: Masters | None = None
+        def make(masters: Masters, hub: Hub) -> Master:
+            return _LineMaster(masters, hub, make_session)
 
-    @property
-    def number(self) -> int:
-        """The TCP port on which it listens."""
-        return self._masters.port if self._masters is not None else split_address(self._settings.listen or "")[1]
-
-    async def open(self, hub: Hub) -> None:
-        def make(masters: Masters) -> Master:
-            return _LineMaster(masters, hub, self._make_session)
-
-        masters = Masters(self._settings.listen or "", make, self._settings.max_connections)
-        await masters.open()
-        self._masters = masters
-
-    async def close(self) -> None:
-        if self._masters is not None:
-            await self._masters.close()
+        super().__init__(settings.listen or "", make, settings.max_connections)
 
 
 class _LineMaster(Master):

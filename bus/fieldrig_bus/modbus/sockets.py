@@ -6,8 +6,9 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
-from fieldrig.bus import Hub
+from fieldrig.bus import Hub, Port
 from fieldrig.link import Link
+from fieldrig.net import split_address
 from fieldrig_bus.net import Connection, TcpServer, join_as_client
 
 log = logging.getLogger(__name__)
@@ -109,3 +110,27 @@ class Masters(TcpServer):
                 master.transport.close()
         self._reaped = self.spoken
         self._reaper = asyncio.get_running_loop().call_later(idle_s, self._reap, idle_s)
+
+
+class MastersPort(Port):
+    """A port for masters on TCP; `make` returns the bus member behind a connection."""
+
+    def __init__(
+        self, address: str, make: Callable[[Masters, Hub], Master], most: int, idle_s: float | None = None
+    ) -> None:
+        self._address, self._make, self._most, self._idle_s = address, make, most, idle_s
+        self._masters: Masters | None = None
+
+    @property
+    def number(self) -> int:
+        """The TCP port on which it listens."""
+        return self._masters.port if self._masters is not None else split_address(self._address)[1]
+
+    async def open(self, hub: Hub) -> None:
+        masters = Masters(self._address, lambda masters: self._make(masters, hub), self._most, self._idle_s)
+        await masters.open()
+        self._masters = masters
+
+    async def close(self) -> None:
+        if self._masters is not None:
+            await self._masters.close()

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.bus import Hub, Port, Time
+from fieldrig.bus import Port, Time
 from fieldrig.device import Tool, python_line
 from fieldrig.link import Link
 from fieldrig.net import split_address
@@ -30,7 +30,7 @@ from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.outside import Servers, by_address, listens_at, ports_of
-from fieldrig_bus.modbus.sockets import Master, Masters
+from fieldrig_bus.modbus.sockets import Master, MastersPort
 from fieldrig_bus.net import Address, HubSettings
 
 log = logging.getLogger(__name__)
@@ -103,27 +103,9 @@ class ModbusTcp(ModbusBus):
         return Tool(label, shlex.join(["mbpoll", "-m", "tcp", "-p", str(port), *options, host, *values]))
 
 
-class TcpPort(Port):
+class TcpPort(MastersPort):
     def __init__(self, settings: ModbusTcpSettings) -> None:
-        self._settings = settings
-        self._masters: Masters | None = None
-
-    @property
-    def number(self) -> int:
-        """The TCP port on which it listens."""
-        return self._masters.port if self._masters is not None else split_address(self._settings.listen)[1]
-
-    async def open(self, hub: Hub) -> None:
-        settings = self._settings
-        masters = Masters(
-            settings.listen, lambda masters: TcpMaster(masters, hub), settings.max_connections, settings.idle_timeout_s
-        )
-        await masters.open()
-        self._masters = masters
-
-    async def close(self) -> None:
-        if self._masters is not None:
-            await self._masters.close()
+        super().__init__(settings.listen, TcpMaster, settings.max_connections, settings.idle_timeout_s)
 
 
 class TcpMaster(Master):

@@ -48,17 +48,11 @@ class SerialBus(ModelBus[SerialMessage]):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     settings: Any
 
-    def encode(self, message: SerialMessage) -> bytes:
-        return codec.encode(message)
-
-    def decode(self, data: bytes) -> SerialMessage:
-        return codec.decode(data)
-
+    encode = staticmethod(codec.encode)
+    decode = staticmethod(codec.decode)
+    show = staticmethod(codec.show)
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
-
-    def show(self, message: SerialMessage) -> str:
-        return codec.show(message)
 
     def model(self) -> SerialModel:
         settings: SerialSettings = self.settings

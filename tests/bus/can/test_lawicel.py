@@ -1,17 +1,15 @@
 """Commands and answers of the Lawicel CAN232 manual 3.0, and the client of python-can."""
 
 import asyncio
-import functools
-import itertools
 import threading
-from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any
 
 import can
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_loop import in_loop
+from segments import segments
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.hub import LocalHub
@@ -296,19 +294,10 @@ def test_segments_make_no_difference(texts: list[str], cuts: list[int]) -> None:
     stream = "".join(line + "\r" for line in ["S6", "O", *texts]).encode()
     whole, parts = Bench(), Bench()
     whole.adapter.receive(stream)
-    edges = sorted({0, len(stream), *(cut % len(stream) for cut in cuts)})
-    for start, stop in itertools.pairwise(edges):
-        parts.adapter.receive(stream[start:stop])
+    for segment in segments(stream, cuts):
+        parts.adapter.receive(segment)
     assert parts.take() == whole.take()
     assert parts.link.sent == whole.link.sent
-
-
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(**fixtures: Any) -> None:
-        asyncio.run(test(**fixtures))
-
-    return run
 
 
 @pytest.mark.system

@@ -1,9 +1,6 @@
 """Commands and answers from the examples of socketcand's doc/protocol.md, and the client of python-can."""
 
 import asyncio
-import functools
-import itertools
-from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +8,8 @@ import can
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_loop import in_loop
+from segments import segments
 
 from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.hub import LocalHub
@@ -338,19 +337,10 @@ def test_segments_make_no_difference(texts: list[str], cuts: list[int]) -> None:
     stream = "".join(["< open can0 >", *texts, *(command for command, _ in SENT)]).encode()
     whole, parts = Bench(), Bench()
     whole.session.receive(stream)
-    edges = sorted({0, len(stream), *(cut % len(stream) for cut in cuts)})
-    for start, stop in itertools.pairwise(edges):
-        parts.session.receive(stream[start:stop])
+    for segment in segments(stream, cuts):
+        parts.session.receive(segment)
     assert parts.take() == whole.take()
     assert parts.link.sent == whole.link.sent
-
-
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(**fixtures: Any) -> None:
-        asyncio.run(test(**fixtures))
-
-    return run
 
 
 @pytest.mark.system

@@ -13,7 +13,7 @@ from typing import Any
 import direct_bench as direct_bench_module
 import pytest
 from can.interfaces.udp_multicast import UdpMulticastBus
-from direct_bench import At, direct_bench
+from direct_bench import At, check_that_own_frames_come_back, direct_bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -151,13 +151,7 @@ def test_each_frame_is_traced_once_by_its_sender() -> None:
 @pytest.mark.system
 def test_own_frames_come_back_on_request() -> None:
     with direct_bench(CanUdp("can0", CanUdpSettings(port=free_port()))) as bench:
-        a, b = bench.join("a"), bench.join("b")
-        heard: list[CanFrame] = []
-        a.on_receive(heard.append, ["own", [0x200, 0x7FF]])
-        for sender, identifier in ((b, 0x100), (a, 0x100), (b, 0x200)):
-            sender.send(CanFrame(identifier))
-        bench.pump(lambda: len(heard) == 2)
-        assert heard == [CanFrame(0x100), CanFrame(0x200)]
+        check_that_own_frames_come_back(bench)
 
 
 @pytest.mark.system

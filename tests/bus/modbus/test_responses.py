@@ -1,5 +1,6 @@
 """Responses that match a request: Modbus application protocol V1.1b3, chapter 6, with its own examples."""
 
+import modbus_cases
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -7,19 +8,7 @@ from hypothesis import strategies as st
 from fieldrig_bus.modbus.responses import fits
 
 EXAMPLES = [
-    ("01 0013 0013", "01 03 CD6B05"),  # 6.1
-    ("02 00C4 0016", "02 03 ACDB35"),  # 6.2
-    ("03 006B 0003", "03 06 022B 0000 0064"),  # 6.3
-    ("04 0008 0001", "04 02 000A"),  # 6.4
-    ("05 00AC FF00", "05 00AC FF00"),  # 6.5
-    ("06 0001 0003", "06 0001 0003"),  # 6.6
-    ("07", "07 6D"),  # 6.7
-    ("08 0000 A537", "08 0000 A537"),  # 6.8
-    ("0F 0013 000A 02 CD01", "0F 0013 000A"),  # 6.11
-    ("10 0001 0002 04 000A 0102", "10 0001 0002"),  # 6.12
-    ("16 0004 00F2 0025", "16 0004 00F2 0025"),  # 6.16
-    ("17 0003 0006 000E 0003 06 00FF 00FF 00FF", "17 0C 00FE 0ACD 0001 0003 000D 00FF"),  # 6.17
-    ("18 04DE", "18 0006 0002 01B8 1284"),  # 6.18
+    *(step for case in modbus_cases.EXAMPLES for step in case.steps),
     ("2B 0E 01 00", "2B 0E 01 01 00 00 01 00 02 4142"),  # 6.21, shortened
 ]
 ODD = [

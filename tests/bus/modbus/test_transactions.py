@@ -1,10 +1,9 @@
 """A client's end of a TCP connection: Modbus messaging on TCP/IP implementation guide V1.0b, 3.1.3 and 4.4.1."""
 
-from itertools import pairwise
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from segments import segments
 
 from fieldrig.clock import MS
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
@@ -121,8 +120,7 @@ def test_any_stream_gives_at_most_one_answer_per_request(stream: bytes, cuts: li
     transactions = Transactions(TIMEOUT_NS)
     for number in (1, 2, 3):
         transactions.ask(0, ModbusRequest(7, READ.pdu, number), 7)
-    edges = [0, *sorted(min(cut, len(stream)) for cut in cuts), len(stream)]
-    heard = [response for start, end in pairwise(edges) for response in transactions.feed(stream[start:end])]
+    heard = [response for segment in segments(stream, cuts) for response in transactions.feed(segment)]
     numbers = [response.exchange for response in heard]
     assert len(set(numbers)) == len(numbers)
     assert set(numbers) <= {1, 2, 3}
