@@ -24,7 +24,7 @@ from typing import NamedTuple, Self
 
 import pytest
 
-PROPERTY = "manual"  # the name under which a test's rows stand in reports, JUnit files included
+PROPERTY = "manual"  # the name of a test's rows in reports, including JUnit files
 
 
 class Row(NamedTuple):

@@ -1,4 +1,4 @@
-"""The one reader of JSON that comes from outside: from sockets, attach ports, control queries, told messages, stores.
+"""The one reader of JSON that comes from outside: from sockets, attach ports, control messages and stores.
 
 It reads what RFC 8259 and RFC 7493 (I-JSON) call good, within limits of size, depth and type, and refuses everything
 else with a `MalformedError` and nothing but that: no bytes make it raise anything else, or take much memory.  Refused
