@@ -116,7 +116,7 @@ def _depth(text: str) -> int:
 def _integer(digits: str) -> int:
     number = int(digits) if len(digits) <= _DIGITS else None
     if number is None or not WIDEST[0] <= number <= WIDEST[1]:
-        raise MalformedError(f"an integer of {len(digits)} digits, expected item that 64 bits can hold")
+        raise MalformedError(f"an integer of {len(digits)} digits, expected at most 64 bits")
     return number
 
 

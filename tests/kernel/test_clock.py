@@ -133,7 +133,7 @@ def test_a_real_period_does_not_drift_and_time_stands_within_an_event() -> None:
 
     start_ns = asyncio.run(tick_five_times())
     late_from = next((place for place, instant in enumerate(instants) if instant != start_ns + place * MS), 5)
-    if late_from < 5:  # a machine that stood still for STALL_NS takes up from the present
+    if late_from < 5:  # a machine that was blocked for STALL_NS continues from the present
         assert instants[late_from] - (start_ns + late_from * MS) >= STALL_NS
 
 

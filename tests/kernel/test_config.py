@@ -131,10 +131,10 @@ def test_five_mistakes_give_five_messages(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_mistake_hides_no_other(refused: Refused) -> None:
     """Mistakes in common keys and in those of a kind are reported together."""
-    text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nobody, process: RACK}}\n'
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nothing, process: RACK}}\n'
     keys = ("process", "on_exit", "node_id")
     assert [[f"devices.io.{key}: " in item for item in refused(text)].count(True) for key in keys] == [1, 1, 1]
-    assert len(refused(text)) == 5  # there is no device nobody, and no link
+    assert len(refused(text)) == 5  # there is no device `nothing`, and no link
 
 
 def test_a_mistake_has_parts_for_programs(tmp_path: Path) -> None:

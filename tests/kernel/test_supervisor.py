@@ -143,7 +143,7 @@ class Bench:
 
 
 def run(until_s: float, **lives: list[Life]) -> tuple[Bench, Exit]:
-    """The rig for so many seconds, if it doesn't end before."""
+    """Run the rig for at most this number of seconds."""
 
     async def rig() -> tuple[Bench, Exit]:
         bench = Bench(**lives)

@@ -31,7 +31,7 @@ def count(heard: list[Heard], at_least: int) -> None:
 
 
 def period_s(heard: list[Heard]) -> float:
-    """As most of them keep it, on a computer that does other things too."""
+    """The median period of the messages, as the host may be busy during some of them."""
     return median(second.time_s - first.time_s for first, second in pairwise(heard))
 
 

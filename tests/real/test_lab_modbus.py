@@ -121,7 +121,7 @@ def test_broadcast_is_done_and_not_answered(lab: LabProcess) -> None:
             time.sleep(TURNAROUND_S)
             try:
                 return registers(rtu.read_holding_registers(RAMP_TIME, count=1)) == [90]
-            except ModbusIOException:  # the hub stood still for the turnaround delay, and took both for one frame
+            except ModbusIOException:  # the hub was blocked during the turnaround delay, and took both for one frame
                 return False
 
         until(is_done)

@@ -40,7 +40,7 @@ class OutsideCard:
         self.adc, self.dac = dict.fromkeys(range(1, 7), 0), {1: 0, 2: 0}
         self.asked: list[str] = []
         self.is_willing = True
-        """Whether commands fit the state, and outputs are not held at 0."""
+        """True if commands fit the state, and outputs are not held at 0."""
 
     def position(self, axis: int) -> int:
         return self.positions[axis]

@@ -66,7 +66,7 @@ class TerminalBench:
 
     @property
     def screen(self) -> list[str]:
-        """Without blanks at the ends of the lines."""
+        """The lines of the screen, without trailing blanks."""
         return [line.rstrip() for line in str(self.get("screen")).split("\n")]
 
 

@@ -1,4 +1,4 @@
-"""What every link that carries CAN frames promises, whatever is behind it.
+"""The guarantees of every link that carries CAN frames, regardless of the medium behind it.
 
 A suite subclasses `CanLinkLaws` and has a fixture `wire`.
 No case waits for nothing to happen: a frame that is let through comes after the one that must not be.

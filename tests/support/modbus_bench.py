@@ -58,7 +58,7 @@ class Wire:
         self._bench.be_quiet()
 
     def read(self, size: int) -> bytes:
-        """So many bytes, as soon as they are there."""
+        """Return `size` bytes as soon as they have arrived."""
         self._bench.pump(lambda: len(self.received) >= size or not self.is_open)
         data = bytes(self.received[:size])
         del self.received[:size]
@@ -78,7 +78,7 @@ class Wire:
             data = os.read(self.fd, 4096)
         except BlockingIOError:
             return
-        except OSError:  # a pty says EIO in place of the end
+        except OSError:  # a pty reports EIO instead of the end of file
             data = b""
         self.received += data
         if not data:
@@ -126,7 +126,7 @@ class RealBench(LoopBench):
     def be_quiet(self) -> None:
         """Ten milliseconds without a character on the line: only the clock can say so.
 
-        In pieces, so that the hub sees some of them when the computer stood still for the others.
+        The time passes in pieces, so that the hub sees some of them even if the host was busy during the others.
         """
         for _ in range(5):
             self._pass(2 * MS)
@@ -186,7 +186,7 @@ def ascii_(unit: int, pdu: bytes) -> bytes:
 
 
 class Master:
-    """Asks and compares; a request that nobody may answer is followed by one that is."""
+    """Asks and compares; a request that must not be answered is followed by a request that is."""
 
     MARK = bytes.fromhex("08 0000 5A5A")
 
@@ -199,7 +199,7 @@ class Master:
     def expect(self, response: str, unit: int = 1) -> None:
         wanted = self._frame(unit, bytes.fromhex(response))
         got = self._wire.read(len(wanted))
-        assert got == wanted, f"{got.hex(' ')} in place of {wanted.hex(' ')}; open: {self._wire.is_open}"
+        assert got == wanted, f"got {got.hex(' ')}, expected {wanted.hex(' ')}; open: {self._wire.is_open}"
 
     def exchange(self, request: str, response: str, unit: int = 1) -> None:
         self.ask(request, unit)

@@ -54,7 +54,7 @@ class OutsideBench(LoopBench):
         return [(item.unit, item.exchange, item.pdu.hex(" ")) for item in self.heard]
 
     def expect(self, count: int = 1) -> list[tuple[int, int, str]]:
-        """So many responses, which are taken."""
+        """Take `count` responses as soon as they have arrived."""
         self.pump(lambda: len(self.heard) >= count)
         answers = self.answers()
         self.heard.clear()
@@ -87,7 +87,7 @@ class End:
         assert os.write(self._fd, data) == len(data)
 
     def read(self, size: int) -> bytes:
-        """So many bytes, as soon as they are there."""
+        """Return `size` bytes as soon as they have arrived."""
         self._bench.pump(lambda: len(self.received) >= size)
         data = bytes(self.received[:size])
         del self.received[:size]
@@ -145,7 +145,7 @@ class Listener:
         return End(bench, end.fileno(), end.close)
 
     def is_asked(self) -> bool:
-        """Whether somebody wants to connect; that one is hung up on."""
+        """True if a client wants to connect; its connection is closed."""
         try:
             self._socket.accept()[0].close()
         except BlockingIOError:
@@ -187,8 +187,8 @@ def outside_bench(bus: ModbusBus) -> Iterator[OutsideBench]:
 
 @contextmanager
 def listener() -> Iterator[Listener]:
-    one = Listener()
+    listener = Listener()
     try:
-        yield one
+        yield listener
     finally:
-        one.shut()
+        listener.shut()

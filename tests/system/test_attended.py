@@ -1,4 +1,4 @@
-"""A rig whose processes somebody else starts, as containers do: `--control-only` and `--only`."""
+"""A rig whose processes are started from outside, such as containers: `--control-only` and `--only`."""
 
 import os
 import signal

@@ -103,7 +103,12 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
         ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
         ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
-        ("soil drop", 6, "soil: fault_kinds:Soil takes no faults, for its medium is not the rig's", "devices may"),
+        (
+            "soil drop",
+            6,
+            "soil: fault_kinds:Soil takes no faults, because its medium is outside the rig",
+            "add the fault",
+        ),
         ("can1", 6, "lab has no bus or device 'can1'", "it has: can0, free, wires, soil, io, bean"),
         ("io dumb", 6, "io: there is no fault 'dumb'", "there are: mute"),
         ("io --clear 7", 6, "io: there is no fault 7", "there are none"),
