@@ -39,7 +39,7 @@ def test_what_is_past_is_called_at_the_present() -> None:
     assert called == [100]
 
 
-def test_a_cancelled_timer_is_not_called_and_no_wish() -> None:
+def test_a_cancelled_timer_is_not_called_and_is_no_next_event() -> None:
     clock = VirtualClock()
     timer = clock.call_at(5, lambda: pytest.fail("cancelled"))
     timer.cancel()
@@ -62,7 +62,7 @@ def test_a_watchdog_that_is_put_off_is_not_called_and_then_once() -> None:
     assert (called, clock.now_ns(), clock.next_ns()) == ([1_015], 5_000, None)
 
 
-def test_a_watchdog_beyond_never_is_no_wish() -> None:
+def test_a_watchdog_beyond_never_is_no_next_event() -> None:
     clock = VirtualClock(10)
     clock.watch(lambda: pytest.fail("never")).due_ns = NEVER_NS + 10
     assert (clock.next_ns(), clock.advance_to(S)) == (None, NEVER_NS)

@@ -85,7 +85,7 @@ def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
     asyncio.run(run())
 
 
-def test_a_question_to_nobody_is_an_error_and_no_wait(endpoint: str) -> None:
+def test_a_question_without_a_receiver_is_an_error_at_once(endpoint: str) -> None:
     async def run() -> None:
         async with rig_and_process(endpoint) as (rig, _process):
             with pytest.raises(ControlError, match="there is no answer to device/pump/get"):
@@ -211,7 +211,7 @@ def test_a_taken_endpoint_is_refused(endpoint: str) -> None:
 
 
 @pytest.mark.parametrize("endpoint", ["tcp/0.0.0.0:7447", "tcp/[::]:7447", "tcp/bench-3:7447", "udp/10.0.0.1:1"])
-def test_without_a_token_nobody_listens_beyond_this_machine(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_token_a_rig_listens_on_this_machine_only(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
     with pytest.raises(RigError, match="can be reached from other machines") as refused:
         endpoints.listen(endpoint)

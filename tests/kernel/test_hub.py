@@ -98,7 +98,7 @@ async def test_who_leaves_may_come_again_and_a_taken_name_is_refused(tmp_path: P
 
 
 @in_loop
-async def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(tmp_path: Path) -> None:
+async def test_a_lost_hub_is_reported_and_the_link_attaches_again_with_its_interest(tmp_path: Path) -> None:
     bench = HubBench(tmp_path)
     await bench.hub.open()
     link = await bench.remote("panel")
@@ -120,7 +120,7 @@ async def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(
 
 
 @in_loop
-async def test_a_hub_that_is_back_is_told_what_holds(tmp_path: Path) -> None:
+async def test_a_hub_that_is_back_gets_the_standing_messages(tmp_path: Path) -> None:
     bench = HubBench(tmp_path)
     await bench.hub.open()
     pump = await bench.remote("pump")
@@ -221,7 +221,7 @@ async def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_thei
     ],
 )
 @in_loop
-async def test_a_stranger_that_talks_nonsense_is_put_off_and_the_bus_goes_on(tmp_path: Path, garbage: bytes) -> None:
+async def test_a_client_that_sends_garbage_is_disconnected_and_the_bus_goes_on(tmp_path: Path, garbage: bytes) -> None:
     bench = HubBench(tmp_path)
     await bench.hub.open()
     reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))

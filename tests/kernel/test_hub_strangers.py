@@ -68,7 +68,7 @@ BAD_INTERESTS = [
 
 
 @pytest.mark.parametrize("kind", hub_kinds())
-def test_every_bad_record_puts_off_who_sent_it_and_nobody_else(
+def test_every_bad_record_disconnects_its_sender_only(
     kind: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     async def scene() -> None:
@@ -127,7 +127,7 @@ def test_who_says_no_hello_is_not_waited_for(
     asyncio.run(scene())
 
 
-def test_strangers_are_not_more_than_so_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_connections_without_a_hello_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fieldrig.hub_server.MOST_UNIDENTIFIED", 3)
 
     async def scene() -> None:

@@ -32,7 +32,7 @@ def make_tests(project: pytest.Pytester, body: str) -> None:
     project.makepyfile(f"import pytest\nmanual = pytest.mark.manual\n{body}")
 
 
-def test_rows_shown_not_shown_and_set_aside_are_told_apart(project: pytest.Pytester) -> None:
+def test_rows_shown_not_shown_and_set_aside_are_distinguished(project: pytest.Pytester) -> None:
     make_tests(
         project,
         """

@@ -116,7 +116,7 @@ def test_devices_wait_until_their_hub_is_open_and_those_before_them_are_ready() 
     on_bench(case)
 
 
-def test_a_process_that_comes_back_waits_for_nobody_who_is_there() -> None:
+def test_a_process_that_comes_back_does_not_wait_for_ready_ones() -> None:
     async def case(bench: Bench) -> None:
         await bench.make_all_ready()
         bench.roster.set_state(bench.roster.members["two"], State.DEAD)
@@ -169,7 +169,7 @@ def test_a_new_service_finds_processes_that_joined_the_last_one() -> None:
     on_bench(case)
 
 
-def test_strangers_and_unknown_verbs_are_refused() -> None:
+def test_unknown_processes_and_verbs_are_refused() -> None:
     async def case(bench: Bench) -> None:
         with pytest.raises(ControlError, match="this rig can't join process three, pid 1"):
             await bench.line.answer("join", {"process": "three", "pid": 1})

@@ -105,7 +105,7 @@ def test_a_token_of_the_user_goes_before_the_file(tmp_path: Path, monkeypatch: p
     assert not path.exists()
 
 
-def test_a_folder_that_cant_be_written_to_is_told_with_its_remedy(
+def test_a_folder_that_cant_be_written_to_is_reported_with_its_remedy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("")

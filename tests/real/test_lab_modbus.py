@@ -180,7 +180,7 @@ def test_mbpoll_fills_the_tank(lab: LabProcess, mbpoll: Mbpoll) -> None:
     assert float(shown(mbpoll("-1 -t 3:float -B -r 2 -c 1"))[2]) == pytest.approx(0.001)
 
 
-def test_mbpoll_is_told_why_it_may_not(mbpoll: Mbpoll) -> None:
+def test_mbpoll_gets_the_reason_for_a_refusal(mbpoll: Mbpoll) -> None:
     refused = mbpoll("-1 -t 4 -r 11 -c 1")
     assert "Illegal data address" in refused.stderr + refused.stdout
     refused = mbpoll("-t 4 -r 0", "1001")

@@ -70,7 +70,7 @@ def test_plate_is_read_and_edited_while_axes_are_under_control(ring: RingProcess
     enable(ring, *AXES)
 
 
-def test_noise_on_the_encoders_line_harms_nobody(ring: RingProcess) -> None:
+def test_noise_on_the_encoders_line_is_harmless(ring: RingProcess) -> None:
     enable(ring, *AXES)
     noise = random.Random(3)
     descriptor = os.open(ring.run / "jaw_line", os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
