@@ -80,7 +80,7 @@ class Connection(asyncio.BufferedProtocol):
         raise NotImplementedError
 
     def read_on(self, is_wanted: bool) -> None:
-        """Read from the client, or pause reading."""
+        """Resume or pause reading from the client."""
         self._is_wanted = is_wanted
         self._read(is_wanted)
 

@@ -136,10 +136,10 @@ class WiresZenoh(WiresFamily, DirectBus[Signal]):
 
 
 def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
-    """A callback without a Python thread of its own for every declaration."""
+    """A callback on Zenoh's own thread, instead of on a further thread for every declaration."""
     return zenoh.handlers.Callback(callback, indirect=False)
 
 
 def _undeclare(declared: Any) -> None:
-    """The only place that knows that the stubs have no types for this."""
+    """Undeclare a subscriber or queryable, for which the stubs have no types."""
     declared.undeclare()

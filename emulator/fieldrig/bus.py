@@ -1,4 +1,4 @@
-"""What a bus is to the rig.
+"""The interface of a bus to the rig.
 
 Two sorts.  A **model bus** is a passive model of the medium: messages go in with their instants, deliveries come out
 with theirs.  Under virtual time the rig runs the model; under real time a hub does, in a process that the devices
@@ -197,7 +197,7 @@ class Bus(ABC, Generic[M]):
     family: ClassVar[str]
     """The kind of its messages in traces: can, modbus, serial, wires, ring."""
     environment: ClassVar[Mapping[str, str]] = {}
-    """Environment variables of a process with an end of this bus, set first of all unless the user has set them."""
+    """Environment variables of each process with an end of this bus; those that the user has set take precedence."""
     has_threads: ClassVar[bool] = False
     """True if its ends start threads of the event loop; a process with such an end runs a `ThreadedLoop`."""
     messages: ClassVar[tuple[type, ...]]

@@ -281,7 +281,7 @@ class _Loader:
         except RigError as wrong:
             self._mistake((*path, "kind"), wrong.what, wrong.remedy)
         except OSError as wrong:
-            self._mistake((*path, "kind"), f"its module can't be looked for: {wrong.strerror or wrong}", "")
+            self._mistake((*path, "kind"), f"its module can't be searched for: {wrong.strerror or wrong}", "")
         return None
 
     def _validate(self, model: type[S], data: Any, path: KeyPath, other_keys: tuple[str, ...] = ()) -> S | None:

@@ -55,7 +55,7 @@ def key(rig: str, *parts: str) -> str:
 
 
 class NoAnswerError(ControlError):
-    """The rig is there, but nothing answers this question."""
+    """The rig is running, but no part of it answers this question."""
 
 
 class Control:
@@ -95,7 +95,7 @@ class Control:
         self._keep(self.session.declare_subscriber(key(self.rig, path), _directly(on_sample)))
 
     def show_life(self, path: str) -> None:
-        """Be present at `path` for as long as this process lives."""
+        """Announce presence at `path` for as long as this process lives."""
         self._keep(self.session.liveliness().declare_token(key(self.rig, path)))
 
     def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None:

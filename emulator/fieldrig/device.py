@@ -1,4 +1,4 @@
-"""What a device is to the rig.
+"""The interface of a device to the rig.
 
 A device is built with its clock and links, then only reacts: no socket, thread, sleep, loop, `time` or `random`
 of its own.  The rig builds it by the names of its constructor's parameters:

@@ -94,7 +94,7 @@ def connect(endpoint: str, patience_s: float = PATIENCE_S) -> zenoh.Session:
     except zenoh.ZError as cause:
         if is_answered(endpoint):
             raise NoRigError(
-                f"what listens at {endpoint} does not let us in",
+                f"the program that listens at {endpoint} refuses the connection",
                 f"the rig may ask for a token: set the environment variable {TOKEN_VARIABLE} to the rig's",
             ) from cause
         raise NoRigError(

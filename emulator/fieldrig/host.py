@@ -221,7 +221,7 @@ def _ask_for_realtime() -> None:
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
     except (AttributeError, PermissionError) as cause:
-        log.warning("SCHED_FIFO is not to be had (%s); going on without: it needs root or CAP_SYS_NICE", cause)
+        log.warning("SCHED_FIFO is not available (%s) and not used; it needs root or CAP_SYS_NICE", cause)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

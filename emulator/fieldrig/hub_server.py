@@ -180,9 +180,9 @@ class MemberStream(asyncio.Protocol):
         hello, own_bus = read_json(body), self._hub.bus.name
         member, bus = field(hello, "member", str), field(hello, "bus", str)
         if not 1 <= len(member) <= LONGEST_NAME or not member.isprintable():
-            raise ValueError(f"{shown(member)} is no name of a member")
+            raise ValueError(f"{shown(member)} is not the name of a member")
         if bus != own_bus:
-            raise ValueError(f"this is {own_bus}, not {shown(bus)}")
+            raise ValueError(f"this hub runs the bus {own_bus}, not {shown(bus)}")
         if self._secret is not None:
             given = field(hello, "proof", str) if "proof" in hello else ""
             if not is_proof(given, self._secret, self._nonce, bus, member):

@@ -139,7 +139,7 @@ def _of_class(kind: str, found: object, base: type[Any]) -> Any:
     if not isinstance(found, type) or not issubclass(found, base):
         raise RigError(f'"{kind}" is not a {base.__name__.lower()}', f"it must be a subclass of {_path(base)}")
     if missing := sorted(getattr(found, "__abstractmethods__", ())):
-        raise RigError(f"{found.__name__} lacks {', '.join(missing)}", f"{_path(base)} says what they do")
+        raise RigError(f"{found.__name__} lacks {', '.join(missing)}", f"implement them as {_path(base)} describes")
     return found
 
 

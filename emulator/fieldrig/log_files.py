@@ -38,7 +38,7 @@ def begin_anew(log: Path) -> None:
 
 
 def is_full(log: Path, more: int = 0) -> bool:
-    """Return whether the log has text already and `more` bytes would exceed its limit."""
+    """Return whether the log contains text and `more` bytes would exceed its limit."""
     try:
         size = log.stat().st_size
     except OSError:

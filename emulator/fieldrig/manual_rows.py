@@ -24,7 +24,7 @@ from typing import NamedTuple, Self
 
 import pytest
 
-PROPERTY = "manual"  # the name under which a test's rows stand in reports, JUnit files included
+PROPERTY = "manual"  # the name of a test's rows in reports, including JUnit files
 
 
 class Row(NamedTuple):
@@ -57,7 +57,7 @@ class RowList:
         rows = frozenset(Row(manual, n) for manual, texts in spans for text in texts for n in _numbers(text))
         aside = {Row.parse(text): reason for text, reason in content.get("aside", {}).items()}
         if strangers := aside.keys() - rows:
-            raise ValueError(f"{path}: set aside, but no row: {', '.join(map(str, sorted(strangers)))}")
+            raise ValueError(f"{path}: set aside, but not among the rows: {', '.join(map(str, sorted(strangers)))}")
         if mute := [str(row) for row, reason in aside.items() if not reason]:
             raise ValueError(f"{path}: set aside without a reason: {', '.join(mute)}")
         return cls(rows, aside)

@@ -19,7 +19,7 @@ def split_address(address: str) -> tuple[str, int]:
     except ValueError:
         port = None
     if parts.scheme != "tcp" or not parts.hostname or port is None or parts.path:
-        raise ValueError(f"{address!r} is no address: write host:port, such as 127.0.0.1:5020")
+        raise ValueError(f"{address!r} is not an address: expected host:port, such as 127.0.0.1:5020")
     return parts.hostname, port
 
 

@@ -92,7 +92,7 @@ def _in_order(plans: dict[str, ProcessPlan]) -> dict[str, ProcessPlan]:
         if name is None:
             raise RigError(
                 f"these processes wait for each other: {', '.join(waiting)}",
-                "their devices are named in each other's `after`: put them into one process, or take one `after` away",
+                "their devices are named in each other's `after`: put them into one process, or remove one `after`",
             )
         ordered[name] = waiting.pop(name)
     return ordered

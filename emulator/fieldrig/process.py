@@ -199,7 +199,7 @@ class DeviceProcess:
 
 
 async def _attach_patiently(link: RemoteLink, patience_s: float | None) -> None:
-    """Attach, and try again for `patience_s`, then raise BusError; None tries for ever.
+    """Attach, and try again for `patience_s`, then raise BusError; None sets no limit.
 
     A refusal may only mean that the hub still has our former connection.
     """

@@ -115,7 +115,7 @@ class RealClock:
             self._instant_ns = None
 
     def look(self, read: Callable[..., T], *arguments: Any) -> T:
-        """Return what `read` gives while `now_ns()` stands at the present.  Unlike `handle` this is not an event.
+        """Return the result of `read`, called with `now_ns()` at the present.  Unlike `handle` this is not an event.
 
         A timer that is overdue keeps its instant, so being read changes nothing that a device does later.
         """

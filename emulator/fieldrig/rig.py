@@ -22,7 +22,7 @@ from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
 
 LONGEST_INSTANT = 10_000
-"""Rounds of reactions at one instant after which devices count as answering each other for ever."""
+"""Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""
 
 OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
 
@@ -192,7 +192,7 @@ class Rig:
                 return
             active = self._active(now_ns, inbox)
         raise RigError(
-            f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other for ever without time passing",
+            f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other endlessly without time passing",
             "give one of them a turnaround time, or the bus a bit rate",
         )
 

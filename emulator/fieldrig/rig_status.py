@@ -1,4 +1,4 @@
-"""What `fieldrig status` reports of every rig, in real and virtual time."""
+"""The part of `fieldrig status` that is the same for every rig, in real and virtual time."""
 
 import os
 import time

@@ -177,7 +177,7 @@ class Roster:
     def _may_start(self, plan: ProcessPlan) -> bool:
         if any(self.members[other].state not in OPEN for other in plan.attaches):
             return False
-        if self.was_ready:  # one that died for good is not waited for
+        if self.was_ready:  # one that died permanently is not waited for
             return all(self.members[other].state not in ON_ITS_WAY for other in plan.after)
         return all(self.members[other].state is State.READY for other in plan.after)
 

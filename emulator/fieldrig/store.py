@@ -4,8 +4,8 @@ Nothing that was saved is lost when a process is killed: a version is written as
 the version before it stays beside it and is the fallback.  Buffered RAM is a mapped file: what is written to it is
 there for the next process at once, however this one ends.
 
-A disk that takes nothing (full, over quota, read-only, broken) raises StoreError and leaves the old version.  The first
-refusal of an outage is logged, and so is its end; `trouble` says for `fieldrig status` what is wrong.
+A disk that accepts nothing (full, over quota, read-only, broken) raises StoreError and leaves the old version.  The
+first refusal of an outage is logged, and so is its end; `trouble` says for `fieldrig status` what is wrong.
 """
 
 import logging

@@ -197,7 +197,7 @@ class Supervisor:
             case _:
                 raise ControlError(f"this rig can't {asked('restart', message)}", "expected the name of a process")
         if self._tenders[member.name].done():
-            raise ControlError(f"{member.name} has ended for good", "stop the rig and start it again")
+            raise ControlError(f"{member.name} has ended and will not be restarted", "stop the rig and start it again")
         self._wanted_restarts.add(member.name)
         self._children[member.name].end(signal.SIGTERM)
 

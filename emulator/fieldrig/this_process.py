@@ -1,4 +1,4 @@
-"""What this process knows of itself (memory, age, CPU time), and its handlers of signals."""
+"""Facts about this process (memory, age, CPU time), and its signal handlers."""
 
 import asyncio
 import os

@@ -154,7 +154,7 @@ class Recorder:
             return False
         self._waiting = 0
         if had_trouble:
-            log.warning("%s goes on; %d messages are missing", self._path, self._missing)
+            log.warning("%s: writing continues; %d messages are missing", self._path, self._missing)
         return True
 
 

@@ -49,6 +49,6 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
                 case _:
                     raise ValueError("a key is missing, or has another type")
         except ValueError as cause:
-            what = f"line {number} is no message of a trace: {cause}"
+            what = f"line {number} is not a message of a trace: {cause}"
             raise UsageError(what, "a .jsonl trace is written by `fieldrig trace record`") from cause
         yield entry

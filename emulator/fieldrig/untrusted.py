@@ -1,4 +1,4 @@
-"""The one reader of JSON that comes from outside: from sockets, attach ports, control queries, told messages, stores.
+"""The one reader of JSON that comes from outside: from sockets, attach ports, control messages and stores.
 
 It reads what RFC 8259 and RFC 7493 (I-JSON) call good, within limits of size, depth and type, and refuses everything
 else with a `MalformedError` and nothing but that: no bytes make it raise anything else, or take much memory.  Refused
@@ -116,7 +116,7 @@ def _depth(text: str) -> int:
 def _integer(digits: str) -> int:
     number = int(digits) if len(digits) <= _DIGITS else None
     if number is None or not WIDEST[0] <= number <= WIDEST[1]:
-        raise MalformedError(f"an integer of {len(digits)} digits, expected item that 64 bits can hold")
+        raise MalformedError(f"an integer of {len(digits)} digits, expected at most 64 bits")
     return number
 
 

@@ -79,7 +79,7 @@ class VirtualService:
         self._base_ns = 0
 
     async def run(self) -> Exit:
-        """Run until `end` is called.  RigError if a device can't be built, or devices answer each other for ever."""
+        """Run until `end` is called.  RigError if a device can't be built, or devices answer each other endlessly."""
         with Rig(self._config) as self._rig:
             self._serve()
             await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready

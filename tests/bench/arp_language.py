@@ -1,7 +1,7 @@
 """The ARP's BASIC against CPython doing the same by hand, unchecked: nanoseconds a statement.
 
 By hand means what a Python programmer would write for the same fixed-point integers, `while` and `if` for GOTO, on the
-same lists, with no range check, no saturation and nobody who could stop it.  Products, quotients and remainders are
+same lists, with no range check, no saturation and no means to stop it.  Products, quotients and remainders are
 truncated toward zero by hand as well, wherever the sign of an operand is not known.
 
 A program runs in one piece, and in the slices that a card gives it: as many instructions as one control period leaves.
@@ -166,7 +166,7 @@ class Case:
     name: str
     source: str
     statements: int
-    """Of one round."""
+    """Number of statements in one round."""
     by_hand: Callable[[list[int], list[int], list[int], list[int], int], None]
 
 
@@ -254,7 +254,7 @@ def run() -> Report:
     for case in CASES:
         progress(f"ARP BASIC: {case.name}")
         taken = measure(case, size)
-        whole, slices, stops = (one / taken.by_hand for one in taken[1:])
+        whole, slices, stops = (duration / taken.by_hand for duration in taken[1:])
         ratios.append((whole, slices, stops))
         report.add(case.name, taken.by_hand, taken.compiled, whole, taken.in_slices, slices, taken.with_stops, stops)
     whole, slices, stops = (statistics.geometric_mean(each) for each in zip(*ratios, strict=True))

@@ -1,7 +1,7 @@
 """A whole ARP card: two axes, PST, six cams, six events and a program that never rests, at a control loop of 1 ms.
 
-In virtual time against the wall, on one core; and in real time, where loops that the computer had no time for are
-counted by the card itself.
+In virtual time against the wall, on one core; and in real time, where the card itself counts the loops that a
+busy host has skipped.
 """
 
 import json

@@ -100,8 +100,8 @@ async def blocks(bitrate: int | None) -> tuple[float, float, float]:
 
 
 def _durations(hub: Hub) -> tuple[float, float, float]:
-    """From the initiating request to the end: the last answer of a download, the last request of an upload."""
-    marks = {(one.identifier, one.first): one.time_ns for one in hub.heard}
+    """Duration from the initiating request to the last answer of a download, or the last request of an upload."""
+    marks = {(frame.identifier, frame.first): frame.time_ns for frame in hub.heard}
     first_ns, uploading_ns = marks[REQUEST_ID, 0xC6], marks[REQUEST_ID, 0xA4]
     downloaded_ns, uploaded_ns = marks[RESPONSE_ID, 0xA1], marks[REQUEST_ID, 0xA1]
     line_ms = sum(map(classical_bits, hub.frames)) / 2 / can_hub.BITRATE * 1000
@@ -117,10 +117,10 @@ async def jitter() -> tuple[list[float], list[float]]:
     await hub.go()
     firsts: list[float] = []
     lasts: list[float] = []
-    syncs = [number for number, one in enumerate(hub.heard) if one.identifier == SYNC_ID]
+    syncs = [number for number, frame in enumerate(hub.heard) if frame.identifier == SYNC_ID]
     for number in syncs[10:-1]:
         answers = hub.heard[number + 1 : number + 1 + TPDOS]
-        if all(one.identifier >= 0x180 for one in answers):
+        if all(frame.identifier >= 0x180 for frame in answers):
             firsts.append((answers[0].time_ns - hub.heard[number].time_ns) / 1000)
             lasts.append((answers[-1].time_ns - hub.heard[number].time_ns) / 1000)
     return firsts, lasts

@@ -1,4 +1,4 @@
-"""What the CANopen benchmark sets beside the node: a client for blocks, a SYNC producer, an EDS with 8 TPDOs."""
+"""The node's peers in the CANopen benchmark: a client for blocks, a SYNC producer, an EDS with 8 TPDOs."""
 
 from binascii import crc_hqx
 from collections.abc import Callable
@@ -16,7 +16,7 @@ TPDOS = 8
 
 
 class BlockClient:
-    """Downloads DATA in blocks, uploads it again; `on_done` is told how long each took, in nanoseconds."""
+    """Downloads DATA in blocks, uploads it again; `on_done` receives both durations, in nanoseconds."""
 
     def __init__(self, link: Link[CanFrame], clock: Clock, on_done: Callable[[int, int], None]) -> None:
         self._link, self._clock, self._on_done = link, clock, on_done

@@ -34,7 +34,7 @@ class Measured(NamedTuple):
     p50_us: float
     p99_us: float
     cpu_us: float
-    """Of the server, per answer."""
+    """CPU time of the server per answer."""
 
 
 async def serve_fieldrig() -> None:
@@ -149,7 +149,7 @@ def run() -> Report:
 def fill(report: Report, names: list[str], results: dict[tuple[str, int], Measured]) -> None:
     most = CLIENTS[-1]
     for name in names:
-        cells = [f"{one.per_s:,.0f}/s ({one.p50_us:.0f}/{one.p99_us:.0f} us)" for one in
+        cells = [f"{row.per_s:,.0f}/s ({row.p50_us:.0f}/{row.p99_us:.0f} us)" for row in
                  (results[name, clients] for clients in CLIENTS)]  # fmt: skip
         report.add(name, *cells, f"{results[name, most].cpu_us:.1f} us")
     for name in names[1:]:

@@ -55,7 +55,7 @@ class Case:
 
     @property
     def is_loaded_too(self) -> bool:
-        """Also measured while every core has something else to do."""
+        """True if the case is also measured while every core is busy."""
         return self.in_process == 1 and CAN_BE_REALTIME
 
 
@@ -71,12 +71,12 @@ CASES = (
 class Outcome:
     kept_percent: float
     late: int
-    """ATs."""
+    """Number of late ATs."""
     p50_us: float
     p99_us: float
     cores: float
     own_mb: float
-    """Of all processes."""
+    """Memory of all processes."""
 
 
 Row = tuple[str, ...]
@@ -107,9 +107,9 @@ def busy_cores() -> Iterator[None]:
     try:
         yield
     finally:
-        for one in busy:
-            one.kill()
-            one.wait()
+        for process in busy:
+            process.kill()
+            process.wait()
 
 
 def rounds(measure_once: Callable[[], Outcome]) -> Row:
@@ -121,11 +121,11 @@ def rounds(measure_once: Callable[[], Outcome]) -> Row:
         return f"{mean(several):{form}} ± {stdev(several):{form}}"
 
     return (
-        f"{shown((one.kept_percent for one in found), '.2f')} %",
-        shown((one.late for one in found), ",.0f"),
-        f"{shown((one.p50_us for one in found), ',.0f')} / {shown((one.p99_us for one in found), ',.0f')} us",
-        f"{shown((one.cores for one in found), '.2f')} cores",
-        f"{mean(one.own_mb for one in found):,.0f} MB",
+        f"{shown((run.kept_percent for run in found), '.2f')} %",
+        shown((run.late for run in found), ",.0f"),
+        f"{shown((run.p50_us for run in found), ',.0f')} / {shown((run.p99_us for run in found), ',.0f')} us",
+        f"{shown((run.cores for run in found), '.2f')} cores",
+        f"{mean(run.own_mb for run in found):,.0f} MB",
     )
 
 
@@ -165,7 +165,7 @@ def measured(rig: RunningRig) -> Outcome:
 
 
 def floor(case: Case) -> list[Row]:
-    """Of Zenoh alone."""
+    """The rows of Zenoh alone."""
     with Floor(SECONDS) as alone:
         return rows_of(case, lambda: Outcome(**alone.measured(), late=0, own_mb=0.0))
 

@@ -1,7 +1,7 @@
 """Devices for the ring benchmarks: a master that moves all axes, an empty drive that echoes, and a full one.
 
 Times of each cycle are not kept here: the ring's own statistics have them.  The drives know their timing from their
-settings, so that the way up takes a second in place of ten; the cycle is the same.
+settings, so that the start takes a second instead of ten; the cycle is the same.
 """
 
 import struct
@@ -37,7 +37,7 @@ MBAUD: Final = 16
 
 
 class Prepared(SercosMaster):
-    """Its drives know what they would be told in CP2."""
+    """A master whose drives already have the parameters of CP2."""
 
     def prepare(self, drive: Drive) -> Script:
         return transition(127)
@@ -62,7 +62,7 @@ class Master(Device):
         self._falls = self._cycles = 0
         self._base: dict[int, int] = {}
         self._swinging: list[tuple[int, int]] = []
-        """Where in the MDT the set position of a drive lies, and its middle."""
+        """The offset of each drive's set position in the MDT, and the middle of its swing."""
         self.ring = Prepared(
             clock,
             ring,
@@ -135,7 +135,7 @@ class Runner(Device):
         """Increments in a cycle."""
         self._ramp_cycles = round(settings.ramp_s * S / (settings.cycle_us * US))
         self._running: dict[int, list[float]] = {}
-        """By the place of the set position in the MDT: where it is, and the cycles since it began."""
+        """Position, and cycles since the start, by the offset of the set position in the MDT."""
         self.ring = SercosMaster(
             clock,
             ring,
@@ -172,7 +172,7 @@ class Runner(Device):
 
 
 def prepare(table: IdnTable, settings: RingSettings, address: int) -> None:
-    """What a drive is told in CP2."""
+    """Write the parameters that a master sends to a drive in CP2."""
     from fieldrig.clock import VirtualClock
     from fieldrig.testing import RecordedLink
 
@@ -186,7 +186,7 @@ class EchoSettings(RingSettings):
 
 
 class Echo(Device):
-    """A whole slave of the ring whose position is what it was told."""
+    """A complete slave of the ring whose position is the last command value."""
 
     def __init__(self, clock: Clock, settings: EchoSettings, ring: Link[RingMessage]) -> None:
         table = IdnTable(

@@ -1,4 +1,4 @@
-"""What Zenoh alone leaves of a cycle: a process per drive, one put to all, one back from each, nothing in between.
+"""The share of a cycle that Zenoh alone leaves: a process per drive, one put to all, one back from each.
 
     ring_floor.py SECONDS            the master: it measures, and prints a line of JSON for each line of its input
     ring_floor.py PLACE NUMBER       a drive
@@ -46,7 +46,7 @@ def drive(place: str, number: str) -> None:
         {"mode": "peer", "listen/endpoints": [], "connect/endpoints": [place], **PATIENT, **TUNED}
     )
     put = publisher(session, f"back/{number}").put
-    # The newest only: Zenoh stands still where a channel is full, and nobody here leaves alone who falls behind.
+    # Only the newest message is kept, because Zenoh blocks on a full channel, and no one here drops a slow reader.
     receive = session.declare_subscriber("all", zenoh.handlers.RingChannel(1)).recv
     rest = bytes(BACK_BYTES - 16)
     while True:
@@ -90,8 +90,8 @@ class Master:
 
 
 def cpu_ns(pid: int) -> int:
-    """That all threads of a process have used."""
-    return sum(int(one.read_text().split()[0]) for one in Path(f"/proc/{pid}/task").glob("*/schedstat"))
+    """The CPU time that all threads of a process have used, in nanoseconds."""
+    return sum(int(task.read_text().split()[0]) for task in Path(f"/proc/{pid}/task").glob("*/schedstat"))
 
 
 def outcome(master: Master, processes: Sequence[int], seconds: float) -> Mapping[str, float]:
@@ -118,12 +118,12 @@ def measure(seconds: str) -> None:
             while not master.is_answered_by_all():
                 pass
             for _ in sys.stdin:
-                print(json.dumps(outcome(master, [os.getpid(), *(one.pid for one in drives)], float(seconds))))
+                print(json.dumps(outcome(master, [os.getpid(), *(drive.pid for drive in drives)], float(seconds))))
                 sys.stdout.flush()
         finally:
-            for one in drives:
-                one.kill()
-                one.wait()
+            for drive in drives:
+                drive.kill()
+                drive.wait()
 
 
 class Floor:
@@ -142,7 +142,7 @@ class Floor:
         return self
 
     def measured(self) -> Mapping[str, float]:
-        """Of the next seconds: `kept_percent`, `p50_us` and `p99_us` of the round trips, `cores`."""
+        """Measure the next seconds: `kept_percent`, `p50_us` and `p99_us` of the round trips, `cores`."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write("again\n")

@@ -35,7 +35,7 @@ SETTLING_NS = 2 * S
 SPEED = 2_000_000
 """Increments per second: two turns."""
 CAN_AXES = 8
-"""Of each node."""
+"""Number of axes of each node."""
 HOUR_S = 3600
 """Simulated."""
 
@@ -93,7 +93,7 @@ def holding() -> Rig:
 
 
 def moving_by_modbus() -> Rig:
-    """All axes at one speed, as a Modbus client has told them."""
+    """All axes at one speed, commanded by a Modbus client."""
     rig = holding()
     client = ModbusClient(rig, "modbus", member="client")
     for place in range(len(axes_of(rig))):  # a speed; -, -, accelerations, the speed in thousandths of a turn, start
@@ -125,7 +125,7 @@ def _assert_speeds(rig: Rig, wanted: int) -> None:
 
 
 def _cpu_s(rig: Rig) -> float:
-    """Of one window."""
+    """Return the CPU time of one window."""
     begin_s = time.process_time()
     rig.run_until(rig.now_ns + WINDOW_NS)
     return time.process_time() - begin_s
@@ -153,7 +153,7 @@ RIGS: dict[str, Callable[[], Rig]] = {
 
 
 def hour() -> tuple[tuple[int, float], tuple[int, float]]:
-    """What the process holds while all axes move: a minute after they began, and an hour later."""
+    """The objects and memory of the process while all axes move: a minute after the start, and an hour later."""
     rig = moving_by_modbus()
     rig.run_until(rig.now_ns + 60 * S)
     before = held()

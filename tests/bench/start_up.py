@@ -1,4 +1,4 @@
-"""From `fieldrig up` to ready, and what a process takes: the lab with a process per device and hub."""
+"""The time from `fieldrig up` to ready, and the cost of a process: the lab with a process per device and hub."""
 
 import json
 import statistics

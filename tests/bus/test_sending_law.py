@@ -29,7 +29,7 @@ def rows(table: dict[type, list[Any]], bus: Bus[Any]) -> list[Any]:
     return [message for sort in bus.messages for message in table.get(sort, [])]
 
 
-def strangers_to(bus: Bus[Any]) -> list[Any]:
+def foreign_messages_of(bus: Bus[Any]) -> list[Any]:
     """Objects that are not messages of this bus, including the messages of all others."""
     others = [message for sort, several in GOOD.items() if sort not in bus.messages for message in several]
     if bus.family == "can":  # CanControl is a message of every CAN bus, even where it has no effect
@@ -38,7 +38,7 @@ def strangers_to(bus: Bus[Any]) -> list[Any]:
 
 
 def check_law(bus: Bus[Any], link: Link[Any]) -> None:
-    for wrong in rows(BAD, bus) + strangers_to(bus):
+    for wrong in rows(BAD, bus) + foreign_messages_of(bus):
         with pytest.raises((TypeError, ValueError)) as raised:
             link.send(wrong)
         assert type(raised.value) in (TypeError, ValueError), wrong

@@ -47,15 +47,15 @@ def test_compose_files_are_valid(name: str) -> None:
 def test_every_part_has_a_container_and_is_shut_in(stack: Stack) -> None:
     containers = stack.containers()
     assert containers.keys() == {"rig", *placement(RIG)}
-    assert [name for name, one in containers.items() if not shut_in(one)] == []
+    assert [name for name, container in containers.items() if not shut_in(container)] == []
 
 
 def test_every_bus_has_one_address_for_foreign_masters(stack: Stack) -> None:
     assert {name for name, bus in RIG.buses.items() if bus.bus.family not in ("ring", "wires")} == set(OUTSIDE)
     published = [
         int(binding["HostPort"])
-        for one in stack.containers().values()
-        for bindings in one["HostConfig"]["PortBindings"].values()
+        for container in stack.containers().values()
+        for bindings in container["HostConfig"]["PortBindings"].values()
         for binding in bindings
     ]
     assert sorted(published) == sorted(stack.ports.values())
@@ -98,7 +98,7 @@ def test_one_output_of_the_panel_enables_drives_and_cards(stack: Stack) -> None:
         inputs = [node_of(film, card, CARD).sdo[0x2012][1] for card in (11, 12)]
         for value in (0, 1):
             output.raw = value
-            stack.until(lambda: {one.raw >> 7 & 1 for one in inputs} == {value}, f"I108 is {value}")  # noqa: B023
+            stack.until(lambda: {word.raw >> 7 & 1 for word in inputs} == {value}, f"I108 is {value}")  # noqa: B023
 
 
 def test_canopen_master_moves_an_axis_and_the_modbus_master_another(stack: Stack) -> None:
@@ -119,7 +119,7 @@ def test_canopen_master_moves_an_axis_and_the_modbus_master_another(stack: Stack
 
 
 def test_drive_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack) -> None:
-    """Its manual has the ring wait until somebody quits."""
+    """The ring waits for an acknowledgement, as its manual says."""
     before = stack.restarts()
     stack.kill("outfeed")
     stack.until(lambda: stack.restarts()["outfeed"] > before["outfeed"], "outfeed is started again")
@@ -151,7 +151,7 @@ def test_checks_of_docker_find_all_of_it_healthy(stack: Stack) -> None:
 
 
 def _enable(stack: Stack, axes: RemoteNode, axis: int = 0) -> None:
-    """As a CiA 402 master does it, with a fault reset as often as it takes."""
+    """Enable the axis as a CiA 402 master does, with as many fault resets as it takes."""
     base = 0x800 * axis
     control, status = axes.sdo[0x6040 + base], axes.sdo[0x6041 + base]
     axes.sdo[0x6060 + base].raw = PROFILED_POSITION
@@ -171,7 +171,7 @@ def _enable(stack: Stack, axes: RemoteNode, axis: int = 0) -> None:
 
 
 def _enable_film(stack: Stack, client: ModbusTcpClient) -> None:
-    """A controller that has a diagnosis refuses until somebody quits."""
+    """A controller with a diagnosis refuses until it is acknowledged."""
 
     def is_enabled() -> bool:
         if _film(client) & UNDER_CONTROL:

@@ -24,7 +24,7 @@ def stack() -> Iterator[Stack]:
 def test_every_part_runs_and_is_shut_in(stack: Stack) -> None:
     containers = stack.containers()
     assert containers.keys() == PARTS
-    assert [name for name, one in containers.items() if not shut_in(one)] == []
+    assert [name for name, container in containers.items() if not shut_in(container)] == []
 
 
 def test_modbus_master_starts_the_pump_and_the_canopen_master_sees_the_tank_fill(stack: Stack) -> None:
@@ -49,5 +49,5 @@ def test_what_has_a_pty_in_the_lab_has_a_port_here(stack: Stack) -> None:
 
 
 def _is_answer(message: can.Message | None) -> bool:
-    """What object 1000h of the I/O node holds, by expedited SDO: 000F0191h."""
+    """True for the expedited SDO response with object 1000h of the I/O node, 000F0191h."""
     return message is not None and bytes(message.data) == bytes.fromhex("43 00 10 00 91 01 0f 00")

@@ -25,7 +25,7 @@ START_LIMIT_S = 60
 
 
 def can_be_reached() -> bool:
-    """Whether `reachable` has what it needs, Compose included."""
+    """True if everything that `reachable` needs is installed, including Compose."""
     has_compose = shutil.which("docker-compose") is not None or _docker({}, "compose", "version").returncode == 0
     can_start = os.geteuid() == 0 and all(shutil.which(name) for name in ("docker", "dockerd", "debootstrap"))
     return has_compose and (can_start or _answers({}))
@@ -65,7 +65,9 @@ def _own_daemon(folder: Path) -> Iterator[Mapping[str, str]]:
         _provide_base(environment)
         yield environment
     finally:
-        _docker(environment, "image", "prune", "--force")  # what earlier builds left; the cache would grow for ever
+        _docker(
+            environment, "image", "prune", "--force"
+        )  # removes the remains of earlier builds; the cache would grow forever
         daemon.terminate()
         daemon.wait()
         if not had_bridge:

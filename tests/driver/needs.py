@@ -1,4 +1,4 @@
-"""What parts of the tests need from the machine, whether it is there, and how it is got.
+"""The needs of test parts: what the machine must provide, how to detect it, and how to install it.
 
 Debian's packages are installed where that is allowed (root, apt-get); elsewhere the remedy is words.
 """

@@ -1,4 +1,4 @@
-"""What the stages came to, and how it is told."""
+"""The results of the stages, and their summary for the user."""
 
 import sys
 from collections import Counter

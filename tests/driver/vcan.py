@@ -17,7 +17,7 @@ NAMESPACE = ["unshare", "--net"] if os.geteuid() == 0 else ["unshare", "--map-ro
 
 
 def is_there() -> bool:
-    """Whether this machine's kernel has vcan for us."""
+    """True if this machine's kernel provides vcan in a namespace of our own."""
     command = [*NAMESPACE, "ip", "link", "add", "dev", "vcan0", "type", "vcan"]
     try:
         return subprocess.run(command, capture_output=True, check=False).returncode == 0

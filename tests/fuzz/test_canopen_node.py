@@ -1,6 +1,6 @@
 """Mutated frames over SDO, PDO, NMT, EMCY, SYNC, LSS, guarding and TIME against the I/O module, with a fixed seed.
 
-Dialogues that make sense are spoilt byte by byte and frame by frame.  Whatever comes: no exception, nothing logged
+Valid dialogues are corrupted byte by byte and frame by frame.  In every case there is no exception, nothing is logged
 above debug, the heartbeat goes on, and the dictionary is what an independent model says that it is.
 
 What would end the heartbeat for good reason is kept away: 1017h is read-only, LSS takes no node-ID and no bit rate
@@ -136,7 +136,7 @@ def tamed(frame: CanFrame) -> CanFrame:
 
 @pytest.fixture
 def eds(tmp_path: Path) -> Path:
-    """The I/O module with a heartbeat that nobody can stop, and that no error takes out of its state."""
+    """The I/O module with a heartbeat that no client can stop, and that stays in its state after any error."""
     text = IO32.read_text()
     for name in ("[1017]\n", "[1029sub1]\n"):
         before, section, after = text.partition(name)
@@ -148,7 +148,7 @@ def eds(tmp_path: Path) -> Path:
 
 
 def play(eds: Path, count: int) -> None:
-    """Send so many frames; AssertionError if the heartbeat or the dictionary is not as it should be."""
+    """Send this number of frames; AssertionError if the heartbeat or the dictionary is not as it should be."""
     chance = random.Random(SEED)
     bench = CanopenBench(eds, objects={"1017:00": PERIOD_MS, "1029:01": 1})
     link = TimedLink(bench)

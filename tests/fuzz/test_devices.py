@@ -1,4 +1,4 @@
-"""What arrives at a device or at a pty, spoilt in every way: nobody ends, and who asks afterwards is answered."""
+"""Corrupted messages to a device or a pty: no device ends, and later requests are answered."""
 
 import asyncio
 import os

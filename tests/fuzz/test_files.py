@@ -1,4 +1,4 @@
-"""Files, spoilt in every way, at every reader: rigs, register tables, name plates, EDS files, traces, tokens, stores.
+"""Corrupted files at every reader: rigs, register tables, name plates, EDS files, traces, tokens, stores.
 
 A configuration that is wrong is refused by the errors that are meant for it.  A store is damaged and the device starts
 without it, or it is as good as another.
@@ -158,7 +158,7 @@ def test_a_file_of_a_store_is_whole_or_damaged(inputs_a_target: int) -> None:
 
 
 def _use(device: Storing) -> None:
-    """Ask it as a client does.  It may answer otherwise than one with a good store, which the client complains of."""
+    """Ask it as a client does.  The client raises if an answer differs from that of a device with a good store."""
     for ask in (device.read, lambda: device.write(7), device.read):
         try:
             ask()

@@ -1,9 +1,9 @@
 # ruff: noqa: E501  rows of seeds are tables
-"""Bytes from outside, spoilt in every way, at every decoder and every listener: nothing but what they promise comes of it.
+"""Corrupted bytes from outside, at every decoder and every listener, have no effect but the specified one.
 
-Each decoder gives a value or a ValueError.  Each listener goes on: its loop has nothing to complain of, nobody's name
-stays taken, and who joins afterwards is served.  Kinds of buses that are installed are in here by themselves.  The
-inputs are the same ones each time; `make fuzz` takes a million of them, shared out among all targets of this folder.
+Each decoder returns a value or raises ValueError.  Each listener continues: its loop reports no exception, no name
+stays taken, and a client that joins afterwards is served.  All installed kinds of buses are covered.  The inputs are
+the same each time; `make fuzz` takes a million of them, divided among all targets of this folder.
 """
 
 import asyncio
@@ -256,7 +256,7 @@ def test_a_way_in_for_outsiders_goes_on(name: str, tmp_path: Path, inputs_a_targ
                     await writer.wait_closed()
                 await swallowing
             async with asyncio.timeout(60):
-                while set(hub._members) - members:  # whoever is gone has left the bus
+                while set(hub._members) - members:  # a client that is gone has left the bus
                     await asyncio.sleep(0.001)
             reader, writer = await asyncio.open_connection("127.0.0.1", free_tcp)
             writer.close()

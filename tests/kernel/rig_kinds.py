@@ -70,7 +70,7 @@ class Adder(Device):
 
 
 class Squabbler(Device):
-    """Answers the other one at once, for ever."""
+    """Answers every message of the other device at once, without end."""
 
     def __init__(self, name: str, wires: Link[Signal]) -> None:
         self._name, self._wires = name, wires

@@ -39,7 +39,7 @@ def test_what_is_past_is_called_at_the_present() -> None:
     assert called == [100]
 
 
-def test_a_cancelled_timer_is_not_called_and_no_wish() -> None:
+def test_a_cancelled_timer_is_not_called_and_is_no_next_event() -> None:
     clock = VirtualClock()
     timer = clock.call_at(5, lambda: pytest.fail("cancelled"))
     timer.cancel()
@@ -62,7 +62,7 @@ def test_a_watchdog_that_is_put_off_is_not_called_and_then_once() -> None:
     assert (called, clock.now_ns(), clock.next_ns()) == ([1_015], 5_000, None)
 
 
-def test_a_watchdog_beyond_never_is_no_wish() -> None:
+def test_a_watchdog_beyond_never_is_no_next_event() -> None:
     clock = VirtualClock(10)
     clock.watch(lambda: pytest.fail("never")).due_ns = NEVER_NS + 10
     assert (clock.next_ns(), clock.advance_to(S)) == (None, NEVER_NS)
@@ -133,7 +133,7 @@ def test_a_real_period_does_not_drift_and_time_stands_within_an_event() -> None:
 
     start_ns = asyncio.run(tick_five_times())
     late_from = next((place for place, instant in enumerate(instants) if instant != start_ns + place * MS), 5)
-    if late_from < 5:  # a machine that stood still for STALL_NS takes up from the present
+    if late_from < 5:  # a machine that was blocked for STALL_NS continues from the present
         assert instants[late_from] - (start_ns + late_from * MS) >= STALL_NS
 
 

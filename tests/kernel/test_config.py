@@ -131,10 +131,10 @@ def test_five_mistakes_give_five_messages(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_mistake_hides_no_other(refused: Refused) -> None:
     """Mistakes in common keys and in those of a kind are reported together."""
-    text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nobody, process: RACK}}\n'
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 200, on_exit: sometimes, after: nothing, process: RACK}}\n'
     keys = ("process", "on_exit", "node_id")
     assert [[f"devices.io.{key}: " in item for item in refused(text)].count(True) for key in keys] == [1, 1, 1]
-    assert len(refused(text)) == 5  # there is no device nobody, and no link
+    assert len(refused(text)) == 5  # there is no device `nothing`, and no link
 
 
 def test_a_mistake_has_parts_for_programs(tmp_path: Path) -> None:
@@ -314,7 +314,7 @@ def test_two_nodes_of_a_bus_cannot_share_a_number(refused: Refused) -> None:
     assert mistake.startswith("rig.yaml:7: devices.two.node_id: node-ID 5 on can0 is taken by devices.one.node_id")
 
 
-def test_that_two_nodes_share_a_number_is_told_also_of_one_that_is_wrong_in_itself(refused: Refused) -> None:
+def test_a_node_id_used_twice_is_reported_even_if_one_of_the_entries_is_wrong(refused: Refused) -> None:
     node = f'kind: "{NODE}", node_id: 5, links: {{can: can0}}'
     found = refused(LINES + f"      one: {{{node}, speed: 1}}\n      two: {{{node}}}\n      three: 3\n")
     assert ["devices.one.speed: " in found[0], "devices.two.node_id: " in found[1], len(found)] == [True, True, 3]

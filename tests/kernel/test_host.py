@@ -25,7 +25,7 @@ class EmptyRig:
 
 
 @pytest.mark.parametrize("patience_s", [0.0, -5.0])
-def test_process_that_slept_past_its_patience_asks_once_and_says_that_nobody_answers(patience_s: float) -> None:
+def test_process_that_slept_past_its_patience_asks_once_and_reports_that_no_rig_answers(patience_s: float) -> None:
     async def join() -> int:
         rig = EmptyRig()
         host = Host(from_dict({"time": "real"}), ProcessPlan("io", (), (), (), (), "restart"), patience_s)

@@ -1,4 +1,4 @@
-"""Whatever a member of a hub says, it harms nobody but itself: every kind of bus that has a hub."""
+"""Malformed records of one member never disturb another member, on every kind of bus that has a hub."""
 
 import asyncio
 import logging
@@ -68,7 +68,7 @@ BAD_INTERESTS = [
 
 
 @pytest.mark.parametrize("kind", hub_kinds())
-def test_every_bad_record_puts_off_who_sent_it_and_nobody_else(
+def test_every_bad_record_disconnects_its_sender_only(
     kind: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     async def scene() -> None:
@@ -100,7 +100,7 @@ def test_every_bad_record_puts_off_who_sent_it_and_nobody_else(
                 assert len(said) == 1, (opening, said)
                 assert said[0].startswith("bus0: ")
                 assert len(said[0]) < 500
-            # Nobody else noticed, and the name is free again.
+            # No other member noticed, and the name is free again.
             again = await Stranger.at(path)
             again.say(hello("x"), pack(Kind.LISTEN, 0, b"null"))
             assert (await again.heard())[0] == Kind.CHALLENGE
@@ -127,7 +127,7 @@ def test_who_says_no_hello_is_not_waited_for(
     asyncio.run(scene())
 
 
-def test_strangers_are_not_more_than_so_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_connections_without_a_hello_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fieldrig.hub_server.MOST_UNIDENTIFIED", 3)
 
     async def scene() -> None:
@@ -176,7 +176,7 @@ def test_a_hub_with_a_token_asks_for_its_proof(host: str, tmp_path: Path, monkey
             first.say(hello("lamp", proof=good))
             assert (await first.heard())[0] == Kind.HELLO
 
-            # Neither none, nor a guess, nor what somebody else said at another connection, or for another member.
+            # A missing proof, a guess, and a proof of another connection or for another member are all refused.
             guess = proof("guess", challenge["nonce"], "bus0", "lamp")
             for words in ({}, {"proof": ""}, {"proof": guess}, {"proof": good}):
                 other = await Stranger.at_tcp(port)

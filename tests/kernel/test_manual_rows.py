@@ -20,7 +20,7 @@ ARP-003 = "reserved"
 
 @pytest.fixture
 def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
-    # Every inner run imports its plugins anew: only what it needs, or it takes a second.
+    # Every inner run imports its plugins again; with more than it needs, it would take a second.
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     monkeypatch.setenv("PYTEST_ADDOPTS", "-p fieldrig.pytest_plugin")
     pytester.makefile(".toml", rows=ROWS)
@@ -32,7 +32,7 @@ def make_tests(project: pytest.Pytester, body: str) -> None:
     project.makepyfile(f"import pytest\nmanual = pytest.mark.manual\n{body}")
 
 
-def test_rows_shown_not_shown_and_set_aside_are_told_apart(project: pytest.Pytester) -> None:
+def test_rows_shown_not_shown_and_set_aside_are_distinguished(project: pytest.Pytester) -> None:
     make_tests(
         project,
         """
@@ -103,7 +103,10 @@ def test_row_list_reads_numbers_and_spans(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("aside", "reason"),
-    [('ARP-004 = "reserved"', "set aside, but no row: ARP-004"), ('ARP-002 = ""', "without a reason: ARP-002")],
+    [
+        ('ARP-004 = "reserved"', "set aside, but not among the rows: ARP-004"),
+        ('ARP-002 = ""', "without a reason: ARP-002"),
+    ],
 )
 def test_row_list_that_contradicts_itself_is_refused(tmp_path: Path, aside: str, reason: str) -> None:
     path = tmp_path / "rows.toml"

@@ -86,6 +86,6 @@ def test_processes_that_would_wait_for_each_other_are_refused() -> None:
     ("first", "second", "together"),
     [("restart", "stop", "stop"), ("ignore", "restart", "restart"), ("ignore", "ignore", "ignore")],
 )
-def test_the_strictest_wish_of_a_process_counts(first: str, second: str, together: str) -> None:
+def test_the_strictest_setting_of_a_process_counts(first: str, second: str, together: str) -> None:
     devices = {"one": {"process": "rack", "on_exit": first}, "two": {"process": "rack", "on_exit": second}}
     assert placed(devices)["rack"].on_exit == together

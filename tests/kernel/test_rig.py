@@ -190,7 +190,7 @@ def test_a_device_takes_faults_at_run_time_wherever_it_is(processes: str) -> Non
     assert len(thrown) == 6
 
 
-def struck_frames(seed: int) -> list[tuple[int, str, bytes]]:
+def affected_frames(seed: int) -> list[tuple[int, str, bytes]]:
     """Return the frames on a CAN bus whose faults depend on chance."""
     can0 = {"kind": "can.virtual", "faults": [{"what": "corrupt", "probability": 0.3}]}
     lines: list[tuple[int, str, bytes]] = []
@@ -208,7 +208,7 @@ def struck_frames(seed: int) -> list[tuple[int, str, bytes]]:
 
 
 def test_the_chance_of_a_fault_is_that_of_the_seed() -> None:
-    assert struck_frames(1) == struck_frames(1) != struck_frames(2)
+    assert affected_frames(1) == affected_frames(1) != affected_frames(2)
 
 
 @pytest.mark.parametrize(

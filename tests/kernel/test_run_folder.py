@@ -1,4 +1,4 @@
-"""Whose a run folder is, and what is taken away from it."""
+"""The owner of a run folder, and the files that are removed from it."""
 
 import os
 import socket

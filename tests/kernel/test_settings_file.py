@@ -54,7 +54,7 @@ def test_an_empty_file_has_no_keys(file: Path) -> None:
     assert load_settings(file, Card) == Card()
 
 
-def test_every_mistake_is_told_with_its_line(file: Path) -> None:
+def test_every_mistake_is_reported_with_its_line(file: Path) -> None:
     file.write_text("mode: quick\nchannels:\n  - name: a\n    gain: 0\n  - gain: 1\ncolour: red\n")
     found = mistakes(file)
     assert [(item.file, item.line, item.key) for item in found] == [
@@ -66,7 +66,7 @@ def test_every_mistake_is_told_with_its_line(file: Path) -> None:
     assert "fast or slow" in found[0].remedy
 
 
-def test_what_excludes_each_other_is_told_once_the_entries_are_right(file: Path) -> None:
+def test_conflicts_are_reported_once_the_entries_are_right(file: Path) -> None:
     file.write_text("channels:\n  - {name: a}\n  - name: a\n")
     assert mistakes(file) == [
         Mistake(str(file), 3, "channels[1].name", "a is used twice", "expected a name of its own")

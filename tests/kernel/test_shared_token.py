@@ -64,7 +64,7 @@ def test_a_blank_file_and_one_that_cant_be_read_are_refused(tmp_path: Path, monk
 def test_the_file_is_made_once_and_for_its_user_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "new" / "token"
     monkeypatch.setenv(FILE_VARIABLE, str(path))
-    assert token() is None  # whoever comes before the rig waits for it
+    assert token() is None  # a process that starts before the rig waits for it
     make_token()
     made = token()
     assert made is not None
@@ -105,7 +105,7 @@ def test_a_token_of_the_user_goes_before_the_file(tmp_path: Path, monkeypatch: p
     assert not path.exists()
 
 
-def test_a_folder_that_cant_be_written_to_is_told_with_its_remedy(
+def test_a_folder_that_cant_be_written_to_is_reported_with_its_remedy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("")

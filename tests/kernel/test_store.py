@@ -240,7 +240,7 @@ class Disk:
 
 
 @pytest.mark.parametrize("refusal", [errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO])
-def test_a_disk_that_takes_nothing_leaves_the_old_and_is_told_once(
+def test_a_disk_that_accepts_nothing_leaves_the_old_and_is_reported_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, refusal: int
 ) -> None:
     caplog.set_level(logging.INFO)

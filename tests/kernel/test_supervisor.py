@@ -143,7 +143,7 @@ class Bench:
 
 
 def run(until_s: float, **lives: list[Life]) -> tuple[Bench, Exit]:
-    """The rig for so many seconds, if it doesn't end before."""
+    """Run the rig for at most this number of seconds."""
 
     async def rig() -> tuple[Bench, Exit]:
         bench = Bench(**lives)
@@ -188,7 +188,7 @@ def test_the_limit_doubles_with_each_restart_of_a_process_that_gets_nowhere() ->
     assert len(bench.lamp.started_s) == 5
 
 
-def test_a_late_process_is_told_of_with_its_last_step_and_what_to_set_and_its_log_has_it_too() -> None:
+def test_a_late_process_is_reported_with_its_last_step_and_a_remedy_and_its_log_has_it_too() -> None:
     async def stuck(process: PlayedProcess) -> int:
         await process.work(1.0, 1.0)
         return await hang(process)
@@ -214,7 +214,7 @@ def test_a_process_that_has_settled_begins_with_the_normal_limit_again() -> None
     assert lasted_s == pytest.approx([2 * LIMIT_S, LIMIT_S])
 
 
-def test_what_was_told_while_the_supervisor_stood_still_counts() -> None:
+def test_steps_reported_while_the_supervisor_was_blocked_count() -> None:
     async def unseen(process: PlayedProcess) -> int:
         process.unseen.append("building lamp")
         await asyncio.sleep(1.5 * LIMIT_S)

@@ -161,7 +161,7 @@ def test_a_thread_that_waits_when_the_loop_closes_ends() -> None:
 
 
 class Meddler:
-    """Stands in for the lock, and changes the selector after `select` has found what is ready."""
+    """Replaces the lock, and changes the selector after `select` has found what is ready."""
 
     def __init__(self) -> None:
         self.meddle: Callable[[], object] = lambda: None

@@ -52,7 +52,7 @@ def test_no_bytes_do_more_than_be_refused(data: bytes) -> None:
 def test_a_line_that_is_no_message_is_named(line: bytes) -> None:
     good = io.BytesIO()
     trace_jsonl.write([TraceEntry(5, "can0", "can", "io", b"")], good, 0)
-    with pytest.raises(RigError, match="line 2 is no message of a trace"):
+    with pytest.raises(RigError, match="line 2 is not a message of a trace"):
         list(trace_jsonl.read(io.BytesIO(good.getvalue() + line)))
 
 
@@ -109,7 +109,7 @@ def test_a_format_says_what_it_does_not_know(tmp_path: Path) -> None:
 
 
 class Disk:
-    """Stands in for `os` in `record_file`: its files take a number of bytes in all, and then no more."""
+    """Replaces `os` in `record_file`: its files accept a number of bytes in total, and then no more."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, room: int) -> None:
         self.room = room

@@ -22,7 +22,7 @@ def running_lab() -> Iterator[LabProcess]:
 
 @pytest.fixture
 def lab(running_lab: LabProcess) -> LabProcess:
-    """With 0.5 m in its tank, and nothing that moves it."""
+    """The lab at rest, with 0.5 m in its tank."""
     running_lab.rest()
     return running_lab
 

@@ -9,7 +9,7 @@ from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessa
 
 
 class Parrot(Device):
-    """Says everything again, and keeps what it was told otherwise; its own control lines are set by hand."""
+    """Repeats all data, and keeps the other messages that it receives; its own control lines are set by hand."""
 
     about = "a parrot on a serial line, for tests"
 

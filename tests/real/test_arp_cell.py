@@ -58,8 +58,8 @@ def cell(running_cell: Cell, plc: Plc) -> Cell:
 
 
 def codes(node: Any) -> list[int]:
-    """Error codes that a node has told since the master is there."""
-    return [one.code for one in node.emcy.log]
+    """Error codes that a node has sent since the master started."""
+    return [entry.code for entry in node.emcy.log]
 
 
 # What is there
@@ -167,7 +167,7 @@ def test_film_runs_at_its_tension_and_is_cut(cell: Cell, plc: Plc) -> None:
 def test_pdos_tell_positions_and_flags_while_it_runs(plc: Plc) -> None:
     heard: list[tuple[int, ...]] = []
     plc.line.tpdo.read()
-    plc.line.tpdo[2].add_callback(lambda pdo: heard.append(tuple(one.raw for one in pdo)))
+    plc.line.tpdo[2].add_callback(lambda pdo: heard.append(tuple(variable.raw for variable in pdo)))
     plc.run()
     until(lambda: len(heard) > 50)
     knife, nip = zip(*heard, strict=True)

@@ -10,7 +10,7 @@ pytestmark = [pytest.mark.real, pytest.mark.timeout(300)]
 
 
 def test_suite_finds_what_local_node_fails() -> None:
-    """By slcan, because python-can's client of socketcand knows no remote frames."""
+    """Connect by slcan, because python-can's client of socketcand knows no remote frames."""
     port = free_port()
     rig = f"time: real\nbuses:\n  can0: {{kind: can.hub, bitrate: 1000000, slcan: {{listen: 127.0.0.1:{port}}}}}\n"
     with RunningRig(rig, None) as running:

@@ -31,7 +31,7 @@ def count(heard: list[Heard], at_least: int) -> None:
 
 
 def period_s(heard: list[Heard]) -> float:
-    """As most of them keep it, on a computer that does other things too."""
+    """The median period of the messages, as the host may be busy during some of them."""
     return median(second.time_s - first.time_s for first, second in pairwise(heard))
 
 
@@ -114,7 +114,7 @@ def test_reset_of_communication_keeps_the_application(master: CanopenMaster) -> 
     assert master.io.sdo[0x1017].raw == 1000  # as the rig file has it
 
 
-def test_states_follow_the_master_and_are_told_by_heartbeat(master: CanopenMaster) -> None:
+def test_states_follow_the_master_and_are_reported_by_heartbeat(master: CanopenMaster) -> None:
     master.io.sdo[0x1017].raw = 50
     beats = master.listen(0x700 + IO)
     for wish, state in (

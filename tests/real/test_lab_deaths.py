@@ -96,7 +96,7 @@ def test_pdo_of_a_node_reaches_others_after_its_restart(lab: LabProcess, master:
     pdos = master.listen(0x186)
     master.start(master.sensor)
     until(lambda: bool(pdos))
-    assert int.from_bytes(pdos[0].data[:4], "little") == 500  # the wire told the new process what the level is
+    assert int.from_bytes(pdos[0].data[:4], "little") == 500  # the wire sent the present level to the new process
 
 
 def until_on_the_bus(master: CanopenMaster) -> None:
@@ -125,4 +125,4 @@ def test_wires_keep_their_values_when_their_hub_and_then_a_listener_are_killed(l
 
 
 def data(heard: list[Heard]) -> list[bytes]:
-    return [one.data for one in heard]
+    return [frame.data for frame in heard]

@@ -30,7 +30,7 @@ SAYS = {
     "drive run on": r"Written 1 reference",
 }
 STAYS = {"can0 watch": "q", "can0 log": "\x03", "can0 log by slcan": "\x03"}
-"""They run until somebody presses a key."""
+"""Tools that run until the user presses a key."""
 NEEDS_ROOT = ("can0 network device",)
 
 

@@ -121,7 +121,7 @@ def test_broadcast_is_done_and_not_answered(lab: LabProcess) -> None:
             time.sleep(TURNAROUND_S)
             try:
                 return registers(rtu.read_holding_registers(RAMP_TIME, count=1)) == [90]
-            except ModbusIOException:  # the hub stood still for the turnaround delay, and took both for one frame
+            except ModbusIOException:  # the hub was blocked during the turnaround delay, and took both for one frame
                 return False
 
         until(is_done)
@@ -180,7 +180,7 @@ def test_mbpoll_fills_the_tank(lab: LabProcess, mbpoll: Mbpoll) -> None:
     assert float(shown(mbpoll("-1 -t 3:float -B -r 2 -c 1"))[2]) == pytest.approx(0.001)
 
 
-def test_mbpoll_is_told_why_it_may_not(mbpoll: Mbpoll) -> None:
+def test_mbpoll_gets_the_reason_for_a_refusal(mbpoll: Mbpoll) -> None:
     refused = mbpoll("-1 -t 4 -r 11 -c 1")
     assert "Illegal data address" in refused.stderr + refused.stdout
     refused = mbpoll("-t 4 -r 0", "1001")

@@ -103,8 +103,8 @@ def field(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Field]:
 class Cable:
     """Two ptys, each what is written to the other."""
 
-    def __init__(self, one: Path, other: Path) -> None:
-        self._ends = one, other
+    def __init__(self, first: Path, second: Path) -> None:
+        self._ends = first, second
 
     def __enter__(self) -> None:
         socat = shutil.which("socat")
@@ -139,5 +139,5 @@ def test_a_foreign_server_is_read_written_lost_and_found_again(field: Field) -> 
     field.server.start()
     field.until_logged(BACK, 2)
     field.until("level", 1234)
-    field.until("speed_there", 500)  # it was told again
+    field.until("speed_there", 500)  # it was written again
     field.until("run_there", True)

@@ -98,7 +98,7 @@ def test_emergency_stop_at_the_panel(ring: RingProcess, plc: Plc) -> None:
 
 
 @pytest.mark.manual("PD-140")
-def test_drive_whose_process_is_killed_opens_the_ring_until_it_is_back_and_somebody_quits(ring: RingProcess) -> None:
+def test_drive_whose_process_is_killed_opens_the_ring_until_it_is_back_and_acknowledged(ring: RingProcess) -> None:
     pid, restarts = ring.pid("outfeed"), int(ring.status()["processes"]["outfeed"]["restarts"])
     os.kill(pid, signal.SIGKILL)
     until(lambda: ring.get("max4/ring.state") == "down")

@@ -16,8 +16,8 @@ from running_rig import PATIENCE_S, until
 pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
 
 STATUS, DIAG_CODE, ORDER = 4, 5, 20
-"""Of the controller."""
-# Of an axis, behind 1000 + 100 n
+"""Registers of the controller."""
+# Registers of an axis, as offsets to 1000 + 100 n
 ENABLE, OPERATION, COMMAND, AXIS_STATE, AXIS_DIAG_CODE, AXIS_STATUS, POSITION, DIAG_MSG, NAME = (
     0, 1, 13, 20, 22, 23, 24, 40, 80,
 )  # fmt: skip
@@ -40,7 +40,7 @@ class Client:
         return self._client.write_registers(address, list(values), device_id=1)
 
     def text(self, address: int, count: int) -> str:
-        return b"".join(one.to_bytes(2, "big") for one in self.read(address, count)).split(b"\0")[0].decode("latin-1")
+        return b"".join(word.to_bytes(2, "big") for word in self.read(address, count)).split(b"\0")[0].decode("latin-1")
 
     def signed(self, address: int) -> int:
         high, low = self.read(address, 2)

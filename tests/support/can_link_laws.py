@@ -1,4 +1,4 @@
-"""What every link that carries CAN frames promises, whatever is behind it.
+"""The guarantees of every link that carries CAN frames, regardless of the medium behind it.
 
 A suite subclasses `CanLinkLaws` and has a fixture `wire`.
 No case waits for nothing to happen: a frame that is let through comes after the one that must not be.
@@ -148,7 +148,7 @@ class CanLinkLaws:
         frames = [CanFrame(0x100 + number % 7, number.to_bytes(8, "big")) for number in range(1000)]
         assert sent(wire, wire.a, frames, listen(wire, wire.b)) == frames
 
-    def test_garbage_from_outside_disturbs_nobody(self, wire: Wire) -> None:
+    def test_garbage_from_outside_disturbs_no_member(self, wire: Wire) -> None:
         at_b = listen(wire, wire.b)
         for garbage in (b"", b"\x00", b"\xff" * 5, b"\xff" * 100, b"GET / HTTP/1.1\r\n\r\n"):
             wire.garble(garbage)

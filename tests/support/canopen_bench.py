@@ -33,7 +33,7 @@ class RecordedCan(RecordedLink[CanFrame]):
 
 
 class CanopenBench:
-    """Node 5, made from the EDS of the I/O module unless told otherwise.
+    """Node 5, made from the EDS of the I/O module unless another one is given.
 
     A power cycle is another bench on the `store` of the first.
     """
@@ -53,7 +53,7 @@ class CanopenBench:
         return self.after(0)
 
     def after(self, ms: float) -> list[str]:
-        """Return what was sent up to so many milliseconds later."""
+        """Return the frames that are sent in the next `ms` milliseconds."""
         self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
         return self.take()
 

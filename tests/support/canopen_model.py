@@ -1,4 +1,4 @@
-"""What the dictionary of the I/O module must hold, from nothing but its EDS and the frames that went in and out.
+"""The expected dictionary of the I/O module, from nothing but its EDS and the frames that went in and out.
 
 Written from CiA 301, 305 and 306 beside the node, sharing no code with it, as the oracle of the fuzz tests.  It knows
 where the node has a choice from what the node said: a write counts when the server confirmed it.
@@ -153,7 +153,7 @@ class DictionaryModel:
     def expected(self) -> Iterator[tuple[Key, bytes]]:
         for key, data in self.data.items():
             if key[0] not in NOT_COMPARED:
-                # An input that nobody touches feels 0, and 6002h turns it around.
+                # An input without a signal reads 0, and 6002h inverts it.
                 yield key, self.data[0x6002, key[1]] if key[0] == 0x6000 and key[1] else data
 
     def went(self, sent: Frame, came: list[Frame]) -> None:

@@ -17,7 +17,7 @@ from fieldrig.testing import free_port
 
 FOLDER = Path(__file__).parents[2] / "docker"
 READY_LIMIT_S = 900
-"""Twenty containers start at once, on a computer that may have other things to do."""
+"""Time limit for twenty containers that start at once, on a host that may be busy."""
 POLL_S = 0.5
 ANSWER_LIMIT_S = 20.0
 

@@ -1,4 +1,4 @@
-"""The tables of docs/conformance.md and docs/results: `python tests/support/conformance_page.py` writes them anew.
+"""The tables of docs/conformance.md and docs/results: `python tests/support/conformance_page.py` writes them again.
 
 The I/O node's column comes from a run in virtual time, LocalNode's from what the tests in tests/real hold it to, and
 CANopenNode's from the log that its authors published (CTT 3.0.3.10; Apache-2.0).

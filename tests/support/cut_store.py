@@ -8,7 +8,7 @@ class Killed(BaseException):
 
 
 class CutStore(MemoryStore):
-    """The process is killed when it begins to save once more than it is allowed to; None: never."""
+    """The number of saves that are allowed; the next one kills the process.  None sets no limit."""
 
     def __init__(self, data: bytes | None = None) -> None:
         super().__init__(data)

@@ -1,4 +1,4 @@
-"""What happens on a small disk that is full for a while: `python full_disk.py KIND FOLDER`, where FOLDER is that disk.
+"""Run on a small disk that is full for a while: `python full_disk.py KIND FOLDER`, where FOLDER is that disk.
 
 KIND is a kind of device that stores, or `rig`: then a whole rig runs there, as a user runs it.
 """

@@ -47,7 +47,7 @@ class CanopenMaster:
         until(lambda: all(any(beat.data == BOOT_UP for beat in beats) for beats in boots))
 
     def start(self, *nodes: Any) -> None:
-        """Operational, seen by the node's own word; python canopen only remembers its wish."""
+        """Make the nodes operational, as their heartbeats confirm; python canopen only remembers its own command."""
         for node in nodes:
             node.nmt.state = "OPERATIONAL"
             node.sdo[0x1017].raw = 100

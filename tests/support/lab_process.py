@@ -30,7 +30,7 @@ AT_REST: dict[str, bool | int | float] = {
 
 class LabProcess(AskedRig):
     def __init__(self, file: Path = LAB, can0: str | None = None, **more: object) -> None:
-        """`can0` is a CAN bus in place of the lab's hub; `more` are keys of the rig file and their values."""
+        """`can0` is a CAN bus that replaces the lab's hub; `more` are keys of the rig file and their values."""
         self.modbus_port, self.socketcand_port, self.slcan_port = free_port(), free_port(), free_port()
         places = {"buses.mb_tcp.listen": f"127.0.0.1:{self.modbus_port}", **more}
         if can0 is not None:

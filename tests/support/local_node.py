@@ -11,7 +11,7 @@ def main(eds: str, node_id: str, *pairs: str) -> None:
     network = canopen.Network()
     network.connect(**bus)
     network.add_node(canopen.LocalNode(int(node_id), eds))
-    print("ready", flush=True)  # noqa: T201  for whoever waits for it
+    print("ready", flush=True)  # noqa: T201  for the process that waits for it
     sys.stdin.read()
     network.disconnect()
 

@@ -138,10 +138,10 @@ class DriveBench:
         self.events: list[RingEvent] = []
         self.control = 0
         self.value: Callable[[int], int] | None = None
-        """The command value by cycles since it was given; None: stay where it is."""
+        """The command value by cycles since it was given, or None to hold the present position."""
         self.idn = 47
         self.raw: tuple[int, ...] | None = None
-        """Control word and command values as they are, in place of all that."""
+        """Control word and command values to send unchanged, instead of the settings above."""
         self._base: dict[int, int] = {}
         self._cycle = 0
         addresses = range(1, len(drives) + 1)

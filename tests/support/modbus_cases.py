@@ -1,4 +1,4 @@
-"""What a Modbus server answers: requests and responses as hexadecimal PDUs, for whatever carries them.
+"""The answers of a Modbus server: requests and responses as hexadecimal PDUs, for any transport.
 
 The examples are those of the Modbus application protocol V1.1b3, chapter 6; `TABLE` and `SETTINGS` are a device for
 which they hold.  Deviations: 6.21's example says conformity level 01 and counts 13 characters in "Product code XX",

@@ -44,7 +44,7 @@ def files() -> list[Path]:
 
 
 def virtual(path: Path) -> RigConfig:
-    """The rig of a file; one for real time with its buses' virtual kinds in place of theirs."""
+    """The rig of a file; in a rig for real time, the virtual kinds replace the kinds of the buses."""
     config = load(path)
     if config.time == "virtual":
         return config
@@ -64,7 +64,7 @@ def virtual(path: Path) -> RigConfig:
 
 
 class Work:
-    """What the devices of a rig get to do, from outside, over their buses and points."""
+    """The work that the devices of a rig get from outside, over their buses and points."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, self._devices = rig, rig.config.devices
@@ -151,7 +151,7 @@ class Work:
 
 
 class Trace:
-    """Of one rig."""
+    """The trace of one rig, as hashes and, if wanted, as a file."""
 
     def __init__(self, rig: str, keep: Path | None) -> None:
         self._rig, self._keep = rig, keep

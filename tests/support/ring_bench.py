@@ -20,7 +20,7 @@ TEXT = Attribute(Length.LIST_OF_BYTES, Format.TEXT, protected=(2, 3, 4))
 
 
 class PlainDrive:
-    """An application whose position is what it was told."""
+    """An application whose position is the last command value."""
 
     def __init__(self, rig: Rig, name: str, address: int) -> None:
         self.node = rig.attach(name)

@@ -1,4 +1,4 @@
-"""For every type of message that a bus may carry: some that a member may send, and some that nobody can.
+"""Messages of every type that a bus may carry: some that a member may send, and some that no member can send.
 
 Each row is from a standard: ISO 11898-1 (identifiers of 11 and 29 bits, 0 to 8 bytes, the lengths of FD), the Modbus
 application protocol V1.1b3, chapter 4.1 (a PDU has 1 to 253 bytes), TIA-232 formats; wires carry finite numbers.

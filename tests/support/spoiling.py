@@ -1,4 +1,4 @@
-"""Inputs that are spoilt: bytes, lines of text, and trees of JSON that begin as something good."""
+"""Corrupted inputs: bytes, lines of text, and trees of JSON, each made from a valid input."""
 
 import copy
 import json
@@ -130,7 +130,7 @@ def _with_another_value(chance: random.Random, line: str) -> str:
 
 
 def spoilt_json(chance: random.Random, seeds: list[bytes]) -> bytes:
-    """Good JSON with some values otherwise; now and then spoilt bytes, which are hardly ever good JSON."""
+    """Valid JSON with some values changed; now and then corrupted bytes, which are hardly ever valid JSON."""
     if chance.random() < 0.15:
         return spoilt(chance, seeds)
     tree: Any = {"": json.loads(chance.choice(seeds))}

@@ -14,7 +14,7 @@ from fieldrig.hub_wire import HEADER, Kind, pack
 from fieldrig.real_clock import RealClock
 from fieldrig.untrusted import read_json
 
-# What a kind's settings need so that its ports listen where nobody else does.
+# The settings that a kind needs so that its ports listen at free addresses.
 SETTINGS: dict[str, dict[str, Any]] = {
     "can.hub": {"socketcand": "127.0.0.1:0", "slcan": {"listen": "127.0.0.1:0"}},
     "modbus.tcp": {"listen": "127.0.0.1:0"},

@@ -1,4 +1,4 @@
-"""A terminal window for programs that want one, and somebody who looks at it and presses keys."""
+"""A terminal window for programs that need one, and a user who looks at it and presses keys."""
 
 import fcntl
 import os

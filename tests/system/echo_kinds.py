@@ -41,7 +41,7 @@ class EchoSettings(Settings):
 
 
 class Echo(Device):
-    """Answers what it was told, and knows whether it was always told the next number."""
+    """Returns each number that it receives, and checks that the numbers are consecutive."""
 
     def __init__(self, settings: EchoSettings, ring: Link[RingMessage]) -> None:
         self._address, self._ring = settings.address, ring

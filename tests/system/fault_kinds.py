@@ -1,4 +1,4 @@
-"""What the tests of faults in running rigs are made of; the processes of a rig import this module by name."""
+"""Kinds for the tests of faults in running rigs; the processes of a rig import this module by name."""
 
 from typing import ClassVar, Literal
 

@@ -1,4 +1,4 @@
-"""A rig whose processes somebody else starts, as containers do: `--control-only` and `--only`."""
+"""A rig whose processes are started from outside, such as containers: `--control-only` and `--only`."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ def test_parts_find_each_other_in_any_order_and_the_control_service_may_be_resta
         assert rig.tool("get", "lamp").returncode == 0
 
 
-def test_without_the_token_nobody_comes_in() -> None:
+def test_without_the_token_no_process_joins() -> None:
     with RunningRig(LAMP, KINDS, "--control-only") as rig:
         rig.until_there()
         rig.environment.pop("FIELDRIG_TOKEN")

@@ -56,7 +56,7 @@ def test_hub_that_is_not_there_is_named(running: RunningRig) -> None:
     assert "start the process that runs this bus first" in done.stderr
 
 
-def test_rig_that_ends_meanwhile_is_told() -> None:
+def test_rig_that_ends_meanwhile_is_reported() -> None:
     rig = f"time: real\nbuses:\n  can0: {{kind: can.hub}}\ndevices:\n  io: {DEVICE}\n"
     with RunningRig(rig, None) as running:
         running.until_ready()

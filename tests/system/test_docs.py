@@ -82,7 +82,7 @@ class Desk:
                 if self._has(set(words) - {"lab", "fails"}):
                     self._follow(block, with_lab="lab" in words, fails="fails" in words)
             case _:
-                pytest.fail(f"{block.place}: nobody knows what to do with a block of {' '.join(block.info)!r}")
+                pytest.fail(f"{block.place}: there is no test for a block of {' '.join(block.info)!r}")
 
     def close(self) -> None:
         if self._lab is not None:

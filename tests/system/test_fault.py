@@ -57,7 +57,7 @@ def faults(rig: RunningRig) -> dict[str, Any]:
     return found
 
 
-def test_a_fault_is_given_strikes_is_shown_and_is_cleared(real: RunningRig) -> None:
+def test_a_fault_is_added_applied_shown_and_cleared(real: RunningRig) -> None:
     words = "drop identifier=0x185 count=3 probability=0.9 duration_ms=60000"
     number = real.tool("fault", "can0", *words.split()).stdout.strip()
     until(lambda: faults(real)[number]["applied"] == 3)
@@ -103,7 +103,12 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
         ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
         ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
-        ("soil drop", 6, "soil: fault_kinds:Soil takes no faults, for its medium is not the rig's", "devices may"),
+        (
+            "soil drop",
+            6,
+            "soil: fault_kinds:Soil takes no faults, because its medium is outside the rig",
+            "add the fault",
+        ),
         ("can1", 6, "lab has no bus or device 'can1'", "it has: can0, free, wires, soil, io, bean"),
         ("io dumb", 6, "io: there is no fault 'dumb'", "there are: mute"),
         ("io --clear 7", 6, "io: there is no fault 7", "there are none"),
@@ -172,7 +177,7 @@ def test_an_end_of_a_direct_bus_gets_the_seed_of_its_rig(real: RunningRig) -> No
     assert told() == ['["seed",42,""]']
 
 
-def test_a_bus_whose_process_is_not_there_is_told_from_one_that_takes_no_faults() -> None:
+def test_a_bus_without_a_process_is_distinguished_from_a_bus_that_takes_no_faults() -> None:
     with RunningRig(REAL.replace("can: can0}}", "can: can0}, process: can0, on_exit: ignore}"), KINDS) as rig:
         os.kill(rig.until_ready().pid("can0"), signal.SIGKILL)
         until(lambda: rig.status()["processes"]["can0"]["state"] == "gone")

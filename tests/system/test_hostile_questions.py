@@ -1,4 +1,4 @@
-"""Questions that nobody should ask, to every process of a rig: each gets a negative answer, and everybody goes on."""
+"""Malformed questions to every process of a rig: each gets a negative answer, and all processes continue."""
 
 import json
 from collections.abc import Iterator

@@ -59,8 +59,8 @@ def test_another_rig_at_the_endpoint_is_not_taken_for_its_own(file: Path, monkey
 
 
 def test_two_rigs_of_one_file_run_side_by_side(file: Path) -> None:
-    with LiveRig(file, "devices.tank.initial_level_m=0.1") as one, LiveRig(file) as other:
-        assert (one.get("tank", "level"), other.get("tank", "level")) == (0.1, 0.5)
+    with LiveRig(file, "devices.tank.initial_level_m=0.1") as shallow, LiveRig(file) as other:
+        assert (shallow.get("tank", "level"), other.get("tank", "level")) == (0.1, 0.5)
 
 
 def test_a_port_is_given_to_one_process_only() -> None:

@@ -15,7 +15,7 @@ devices:
     links: {wires: wires}
     rated_torque_nm: 1.0
     motor_inertia_kg_m2: 0.001
-    load_torque_nm: -0.001      # 1 rad/s2 from the start: told once, and never again
+    load_torque_nm: -0.001      # 1 rad/s2 from the start: published once, and never again
   card:
     kind: arp
     number: 1

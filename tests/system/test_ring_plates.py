@@ -47,7 +47,7 @@ def quit_until_right(ring: RingProcess) -> None:
 
 @pytest.mark.manual("PD-170", "PD-171", "PD-172")
 def test_plate_is_read_and_edited_while_axes_are_under_control(ring: RingProcess) -> None:
-    """The drive goes on with what it has read, and finds another motor when it starts anew."""
+    """The drive goes on with what it has read, and finds another motor at its next start."""
     enable(ring, *AXES)
     assert "17130068-0002" in plate(ring, "read")
     assert "17130068-0002 -> 17-4711" in plate(ring, "edit", "--set", "serial_number=17-4711", "--set", "type=SM-OTHER")
@@ -70,7 +70,7 @@ def test_plate_is_read_and_edited_while_axes_are_under_control(ring: RingProcess
     enable(ring, *AXES)
 
 
-def test_noise_on_the_encoders_line_harms_nobody(ring: RingProcess) -> None:
+def test_noise_on_the_encoders_line_is_harmless(ring: RingProcess) -> None:
     enable(ring, *AXES)
     noise = random.Random(3)
     descriptor = os.open(ring.run / "jaw_line", os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -86,7 +86,7 @@ def test_noise_on_the_encoders_line_harms_nobody(ring: RingProcess) -> None:
 
 
 def save(ring: RingProcess, number: int) -> None:
-    with suppress(ControlError, AssertionError):  # there may be nobody left who answers
+    with suppress(ControlError, AssertionError):  # there may be no process left to answer
         ring.do(f"save log \\RUN{number}.LOG")
 
 

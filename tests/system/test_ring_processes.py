@@ -76,7 +76,7 @@ def test_a_drive_that_is_killed_opens_the_ring_until_it_is_back(ring: RunningRig
     assert statistics(ring)["cycles"] > before
 
 
-def test_a_fault_in_the_code_of_a_drive_ends_its_process_and_is_told(ring: RunningRig) -> None:
+def test_a_fault_in_the_code_of_a_drive_ends_its_process_and_is_reported(ring: RunningRig) -> None:
     ring.ask("device/belt/set", {"values": {"wrong": True}})
     ring.until_back("belt")
     assert "belt died: exit code 70: a device's code failed (RuntimeError: lost the count, " in ring.output()
@@ -92,7 +92,7 @@ def test_a_master_that_is_killed_finds_its_drives_again(ring: RunningRig) -> Non
     assert statistics(ring)["stations"] == 4
 
 
-def test_a_process_that_stands_still_is_late_and_holds_nobody_up(ring: RunningRig) -> None:
+def test_a_process_that_stands_still_is_late_and_delays_no_other(ring: RunningRig) -> None:
     pid = ring.pid("rack")
     os.kill(pid, signal.SIGSTOP)
     try:

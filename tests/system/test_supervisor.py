@@ -106,7 +106,7 @@ def test_a_terminal_shows_how_busy_the_buses_are(tmp_path: Path) -> None:
         assert terminal.press("\x03") == 0
 
 
-def test_a_second_ctrl_c_waits_for_nobody() -> None:
+def test_a_second_ctrl_c_waits_for_no_process() -> None:
     with RunningRig(with_device('kind: "lamp_kinds:Clinging"'), KINDS) as rig:
         processes = pids(rig.until_ready())
         rig.process.send_signal(signal.SIGINT)
@@ -219,7 +219,7 @@ def test_a_device_that_never_gets_ready_is_named() -> None:
         assert "set start_timeout_s: 3 in the rig file" in rig.output()
 
 
-def test_a_process_that_hangs_when_it_is_started_again_is_told_of_even_if_quiet_and_comes_back() -> None:
+def test_a_process_that_hangs_when_it_is_started_again_is_reported_even_if_quiet_and_comes_back() -> None:
     entry = 'kind: "lamp_kinds:Hanging", links: {wires: wires}'
     with RunningRig(with_device(entry) + "start_timeout_s: 3\n", KINDS, "--quiet") as rig:
         signal_to(pids(rig.until_ready())["extra"], signal.SIGKILL)

@@ -27,7 +27,7 @@ class CyclicJob:
 
     def _on_due(self) -> None:
         if self._interval_ns:
-            # After a stall the cycle starts anew; missed frames are not sent.
+            # After a stall the cycle starts again; missed frames are not sent.
             self._due_ns = max(self._due_ns + self._interval_ns, self._clock.now_ns())
             self._timer = self._clock.call_at(self._due_ns, self._on_due)
         self._send(self.frame)

@@ -39,7 +39,7 @@ class BusOff:
         self._recovering: dict[Member, _Recovery] = {}
 
     def enter(self, member: Member) -> None:
-        """The controller has reached bus-off: it gives up everything that waits."""
+        """Put a controller in bus-off: it drops everything that waits in its queue."""
         waiting = len(member.queue)
         member.queue.clear()
         member.discarded += waiting
@@ -49,14 +49,14 @@ class BusOff:
             self._recovering[member] = _Recovery(SEQUENCES - 1, 0)
 
     def recover(self, now_ns: int, member: Member) -> bool:
-        """Begin to recover, as the member asks.  False if it isn't off, or is recovering already."""
+        """Begin the recovery of a member that asks for it.  False if it isn't off, or is already recovering."""
         if not member.is_off or member in self._recovering:
             return False
         self._recovering[member] = _Recovery(SEQUENCES, now_ns * self._medium.per_ns)
         return True
 
     def leave(self, member: Member) -> None:
-        """The member has left the bus."""
+        """Forget a member that has left the bus."""
         self._recovering.pop(member, None)
 
     def is_recovering(self, member: Member) -> bool:
@@ -82,7 +82,7 @@ class BusOff:
         return tick, member
 
     def end(self, member: Member, tick: int) -> list[Delivery[Any]]:
-        """The controller has recovered: it takes part again from `tick` on, error active."""
+        """End the recovery of a controller: it takes part again from `tick` on, error active."""
         del self._recovering[member]
         member.tec = member.rec = 0
         member.resume, member.state = tick, CanState.ACTIVE

@@ -143,7 +143,7 @@ class Node:
         elif stream.bits[bit] != level:
             if bit < stream.arbitration and level == DOMINANT:
                 self.is_transmitter, self.stream, self.role = False, None, Role.RECEIVING
-                self._is_corrupt = True  # lost arbitration can't be told from a disturbance
+                self._is_corrupt = True  # lost arbitration looks the same as a disturbance
             else:
                 self._fail(bit, ErrorKind.BIT)
         elif bit == len(stream.bits) - 1:

@@ -31,7 +31,7 @@ class Injection:
     frame: CanFrame | None = None
     """The frame that receivers get instead of the one that was sent."""
     deaf: frozenset[str] | None = frozenset()
-    """The members that do not get the frame; None: no member gets it."""
+    """The members that do not get the frame, or None if no member gets it."""
     is_doubled: bool = False
 
     def add(self, fault: Fault, frame: CanFrame, wire: Stream, key: int) -> None:
@@ -85,7 +85,7 @@ class Injector:
     # frames
 
     def may_apply(self, start: int, request: Request) -> bool:
-        """True if a fault may concern this frame.  Saying no is the quick way."""
+        """True if a fault may concern this frame.  False is the fast path."""
         medium, member = self._medium, request.member
         now_ns, end_ns = start // medium.per_ns, (start + request.ticks) // medium.per_ns
         if member.copy or any(each.skew is not None for each in medium.everybody()):
@@ -192,7 +192,7 @@ class Injector:
         return NEVER if until_ns is None else until_ns * medium.per_ns + SEQUENCE_BITS * medium.nominal
 
     def release(self, now_ns: int, fault: Fault) -> None:
-        """The fault was cleared: a bus that it held becomes free."""
+        """Free the bus if the cleared fault held it."""
         medium = self._medium
         if fault.number in self._reported:
             medium.free = min(medium.free, now_ns * medium.per_ns + SEQUENCE_BITS * medium.nominal)

@@ -254,7 +254,7 @@ class Adapter:
 
 class Command(NamedTuple):
     when: When
-    parameters: int | None  # characters; None: the handler checks it
+    parameters: int | None  # number of characters, or None if the handler checks it
     handler: Callable[[Adapter, bytes], bytes]
 
 

@@ -3,7 +3,7 @@
 Source: ISO 11898-1:2015 (frame formats, CRC, bit stuffing).  The count goes from the start of frame to the last of the
 three bits of intermission.  In an FD frame with a switched bit rate, the bits from ESI to the CRC delimiter count at
 the data bit rate: the rate switches at the sample points of BRS and CRC delimiter, so with the same sample point in
-both rates the surplus and the deficit cancel out exactly.
+both rates the surplus and the deficit cancel exactly.
 
 Left out on purpose: suspend transmission of error-passive nodes, error and overload frames.
 """

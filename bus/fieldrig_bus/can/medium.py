@@ -55,7 +55,7 @@ class Medium:
         return (*self.members.values(), *self.departed)
 
     def request(self, asked: int, sender: Member, frame: CanFrame) -> Request:
-        """A frame that its sender asked for at tick `asked`."""
+        """Queue a frame that its sender asked for at tick `asked`."""
         if frame.is_fd:
             bits, switched = fd_bits(frame)
             ticks = bits * self.nominal + switched * self.switched

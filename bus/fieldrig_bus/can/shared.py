@@ -10,7 +10,7 @@ device's own slaves as well.  An end that `hears_others` gets such frames when t
 of other devices do (with the word "own" in `acceptance`, the bus returns the device's own frames).  So it receives
 nothing from a controller in bus-off, and no handler is called from within `send`.
 
-A frame that comes back is told from an equal frame of another device by the order of sending.  If two devices send
+The order of sending distinguishes a frame that comes back from an equal frame of another device.  If two devices send
 equal frames at the same time, the two may be confused; each end still receives the right number of them.
 """
 

@@ -92,7 +92,7 @@ class Session:
                 position = stop + 1
 
     def end(self) -> None:
-        """The client has disconnected."""
+        """End the session of a client that has disconnected."""
         self._is_closed = True
         self._leave_mode()
 

@@ -8,8 +8,8 @@ to acknowledge, or two members that send the same identifier at once.
 A step is worked out before it happens, from what is known by then, and done when its end has come.  Looking at it
 changes nothing, so it does not matter how often `next_ns` is called.
 
-A lone transmitter retransmits for ever.  Once it is error passive nothing about it changes any more.  Its attempts are
-then no steps: they are counted on demand, and a rig in virtual time comes to its end.
+A lone transmitter retransmits endlessly.  Once it is error passive, its state no longer changes.  From then on its
+attempts are not steps: they are counted on demand, so that a rig in virtual time can end.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -108,7 +108,7 @@ class Stepwise:
             self.replan()
 
     def leave(self, leaver: Member) -> None:
-        """The member leaves; its frame that is on the wire is finished."""
+        """Remove a member; its frame that is on the wire is finished."""
         step = self._plan()
         if self._lone is leaver:
             self._lone = None
@@ -119,12 +119,12 @@ class Stepwise:
         self.replan()
 
     def release(self, now_ns: int, fault: Fault) -> None:
-        """The fault was cleared."""
+        """Release what a cleared fault held."""
         self._injector.release(now_ns, fault)
         self.replan()
 
     def recover(self, now_ns: int, member: Member) -> None:
-        """The member asks its controller to come back from bus-off."""
+        """Recover the controller of a member from bus-off, as the member asks."""
         if self._bus_off.recover(now_ns, member):
             self.replan()
 

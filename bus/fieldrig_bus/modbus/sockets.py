@@ -58,13 +58,13 @@ class Master(Connection):
         self.read_on(True)
 
     def on_open(self, link: Link[Any]) -> None:
-        """The connection is a member of the bus now; nothing has arrived yet."""
+        """Called when the connection has become a member of the bus, before anything arrives."""
 
     def on_bytes(self, data: bytes) -> None:
         raise NotImplementedError
 
     def on_close(self) -> None:
-        """The connection is closed."""
+        """Called when the connection is closed."""
 
 
 class Masters(TcpServer):

@@ -1,7 +1,8 @@
 """The topology of a ring: its stations in order, and which of them the master's telegrams reach.
 
 The master's telegrams pass every station in the order of the ring and come back to it.  Where the ring is open, the
-stations behind hear nothing, and those before it hear but are not heard.  Telegrams are the affair of the kind of ring.
+stations behind hear nothing, and those before it hear but are not heard.
+The contents of the telegrams depend on the kind of ring.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -39,7 +40,7 @@ class Layout(Generic[N]):
 
 
 class Topology(Generic[N]):
-    """The stations that a ring has, or should have."""
+    """The stations that a ring has or is expected to have."""
 
     def __init__(
         self, make: Callable[[str], N], order: Sequence[str], bypassed: Iterable[str], members: Iterable[str]
@@ -53,20 +54,20 @@ class Topology(Generic[N]):
         self.stations: dict[str, N] = {}
         self.master: str | None = None
         self.station_count = 0
-        """Stations that are there, with or without power."""
+        """The stations that have joined, with or without power."""
 
     def join(self, name: str) -> None:
-        """A member joins.  It is no station until it has an address."""
+        """Add a member.  It becomes a station when it has an address."""
         self.stations[name] = self._make(name)
 
     def leave(self, name: str) -> None:
-        """A member leaves the ring."""
+        """Remove a member from the ring."""
         del self.stations[name]
         if name == self.master:
             self.master = None
 
     def ring(self) -> list[N]:
-        """The stations in their order.  One that should be there and has not joined has no address."""
+        """The stations in their order.  An expected station that has not joined has no address."""
         stations = self.stations
         named = [self._station(name) for name in self._order if name != self.master]
         others = [

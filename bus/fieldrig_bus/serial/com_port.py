@@ -75,7 +75,7 @@ class ComPort:
         self._masks = {LINESTATE_MASK: 0, MODEMSTATE_MASK: 255}  # chapter 4: the value until a client sets it
 
     def start(self, other_end: ControlLines) -> None:
-        """A client has connected.  `other_end` is the present state of the lines of the other end."""
+        """Begin with a client that has connected.  `other_end` is the present state of the lines of the other end."""
         self._other_end = other_end
         for agreement, option in (
             (DO, ECHO),
@@ -88,7 +88,7 @@ class ComPort:
             self._options.ask(agreement, option)
 
     def stop(self) -> None:
-        """The client has disconnected: a break that it left on ends, and a device that was stopped may go on."""
+        """End with the client: a break that it left on ends, and a device that it stopped may continue."""
         if self._break_began_ns is not None:
             self._end_break()
         self._end.send_at_once(self._request.end())

@@ -71,11 +71,11 @@ class LineEnd:
         self._link.send(Break(duration_ms))
 
     def plug_in(self) -> None:
-        """A client has connected: its lines go on, as when a program opens a serial port."""
+        """Connect a client: its lines go on, as when a program opens a serial port."""
         self.set_lines(ControlLines())
 
     def hang_up(self) -> None:
-        """The client has disconnected: its lines go off, and the format is the configured one again."""
+        """Disconnect the client: its lines go off, and the configured format applies again."""
         self._is_held = False
         self.purge()
         self.set_format(self._default)

@@ -1,4 +1,4 @@
-"""What all commands share, those of installed packages too: groups, options, files, output and wrong usage.
+"""Shared parts of all commands, including those of installed packages: groups, options, files, output, wrong usage.
 
 A command raises RigError for whatever its user can fix, and `fieldrig.cli.main` prints it and chooses the exit code:
 UsageError for a file or a request that is wrong, RefusedError for a device that refuses.  Wrong options and arguments

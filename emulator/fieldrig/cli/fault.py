@@ -111,7 +111,8 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
         if ends:
             return _ask_ends(client, where, ends, verb, message)
         raise ControlError(
-            f"{where}: {known[where]['kind']} takes no faults, for its medium is not the rig's", "devices may take some"
+            f"{where}: {known[where]['kind']} takes no faults, because its medium is outside the rig",
+            "add the fault to a device that takes some: `fieldrig fault DEVICE` shows which",
         ) from None
 
 

@@ -83,7 +83,7 @@ def test_member_is_back_when_it_takes_the_bit_rate_of_the_bus() -> None:
     assert heard(model.collect(30 * MS)) == [("a", ("b", "c")), ("c", ("a", "b"))]
 
 
-def test_listen_only_member_with_another_bit_rate_hears_nothing_and_disturbs_nobody() -> None:
+def test_listen_only_member_with_another_bit_rate_hears_nothing_and_disturbs_no_other() -> None:
     model = bus()
     model.submit(0, "c", CanControl(is_listen_only=True))
     model.submit(0, "c", WRONG)

@@ -64,7 +64,7 @@ def model_with(asked_frames: list[Asked], faults: list[dict[str, Any]], **option
     for member in MEMBERS:
         model.join(member)
         model.listen(0, member, ["own", "errors", "state", [0, 0]])
-    model.join("d")  # acknowledges; otherwise three members that send the same frame at once would repeat it for ever
+    model.join("d")  # acknowledges; otherwise three members that send the same frame at once would repeat it forever
     for fault in faults:
         model.add_fault(0, fault)
     for asked in asked_frames:
@@ -119,7 +119,7 @@ def test_a_frame_is_sent_or_counted_as_lost(asked_frames: list[Asked], faults: l
 @settings(max_examples=60, deadline=None)
 @given(asked_frames)
 def test_a_quarrel_of_two_about_one_identifier_loses_nothing(asked_frames: list[Asked]) -> None:
-    """With another member to acknowledge, both get through in the end, in the order of asking."""
+    """Both frames arrive in the order of asking if another member acknowledges them."""
     asked_frames = [asked for asked in asked_frames if asked.member != "c"]
     deliveries = model_with(asked_frames, []).collect(LATER)
     for member in MEMBERS:

@@ -199,7 +199,7 @@ interests = st.none() | st.lists(st.tuples(words, words).map(list), max_size=3)
 @given(st.lists(interests, min_size=1, max_size=4), st.lists(frames, max_size=12))
 def test_each_end_hears_what_its_filters_let_pass(wanted: list[Any], arriving: list[CanFrame]) -> None:
     bench = Bench()
-    bench.share("somebody else", [[0x7FE, EXACT]])
+    bench.share("another end", [[0x7FE, EXACT]])
     for number, interest in enumerate(wanted):
         bench.share(str(number), interest)
     merged = filters_of(bench.interest)

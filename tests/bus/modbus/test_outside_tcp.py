@@ -100,7 +100,7 @@ def test_a_server_that_dies_is_found_again() -> None:
         at.again()
         exchange = bench.ask(7, READ)
         again = at.accept(bench)
-        again.read(12 * 2)  # the request that waited, and the new one: the numbers begin anew
+        again.read(12 * 2)  # the request that waited, and the new one: the numbers begin again
         again.write(mbap(2, 7, bytes.fromhex(ANSWER)))
         assert bench.expect() == [(7, exchange, ANSWER)]
 

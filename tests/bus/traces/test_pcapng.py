@@ -135,7 +135,7 @@ def test_modbus_message_is_a_tcp_segment() -> None:
 
 
 def ones_complement_sum(data: bytes) -> int:
-    """With a correct checksum in place, the sum of all words is all ones (RFC 1071)."""
+    """True if the sum of all words is all ones, as with a correct checksum (RFC 1071)."""
     total = sum(data[0::2]) * 256 + sum(data[1::2])
     while total > 0xFFFF:
         total = (total & 0xFFFF) + (total >> 16)

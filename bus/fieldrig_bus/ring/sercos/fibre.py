@@ -30,7 +30,7 @@ Heard = tuple[Cycle, Sequence[str]]
 
 
 class Station(Node):
-    """A station with the buffers of its chip."""
+    """One station of the ring, with the AT buffers of its interface chip."""
 
     __slots__ = ("address", "at", "more")
 
@@ -44,7 +44,7 @@ class Station(Node):
         """The ATs in the buffers of its other addresses."""
 
     def lay(self, telegram: bytes) -> None:
-        """Lay an AT into the buffer of its address."""
+        """Put an AT into the buffer of its address."""
         if telegram and telegram[0] == self.address:
             self.at = telegram
         elif telegram and telegram[0] in self.addresses:
@@ -53,7 +53,7 @@ class Station(Node):
             log.debug("%s has no address %s", self.name, telegram[:1].hex())
 
     def taken(self) -> list[bytes]:
-        """The ATs in its buffers, which are empty after it."""
+        """Return the ATs in the buffers, and empty the buffers."""
         first, self.at = self.at, None
         ats = [] if first is None else [first]
         if self.more:
@@ -83,7 +83,7 @@ class Fibre:
         self.until_ns = 0
         """The end of the telegrams of the cycle that was begun, as far as they are known."""
         self._layout: Layout[Station] | None = None
-        """The present layout; determined anew after a change, and in every cycle while there are faults."""
+        """The present layout; determined again after a change, and in every cycle while there are faults."""
         self._open: Mst | None = None
         """The cycle that has begun and not ended."""
         self._spoilt_mst: list[Distort] = []
@@ -109,30 +109,30 @@ class Fibre:
 
     @property
     def station_count(self) -> int:
-        """Stations that are there, with or without power."""
+        """The number of stations that have joined, with or without power."""
         return self._topology.station_count
 
     def join(self, name: str) -> None:
-        """A member joins the ring."""
+        """Add a member to the ring."""
         self._topology.join(name)
         self._layout = None
 
     def leave(self, name: str) -> None:
-        """A member leaves the ring."""
+        """Remove a member from the ring."""
         self._topology.leave(name)
         if name in self.observers:
             self.observers.remove(name)
         self._layout = None
 
     def listen(self, name: str, interest: Sequence[Any] | None) -> None:
-        """`["master"]`; `[["drive", ADDRESS], ...]`; None: hear everything, without being a station."""
+        """An interest is `["master"]`, `[["drive", ADDRESS], ...]`, or None to observe without being a station."""
         words = [] if interest is None else list(interest)
         if MASTER in words:
             self._topology.master = name
         self.answer_at(name, None if interest is None else [word[1] for word in words if word != MASTER])
 
     def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
-        """The member is a station with these addresses from now on; None: it observes."""
+        """Make the member a station with these addresses from now on, or an observer for None."""
         station = self.stations[name]
         station.addresses = tuple(addresses or ())
         station.address = station.addresses[0] if station.addresses else -1
@@ -143,7 +143,7 @@ class Fibre:
     # ---- cycles
 
     def begin_cycle(self, now_ns: int, mst: Mst, late: int = 0) -> Answers:
-        """Begin a cycle; what the master hears.  `late` is the number of stations known not to have been ready."""
+        """Begin a cycle, and return what the master hears.  `late` is the number of stations known not to be ready."""
         self.cycles += 1
         self.overruns += now_ns < self.until_ns
         is_calm = not self.faults.is_any_left(now_ns)
@@ -168,7 +168,7 @@ class Fibre:
         return Answers(mst.number, tuple(ats) if layout.is_closed else (), layout.is_closed, errors, late)
 
     def end_cycle(self, now_ns: int, mdt: bytes) -> list[Heard]:
-        """End the cycle that was begun; what each station hears of it.  Empty if no cycle was begun."""
+        """End the current cycle, and return what each station hears of it.  Empty if no cycle has begun."""
         mst, layout = self._open, self._layout
         if mst is None:
             return []
@@ -278,7 +278,7 @@ class Fibre:
     # ---- operation
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
-        """Inject a fault; its number.  ValueError for a fault that the ring does not know, or at no station of it."""
+        """Inject a fault, and return its number.  ValueError for an unknown fault, or an unknown station."""
         settings = fault_of(fault)
         key, place = place_of(settings)
         known = [station.name for station in self._topology.ring()]

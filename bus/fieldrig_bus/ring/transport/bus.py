@@ -41,7 +41,7 @@ class StarSettings(Settings):
 
 
 class Line(Protocol):
-    """A process's way to the centre in another one.  It keeps trying, and connects the rack whenever it is there."""
+    """A process's connection to the centre in another process.  It retries, and connects the rack once it succeeds."""
 
     def close(self) -> None:
         """Disconnect, and stop trying."""
@@ -54,7 +54,7 @@ class Carrier(Protocol):
         """Begin to look for the centre in another process."""
 
     def hold(self, at: Attachment, centre: Centre) -> Spokes:
-        """Be reachable for other processes.  BusError, with its remedy, if that is not possible."""
+        """Become reachable for other processes.  BusError, with its remedy, if that is not possible."""
 
 
 class StarEnd(Generic[M]):

@@ -3,7 +3,7 @@
 Each cycle goes to each process of stations as one message, and one with the telegrams that its stations leave comes
 back, which has time until the next cycle begins.  A process that is not done by then is late: the telegrams of its
 stations are missing, which is counted for each of them.  Stations join when their process announces them, and leave
-when it is gone.  What a cycle is, the kind of ring says in a subclass.
+when it is gone.  A subclass for each kind of ring defines what a cycle contains.
 """
 
 import asyncio
@@ -27,10 +27,10 @@ TRIPS: Final = 700
 
 
 class Buffer(Protocol):
-    """A station, where its telegram for the next cycle is laid."""
+    """One station, with a buffer for its telegram of the next cycle."""
 
     def lay(self, telegram: bytes) -> None:
-        """Lay a telegram into the buffer of the station."""
+        """Put a telegram into the buffer of the station."""
 
 
 class Ring(Protocol):
@@ -45,19 +45,19 @@ class Ring(Protocol):
         """Members that hear everything without being a station."""
 
     def join(self, name: str) -> None:
-        """A member joins."""
+        """Add a member."""
 
     def leave(self, name: str) -> None:
-        """A member leaves."""
+        """Remove a member."""
 
     def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
-        """The member is a station with these addresses from now on; None: it observes."""
+        """Make the member a station with these addresses from now on, or an observer for None."""
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Counters by name with unit."""
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
-        """Inject a fault; its number."""
+        """Inject a fault, and return its number."""
 
     def clear_fault(self, number: int) -> None:
         """Clear a fault.  ValueError if there is none with this number."""
@@ -210,7 +210,7 @@ class Centre(ABC):
     # ---- cycles
 
     def finish(self, *, is_repeating: bool) -> int:
-        """Close the previous cycle; the number of stations whose process is late with it.
+        """Close the previous cycle, and return the number of stations whose process is late with it.
 
         With `is_repeating` and patience, the last telegram of such a station is repeated.
         """
@@ -323,7 +323,7 @@ class Centre(ABC):
         }
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        """Inject a fault; its number."""
+        """Inject a fault, and return its number."""
         with refusals(self._bus):
             return self._ring.add_fault(self._at.clock.now_ns(), fault)
 

@@ -48,7 +48,7 @@ class Rack(ABC, Generic[C]):
 
     @abstractmethod
     def read(self, data: bytes) -> C:
-        """The cycle in a message of the centre.  ValueError for bytes that are none."""
+        """The cycle in a message of the centre.  ValueError for any other bytes."""
 
     @abstractmethod
     def deliver(self, cycle: C, instant_ns: int) -> None:
@@ -58,28 +58,28 @@ class Rack(ABC, Generic[C]):
         return len(self.stations)
 
     def connect(self, announce: Callable[[Stations], None], reply: Callable[[bytes], None]) -> None:
-        """There is a centre: announce the stations to it, now and whenever they change."""
+        """Announce the stations to the centre, now and whenever they change."""
         self._announce, self._reply = announce, reply
         self._sequence = 0
         self._left.clear()
         self._announce_stations()
 
     def disconnect(self) -> None:
-        """The centre is gone."""
+        """Stop announcing the stations, because the centre is gone."""
         self._announce = self._reply = None
 
     def listen(self, at: Attachment, handler: Callable[[Any], None], interest: Sequence[Any] | None) -> None:
-        """A station listens; without interest it observes everything."""
+        """Deliver cycles to a station from now on; without interest it observes everything."""
         self.stations[at.member] = RackStation(at, handler, interest)
         self._announce_stations()
 
     def forget(self, member: str) -> None:
-        """A station is closed."""
+        """Remove a station that was closed."""
         if self.stations.pop(member, None) is not None:
             self._announce_stations()
 
     def leave(self, member: str, telegram: bytes) -> None:
-        """A station leaves a telegram for the next cycle."""
+        """Keep a telegram of a station for the next cycle."""
         station = self.stations.get(member)
         if station is None:
             log.debug("%s is not listening to %s", member, self._bus)
@@ -96,7 +96,7 @@ class Rack(ABC, Generic[C]):
         except struct.error:
             log.debug("%s: too short for the head of a cycle: %s", self._bus, data.hex())
             return
-        if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master began anew
+        if 0 < self._sequence - sequence < MOST_BEHIND:  # further behind: the master has restarted
             log.debug("%s: cycle %d was overtaken on the way", self._bus, sequence)
             return
         try:

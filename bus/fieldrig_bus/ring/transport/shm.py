@@ -155,7 +155,7 @@ class ShmSpokes:
 
 
 class ShmLine:
-    """A process's way to the centre."""
+    """A process's connection to the centre."""
 
     def __init__(self, path: Path, process: str, rack: Rack[Any]) -> None:
         self._path, self._process, self._rack = path, process, rack

@@ -16,7 +16,7 @@ _BACK: Final = struct.Struct("<Iq")  # sequence, instant
 _TELEGRAM: Final = struct.Struct("<BH")  # place of the station in its process, length
 
 Stations = Sequence[tuple[str, Sequence[int] | None]]
-"""Names and addresses, in the order in which a process counts its stations; None: it observes."""
+"""Names and addresses, in the order in which a process counts its stations; None for an observer."""
 Back = tuple[int, int, list[tuple[int, bytes]]]
 """A process's answer: the sequence that it is done with, the instant by the clock of its machine, and the telegrams
 with the places of the stations in their process."""

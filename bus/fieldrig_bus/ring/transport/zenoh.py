@@ -113,7 +113,7 @@ class ZenohSpokes:
 
 
 class ZenohLine:
-    """A process's way to the centre.  Zenoh connects, and reconnects after a failure."""
+    """A process's connection to the centre.  Zenoh connects, and reconnects after a failure."""
 
     def __init__(self, session: zenoh.Session, process: str, rack: Rack[Any]) -> None:
         self._session, self._process = session, process
@@ -240,5 +240,5 @@ def _hand_over(loop: asyncio.AbstractEventLoop, action: Callable[..., None], *ar
 
 
 def _directly(callback: Callable[[Any], None]) -> "zenoh.handlers.Callback[Any]":
-    """A callback without a Python thread of its own for every declaration."""
+    """A callback on Zenoh's own thread, instead of on a further thread for every declaration."""
     return zenoh.handlers.Callback(callback, indirect=False)

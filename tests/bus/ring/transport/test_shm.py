@@ -99,7 +99,7 @@ def ring() -> Iterator[StarRing]:
         b"\xff" * 100,
     ],
 )
-def test_strangers_at_the_door_are_sent_away(ring: StarRing, word: bytes) -> None:
+def test_unknown_clients_are_disconnected(ring: StarRing, word: bytes) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as stranger:
         stranger.connect(str(ring.at["max4"].path("ring0.ring")))
         stranger.setblocking(False)
