@@ -6,7 +6,7 @@ import pytest
 
 from fieldrig import testing
 
-# What a shell, or nohup, turns off for what it starts in the background rigs would take for the user's wish.
+# A shell or nohup ignores these signals for background jobs, and rigs would read that as the choice of the user.
 for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
     number = getattr(signal, name, None)
     if number is not None and signal.getsignal(number) is signal.SIG_IGN:
@@ -17,7 +17,7 @@ pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its
 
 @pytest.fixture
 def free_port() -> int:
-    """A TCP port of 127.0.0.1 that nobody listens on."""
+    """A free TCP port of 127.0.0.1."""
     return testing.free_port()
 
 

@@ -1,1 +1,1 @@
-"""What answers: devices and the plants behind them."""
+"""The devices, and the plants behind them."""

@@ -15,6 +15,7 @@ import arp_language  # noqa: E402  found beside this file
 import arp_loop  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
+import drive_cycle  # noqa: E402
 import modbus  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
@@ -30,6 +31,7 @@ BENCHMARKS = (
     modbus,
     ring,
     shipped_rigs,
+    drive_cycle,
     virtual_time,
     arp_language,
     arp_loop,

@@ -1,4 +1,4 @@
-"""What devices of a rig file have, drive and ask for on their buses fits together, for all kinds by one mechanism."""
+"""Claims: one mechanism checks for all kinds that the needs of the devices on a bus are met, and do not conflict."""
 
 from pathlib import Path
 from typing import Any

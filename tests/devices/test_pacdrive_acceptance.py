@@ -54,7 +54,7 @@ def test_commanded_reboot_is_8016_and_stamps_begin_anew() -> None:
 
 @pytest.mark.manual("PD-040", "PD-124")
 def test_what_drives_find_while_the_controller_boots_is_logged_at_14_ms() -> None:
-    """As in the manual's second log: the DC circuit of one axis, and later the 24 V of another."""
+    """The manual's second log: the DC circuit of one axis fails, and later the 24 V of another."""
     faults = ("devices.infeed.faults=[{what: dc_bus, duration_ms: 5000}]",)
     with RingLab(*AUTOSTART, *faults).boot() as lab:
         assert lab.log() == [

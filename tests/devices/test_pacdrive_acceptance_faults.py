@@ -1,7 +1,7 @@
 """Every fault that `fieldrig fault` knows of, on the whole ring of configs/ring.yaml while its axes turn.
 
-For each: what the axis and the controller say, what the log's reader finds, that quitting before its cause has gone
-does not help, and that quitting after does: the axes turn again.  Then the same bytes in one process and in many.
+For each: what the axis and the controller say, what the log shows, that acknowledging it before its cause is gone
+does not help, and that acknowledging it afterwards does.  Then the same bytes in one process and in many.
 """
 
 import re
@@ -75,7 +75,7 @@ def lab() -> Any:
 
 
 def logged(lab: RingLab) -> list[str]:
-    """What has come since the boot, without stamps: they are the affair of other tests."""
+    """Return the entries since the boot without their stamps, which other tests check."""
     return [re.sub(r"^\S+ ", "", line) for line in lab.log()[2:]]
 
 
@@ -144,7 +144,7 @@ def test_ring_broken_anywhere_and_healed_while_axes_turn(lab: RingLab, after: st
     lab.do("quit").run(500)
     assert lab.diagnosis()[0] == 2560
     lab.heal("ring", cut).run(500)
-    assert lab.get("ring.state") == "down", "somebody has to quit"
+    assert lab.get("ring.state") == "down", "a user has to acknowledge"
     lab.do("quit").run(8_000)
     behind = DRIVES[(0, *(place + 1 for place in range(4)))[("master", *DRIVES).index(after)] :]
     assert logged(lab)[1:] == [
@@ -240,7 +240,7 @@ ORDERS = [
 
 
 def played(lab: RingLab) -> list[str]:
-    """Boot, enable, an axis turned over CAN, some faults, and every message on every bus."""
+    """Boot, enable, an axis moved over CAN, some faults, and every message on every bus."""
     lab.trace = []
     with lab:
         plc = lab.rig.attach("plc").link("can0")

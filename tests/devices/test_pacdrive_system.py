@@ -113,7 +113,7 @@ def test_inputs_and_outputs_are_not_kept_in_an_image() -> None:
 
 
 class _Steady:
-    """So many increments in a cycle."""
+    """Increments per cycle."""
 
     def __init__(self, way: int) -> None:
         self.mode, self._way, self._place = Mode.POSITION, way, 0
@@ -188,7 +188,7 @@ def test_searching_from_leds_over_the_configuration_to_the_log() -> None:
 
 
 class Times(Bench):
-    """When what came on the ring of a controller with so many drives."""
+    """The telegrams on the ring of a controller with `drives` drives, with their times."""
 
     def __init__(self, drives: int, cycle_ms: int) -> None:
         self.answers: list[int] = []

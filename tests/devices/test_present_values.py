@@ -27,7 +27,7 @@ CONFIGS = ROOT / "configs"
 PLATE = str(CONFIGS / "plates/sm-100-30-080.yaml")
 WIRES = {"wires": "wires"}
 MOTOR = {"kind": "plant.servo", "links": WIRES, "rated_torque_nm": 1.0, "motor_inertia_kg_m2": 0.001}
-"""Without friction: 960 rad/s2 for a load of -0.96 N m."""
+"""Acceleration without friction: 960 rad/s2 for a load of -0.96 N m."""
 PULL_NM, PULLED = -0.96, 960.0
 FILM = {
     "role": "unwinder", "core_radius_m": 0.05, "initial_radius_m": 0.2, "core_inertia_kg_m2": 0.05,
@@ -132,7 +132,7 @@ RIGS: dict[str, tuple[Callable[[Path], Rig], Callable[[Rig], None]]] = {
 }
 LONG = {"packaging-line-virtual.yaml"}
 APART = {
-    "slow_cycles",  # counts events, and a device that is stirred has had one more
+    "slow_cycles",  # counts events, and a device that got one has one more
     "adc1",  # a winder tells its load cell once a step: that is the wire's own tolerance
 }
 
@@ -156,7 +156,7 @@ def values(rig: Rig) -> dict[str, Value]:
 
 
 def stir(rig: Rig) -> None:
-    """Give every device an event at the present instant, with all that its wires carry, as it was told last."""
+    """Give every device an event at the present instant, with all that its wires carry, as it was published last."""
     for model in rig._models.values():
         if isinstance(model, WiresModel):
             for driver, signal in list(model._present.values()):
@@ -240,7 +240,7 @@ def pulled_counts(seconds: float) -> float:
 
 
 def test_object_tied_to_a_moving_wire_is_read_as_it_is_now(tmp_path: Path) -> None:
-    """By SDO, by a point, and in a TPDO that a SYNC asks for."""
+    """Read it by SDO, by a point, and in a TPDO that a SYNC triggers."""
     data = whole(tmp_path, "motor", "sensor")
     data["devices"]["sensor"]["objects"] = {"1800:02": 1}
     with Rig(from_dict(data)) as rig:

@@ -86,11 +86,12 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def checked() -> Iterator[Path]:
-    """The files that `[tool.fieldrig.prose]` of pyproject.toml names."""
+    """Yield the files that `[tool.fieldrig.prose]` of pyproject.toml names, without those that `except` names."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    patterns: list[str] = project["tool"]["fieldrig"]["prose"]["files"]
-    for pattern in patterns:
-        found = sorted(path for path in ROOT.glob(pattern) if path.is_file())
+    table: Mapping[str, list[str]] = project["tool"]["fieldrig"]["prose"]
+    excepted = {ROOT / name for name in table["except"]}
+    for pattern in table["files"]:
+        found = sorted(path for path in ROOT.glob(pattern) if path.is_file() and path not in excepted)
         if not found:
             raise SystemExit(f"pyproject.toml: tool.fieldrig.prose.files: no file matches {pattern!r}")
         yield from found

@@ -215,10 +215,10 @@ def test_only_the_right_token_opens(endpoint: str, monkeypatch: pytest.MonkeyPat
     try:
         endpoints.close(endpoints.connect(endpoint))
         monkeypatch.setenv(TOKEN_VARIABLE, "guess")
-        with pytest.raises(ControlError, match="does not let us in"):
+        with pytest.raises(ControlError, match="refuses the connection"):
             endpoints.connect(endpoint)
         monkeypatch.delenv(TOKEN_VARIABLE)
-        with pytest.raises(ControlError, match=r"does not let us in[^$]*FIELDRIG_TOKEN"):
+        with pytest.raises(ControlError, match=r"refuses the connection[^$]*FIELDRIG_TOKEN"):
             endpoints.connect(endpoint)
     finally:
         endpoints.close(session)

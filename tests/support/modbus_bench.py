@@ -98,7 +98,7 @@ class RealBench(LoopBench):
     def be_quiet(self) -> None:
         """Ten milliseconds without a character on the line: only the clock can say so.
 
-        In pieces, so that the hub sees some of them when the computer stood still for the others.
+        The time passes in pieces, so that the hub sees some of them if the host was busy during the others.
         """
         for _ in range(5):
             self._pass(2 * MS)
@@ -158,7 +158,7 @@ def ascii_(unit: int, pdu: bytes) -> bytes:
 
 
 class Master:
-    """Asks and compares; a request that nobody may answer is followed by one that is."""
+    """Send requests and compare; a request that has no answer is followed by one that has."""
 
     MARK = bytes.fromhex("08 0000 5A5A")
 
@@ -171,7 +171,7 @@ class Master:
     def expect(self, response: str, unit: int = 1) -> None:
         wanted = self._frame(unit, bytes.fromhex(response))
         got = self._wire.read(len(wanted))
-        assert got == wanted, f"{got.hex(' ')} in place of {wanted.hex(' ')}; open: {self._wire.is_open}"
+        assert got == wanted, f"{got.hex(' ')} instead of {wanted.hex(' ')}; open: {self._wire.is_open}"
 
     def exchange(self, request: str, response: str, unit: int = 1) -> None:
         self.ask(request, unit)

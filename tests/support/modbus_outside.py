@@ -55,7 +55,7 @@ class OutsideBench(LoopBench):
         return [(item.unit, item.exchange, item.pdu.hex(" ")) for item in self.heard]
 
     def expect(self, count: int = 1) -> list[tuple[int, int, str]]:
-        """So many responses, which are taken."""
+        """Wait for `count` responses, and take them."""
         self.pump(lambda: len(self.heard) >= count)
         answers = self.answers()
         self.heard.clear()
@@ -114,7 +114,7 @@ class Listener:
         return End(bench, end.fileno(), end.close)
 
     def is_asked(self) -> bool:
-        """Whether somebody wants to connect; that one is hung up on."""
+        """True if a client tries to connect; it is disconnected."""
         try:
             self._socket.accept()[0].close()
         except BlockingIOError:

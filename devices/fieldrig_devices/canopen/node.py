@@ -206,7 +206,7 @@ class CanopenNode(Device):
         return self._watched
 
     def read_when_sent(self) -> None:
-        """From now on, call the readers whenever a TPDO is sent at a SYNC or on request."""
+        """Call the readers from now on whenever a TPDO is sent at a SYNC or on request."""
         for pdo in self._tpdos:
             pdo.reads_when_sent = True
 

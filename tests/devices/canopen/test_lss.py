@@ -174,7 +174,7 @@ def scan(number: int, bit: int, part: int, following: int) -> str:
 
 
 def test_fastscan_finds_each_bit_of_the_identity() -> None:
-    """As in a master, a bit without an answer is 1."""
+    """A bit without an answer is 1, as it is in a master."""
     bench = non_configured()
     assert lss(bench, scan(0, 0x80, 0, 0)) == [IDENTIFIED]
     found = [0, 0, 0, 0]

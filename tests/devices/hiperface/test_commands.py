@@ -159,7 +159,7 @@ def test_refusals_are_the_status_telegram(request_: str, status: str) -> None:
     bench = EncoderBench()
     assert bench.ask(request_) == f"50 {status}"
     assert bench.kept == []
-    assert bench.ask("50") == "50 00"  # it has been told
+    assert bench.ask("50") == "50 00"  # it has been reported
 
 
 def test_data_are_stored_and_kept_before_the_answer() -> None:
@@ -248,7 +248,7 @@ def test_messages_wait_are_flagged_and_read_one_by_one() -> None:
     bench = EncoderBench()
     bench.encoder.requests.set_temperature(116)
     assert bench.ask("42") == "c2 00 00 00 00"
-    assert bench.ask("99") == "d0 0b"  # what is refused is told at once, what waits goes on waiting
+    assert bench.ask("99") == "d0 0b"  # a refusal is reported at once; stored messages keep waiting
     assert bench.ask("50") == "50 1e"
     assert bench.ask("50") == "50 00"
     assert bench.ask("42") == "42 00 00 00 00"

@@ -107,7 +107,7 @@ def age(there: HiperfaceEncoder) -> None:
 
 
 def rewrite(there: HiperfaceEncoder) -> None:
-    there.eeprom.fields[0].data[:16] = b"Somebody else's!"
+    there.eeprom.fields[0].data[:16] = b"Another owner's!"
 
 
 def shrink(there: HiperfaceEncoder) -> None:
@@ -160,7 +160,7 @@ def test_what_is_wrong_has_a_name(do: Callable[[HiperfaceEncoder], None], failur
     plates = list[object]()
     bench.end.read_plate(plates.append)
     bench.clock.advance_to(bench.clock.now_ns() + 5000 * MS)
-    assert plates[0] is None or do is damage_the_table  # that was told once
+    assert plates[0] is None or do is damage_the_table  # that was reported once
 
 
 @pytest.mark.manual("PD-171")
@@ -220,7 +220,7 @@ def test_plate_that_is_read_back_otherwise_was_not_written() -> None:
 
 
 def test_late_bytes_of_an_answer_that_was_given_up_put_the_next_request_off() -> None:
-    """So that they are not taken for its answer."""
+    """The drive does not take late characters for an answer."""
     talk = Conversation(read_position())
     request = talk.due(0)
     over = talk.next_ns()
@@ -262,7 +262,7 @@ def test_write_protection_is_told() -> None:
 
 @dataclass
 class Noisy:
-    """What is heard by a drive, by hand."""
+    """The bytes that a drive receives, written by hand."""
 
     conversation: Conversation[object]
     now_ns: int = 0

@@ -1,4 +1,4 @@
-"""What the encoder keeps, as bytes for its store."""
+"""The non-volatile data of the encoder, as bytes for its store."""
 
 import pytest
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""Where a telegram begins and ends, what a broken one does, and when answers come."""
+"""The start and end of a telegram, the effect of a damaged one, and the times of answers."""
 
 from hiperface_bench import EncoderBench, telegram
 from hypothesis import given, settings

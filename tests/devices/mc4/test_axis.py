@@ -44,7 +44,7 @@ def states(one: Axis) -> tuple[float, ...]:
 
 
 def everything(one: Axis) -> dict[str, object]:
-    """That changes, by name."""
+    """Return the changing part of the state, by name."""
     return {name: getattr(one, name) for name in CHANGING}
 
 

@@ -74,7 +74,7 @@ def test_positions_are_followed_after_that_only() -> None:
 
 @pytest.mark.parametrize("telegram", ["mdt", "mst"])
 def test_set_position_goes_on_over_a_telegram_that_did_not_come(telegram: str) -> None:
-    """The motor feels nothing of it at steady speed, and follows the present command value afterwards."""
+    """The motor keeps its steady speed meanwhile, and follows the present command value afterwards."""
     bench = DriveBench({}).up().enable()
     bench.follow(lambda cycle: 200 * cycle)
     bench.run(500)
@@ -107,7 +107,7 @@ def test_no_torque_before_the_dc_circuit_is_charged() -> None:
 
 @pytest.mark.manual("PD-150")
 def test_no_torque_without_mains_though_the_dc_circuit_is_charged() -> None:
-    """For ten seconds after mains off the voltage would do."""
+    """The voltage would suffice for ten seconds after the mains are off."""
     bench = DriveBench({}, {}).up()
     bench.rig.set("d1", "mains", False)
     bench.enable()
@@ -852,7 +852,7 @@ def test_load_behind_a_coupling_lags_and_swings_out() -> None:
 
 @pytest.mark.manual("PD-176")
 def test_work_warms_the_winding() -> None:
-    """What holds some 6.5 of 8 Nm warms it by 40 K times the square of that; 63 % of it after its 60 s."""
+    """Holding 6.5 of 8 Nm warms the motor by 40 K times the square of that share, and by 63 % of it after 60 s."""
     bench = DriveBench({"load": {"coulomb_nm": 0.5}}).up().enable()
     bench.rig.set("d1", "load_torque", 6.5)
     bench.run(60_000)

@@ -129,7 +129,7 @@ COURSES = [
             Line(1050, False, False, False, 4, 0x42, 2106),
             Line(4000, False, False, False, 5, 0x02, 2106),
         ],
-        id="10.3.2 a second error B doesn't begin the limit anew", marks=pytest.mark.manual("PD-155"),
+        id="10.3.2 a second error B doesn't restart the limit", marks=pytest.mark.manual("PD-155"),
     ),
     pytest.param(
         error_a, SLOW, Times(),
@@ -182,7 +182,7 @@ COURSES = [
     pytest.param(
         inverter_enable_off, SLOW, Times(safe_stop_coasts=True),
         [Line(0, False, False, False, 4, 0x42, 0), Line(595, False, False, False, 5, 0x02, 0)],
-        id="safe stop takes the torque at once, if told so", marks=pytest.mark.manual("PD-162"),
+        id="safe stop takes the torque at once, if configured so", marks=pytest.mark.manual("PD-162"),
     ),
 ]  # fmt: skip
 
@@ -379,7 +379,7 @@ def changes(bench: ChainBench) -> list[tuple[int, int, bool, bool]]:
 
 @pytest.mark.manual("PD-154")
 def test_an_error_b_does_not_lift_a_brake_that_has_dropped() -> None:
-    """It comes within BrakeCouplingTime, whose end it doesn't put off; only then it is to be quitted."""
+    """It comes within BrakeCouplingTime and doesn't extend it; it can be acknowledged only after that."""
     bench = ChainBench()
     bench.start()
     bench.controller = False

@@ -108,7 +108,7 @@ def test_warnings_come_before_the_errors() -> None:
 
 
 def test_heat_sink_is_35_kelvin_warmer_at_the_amplifiers_continuous_current() -> None:
-    """By the amplifier's own current, however small the motor; at 80 degrees it is too hot."""
+    """The amplifier is warmed by its own current, however small the motor is; 80 degrees are too hot."""
     assert warmed(AMPLIFIER_NM, 2_000).amplifier_c == pytest.approx(25 + 35, abs=0.1)
     assert warmed(CONTINUOUS_NM, 2_000).amplifier_c == pytest.approx(25 + 35 / 4, abs=0.1)
     assert not warmed(1.2 * AMPLIFIER_NM, 2_000).is_amplifier_hot

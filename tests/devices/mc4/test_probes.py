@@ -12,7 +12,7 @@ START, CLEAR = b"\x03\0", b"\0\0"
 
 
 def put(bench: DriveBench, probe: int, is_on: bool, ms: float = 8) -> None:
-    """Switch an input now, and let so much time pass."""
+    """Switch an input now, and let this time pass."""
     bench.wires.send(Signal(f"d1.probe_{probe}", is_on))
     bench.run(ms)
 

@@ -51,12 +51,12 @@ class Bench:
 
     @property
     def encoder(self) -> Motion:
-        """What was told last."""
+        """The motion that was published last."""
         return next(signal for signal in reversed(self.wires.sent) if isinstance(signal, Motion))
 
     @property
     def count(self) -> float:
-        """What a counter at the wire has now."""
+        """The present value of a counter at the wire."""
         return self.encoder.at(self.clock.now_ns())
 
     def changes(self, name: str) -> list[bool | float]:

@@ -45,7 +45,7 @@ class Bench:
         self.wires.deliver(Signal(name, value, unit))
 
     def ramp_line(self, speed: float, seconds: float) -> None:
-        """As a `Motion`, so that it needs no steps."""
+        """Send a steady motion as a `Motion`, which needs no steps."""
         now_ns = self.clock.now_ns()
         self.wires.deliver(Motion("line.speed", 0.0, "m/s", now_ns, speed / seconds, 0.0))
         self.wait(seconds)
@@ -69,7 +69,7 @@ class Bench:
 
     @property
     def count(self) -> float:
-        """What a counter at the wire has now."""
+        """The present value of a counter at the wire."""
         motion = next(signal for signal in reversed(self.wires.sent) if isinstance(signal, Motion))
         return motion.at(self.clock.now_ns())
 
@@ -210,7 +210,7 @@ def test_feed_by_an_encoder_is_what_it_counts() -> None:
 
 
 def test_counts_told_twice_at_one_instant_are_web_once() -> None:
-    """As by a counter on a hub that tells in steps."""
+    """A counter on a hub publishes its value in steps."""
     bench = Bench(line_m_per_count=0.001)
     bench.drive("line.speed", 0, "count")
     bench.drive("w.reference", 2.0)

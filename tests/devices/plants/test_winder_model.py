@@ -136,7 +136,7 @@ def test_dancer_that_floats_keeps_the_tension_whatever_the_roll_does() -> None:
 
 def test_slack_web_pulls_at_nothing() -> None:
     _, model = winder("unwinder")
-    run(model, 1.0, torque=-5.0, line=0.0)  # the roll gives web that nobody takes
+    run(model, 1.0, torque=-5.0, line=0.0)  # the roll gives web that the line does not take
     assert model.stretch_m < -0.1
     assert model.tension(0.0) == 0.0
     assert model.speed == pytest.approx(5.0 / model.inertia, rel=1e-2)

@@ -12,7 +12,7 @@ RIGHT = {1: 4_000, 2: 4_000, 6: 100, 89: 400, 8: 700, 7: 3_800, 9: 1, 10: 24, 15
 
 
 def data_of(**values: int) -> Communication:
-    """With the IDNs in place of those of `RIGHT`, as s89=400."""
+    """Lay these IDNs over those of `RIGHT`, as in s89=400."""
     feedback = Attribute(FOUR, Format.SIGNED, protected=READ_ONLY)
     table = IdnTable(
         [

@@ -12,7 +12,7 @@ from fieldrig_devices.sercos.ring_drive import Drive, Event
 
 
 class StallingClock:
-    """As `RealClock`: after a long stall an event happens at the present, and is not late."""
+    """A clock that, like `RealClock`, handles events at the present after a long stall, and not late."""
 
     def __init__(self) -> None:
         self.now, self.late = 0, 0

@@ -247,7 +247,7 @@ def test_a_break_brings_all_drives_down_and_a_healed_ring_comes_up_again() -> No
 @pytest.mark.parametrize("cycle_ms", [1, 2, 4])
 @pytest.mark.parametrize("phase", [3, 4])
 def test_a_silent_master_is_noticed_when_two_msts_are_missing(cycle_ms: int, phase: int) -> None:
-    """By the drive itself, for no chip reports anything: half a cycle after the second was due."""
+    """The drive itself detects it half a cycle after the second one was due, because no chip reports anything."""
     bench = RingBench(3, cycle_ms=cycle_ms).up(phase, 3_000 + 0.9 * cycle_ms)
     heard_ns = bench.trace[-1][0]
     assert isinstance(bench.trace[-1][2], Cycle)

@@ -110,7 +110,7 @@ OPEN = 0x0E
         pytest.param(
             LIST,
             [(0x3A, 2, 0, 0), (0x39, 0, 1, 4), (0x3A, 2, 0, 0), (0x3B, 8, 1, 0), (0x3E, 47, 0, 0)],
-            id="writing that a reading has interrupted begins anew",
+            id="writing that a reading has interrupted starts again",
         ),
         pytest.param(
             LIST, [(0x38, 0, 0, 4), (0x11, 0, 1, 4), (0x38, 0, 0, 4)], id="reading that another has interrupted as well"

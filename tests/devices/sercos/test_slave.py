@@ -1,4 +1,4 @@
-"""The drive's end alone, cycle by cycle: which phases it lets itself be told, and which telegrams it may miss."""
+"""The drive's end alone, cycle by cycle: the phases that it accepts, and the telegrams that it may miss."""
 
 from collections.abc import Sequence
 
@@ -134,7 +134,7 @@ def test_a_phase_that_does_not_follow_is_a_failure_wherever_it_is_told(at: int, 
     bare = Bare().in_phase(at).cycles([told], MDT)
     assert (bare.slave.phase, bare.slave.failures, bare.failures) == (0, failure, 1)
     bare.cycles([told, 1, 2])
-    assert bare.slave.phase == 0, "it waits for the master to begin anew"
+    assert bare.slave.phase == 0, "it waits for the master to start again"
     assert bare.cycles([0, 1]).slave.phase == 1
 
 

@@ -83,7 +83,7 @@ class BlockDownload(Transfer):
         return CONFIRM.pack(DOWNLOAD_CONFIRM, sequence, self._block_size)
 
     def _check(self) -> None:
-        """Check the least possible size: the number of unused bytes in the last segment is known only at the end."""
+        """Check the lower bound: the number of unused bytes in the last segment is known only at the end."""
         least = len(self._data) - SEGMENT
         if self._size is None:
             self._check_room(least)

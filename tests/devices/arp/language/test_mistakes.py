@@ -33,7 +33,7 @@ SYNTAX = [
     ("V1 == 1000000", 7, "too large", "999999.999"),
     ("V1 == H123456789", 7, "9 digits", "8"),
     ("V1 == SQR V2", 11, "SQR", "("),
-    ("V1 == QUOTA[1]", 12, "[", "one instruction a line"),
+    ("V1 == QUOTA[1]", 12, "[", "one instruction per line"),
     ("QUOTA[1] == 2", 6, "[", "=="),
     ("V1 == @POS 1", 7, "no number", "without a blank"),
     ("V1 == @SPEED1", 7, "@SPEED1", "@POS"),

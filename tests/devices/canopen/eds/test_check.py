@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from fieldrig.errors import UsageError
 from fieldrig_devices.canopen.commands import app
 from fieldrig_devices.canopen.eds.check import Severity, check_eds
 
@@ -121,7 +122,7 @@ def run(*arguments: str) -> tuple[int, str]:
 
 
 def test_command_says_so_when_there_is_nothing(tmp_path: Path) -> None:
-    assert run(str(IO32)) == (0, f"{IO32}: nothing to find fault with\n")
+    assert run(str(IO32)) == (0, f"{IO32}: no errors and no warnings\n")
 
 
 def test_command_fails_on_errors_and_names_file_and_line(tmp_path: Path) -> None:
@@ -146,5 +147,6 @@ def test_command_gives_json_and_passes_with_warnings(tmp_path: Path) -> None:
 
 
 def test_command_says_which_file_can_t_be_read(tmp_path: Path) -> None:
-    code, said = run(str(tmp_path / "none.eds"))
-    assert (code, "can't be read: No such file" in said) == (2, True)
+    refused = CliRunner().invoke(app, ["check", str(tmp_path / "none.eds")]).exception
+    assert isinstance(refused, UsageError)
+    assert "can't be read: No such file" in str(refused)

@@ -310,7 +310,7 @@ def test_odd_file_becomes_a_node_and_what_is_odd_is_named(tmp_path: Path, text: 
 
 
 def test_stored_eds_of_another_type_is_a_value_of_its_own(tmp_path: Path) -> None:
-    """With 1021h as UNSIGNED32, the node follows its EDS and returns four bytes."""
+    """The node follows an EDS that has 1021h as UNSIGNED32, and returns four bytes."""
     bench = CanopenBench(eds(tmp_path, "[1021]\nDataType=7\nAccessType=ro\nDefaultValue=7\n"))
     assert bench.sdo("40 21 10 00 00 00 00 00") == "43 21 10 00 07 00 00 00"
 
