@@ -4,6 +4,7 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Sequence
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
@@ -41,12 +42,10 @@ PAGE = HERE.parents[1] / "docs/benchmarks.md"
 
 INTRODUCTION = """# Benchmarks
 
-This page shows what fieldrig can carry on {cores} cores, and how it compares with other programs. `make bench` measures
-the figures and writes the page, so do not edit it. A ratio compares two figures of the same run: with a named program,
-or with the limit of the line. Figures in seconds depend on the host.
-
-Measured {day} on commit {commit}, {system}, Python {python}, {peers}.
+Written by `make bench`; don't edit.  Ratios are within one run, against a named peer or the line's own limit; seconds
+depend on the machine.  `python tests/bench NAME...` measures single tables again, so each table names its commit.
 """
+MEASURED = "Measured {day} on commit {commit}, {cores} cores, {system}, Python {python}, {peers}.\n"
 
 
 def commit() -> str:
@@ -61,8 +60,9 @@ def commit() -> str:
     return described.stdout.strip() or "unknown"
 
 
-def main() -> None:
-    introduction = INTRODUCTION.format(
+def measured() -> str:
+    """Return the sentence under a table that says when, on which commit and on what it was measured."""
+    return MEASURED.format(
         commit=commit(),
         day=date.today().isoformat(),  # noqa: DTZ011  the day where the reader is
         cores=os.cpu_count(),
@@ -70,10 +70,26 @@ def main() -> None:
         python=platform.python_version(),
         peers=", ".join(f"{name} {version(name)}" for name in PEERS),
     )
-    reports = [benchmark.run().markdown() for benchmark in BENCHMARKS]
-    PAGE.write_text("\n".join([introduction, *reports]))
+
+
+def tables_of(page: str) -> dict[str, str]:
+    """Return the tables of the page by their titles, each with its title."""
+    parts = page.split("\n## ")[1:]
+    return {part.split("\n", 1)[0]: f"## {part.strip()}\n" for part in parts}
+
+
+def main(names: Sequence[str]) -> None:
+    """Measure the benchmarks of these names, or all if there are none, and write their tables into the page."""
+    known = {benchmark.__name__: benchmark for benchmark in BENCHMARKS}
+    if unknown := sorted(set(names) - set(known)):
+        raise SystemExit(f"no benchmark {', '.join(unknown)}: expected some of {', '.join(known)}")
+    tables = tables_of(PAGE.read_text()) if names else {}
+    for name in names or known:
+        report = known[name].run()
+        tables[report.title] = f"{report.markdown()}\n{measured()}"
+    PAGE.write_text("\n".join([INTRODUCTION, *tables.values()]))
     print(f"written to {PAGE}")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
