@@ -251,7 +251,13 @@ def test_commands_are_those_of_the_program() -> None:
 
 def test_options_are_those_of_the_program() -> None:
     text = prose(DOCS / "command-line.md")
-    known = {option for _, command in commands() for one in command.params for option in one.opts if option[:2] == "--"}
+    known = {
+        option
+        for _, command in commands()
+        for parameter in command.params
+        for option in parameter.opts
+        if option[:2] == "--"
+    }
     known |= {"--help", "--version", "--install-completion", "--show-completion"}
     assert set(re.findall(r"(?<!\w)--[a-z][a-z-]*", text)) == known
 
@@ -317,7 +323,7 @@ def test_registers_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
     assert isinstance(settings, ModbusDeviceSettings)
     assert settings.table is not None
     table = load_table(settings.table)
-    names = [one.name for space in Table.model_fields.values() for one in spaces(table)]
+    names = [entry.name for space in Table.model_fields.values() for entry in spaces(table)]
     said = {code_in(row.cells[2])[0] for row in rows(DOCS / "lab.md") if row.heading == "Modbus registers"}
     assert said == set(names)
 
@@ -340,4 +346,4 @@ def commands() -> Iterator[tuple[str, Any]]:
         if inner is None:
             yield name, command
         else:
-            yield from ((f"{name} {one}", inner[one]) for one in inner)
+            yield from ((f"{name} {part}", inner[part]) for part in inner)

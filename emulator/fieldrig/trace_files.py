@@ -123,13 +123,13 @@ class Recorder:
     def _entries(self) -> Iterator[TraceEntry]:
         while True:
             try:
-                told = self._batches.get(timeout=FLUSH_S)
+                found = self._batches.get(timeout=FLUSH_S)
             except Empty:
                 self._put_out()
                 continue
-            if told is None:
+            if found is None:
                 return
-            bus, batch = told
+            bus, batch = found
             if self._file.trouble or self._file.waiting >= CHUNK:
                 self._put_out()
             if self._file.trouble:

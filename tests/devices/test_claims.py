@@ -58,7 +58,7 @@ def mistakes(data: dict[str, Any]) -> list[str]:
     try:
         from_dict(data, CONFIGS)
     except ConfigError as wrong:
-        return [f"{one.key}: {one.what}" for one in wrong.mistakes]
+        return [f"{mistake.key}: {mistake.what}" for mistake in wrong.mistakes]
     return []
 
 

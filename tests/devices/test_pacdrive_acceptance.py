@@ -349,7 +349,9 @@ PLATE_FAULTS = [
 
 
 @pytest.mark.manual("PD-094", "PD-171", "PD-172")
-@pytest.mark.parametrize(("where", "fault"), PLATE_FAULTS, ids=lambda one: one if isinstance(one, str) else one["what"])
+@pytest.mark.parametrize(
+    ("where", "fault"), PLATE_FAULTS, ids=lambda value: value if isinstance(value, str) else value["what"]
+)
 def test_faulty_name_plate_is_1117_and_the_drive_is_not_enabled(where: str, fault: dict[str, object]) -> None:
     """Missing, unreadable, wrong, swapped; the texts are the manual's screen, with the name of this axis."""
     faults = "[{" + ", ".join(f"{key}: {value}" for key, value in fault.items()) + "}]"

@@ -80,7 +80,7 @@ def logged(lab: RingLab) -> list[str]:
 
 
 @pytest.mark.manual("PD-091", "PD-093", "PD-097", "PD-098", "PD-100", "PD-118")
-@pytest.mark.parametrize("case", CASES, ids=lambda one: "-".join((one.what, *one.more.values())))
+@pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join((case.what, *case.more.values())))
 def test_fault_of_a_drive_is_shown_quitted_and_over(lab: RingLab, case: Case) -> None:
     number = lab.fault(case.where, case.what, **case.more)
     course = lab.course(case.axis, 1_200)
@@ -262,10 +262,10 @@ def played(lab: RingLab) -> list[str]:
 
 
 def test_trace_is_the_same_in_one_process_and_in_many_and_over_two_runs() -> None:
-    one = played(RingLab(file=RING))
-    assert len(one) > 5_000
-    assert played(RingLab(file=RING)) == one
-    assert played(RingLab("processes=each", file=RING)) == one
+    trace = played(RingLab(file=RING))
+    assert len(trace) > 5_000
+    assert played(RingLab(file=RING)) == trace
+    assert played(RingLab("processes=each", file=RING)) == trace
 
 
 def test_forty_drives_come_up_follow_and_stop() -> None:

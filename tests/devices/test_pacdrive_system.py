@@ -87,7 +87,7 @@ def test_objects_have_their_types_by_the_configuration() -> None:
         master_encoders={"BeltEncoder": ""},
     )
     tree = bench.run(100).max4.tree
-    types = {one.symbol: one.type_name for one in tree.objects() if one.symbol}
+    types = {entry.symbol: entry.type_name for entry in tree.objects() if entry.symbol}
     assert {name: types[name] for name in ("knife", "I_bS1", "O_bH1", "M_1", "MasterEncoder", "BeltEncoder")} == {
         "knife": "MC_4",
         "I_bS1": "D_IN",
@@ -211,9 +211,9 @@ def test_telegrams_take_their_time_at_4_mbaud() -> None:
     """A second AT has 21 bytes: address, status, service channel, and S-0-0051, 40, 84, 182 and 390.  With 16 bits of
     FCS, a fifth more by stuffing at most, and two delimiters it has 236 bits; 10 us are between two telegrams.  A
     second record in the MDT has 14 bytes, 134 bits."""
-    one, two = Times(1, 4), Times(2, 4)
-    assert two.answers[0] % MS - one.answers[0] % MS == pytest.approx(236 * 250 + 10_000, abs=250)
-    longer = (two.cycles[0] - two.answers[0]) - (one.cycles[0] - one.answers[0])
+    short, two = Times(1, 4), Times(2, 4)
+    assert two.answers[0] % MS - short.answers[0] % MS == pytest.approx(236 * 250 + 10_000, abs=250)
+    longer = (two.cycles[0] - two.answers[0]) - (short.cycles[0] - short.answers[0])
     assert longer == pytest.approx(134 * 250, abs=250)
 
 

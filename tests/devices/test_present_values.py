@@ -167,15 +167,15 @@ def stir(rig: Rig) -> None:
             pass
 
 
-def differences(one: dict[str, Value], other: dict[str, Value]) -> dict[str, tuple[Value, Value]]:
-    assert one.keys() == other.keys()
-    return {key: (value, other[key]) for key, value in one.items() if not is_same(value, other[key])}
+def differences(first: dict[str, Value], other: dict[str, Value]) -> dict[str, tuple[Value, Value]]:
+    assert first.keys() == other.keys()
+    return {key: (value, other[key]) for key, value in first.items() if not is_same(value, other[key])}
 
 
-def is_same(one: Value, other: Value) -> bool:
-    if isinstance(one, float) and isinstance(other, float):
-        return one == pytest.approx(other, rel=1e-9, abs=1e-9)
-    return one == other
+def is_same(first: Value, other: Value) -> bool:
+    if isinstance(first, float) and isinstance(other, float):
+        return first == pytest.approx(other, rel=1e-9, abs=1e-9)
+    return first == other
 
 
 def test_every_kind_of_device_is_in_the_law() -> None:

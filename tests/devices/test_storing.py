@@ -16,7 +16,7 @@ EVERY_KIND = pytest.mark.parametrize("kind", KINDS)
 
 
 def test_every_kind_that_asks_for_a_store_is_here() -> None:
-    found = [one.name for one in kinds.list_devices()]
+    found = [kind.name for kind in kinds.list_devices()]
     assert sorted(KINDS) == [name for name in found if "store" in kinds.constructor_parameters(kinds.find_device(name))]
 
 

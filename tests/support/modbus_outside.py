@@ -152,8 +152,8 @@ def outside_bench(bus: ModbusBus) -> Iterator[OutsideBench]:
 
 @contextmanager
 def listener() -> Iterator[Listener]:
-    one = Listener()
+    listener = Listener()
     try:
-        yield one
+        yield listener
     finally:
-        one.shut()
+        listener.shut()

@@ -92,7 +92,7 @@ class Tank(Device):
         self._looked_ns = clock.now_ns()
         self._is_ticking = False
         self._is_high = self._is_low = False
-        self._told: dict[str, float] = {}
+        self._published: dict[str, float] = {}
         self._level_wire = settings.level_wire or f"{name}.level"
         self._inflow_wire = settings.inflow_wire or f"{name}.inflow"
         self._outflow_wire = settings.outflow_wire or f"{name}.outflow"
@@ -107,7 +107,7 @@ class Tank(Device):
 
     def start(self) -> None:
         self._looked_ns = self._clock.now_ns()
-        self._tell_all()
+        self._publish_all()
         self._keep_ticking()
 
     def points(self) -> Mapping[str, Point]:
@@ -145,7 +145,7 @@ class Tank(Device):
     def _on_signal(self, signal: Signal) -> None:
         self._look()
         self._inputs[signal.name](signal.value)
-        self._tell_flows()
+        self._publish_flows()
         self._keep_ticking()
 
     def _on_speed(self, percent: float) -> None:
@@ -162,7 +162,7 @@ class Tank(Device):
         level_m = float(number_in(value, 0, height_m, "m"))
         self._look()
         self._water = self._water._replace(level_m=level_m)
-        self._tell_all()
+        self._publish_all()
         self._keep_ticking()
 
     def _keep_ticking(self) -> None:
@@ -175,7 +175,7 @@ class Tank(Device):
     def _on_tick(self) -> None:
         self._is_ticking = False
         self._look()
-        self._tell_all()
+        self._publish_all()
         self._keep_ticking()
 
     def _now(self) -> _Water:
@@ -195,24 +195,24 @@ class Tank(Device):
         """Advance the water to the present."""
         self._water, self._looked_ns = self._now(), max(self._clock.now_ns(), self._looked_ns)
 
-    def _tell_all(self) -> None:
+    def _publish_all(self) -> None:
         settings, level_m = self._settings, self._water.level_m
-        self._tell(self._level_wire, level_m, "m", settings.level_resolution_m)
-        self._tell_flows()
+        self._publish(self._level_wire, level_m, "m", settings.level_resolution_m)
+        self._publish_flows()
         self._is_high, self._is_low = self._is_high_at(level_m), self._is_low_at(level_m)
-        self._tell(self._high_wire, self._is_high)
-        self._tell(self._low_wire, self._is_low)
+        self._publish(self._high_wire, self._is_high)
+        self._publish(self._low_wire, self._is_low)
 
-    def _tell_flows(self) -> None:
+    def _publish_flows(self) -> None:
         resolution = self._settings.flow_resolution_m3_per_s
-        self._tell(self._inflow_wire, self._inflow, "m3/s", resolution)
-        self._tell(self._outflow_wire, self._outflow(self._water.level_m), "m3/s", resolution)
+        self._publish(self._inflow_wire, self._inflow, "m3/s", resolution)
+        self._publish(self._outflow_wire, self._outflow(self._water.level_m), "m3/s", resolution)
 
-    def _tell(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
+    def _publish(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
         """Drive a wire whose value has changed by more than `resolution`, or has reached 0."""
-        told = self._told.get(wire)
-        if told is None or abs(value - told) > resolution or (value == 0 and told != 0):
-            self._told[wire] = value
+        published = self._published.get(wire)
+        if published is None or abs(value - published) > resolution or (value == 0 and published != 0):
+            self._published[wire] = value
             self._wires.send(Signal(wire, value, unit))
 
 

@@ -42,7 +42,7 @@ class Winder(Device):
         self._looked_ns = clock.now_ns()
         self._timer: Timer | None = None
         self._motion: Motion | None = None
-        self._told: dict[str, bool | float] = {}
+        self._published: dict[str, bool | float] = {}
         self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
         self._web_wire = settings.web_wire or f"{name}.web"
         cell, dancer = settings.load_cell, settings.dancer
@@ -182,7 +182,7 @@ class Winder(Device):
 
     def _go_on(self) -> None:
         self._look_at_model()
-        self._tell()
+        self._publish()
         if self._timer is not None and (self._is_still or self._timer.when_ns > self._looked_ns + self._step_ns):
             self._timer.cancel()
             self._timer = None
@@ -198,31 +198,31 @@ class Winder(Device):
         self._timer = None
         self._go_on()
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         model, cell, dancer = self._model, self._settings.load_cell, self._settings.dancer
-        self._tell_encoder()
+        self._publish_encoder()
         if cell is not None:
-            self._tell_signal(self._cell_wire, cell.volt(self._tension), "V", cell.resolution_v)
+            self._publish_signal(self._cell_wire, cell.volt(self._tension), "V", cell.resolution_v)
         if dancer is not None:
-            self._tell_signal(self._dancer_wire, dancer.volt(model.dancer_m), "V", dancer.resolution_v)
-        self._tell_signal(self._web_wire, not model.is_broken)
+            self._publish_signal(self._dancer_wire, dancer.volt(model.dancer_m), "V", dancer.resolution_v)
+        self._publish_signal(self._web_wire, not model.is_broken)
 
-    def _tell_signal(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
-        told = self._told.get(wire)
-        if told is None or abs(value - told) > resolution:
-            self._told[wire] = value
+    def _publish_signal(self, wire: str, value: bool | float, unit: str = "", resolution: float = 0.0) -> None:
+        published = self._published.get(wire)
+        if published is None or abs(value - published) > resolution:
+            self._published[wire] = value
             self._wires.send(Signal(wire, value, unit))
 
-    def _tell_encoder(self) -> None:
+    def _publish_encoder(self) -> None:
         """Publish the encoder again before the extrapolated value would be off within the next step."""
-        model, scale, told = self._model, self._settings.counts_per_rad, self._motion
+        model, scale, published = self._model, self._settings.counts_per_rad, self._motion
         value, speed, acceleration = model.angle * scale, model.speed * scale, self._acceleration * scale
         now_ns, step_s = self._looked_ns, self._step_ns / S
-        if told is not None:
-            astray = abs(told.at(now_ns) - value) + abs(told.speed_at(now_ns) - speed) * step_s
-            astray += abs(told.acceleration - acceleration) * step_s * step_s / 2
-            is_resting = self._is_still and bool(told.speed or told.acceleration)
-            if astray < self._settings.encoder_tolerance_counts and not is_resting:
+        if published is not None:
+            error = abs(published.at(now_ns) - value) + abs(published.speed_at(now_ns) - speed) * step_s
+            error += abs(published.acceleration - acceleration) * step_s * step_s / 2
+            is_resting = self._is_still and bool(published.speed or published.acceleration)
+            if error < self._settings.encoder_tolerance_counts and not is_resting:
                 return
         self._motion = Motion(self._encoder_wire, value, "count", now_ns, speed, acceleration)
         self._wires.send(self._motion)

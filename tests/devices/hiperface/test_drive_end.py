@@ -38,8 +38,8 @@ class Bench:
         found = list[Motor | Failure]()
         self.end.read_motor(found.append)
         self.clock.advance_to(self.clock.now_ns() + 5000 * MS)
-        [one] = found
-        return one
+        [result] = found
+        return result
 
 
 @pytest.mark.manual("PD-170")

@@ -47,8 +47,8 @@ def test_no_order_of_changes_leads_astray(orders: list[tuple[int, int, int]]) ->
             eeprom.create(number, status, code)
         except RefusedError:
             continue
-    assert eeprom.free == FREE - sum(size_of(one.status) for one in eeprom.fields) >= 0
-    assert all(len(one.data) == size_of(one.status) for one in eeprom.fields)
+    assert eeprom.free == FREE - sum(size_of(field.status) for field in eeprom.fields) >= 0
+    assert all(len(field.data) == size_of(field.status) for field in eeprom.fields)
     assert Eeprom.decode(eeprom.encode()) == eeprom
 
 

@@ -91,10 +91,10 @@ def read_by(rig: Rig, until_ns: int = 2 * S) -> tuple[int, Motor | Failure]:
     found = list[tuple[int, Motor | Failure]]()
     end = EncoderEnd(drive.clock, drive.link("line"))
     end.start()
-    end.read_motor(lambda one: found.append((drive.clock.now_ns(), one)))
+    end.read_motor(lambda result: found.append((drive.clock.now_ns(), result)))
     rig.run_until(until_ns)
-    [one] = found
-    return one
+    [result] = found
+    return result
 
 
 @pytest.mark.manual("PD-170")
@@ -104,7 +104,7 @@ def test_built_in_and_on_a_bus_are_the_same_to_the_nanosecond(plate: Path) -> No
     encoder = HiperfaceEncoder(TYPES["multi_turn"], eeprom_with(PLATE), lambda _now_ns: Turning(2.5))
     end = built_in(clock, encoder)
     end.start()
-    end.read_motor(lambda one: inside.append((clock.now_ns(), one)))
+    end.read_motor(lambda result: inside.append((clock.now_ns(), result)))
     clock.advance_to(2 * S)
     assert inside == [on_a_bus]
     assert isinstance(on_a_bus[1], Motor)

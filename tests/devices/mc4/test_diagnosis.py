@@ -37,7 +37,7 @@ def test_both_limits_are_told_in_the_manuals_words(diagnosis: Diagnosis) -> None
     assert diagnosis.text_of(Code.STOP_TIME_LIMIT) == "Stop time limit exceeded"
     assert diagnosis.text_of(Code.OVERLOAD_STOP_TIME) == "ramping-down time exceeded"
     assert diagnosis.text_of(Code.MOTOR_TEMPERATURE) == "motor temperature too high"  # manual 4184
-    assert {diagnosis.reaction_to(one) for one in (Code.STOP_TIME_LIMIT, Code.OVERLOAD_STOP_TIME)} == {Reaction.B}
+    assert {diagnosis.reaction_to(code) for code in (Code.STOP_TIME_LIMIT, Code.OVERLOAD_STOP_TIME)} == {Reaction.B}
 
 
 @pytest.mark.manual("PD-092", "PD-093")

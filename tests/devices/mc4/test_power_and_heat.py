@@ -15,10 +15,10 @@ def charged() -> DcCircuit:
 
 
 def warmed(torque_nm: float, seconds: float) -> Thermal:
-    one = Thermal(CONTINUOUS_NM, AMPLIFIER_NM, winding_limit_c=130.0, casing_s=1800.0)
+    thermal = Thermal(CONTINUOUS_NM, AMPLIFIER_NM, winding_limit_c=130.0, casing_s=1800.0)
     for _ in range(round(seconds / 0.064)):
-        one.go(0.064, torque_nm**2)
-    return one
+        thermal.go(0.064, torque_nm**2)
+    return thermal
 
 
 @pytest.mark.manual("PD-391")
@@ -102,9 +102,9 @@ def test_motor_holds_its_fourfold_torque_for_some_seconds() -> None:
 
 
 def test_warnings_come_before_the_errors() -> None:
-    one = warmed(2.5 * AMPLIFIER_NM, 0.95)
-    assert one.warnings & 1
-    assert one.overload < 1
+    thermal = warmed(2.5 * AMPLIFIER_NM, 0.95)
+    assert thermal.warnings & 1
+    assert thermal.overload < 1
 
 
 def test_heat_sink_is_35_kelvin_warmer_at_the_amplifiers_continuous_current() -> None:

@@ -284,7 +284,9 @@ def test_encoder_told_twice_joins_without_a_jump() -> None:
     bench.drive("reference", 10.0)
     bench.wait(1)
     told = [signal for signal in bench.wires.sent if isinstance(signal, Motion)]
-    assert all(abs(one.at(next_one.time_ns) - next_one.value) <= 0.25 for one, next_one in itertools.pairwise(told))
+    assert all(
+        abs(motion.at(following.time_ns) - following.value) <= 0.25 for motion, following in itertools.pairwise(told)
+    )
 
 
 @pytest.mark.parametrize("name", ["reference", "load_torque"])

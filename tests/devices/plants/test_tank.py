@@ -34,7 +34,7 @@ class Bench:
     def point(self, key: str) -> Value:
         return self.tank.points()[key].read()
 
-    def told(self, name: str) -> list[bool | float]:
+    def published(self, name: str) -> list[bool | float]:
         return [signal.value for signal in self.wires.sent if signal.name == name]
 
 
@@ -43,7 +43,7 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_tank_tells_everything_at_the_start(bench: Bench) -> None:
+def test_tank_publishes_everything_at_the_start(bench: Bench) -> None:
     assert bench.wires.take() == [
         Signal("tank.level", 0.0, "m"),
         Signal("tank.inflow", 0.0, "m3/s"),
@@ -69,7 +69,7 @@ def test_pump_fills_the_tank_by_its_speed(bench: Bench) -> None:
     bench.wait(100)
     assert bench.point("level") == pytest.approx(0.0005 * 100 / 0.25, rel=1e-6)
     assert bench.point("volume") == pytest.approx(0.05, rel=1e-6)
-    assert bench.told("tank.inflow") == [0.0, 0.0005]
+    assert bench.published("tank.inflow") == [0.0, 0.0005]
 
 
 def test_pump_turns_only_while_its_run_wire_says_so(bench: Bench) -> None:
@@ -111,11 +111,11 @@ def test_level_comes_to_rest_where_the_flows_are_equal() -> None:
     assert bench.point("outflow") == pytest.approx(0.0005, rel=1e-6)
 
 
-def test_level_is_told_when_it_has_changed_by_its_resolution() -> None:
+def test_level_is_published_when_it_has_changed_by_its_resolution() -> None:
     bench = Bench(level_resolution_m=0.01)
     bench.drive("pump.speed", 100)  # 4 mm a second
     bench.wait(10)
-    levels = bench.told("tank.level")
+    levels = bench.published("tank.level")
     assert len(levels) == 4
     assert all(0.01 < after - before < 0.0101 for before, after in itertools.pairwise(levels))
 
@@ -142,8 +142,8 @@ def test_tank_runs_dry() -> None:
     bench.wait(200)
     assert bench.point("level") == 0.0
     assert bench.point("dry_runs") == 1
-    assert bench.told("tank.level")[-1] == 0.0
-    assert bench.told("tank.outflow")[-1] == 0.0
+    assert bench.published("tank.level")[-1] == 0.0
+    assert bench.published("tank.outflow")[-1] == 0.0
     assert bench.clock.next_ns() is None
 
 
@@ -153,19 +153,19 @@ def test_switches_close_at_their_levels_and_open_with_hysteresis() -> None:
     assert level is not None
     for metres in (1.09, 1.1, 1.09, 1.081, 1.079, 0.91, 0.9, 0.91, 0.919, 0.921):
         level(metres)
-    assert bench.told("tank.high") == [False, True, False]
-    assert bench.told("tank.low") == [False, True, False]
+    assert bench.published("tank.high") == [False, True, False]
+    assert bench.published("tank.low") == [False, True, False]
     bench.wires.take()
     level(1.1)
     level(1.081)
-    assert bench.told("tank.high") == [True]
+    assert bench.published("tank.high") == [True]
 
 
 def test_level_can_be_set_within_the_tank(bench: Bench) -> None:
     level = bench.tank.points()["level"].write
     assert level is not None
     level(1.5)
-    assert bench.told("tank.level") == [0.0, 1.5]
+    assert bench.published("tank.level") == [0.0, 1.5]
     for wrong in (2.1, -0.1, "full", True):
         with pytest.raises(ValueError, match=r"expected a number from 0 to 2 m, got"):
             level(wrong)
@@ -180,7 +180,7 @@ def test_speed_beyond_its_range_counts_as_its_end(bench: Bench, percent: float, 
 def test_wires_have_the_names_of_the_settings() -> None:
     bench = Bench(speed_wire="p2.speed", run_wire="p2.run", outlet_wire="v2", level_wire="b2.level")
     assert bench.wires.interest == ("p2.speed", "p2.run", "v2")
-    assert bench.told("b2.level") == [0.0]
+    assert bench.published("b2.level") == [0.0]
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ class Bench:
         assert write is not None
         write(value)
 
-    def told(self, wire: str) -> float:
+    def published(self, wire: str) -> float:
         return next(signal.value for signal in reversed(self.wires.sent) if signal.name == wire)
 
     @property
@@ -74,7 +74,7 @@ class Bench:
         return motion.at(self.clock.now_ns())
 
 
-def test_winder_tells_everything_at_the_start_and_then_is_still() -> None:
+def test_winder_publishes_everything_at_the_start_and_then_is_still() -> None:
     bench = Bench(dancer={**DANCER, "initial_m": 0.3})
     assert bench.wires.sent == [
         Motion("w.encoder", 0.0, "count", 0, 0.0, 0.0),
@@ -92,7 +92,7 @@ def test_reference_is_a_torque_and_the_load_cell_shows_the_tension_it_makes() ->
     bench.wait(10)
     assert bench.number("torque") == 20.0
     assert bench.number("tension") == pytest.approx(100.0, rel=1e-3)
-    assert bench.told("w.load_cell") == pytest.approx(0.2 * 0.020, rel=1e-3)
+    assert bench.published("w.load_cell") == pytest.approx(0.2 * 0.020, rel=1e-3)
     bench.wait(30)
     assert bench.clock.next_ns() is None  # it has come to rest
 
@@ -149,14 +149,14 @@ def test_brake_holds_the_roll_and_never_turns_it() -> None:
     assert bench.number("torque") == 0.0
 
 
-def test_dancer_tells_its_place_in_volts() -> None:
+def test_dancer_publishes_its_place_in_volts() -> None:
     bench = Bench(dancer={**DANCER, "spring_n_per_m": 400.0})
     bench.drive("w.reference", 2.8)
     bench.wait(60)
     tension = 14.0 / 0.2
     place_m = (200.0 - 2 * tension) / 400.0
     assert bench.number("dancer") == pytest.approx(place_m, abs=1e-3)
-    assert bench.told("w.dancer") == pytest.approx(20 * place_m / 0.3 - 10, abs=0.05)
+    assert bench.published("w.dancer") == pytest.approx(20 * place_m / 0.3 - 10, abs=0.05)
     bench.push("dancer_force", 140.0 + 400.0 * 0.25)
     bench.wait(60)
     assert bench.number("dancer") == pytest.approx(0.25, abs=1e-3)
@@ -167,18 +167,18 @@ def test_web_torn_by_hand_lets_go_and_is_threaded_again() -> None:
     bench.drive("w.reference", 4.0)
     bench.wait(1)
     bench.push("break_web", True)
-    assert (bench.told("w.web"), bench.told("w.load_cell")) == (False, 0.0)
+    assert (bench.published("w.web"), bench.published("w.load_cell")) == (False, 0.0)
     bench.wait(2)
-    assert bench.told("w.dancer") == 10.0
+    assert bench.published("w.dancer") == 10.0
     assert bench.number("speed") < -10  # pulls at nothing, backwards
     bench.push("break_web", False)
-    assert (bench.told("w.web"), bench.number("tension"), bench.number("slack")) == (True, 0.0, 0.0)
+    assert (bench.published("w.web"), bench.number("tension"), bench.number("slack")) == (True, 0.0, 0.0)
 
 
 def test_web_breaks_at_its_tension() -> None:
     bench = Bench(breaking_tension_n=200.0)
     bench.ramp_line(1.0, 0.1)  # jerks at a heavy roll
-    assert bench.told("w.web") is False
+    assert bench.published("w.web") is False
     assert bench.number("tension") == 0.0
 
 
@@ -187,7 +187,7 @@ def test_empty_roll_asks_for_another() -> None:
     bench.drive("w.reference", 0.2)
     bench.ramp_line(1.0, 1.0)
     bench.wait(2)
-    assert bench.told("w.web") is False
+    assert bench.published("w.web") is False
     with pytest.raises(ValueError, match="empty"):
         bench.push("break_web", False)
     bench.push("radius", 0.15)
@@ -209,7 +209,7 @@ def test_feed_by_an_encoder_is_what_it_counts() -> None:
     assert feed.passed_m(2 * S) == pytest.approx(-0.01)
 
 
-def test_counts_told_twice_at_one_instant_are_web_once() -> None:
+def test_counts_sent_twice_at_one_instant_are_web_once() -> None:
     """A counter on a hub publishes its value in steps."""
     bench = Bench(line_m_per_count=0.001)
     bench.drive("line.speed", 0, "count")
@@ -240,7 +240,9 @@ moves = st.lists(
 
 @settings(max_examples=40, deadline=None)
 @given(moves, st.sampled_from([0.0, 2.0]), st.booleans())
-def test_encoder_told_is_the_true_one(moves: list[tuple[str, float, int]], coulomb: float, has_dancer: bool) -> None:
+def test_published_encoder_is_the_true_one(
+    moves: list[tuple[str, float, int]], coulomb: float, has_dancer: bool
+) -> None:
     bench = Bench(coulomb_nm=coulomb, dancer=DANCER if has_dancer else None)
     for wire, value, pause_ns in moves:
         bench.drive(wire, value)
@@ -289,11 +291,13 @@ def test_rig_of_a_servo_that_drives_the_line_of_a_winder(fieldrig_rig: RigMaker)
 @pytest.mark.parametrize("role", ["unwinder", "rewinder"])
 def test_no_number_on_a_wire_harms(value: float, line_m_per_count: float | None, role: str) -> None:
     bench = Bench(role=role, dancer=DANCER, line_m_per_count=line_m_per_count)
-    for told in (0.0, value, 1.0, value):
-        bench.drive("w.reference", told)
-        bench.drive("line.speed", told, "m/s")
+    for value_sent in (0.0, value, 1.0, value):
+        bench.drive("w.reference", value_sent)
+        bench.drive("line.speed", value_sent, "m/s")
         bench.wait(0.02)
-        bench.wires.deliver(Motion("line.speed", 0.0, "m/s", bench.clock.now_ns(), told if abs(told) < math.inf else 0))
+        bench.wires.deliver(
+            Motion("line.speed", 0.0, "m/s", bench.clock.now_ns(), value_sent if abs(value_sent) < math.inf else 0)
+        )
         bench.wait(0.02)
     assert all(math.isfinite(bench.number(key)) for key in ("tension", "radius", "position", "speed", "line_speed"))
     assert all(math.isfinite(signal.value) for signal in bench.wires.sent)

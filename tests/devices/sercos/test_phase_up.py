@@ -30,8 +30,8 @@ def telegrams(bench: RingBench, phase: int) -> list[str]:
 def test_cp0_is_ten_master_sync_telegrams_that_come_round() -> None:
     bench = RingBench(5).up(4, ms=15)
     begun = [message for _, _, message in bench.trace if isinstance(message, Cycle)]
-    assert [one.mst.hex() for one in begun[:10]] == ["ff00"] * 10
-    assert {one.mdt for one in begun[:10]} == {b""}
+    assert [cycle.mst.hex() for cycle in begun[:10]] == ["ff00"] * 10
+    assert {cycle.mdt for cycle in begun[:10]} == {b""}
     assert begun[10].mst.hex() == "ff01"
 
 
@@ -293,7 +293,7 @@ def test_a_request_on_a_ring_that_goes_down_is_answered() -> None:
     bench.master.read(3, 30, Element.DATA, got.append)
     bench.run(6)
     bench.master.request_phase(0)
-    assert [str(one) for one in got] == ["service channel error 0003h"]
+    assert [str(error) for error in got] == ["service channel error 0003h"]
 
 
 def test_same_seed_same_telegrams() -> None:

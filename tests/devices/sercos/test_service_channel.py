@@ -250,7 +250,11 @@ def test_errors_of_the_drive_end_the_request_and_not_the_next_one() -> None:
     client.write(GAIN, b"\xff\xff", got.append)
     client.read(GAIN, Element.DATA, got.append)
     run(channel, client)
-    assert [one.code if isinstance(one, ServiceError) else one for one in got] == [0x1001, 0x7007, b"\x64\0"]
+    assert [answer.code if isinstance(answer, ServiceError) else answer for answer in got] == [
+        0x1001,
+        0x7007,
+        b"\x64\0",
+    ]
 
 
 def test_a_drive_that_does_not_answer_is_given_up() -> None:
@@ -259,7 +263,7 @@ def test_a_drive_that_does_not_answer_is_given_up() -> None:
     client.read(GAIN, Element.DATA, got.append)
     for _ in range(12):
         client.step(0, 0)
-    assert [str(one) for one in got] == ["service channel error 0002h"]
+    assert [str(answer) for answer in got] == ["service channel error 0002h"]
 
 
 def test_a_drive_that_is_busy_is_waited_for() -> None:
@@ -283,7 +287,7 @@ def test_a_drive_that_is_busy_for_ever_is_given_up() -> None:
     client.read(GAIN, Element.DATA, got.append)
     for _ in range(6_000):
         client.step(0x2, 0)
-    assert [str(one) for one in got] == ["service channel error 0002h"]
+    assert [str(answer) for answer in got] == ["service channel error 0002h"]
 
 
 def test_a_ring_that_goes_down_ends_everything() -> None:
@@ -293,7 +297,7 @@ def test_a_ring_that_goes_down_ends_everything() -> None:
     client.read(VERSION, Element.DATA, got.append)
     client.step(0, 0)
     client.reset()
-    assert [str(one) for one in got] == ["service channel error 0003h"] * 2
+    assert [str(answer) for answer in got] == ["service channel error 0003h"] * 2
     assert (client.control, client.is_idle) == (0, True)
 
 

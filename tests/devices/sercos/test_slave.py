@@ -102,10 +102,10 @@ class Bare:
         assert self.write(idn, b"\0\0") == b""
 
     def in_phase(self, phase: int) -> "Bare":
-        for one in range(phase + 1):
-            if one >= 3:
-                self.command(124 + one)
-            self.cycle(one, MDT if one >= 3 else b"")
+        for number in range(phase + 1):
+            if number >= 3:
+                self.command(124 + number)
+            self.cycle(number, MDT if number >= 3 else b"")
         assert self.slave.phase == phase
         return self
 
