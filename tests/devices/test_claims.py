@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from winders import FILM
 
 from fieldrig import kinds
 from fieldrig.config import from_dict, load
@@ -32,17 +33,7 @@ ENCODER = {"kind": "sm.encoder", "name_plate": "plates/sm-100-30-080.yaml", "lin
 MC4 = {"kind": "mc4", "links": {"ring": "ring", "wires": "wires"}}
 CARD = {"kind": "arp", "links": {"can": "can0", "wires": "wires", "user": "line"}}
 TERMINAL = {"kind": "terminal.tr", "links": {"can": "can0"}}
-WINDER = {
-    "kind": "plant.winder",
-    "links": {"wires": "wires"},
-    "role": "unwinder",
-    "core_radius_m": 0.05,
-    "initial_radius_m": 0.2,
-    "core_inertia_kg_m2": 0.05,
-    "thickness_m": 0.0001,
-    "width_m": 0.5,
-    "torque_nm_at_10_v": 50.0,
-}
+WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
 
 def rig(**devices: Any) -> dict[str, Any]:

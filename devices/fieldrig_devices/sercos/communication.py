@@ -63,6 +63,8 @@ _CP2: Final = (
     std.MDT_START,
 )
 """Data that the master has to write before CP3."""
+_CONTENTS: Final = (std.TELEGRAM_TYPE, std.AT_CONFIGURATION, std.MDT_CONFIGURATION)
+"""Data of CP2 that say what the telegrams contain."""
 
 
 class Layout(NamedTuple):
@@ -216,19 +218,7 @@ class Communication:
     def invalid(self) -> list[int]:
         """Return the IDNs of CP2 whose values are invalid."""
         table = self._table
-        value = {
-            number: table[number].number
-            for number in (
-                std.NC_CYCLE_TIME,
-                std.SERCOS_CYCLE_TIME,
-                std.AT_START,
-                std.FEEDBACK_TIME,
-                std.COMMAND_VALID_TIME,
-                std.RECORD_POSITION,
-                std.MDT_LENGTH,
-                std.MDT_START,
-            )
-        }
+        value = {number: table[number].number for number in _CP2 if number not in _CONTENTS}
         invalid = [number for number in (std.NC_CYCLE_TIME, std.SERCOS_CYCLE_TIME) if value[number] not in CYCLES_US]
         cycle_us = value[std.SERCOS_CYCLE_TIME]
         if value[std.NC_CYCLE_TIME] % (cycle_us or 1):

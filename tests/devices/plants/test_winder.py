@@ -5,9 +5,11 @@ from math import floor
 from typing import Any
 
 import pytest
+import winders
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from winders import DANCER
 
 from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.device import Value
@@ -18,17 +20,7 @@ from fieldrig_devices.plants.line_feed import LineFeed
 from fieldrig_devices.plants.winder import Winder
 from fieldrig_devices.plants.winder_settings import LoadCell, WinderSettings
 
-FILM = {
-    "role": "unwinder",
-    "core_radius_m": 0.05,
-    "initial_radius_m": 0.2,
-    "core_inertia_kg_m2": 0.05,
-    "thickness_m": 0.0001,
-    "width_m": 0.5,
-    "torque_nm_at_10_v": 50.0,
-    "load_cell": {"rated_force_n": 1000.0},
-}
-DANCER = {"mass_kg": 4.0, "force_n": 200.0, "travel_m": 0.3, "damping_n_s_per_m": 60.0}
+FILM = {**winders.FILM, "role": "unwinder", "load_cell": {"rated_force_n": 1000.0}}
 COUNTS_PER_RAD = 4000 / math.tau
 
 

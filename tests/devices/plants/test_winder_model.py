@@ -7,19 +7,11 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from winders import DANCER, FILM
 
 from fieldrig_devices.plants.winder_model import WinderModel
 from fieldrig_devices.plants.winder_settings import WinderSettings
 
-FILM = {
-    "core_radius_m": 0.05,
-    "initial_radius_m": 0.2,
-    "core_inertia_kg_m2": 0.05,
-    "thickness_m": 0.0001,
-    "width_m": 0.5,
-    "torque_nm_at_10_v": 50.0,
-}
-DANCER = {"mass_kg": 4.0, "force_n": 200.0, "travel_m": 0.3, "damping_n_s_per_m": 60.0}
 ROLES = ["unwinder", "rewinder"]
 
 
