@@ -6,7 +6,7 @@ section describes several, the column `applies to` names those of a row, and `de
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -60,10 +60,7 @@ from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 
 DOCS = ROOT / "docs"
-REQUIRED = ("required", "needed")
-DEFAULT = ("default", "without it")
-APPLIES_TO = ("applies to", "belongs to", "of")
-"""Each in its new and its old word, until all pages have the new one."""
+REQUIRED = "required"
 Models = Mapping[str, type[Settings]]
 
 OTHER_SECTIONS: Mapping[str, Models] = {
@@ -144,15 +141,11 @@ def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
         if row.heading != heading:
             continue
         cells = dict(zip(row.columns, row.cells, strict=True))
-        for name in code_in(first_of(cells, APPLIES_TO) or "") or said:
+        for name in code_in(cells.get("applies to", "")) or said:
             for key in code_in(cells["key"]):
                 assert key not in said[name], f"{row.page.name}: {heading}: {key} of {name} appears twice"
-                said[name][key] = Said(f"{row.page.name}: {heading}: {key}", first_of(cells, DEFAULT) or "")
+                said[name][key] = Said(f"{row.page.name}: {heading}: {key}", cells["default"])
     return said
-
-
-def first_of(cells: Mapping[str, str], columns: Iterable[str]) -> str | None:
-    return next((cells[column] for column in columns if column in cells), None)
 
 
 SECTIONS_WITH_KEYS = sorted({row.heading for row in key_rows()})
@@ -180,7 +173,7 @@ def test_tables_have_the_right_defaults(heading: str) -> None:
                 text = default if isinstance(default, str) else json.dumps(default)
                 assert code_in(without)[:1] == [text], place
             else:
-                assert code_in(without) == [] or "NAME" in without or any(word in without for word in REQUIRED), place
+                assert code_in(without) == [] or "NAME" in without or REQUIRED in without, place
 
 
 def test_every_kind_of_bus_has_its_section() -> None:
