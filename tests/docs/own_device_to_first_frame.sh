@@ -1,7 +1,7 @@
 # The path of docs/begin.md from a device of one's own to its first frame.  The files of the page are in this folder.
 export FIELDRIG_CONTROL=tcp/127.0.0.1:7449
 fieldrig devices lamp:Lamp | grep "^device lamp:Lamp: a lamp on CAN"
-fieldrig check lamp.yaml | grep "^lamp.yaml is right"
+fieldrig check lamp.yaml | grep "^lamp.yaml has no mistakes"
 fieldrig up lamp.yaml --quiet &
 until fieldrig status --ready all 2> waiting; do kill -0 $!; sleep 0.1; done
 fieldrig watch can0 -n 1 | grep "lamp  *181 \[1\] 00"

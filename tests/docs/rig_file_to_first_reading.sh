@@ -1,6 +1,6 @@
 # The path of docs/begin.md from an empty rig file to the first reading.  The files of the page are in this folder.
 export FIELDRIG_CONTROL=tcp/127.0.0.1:7449
-fieldrig check meter.yaml | grep "^meter.yaml is right"
+fieldrig check meter.yaml | grep "^meter.yaml has no mistakes"
 fieldrig up meter.yaml --quiet &
 until fieldrig status --ready all 2> waiting; do kill -0 $!; sleep 0.1; done
 fieldrig get meter/voltage | grep -x "meter/voltage = 230.5 V"
