@@ -38,14 +38,14 @@ def test_addresses_that_are_some(address: str) -> None:
     "address", ["", "5020", "127.0.0.1", "127.0.0.1:", ":x", "host:70000", "host:1/path", "udp://a:1"]
 )
 def test_addresses_that_are_none_are_refused_with_what_is_right(address: str) -> None:
-    with pytest.raises(ValidationError, match=r"write host:port, such as 127\.0\.0\.1:5020"):
+    with pytest.raises(ValidationError, match=r"expected host:port, such as 127\.0\.0\.1:5020"):
         Keys(listen=address)
 
 
 @pytest.mark.parametrize("settings", [CanHubSettings, ModbusTcpSettings, SerialHubSettings, WiresHubSettings])
 @pytest.mark.parametrize("key", ["attach", "connect"])
 def test_every_hub_wants_an_address_for_other_machines(settings: type[Settings], key: str) -> None:
-    with pytest.raises(ValidationError, match=r"write host:port, such as 127\.0\.0\.1:5020"):
+    with pytest.raises(ValidationError, match=r"expected host:port, such as 127\.0\.0\.1:5020"):
         settings.model_validate({key: "the other machine"})
 
 

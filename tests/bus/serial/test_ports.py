@@ -242,7 +242,7 @@ async def test_rfc2217_port_accepts_any_bytes(bench: Bench, free_port: int) -> N
     [
         ({}, "either listen: host:port or dial: host:port"),
         ({"listen": "127.0.0.1:1", "dial": "127.0.0.1:2"}, "either listen: host:port or dial: host:port"),
-        ({"listen": "5000"}, "write host:port"),
+        ({"listen": "5000"}, "expected host:port"),
         ({"listen": "127.0.0.1:1", "baud": 0}, "greater than or equal to 1"),
         ({"listen": "127.0.0.1:1", "parity": "X"}, "'N', 'E' or 'O'"),
         ({"listen": "127.0.0.1:1", "speed": 9600}, "Extra inputs"),
