@@ -281,7 +281,7 @@ def test_a_debugger_for_scripts(cards: Cards) -> None:
     said = found.stdout.splitlines()
     assert "(arp) run" in said
     assert "paused at TWICE, line 10: V2 == COUNT * 2" in said
-    assert "then back to MAIN, line 6: WAIT 0.01" in said
+    assert "returns to MAIN, line 6: WAIT 0.01" in said
     assert "paused at MAIN, line 6: WAIT 0.01" in said
     assert any(line.startswith("COUNT (V1) = ") for line in said)
     assert (found.returncode, "still runs after 0 s" in found.stderr) == (6, True)  # nothing stops it
