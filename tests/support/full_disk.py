@@ -97,7 +97,7 @@ def run_rig(folder: Path) -> None:
         assert rig.json("status")["state"] == "ready"
         assert master.ask("06 0000 0003") == "0600000003"
         assert rig.log("drive").count("can be stored again") == 1, rig.log("drive")
-        until(lambda: "goes on" in rig.output())
+        until(lambda: "writing continues" in rig.output())
         assert master.ask("06 0000 0004") == "0600000004"
         assert rig.tool("stop").returncode == 0
         assert rig.process.wait(60) == 0, rig.output()
