@@ -12,6 +12,8 @@ import token
 import tokenize
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -76,13 +78,20 @@ class Rule(NamedTuple):
 
 def main(arguments: Sequence[str]) -> int:
     rules = rules_of(tomllib.loads(WORDS.read_text(encoding="utf-8")))
+    paths = [Path(argument) for argument in arguments] or list(checked())
     wrong = 0
-    for path in [Path(argument) for argument in arguments] or list(checked()):
-        for finding in findings(path.suffix, path.read_text(encoding="utf-8"), rules):
-            wrong += 1
+    with ProcessPoolExecutor() as pool:
+        for path, found in zip(paths, pool.map(partial(findings_in, rules), paths, chunksize=8), strict=True):
+            wrong += len(found)
             name = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-            sys.stdout.write(f'{name}:{finding.line}: "{finding.text}": {finding.instead}\n')
+            for finding in found:
+                sys.stdout.write(f'{name}:{finding.line}: "{finding.text}": {finding.instead}\n')
     return 1 if wrong else 0
+
+
+def findings_in(rules: Sequence[Rule], path: Path) -> list[Finding]:
+    """Return the findings in a file."""
+    return findings(path.suffix, path.read_text(encoding="utf-8"), rules)
 
 
 def checked() -> Iterator[Path]:
