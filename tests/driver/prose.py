@@ -61,6 +61,7 @@ CODE_IN_MARKDOWN = re.compile(r"`[^`\n]+`|\]\([^)\s]+\)|https?://\S+|<!--.*?-->"
 COMMENT_IN_YAML = re.compile(r"(?:^|\s)#(.*)$", re.MULTILINE)
 CODE_IN_TEXT = re.compile(r"`[^`]+`|\{[^{}]*\}|\\.|^[rbfuRBFU]+(?=[\"'])", re.DOTALL)
 QUOTES = re.compile(r"\"\"\"|'''|[\"']")
+OUTSIDE = re.compile(r"\S(?:[^\n]*\S)?")
 NUMBER = re.compile(r"\b[0-9A-F]*\d[0-9A-Fa-f]*\b")
 STRINGS = {token.STRING, getattr(token, "FSTRING_MIDDLE", token.STRING)}
 
@@ -171,12 +172,12 @@ def prose_of_python(source: str) -> str:
 
 
 def only(source: str, spans: Sequence[tuple[int, int]]) -> str:
-    """The source with filler instead of everything outside the spans."""
+    """The source with one sign of filler instead of everything that a line has outside the spans."""
     parts, position = [], 0
-    for start, end in spans:
-        parts += [re.sub(r"\S", "~", source[position:start]), source[start:end]]
+    for start, end in (*spans, (len(source), len(source))):
+        parts += [OUTSIDE.sub("~", source[position:start]), source[start:end]]
         position = end
-    return "".join(parts) + re.sub(r"\S", "~", source[position:])
+    return "".join(parts)
 
 
 PROSE_OF: Mapping[str, Any] = {".md": prose_of_markdown, ".yaml": prose_of_yaml, ".py": prose_of_python}
