@@ -22,16 +22,19 @@ def number_in(
     below: float | None = None,
 ) -> int | float:
     """Return a finite number from `low` to `high`, both included, or to less than `below`."""
-    is_number = not isinstance(value, bool | str) and isfinite(value) and _is_within(value, low, high)
-    if isinstance(value, bool | str) or not is_number or (below is not None and value >= below):
+    if (
+        isinstance(value, bool | str)
+        or not isfinite(value)
+        or not _is_within(value, low, high)
+        or (below is not None and value >= below)
+    ):
         raise _refusal(f"a number{_limits(low, high, unit, below)}", value, name)
     return value
 
 
 def whole_in(value: Value, low: int | None = None, high: int | None = None, unit: str = "", name: str = "") -> int:
     """Return a whole number within the limits; 2.0 is one too."""
-    is_whole = not isinstance(value, bool | str) and isfinite(value) and value == int(value)
-    if isinstance(value, bool | str) or not is_whole or not _is_within(value, low, high):
+    if isinstance(value, bool | str) or not isfinite(value) or value != int(value) or not _is_within(value, low, high):
         raise _refusal(f"a whole number{_limits(low, high, unit)}", value, name)
     return int(value)
 

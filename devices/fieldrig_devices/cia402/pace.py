@@ -25,7 +25,7 @@ class Pace:
     def wake(self) -> None:
         """Make the next cycle a whole one."""
         self.is_awake = True
-        self.low, self.high = NO_BAND
+        self.leave_band()
 
     def leave_band(self) -> None:
         """Let the mode take its whole step in the next cycle."""

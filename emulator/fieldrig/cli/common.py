@@ -16,7 +16,7 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.clock import MS, US, S
 from fieldrig.errors import UsageError
-from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE
+from fieldrig.net import ENDPOINT_VARIABLE
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
@@ -142,25 +142,3 @@ def echo_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Non
     if not console.is_terminal:
         console.width = 10_000
     console.print(table)
-
-
-__all__ = [
-    "CONTEXT",
-    "DEFAULT_ENDPOINT",
-    "ENDPOINT_VARIABLE",
-    "AsJson",
-    "Count",
-    "Endpoint",
-    "For",
-    "Overrides",
-    "RigFile",
-    "argument", "assignment",
-    "command_group",
-    "duration_ns",
-    "echo_json",
-    "echo_table",
-    "port_option",
-    "reading",
-    "writing",
-    "wrong_usage",
-]  # fmt: skip

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Final
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
+from fieldrig.net import DEFAULT_ENDPOINT
 
 TIMES: Final = ("start_ms", "duration_ms")
 STANDING: Final = ("what", "state", "applied")

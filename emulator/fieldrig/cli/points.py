@@ -5,7 +5,8 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, assignment, echo_json
+from fieldrig.cli.common import AsJson, Endpoint, argument, assignment, echo_json
+from fieldrig.net import DEFAULT_ENDPOINT
 
 
 def get(

@@ -5,8 +5,9 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Endpoint, echo_json, echo_table
 from fieldrig.exits import Exit
+from fieldrig.net import DEFAULT_ENDPOINT
 
 HUNG_S = 1.0
 """Time limit for an answer, in seconds; a process that takes longer is shown without its figures."""

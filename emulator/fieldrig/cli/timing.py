@@ -5,7 +5,8 @@ from typing import Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Endpoint, argument, duration_ns, echo_json
+from fieldrig.cli.common import AsJson, Endpoint, argument, duration_ns, echo_json
+from fieldrig.net import DEFAULT_ENDPOINT
 
 PATIENCE_S = 3600.0
 """Time limit for an answer, in seconds, as virtual hours may take long."""

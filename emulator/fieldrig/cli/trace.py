@@ -10,7 +10,6 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import (
-    DEFAULT_ENDPOINT,
     AsJson,
     Count,
     Endpoint,
@@ -21,6 +20,7 @@ from fieldrig.cli.common import (
     echo_json,
 )
 from fieldrig.clock import S
+from fieldrig.net import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
     from fieldrig.trace import TraceEntry

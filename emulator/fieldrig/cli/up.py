@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.common import ENDPOINT_VARIABLE, Overrides, RigFile
+from fieldrig.cli.common import Overrides, RigFile
 from fieldrig.exits import Exit
+from fieldrig.net import ENDPOINT_VARIABLE
 
 if TYPE_CHECKING:
     from fieldrig.config import RigConfig

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import DEFAULT_ENDPOINT, AsJson, Count, Endpoint, For, argument, duration_ns
+from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration_ns
 from fieldrig.cli.points import show_value
 from fieldrig.clock import S
+from fieldrig.net import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
     from fieldrig.control import Client

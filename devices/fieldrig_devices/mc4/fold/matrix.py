@@ -33,8 +33,7 @@ def step_matrix(plant: Plant, gains: Gains) -> Matrix:
     way, speed, torque, *load_rows = plant_step(plant)
     size = states + inputs
     # The set torque and the growth of the integral part, as rows over states and inputs.
-    set_torque = [0.0] * size
-    set_torque[E], set_torque[V], set_torque[INTEGRAL] = gains.kp * gains.kv, -gains.kp, 1.0
+    set_torque = _set_torque_row(gains, states) + [0.0] * inputs
     set_torque[states + SET_SPEED], set_torque[states + LEAD] = gains.kp * gains.ff, 1.0
     growth = [0.0] * size
     growth[E], growth[V] = gains.ki * gains.kv * INNER_S, -gains.ki * INNER_S
@@ -75,6 +74,7 @@ def _weights(plant: Plant, gains: Gains, limits: Limits, step: Matrix, steps: in
 
 
 def _set_torque_row(gains: Gains, states: int) -> Row:
+    """Return the set torque as a row over the states."""
     row = [0.0] * states
     row[E], row[V], row[INTEGRAL] = gains.kp * gains.kv, -gains.kp, 1.0
     return row
