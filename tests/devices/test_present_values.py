@@ -183,6 +183,7 @@ def test_every_kind_of_device_is_in_the_law() -> None:
     assert kinds == {device["kind"] for device in DEVICES.values()}
 
 
+@pytest.mark.long
 def test_what_is_read_without_an_event_is_what_an_event_would_show(moving: Rig) -> None:
     for pause_ns in (61_300 * US, 333 * US, 2_250 * US, 17_777 * US, 1_900 * US):
         moving.run_until(moving.now_ns + pause_ns)
@@ -192,6 +193,7 @@ def test_what_is_read_without_an_event_is_what_an_event_would_show(moving: Rig) 
 
 
 @pytest.mark.parametrize("name", ["every kind", "arp-cell-virtual.yaml", "lab-virtual.yaml"])
+@pytest.mark.long
 def test_a_rig_that_is_read_gives_the_same_trace(name: str, tmp_path: Path) -> None:
     make, set_it_going = RIGS[name]
 

@@ -49,6 +49,7 @@ def factory_value(kind: str) -> int:
 @EVERY_KIND
 @settings(max_examples=8, deadline=None, phases=[Phase.generate])
 @given(data=st.data())
+@pytest.mark.long
 def test_any_flipped_bits_give_the_previous_version_or_defaults(kind: str, data: st.DataObject) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "device.bin"
@@ -68,6 +69,7 @@ def test_any_flipped_bits_give_the_previous_version_or_defaults(kind: str, data:
 @EVERY_KIND
 @settings(max_examples=5, deadline=None, phases=[Phase.generate])
 @given(data=st.data())
+@pytest.mark.long
 def test_a_damaged_buffered_ram_ends_nothing(kind: str, data: st.DataObject) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "device.bin"

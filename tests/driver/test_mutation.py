@@ -121,6 +121,7 @@ def test_the_page_says_that_its_score_is_of_a_sample_and_of_which_commit() -> No
         (1, None, "assert not one.is_high(0)\n", Verdict.KILLED),
     ],
 )
+@pytest.mark.long
 def test_a_mutant_is_made_in_the_copy_which_is_as_before_afterwards(
     own: int, other: int | None, at_import: str, verdict: Verdict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
+import pytest
 from cia402_bench import Cia402Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -93,6 +94,7 @@ events: st.SearchStrategy[Event] = st.one_of(
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(events, st.integers(0, 60)), max_size=12))
+@pytest.mark.long
 def test_the_fast_form_shows_what_the_whole_cycle_shows(script: list[tuple[Event, int]]) -> None:
     whole, paced = running(Cia402Bench()), running(PacedBench())
     for event, cycles in [(lag(0), 40), *script, (lag(0), 20)]:

@@ -42,6 +42,7 @@ def test_node_made_from_an_odd_file_is_conformed_by_the_same_file(tmp_path: Path
     assert report.executed >= 8
 
 
+@pytest.mark.long
 def test_odd_files_mean_the_same_to_node_and_suite(tmp_path: Path) -> None:
     texts = [DEVICE_TYPE + text for text, _, _ in ODD] + [
         IO32.read_text().replace(right, odd, 1) for right, odd, _ in MISTAKES

@@ -125,6 +125,7 @@ def busy(monkeypatch: pytest.MonkeyPatch, cls: type[Busy], seed: int) -> str:
 
 @pytest.mark.parametrize("eds", [IO32, LEVEL_SENSOR], ids=lambda eds: eds.stem)
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.long
 def test_no_verdict_depends_on_how_late_the_node_is(monkeypatch: pytest.MonkeyPatch, eds: Path, seed: int) -> None:
     late = conformed(eds=eds, fault=busy(monkeypatch, Busy, seed))
     assert verdicts(late) == verdicts(conformed(eds=eds))
@@ -138,6 +139,7 @@ def test_no_verdict_depends_on_how_late_the_node_is(monkeypatch: pytest.MonkeyPa
         (BusyAndTooFast, {"3.5", "3.6", "3.8", "6.2", "6.6", "6.7", "7.102", "7.204", "9.1"}),
     ],
 )
+@pytest.mark.long
 def test_faults_of_a_node_that_is_late_are_found_all_the_same(
     monkeypatch: pytest.MonkeyPatch, cls: type[Busy], failing: set[str]
 ) -> None:

@@ -236,6 +236,7 @@ def test_a_breakpoint_on_a_line_that_holds_stops_once_and_then_the_line_holds() 
 
 
 @pytest.mark.parametrize("build", list(Build))
+@pytest.mark.long
 def test_deep_code_compiles(build: Build) -> None:
     """CPython's parser allows 100 levels of indentation; the tree of blocks needs one per doubling."""
     routine = [Branch(pc, (f"t0 = chance({pc + 2})",), "t0", (pc * 7) % 3_000) for pc in range(3_000)]

@@ -24,6 +24,7 @@ def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_published: bool) -> 
 
 
 @pytest.mark.parametrize(("seed", "wires"), [(1, False), (2, True), (3, False), (4, True), (5, False), (6, True)])
+@pytest.mark.long
 def test_drives_send_and_do_the_same_by_fold_and_by_steps(
     monkeypatch: pytest.MonkeyPatch, seed: int, wires: bool
 ) -> None:

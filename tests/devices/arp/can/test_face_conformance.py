@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import arp_face
+import pytest
 from arp_face import NODE_ID
 
 from fieldrig.config import from_dict
@@ -21,6 +22,7 @@ NOT_THERE = {
 }
 
 
+@pytest.mark.long
 def test_the_card_conforms_to_cia_301() -> None:
     card = {"kind": "arp_face:FaceDevice", "links": {"can": "can0"}}
     config = {"time": "virtual", "buses": {"can0": {"kind": "can.virtual"}}, "devices": {"card": card}}

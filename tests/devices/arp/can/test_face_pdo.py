@@ -118,6 +118,7 @@ def test_reset_of_the_node_does_not_reset_the_card(bench: FaceBench) -> None:
     identifier=st.sampled_from(["000", "080", "20A", "30A", "40A", "50A", "60A", "70A"]),
     data=st.binary(max_size=8),
 )
+@pytest.mark.long
 def test_whatever_comes_in_the_card_goes_on(identifier: str, data: bytes) -> None:
     bench = FaceBench()
     bench.start()

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import pytest
 from arp_card import RecordedCard
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -162,5 +163,6 @@ PROGRAM = st.builds(
 
 @HEAVY
 @given(program=PROGRAM)
+@pytest.mark.long
 def test_a_printed_program_is_read_as_the_same_program(program: tree.Program) -> None:
     assert parse(program_text(program)) == (program, [])

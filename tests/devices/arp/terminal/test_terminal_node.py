@@ -270,6 +270,7 @@ FRAMES = st.builds(
 
 @given(st.lists(FRAMES, max_size=30))
 @settings(max_examples=60, deadline=None)
+@pytest.mark.long
 def test_nothing_from_the_bus_breaks_it(frames: list[CanFrame]) -> None:
     bench = TerminalBench()
     for number in range(1, 4):

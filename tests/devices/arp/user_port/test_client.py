@@ -135,6 +135,7 @@ class Noise:
         return bytes(spoiled)
 
 
+@pytest.mark.long
 def test_a_bad_line_costs_time_and_nothing_else() -> None:
     bench = PortBench("L:\nIF V2 = 0, L\nV1 += 1\nV2 == 0\nGOTO L", is_enabled=True)
     card = client(bench, Noise(), step_ms=0.01, timeout_s=0.02, retries=20)  # many times 20 ms are less than 10 s

@@ -97,6 +97,7 @@ lines = TEXT.splitlines()
         max_size=20,
     )
 )
+@pytest.mark.long
 def test_no_file_raises(tmp_path_factory: pytest.TempPathFactory, edits: list[tuple[int, str, str]]) -> None:
     changed = list(lines)
     for number, what, text in edits:

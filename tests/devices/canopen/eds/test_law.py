@@ -76,6 +76,7 @@ FILES = [
 ]
 
 
+@pytest.mark.long
 def test_both_checks_name_the_same(tmp_path: Path) -> None:
     paths = write(tmp_path, FILES)
     by_check, by_eds_check = named_by_check(paths), named_by_eds_check(paths)
@@ -89,6 +90,7 @@ EDITS = st.tuples(st.integers(0, len(lines) - 1), st.sampled_from(["", "=", "x",
 
 @settings(max_examples=10, deadline=None)
 @given(st.lists(st.lists(EDITS, min_size=1, max_size=30), min_size=1, max_size=5))
+@pytest.mark.long
 def test_both_checks_name_the_same_of_any_file(
     tmp_path_factory: pytest.TempPathFactory, files: list[list[tuple[int, str]]]
 ) -> None:

@@ -77,6 +77,7 @@ def play(program: Program, capsys: pytest.CaptureFixture[str], code: CodeType) -
 
 @pytest.mark.usefixtures("bench")
 @pytest.mark.parametrize("count", [3, pytest.param(100, marks=[pytest.mark.long, pytest.mark.timeout(1800)])])
+@pytest.mark.long
 def test_program_of_a_page_moves_its_axis_each_time_without_a_warning(
     program: Program, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture, count: int
 ) -> None:
