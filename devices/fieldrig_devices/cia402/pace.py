@@ -23,9 +23,8 @@ class Pace:
         """The limits of the band, which do not belong to it."""
 
     def wake(self) -> None:
-        """Make the next cycle a whole one."""
+        """Make the next cycle a whole one, which leaves the band."""
         self.is_awake = True
-        self.leave_band()
 
     def leave_band(self) -> None:
         """Let the mode take its whole step in the next cycle."""
