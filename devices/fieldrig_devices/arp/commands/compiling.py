@@ -30,7 +30,7 @@ def compile_(
     """
     from fieldrig_devices.arp.language.compiler import compile_text
     from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM, failed, outputs, system_of
-    from fieldrig_devices.arp.language.mistakes import CompileError
+    from fieldrig_devices.languages.mistakes import CompileError
 
     named = system_of(file)
     address = named if system is None else system

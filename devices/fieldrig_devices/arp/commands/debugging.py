@@ -57,8 +57,8 @@ def debug(
 
 def _listing(card: "ArpPort", source: Path | None) -> "Listing":
     from fieldrig.errors import RigError
-    from fieldrig_devices.arp.language.mistakes import CompileError
     from fieldrig_devices.arp.user_port import listing
+    from fieldrig_devices.languages.mistakes import CompileError
 
     data = card.upload()
     if source is None:

@@ -11,8 +11,8 @@ from fieldrig_devices.arp import fixed
 from fieldrig_devices.arp.language import instructions, tree
 from fieldrig_devices.arp.language.bits import can_be_bit, is_constant
 from fieldrig_devices.arp.language.instructions import CONSTANT, OR_VARIABLE, READS, SIGNATURES, Value
-from fieldrig_devices.arp.language.mistakes import Mistake
 from fieldrig_devices.arp.language.names import Symbols
+from fieldrig_devices.languages.mistakes import Mistake
 
 LONGEST_TEXT = 16  # manual 5.12
 DEEPEST_CALL = 10  # manual 5.5

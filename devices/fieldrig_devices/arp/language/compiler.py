@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from fieldrig_devices.arp.language import parser
 from fieldrig_devices.arp.language.check import check, check_equs
 from fieldrig_devices.arp.language.lower import Lowered, lower
-from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
 from fieldrig_devices.arp.language.names import Symbols, resolve
 from fieldrig_devices.arp.language.tree import Program
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 
 @dataclass(frozen=True, slots=True)

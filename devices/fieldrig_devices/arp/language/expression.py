@@ -10,7 +10,6 @@ from typing import Final
 
 from fieldrig_devices.arp import fixed
 from fieldrig_devices.arp.language.instructions import CONSTANTS, FUNCTIONS, KEYWORDS, SYSTEM
-from fieldrig_devices.arp.language.mistakes import LineError
 from fieldrig_devices.arp.language.tokens import Kind, Token
 from fieldrig_devices.arp.language.tree import (
     Binary,
@@ -25,6 +24,7 @@ from fieldrig_devices.arp.language.tree import (
     System,
     Unary,
 )
+from fieldrig_devices.languages.mistakes import LineError
 
 PRECEDENCE: Final = {
     "|": 1, "^": 2, "&": 3, "<<": 4, ">>": 4, "+": 5, "-": 5, "*": 6, "/": 6, "\\": 6, "%": 6,

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig_devices.arp.language.compiler import Compiled, compile_lines
-from fieldrig_devices.arp.language.mistakes import CompileError
 from fieldrig_devices.arp.language.printer import argument_text, routine_lines
+from fieldrig_devices.languages.mistakes import CompileError
 
 HIGHEST_SYSTEM: Final = 99  # two digits
 LONGEST_OBJECT_LINE: Final = 4_000

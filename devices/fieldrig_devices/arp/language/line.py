@@ -8,7 +8,6 @@ from typing import Final
 from fieldrig_devices.arp.language import instructions
 from fieldrig_devices.arp.language.expression import ExpressionReader
 from fieldrig_devices.arp.language.instructions import KEYWORDS, READS, SIGNATURES, Signature, Value
-from fieldrig_devices.arp.language.mistakes import LineError
 from fieldrig_devices.arp.language.tokens import Kind, Token
 from fieldrig_devices.arp.language.tree import (
     Argument,
@@ -29,6 +28,7 @@ from fieldrig_devices.arp.language.tree import (
     Statement,
     Text,
 )
+from fieldrig_devices.languages.mistakes import LineError
 
 ASSIGNMENTS: Final = ("==", "+=", "-=", "*=", "/=", "\\=", "%=", "&=", "|=", "^=", "<<=", ">>=")
 RELATIONS: Final = ("=", "<>", "<", ">", "<=", ">=")

@@ -12,7 +12,6 @@ from difflib import get_close_matches
 from typing import Any, TypeVar
 
 from fieldrig_devices.arp.language import instructions
-from fieldrig_devices.arp.language.mistakes import Mistake
 from fieldrig_devices.arp.language.tree import (
     Direct,
     Equ,
@@ -25,6 +24,7 @@ from fieldrig_devices.arp.language.tree import (
     Resource,
     Routine,
 )
+from fieldrig_devices.languages.mistakes import Mistake
 
 _N = TypeVar("_N", bound=Node)
 _LOOKS_LIKE = str.maketrans("IO", "10")  # the manual's own misprints: VI for V1

@@ -14,9 +14,9 @@ import re
 from collections.abc import Collection, Iterable
 
 from fieldrig_devices.arp.language.line import LineReader, label_of
-from fieldrig_devices.arp.language.mistakes import LineError, Mistake
 from fieldrig_devices.arp.language.tokens import LONGEST_LINE, Kind, Token, tokens
 from fieldrig_devices.arp.language.tree import Equ, Line, Program, Routine
+from fieldrig_devices.languages.mistakes import LineError, Mistake
 
 _DEFINES = re.compile(r"\bBEGA?\s+([A-Z]\w*)|\b([A-Z]\w*)(?=\s*:|\s+EQU\b)", re.IGNORECASE | re.ASCII)
 _ENDS = {"END": False, "ENDA": True}

@@ -9,7 +9,7 @@ from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import ObjectError, decode, encode, system_of
-from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 _OBJECT = b"ARP OBJECT "
 _BINARY_OBJECT = b"ARPO"

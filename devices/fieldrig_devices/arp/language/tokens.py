@@ -8,7 +8,7 @@ import re
 from enum import Enum
 from typing import NamedTuple
 
-from fieldrig_devices.arp.language.mistakes import LineError
+from fieldrig_devices.languages.mistakes import LineError
 
 LONGEST_LINE = 120  # manual 5.1, including blanks and comment
 

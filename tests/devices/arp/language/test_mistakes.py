@@ -3,7 +3,7 @@
 import pytest
 
 from fieldrig_devices.arp.language.compiler import compile_text
-from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 
 def mistakes(source: str) -> list[Mistake]:

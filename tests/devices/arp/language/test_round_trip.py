@@ -12,10 +12,10 @@ from fieldrig_devices.arp.language import tree
 from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.instructions import KEYWORDS, SIGNATURES, Value
 from fieldrig_devices.arp.language.lower import NAMES
-from fieldrig_devices.arp.language.mistakes import CompileError, Mistake
 from fieldrig_devices.arp.language.parser import parse
 from fieldrig_devices.arp.language.printer import line_text, program_text
 from fieldrig_devices.arp.runtime.program import ArpProgram
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import Build
 
 WORDS = [

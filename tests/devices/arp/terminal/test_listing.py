@@ -6,7 +6,7 @@ import pytest
 from arp_terminal import CellBench
 
 from fieldrig_devices.arp.language.compiler import compile_text
-from fieldrig_devices.arp.language.mistakes import CompileError
+from fieldrig_devices.languages.mistakes import CompileError
 
 # Manual 5.12 after MSG and TERM, with a second `;` (digest I-53) and without V1001 (I-28).
 SERIES = """

@@ -1,4 +1,4 @@
-"""Messages of the compiler: where a mistake is, what is wrong, and what was expected."""
+"""Messages of the compilers: where a mistake is, what is wrong, what was expected, and a hint."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,10 +12,16 @@ class Mistake:
     expected: str = ""
     is_note: bool = False
     """True if the program compiles all the same."""
+    file: str = ""
+    """The source file, for languages whose programs have several."""
+    hint: str = ""
+    """What to do about it, in the words of the engineer."""
 
     def __str__(self) -> str:
-        head = f"{self.line}:{self.column}: {'note: ' if self.is_note else ''}{self.what}"
-        return f"{head}; expected {self.expected}" if self.expected else head
+        place = f"{self.file}:{self.line}:{self.column}" if self.file else f"{self.line}:{self.column}"
+        head = f"{place}: {'note: ' if self.is_note else ''}{self.what}"
+        expected = f"{head}; expected {self.expected}" if self.expected else head
+        return f"{expected}\n  hint: {self.hint}" if self.hint else expected
 
 
 class CompileError(Exception):

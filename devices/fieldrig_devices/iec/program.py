@@ -1,0 +1,443 @@
+"""A checked program: every name is a variable, every expression has a type, every conversion is explicit.
+
+`check` makes it from the tree of the source (`tree.py`), and `lower` turns it into Python.  Instruction List and SFC
+are statements here already, so the rest knows one form only.  A program, function block, function or action is a `Pou`.
+
+    expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, AddressOf
+    places, which are read and written       Cell, Element, Component, Target, Located, Parameter, Bit
+    statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
+                                             Continue, Return, Label, Jump
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
+
+from fieldrig_devices.iec.tree import NOWHERE, PouKind, Section
+from fieldrig_devices.iec.tree import Place as SourcePlace
+from fieldrig_devices.iec.types import (
+    BlockType,
+    Elementary,
+    EnumType,
+    InitialValue,
+    ObjectType,
+    PointerType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+    Value,
+)
+
+
+class Space(Enum):
+    """Where a variable lives, and what its address counts from."""
+
+    GLOBAL = "global"
+    """At a fixed address: global variables, programs, and the instances in them."""
+    INSTANCE = "instance"
+    """In the memory of the instance whose code runs: variables of a function block or program."""
+    FRAME = "frame"
+    """On the stack of the running task: arguments, result and variables of a function, and VAR_TEMP."""
+
+
+@dataclass(slots=True, eq=False)
+class Variable:
+    """One variable.  `offset` is filled in by `layout`; it counts from the start of its space."""
+
+    name: str
+    type: Type
+    space: Space
+    section: Section
+    initial: InitialValue | None = None
+    """None: the initial value of the type."""
+    is_retain: bool = False
+    is_constant: bool = False
+    location: "Located | None" = None
+    """The address behind AT; the variable has no cell then."""
+    offset: int = -1
+    place: SourcePlace = NOWHERE
+    file: str = ""
+    comment: str = ""
+
+    @property
+    def is_reference(self) -> bool:
+        """True for VAR_IN_OUT: its cell contains the address of the argument."""
+        return self.section is Section.IN_OUT
+
+
+# ---- places
+
+
+@dataclass(slots=True)
+class Cell:
+    """A variable itself; for a VAR_IN_OUT, its argument."""
+
+    variable: Variable
+    type: Type
+
+
+@dataclass(slots=True)
+class Element:
+    """An element of an array.  An index outside `low`..`high` is a fault at run time; `stride` is in bytes."""
+
+    of: "Place"
+    index: "Expression"
+    low: int
+    high: int
+    stride: int
+    type: Type
+
+
+@dataclass(slots=True)
+class Component:
+    """A field of a structure, or a variable of an instance: `variable.offset` or `offset` bytes behind `of`."""
+
+    of: "Place"
+    offset: int
+    type: Type
+    variable: Variable | None = None
+    """The variable of an instance, whose offset `layout` sets; then `offset` is not used."""
+
+
+@dataclass(slots=True)
+class Target:
+    """What a pointer points to.  A pointer to nothing, or to something of another form, is looked at at run time."""
+
+    pointer: "Expression"
+    type: Type
+
+
+@dataclass(slots=True)
+class Located:
+    """A directly represented variable, as in PD-364: `byte` counts bytes of the area, `bit` is -1 without X."""
+
+    area: str
+    """I, Q or M."""
+    byte: int
+    bit: int
+    type: Type
+
+
+@dataclass(slots=True)
+class Parameter:
+    """A parameter of a configuration object.  `object` yields the logical address; a Constant for a named object."""
+
+    object: "Expression"
+    object_type: ObjectType
+    number: int
+    type: Type
+    is_slow: bool = False
+    is_writable: bool = False
+
+
+@dataclass(slots=True)
+class Bit:
+    """Bit `number` of an integer or bit string."""
+
+    of: "Place"
+    number: int
+    type: Type = Elementary.BOOL
+
+
+Place = Cell | Element | Component | Target | Located | Parameter | Bit
+
+
+# ---- expressions
+
+
+@dataclass(slots=True)
+class Constant:
+    value: Value
+    type: Type
+
+
+@dataclass(slots=True)
+class Load:
+    place: Place
+
+    @property
+    def type(self) -> Type:
+        return self.place.type
+
+
+class Operator(Enum):
+    ADD = "+"
+    SUB = "-"
+    MUL = "*"
+    DIV = "/"
+    MOD = "MOD"
+    AND = "AND"
+    OR = "OR"
+    XOR = "XOR"
+    AND_THEN = "AND_THEN"
+    OR_ELSE = "OR_ELSE"
+    EQ = "="
+    NE = "<>"
+    LT = "<"
+    LE = "<="
+    GT = ">"
+    GE = ">="
+    NEG = "unary -"
+    NOT = "NOT"
+
+
+COMPARISONS: Final = frozenset({Operator.EQ, Operator.NE, Operator.LT, Operator.LE, Operator.GT, Operator.GE})
+
+
+@dataclass(slots=True)
+class Unary:
+    operator: Operator
+    operand: "Expression"
+    type: Type
+
+
+@dataclass(slots=True)
+class Binary:
+    """Both operands have the same type, except for TIME * number and TIME / number.
+
+    The result is computed in `type`, with its overflow: integers wrap around, REAL is rounded to single precision after
+    each operation.  A comparison has type BOOL.  Both operands are always evaluated, apart from AND_THEN and OR_ELSE.
+    """
+
+    operator: Operator
+    left: "Expression"
+    right: "Expression"
+    type: Type
+
+
+@dataclass(slots=True)
+class Convert:
+    """The value in another elementary type, by the rules of `library/conversions.py`, such as REAL_TO_INT."""
+
+    operand: "Expression"
+    type: Type
+
+
+@dataclass(slots=True)
+class Intrinsic:
+    """A standard function without state, from `library/intrinsics.py`: ABS, SHL, LIMIT, CONCAT and so on.
+
+    `name` is the name of the implementation for these types; arguments have exactly the types that it expects.
+    """
+
+    name: str
+    arguments: "tuple[Expression, ...]"
+    type: Type
+
+
+@dataclass(slots=True)
+class CallFunction:
+    """A call of a FUNCTION, of the user or of a library.
+
+    `inputs` has an entry for each VAR_INPUT and VAR_IN_OUT, in the order of their declaration; defaults are filled in.
+    """
+
+    pou: "Pou"
+    inputs: "tuple[tuple[Variable, Expression | Place], ...]"
+    type: Type
+    outputs: "tuple[tuple[Variable, Place], ...]" = ()
+
+
+@dataclass(slots=True)
+class AddressOf:
+    """ADR(place), or the reference that is passed to a VAR_IN_OUT."""
+
+    place: Place
+    type: Type
+
+
+Expression = Constant | Load | Unary | Binary | Convert | Intrinsic | CallFunction | AddressOf
+
+
+# ---- statements
+
+
+@dataclass(slots=True)
+class Statement:
+    line: int = field(kw_only=True)
+    """The source line, in the file of the POU."""
+
+
+@dataclass(slots=True)
+class Assign(Statement):
+    """Both sides have the same type; a string is cut to the length of the target, a structure or array is copied."""
+
+    place: Place
+    value: Expression
+
+
+@dataclass(slots=True)
+class Evaluate(Statement):
+    """A function called for its effects only."""
+
+    value: CallFunction
+
+
+@dataclass(slots=True)
+class CallBlock(Statement):
+    """A call of an instance of a function block, or of a program.
+
+    Inputs that are not given keep their values; then the body runs, then `outputs` are assigned.
+    """
+
+    instance: Place
+    pou: "Pou"
+    inputs: tuple[tuple[Variable, Expression], ...] = ()
+    references: tuple[tuple[Variable, Place], ...] = ()
+    """Arguments of VAR_IN_OUT."""
+    outputs: tuple[tuple[Place, Expression], ...] = ()
+    """Assignments after the call, as (target, Load of the output)."""
+
+
+@dataclass(slots=True)
+class CallAction(Statement):
+    """A call of an action of an instance; of the same instance if `instance` is None."""
+
+    pou: "Pou"
+    instance: Place | None = None
+
+
+@dataclass(slots=True)
+class If(Statement):
+    condition: Expression
+    then: "list[AnyStatement]"
+    otherwise: "list[AnyStatement]" = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class Case(Statement):
+    """`branches` are (ranges, body); a range is (lowest, highest)."""
+
+    selector: Expression
+    branches: "list[tuple[tuple[tuple[int, int], ...], list[AnyStatement]]]"
+    otherwise: "list[AnyStatement]" = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class For(Statement):
+    """`last` and `step` are evaluated before each pass, as CoDeSys does; the sign of the step decides on the test."""
+
+    variable: Place
+    first: Expression
+    last: Expression
+    step: Expression
+    body: "list[AnyStatement]"
+
+
+@dataclass(slots=True)
+class Loop(Statement):
+    """WHILE (`until` is None) or REPEAT (`condition` is None)."""
+
+    body: "list[AnyStatement]"
+    condition: Expression | None = None
+    until: Expression | None = None
+
+
+@dataclass(slots=True)
+class Exit(Statement):
+    pass
+
+
+@dataclass(slots=True)
+class Continue(Statement):
+    pass
+
+
+@dataclass(slots=True)
+class Return(Statement):
+    pass
+
+
+@dataclass(slots=True)
+class Label(Statement):
+    name: str
+
+
+@dataclass(slots=True)
+class Jump(Statement):
+    """Jump to a label of the same body, always or if `condition` holds."""
+
+    label: str
+    condition: Expression | None = None
+
+
+AnyStatement = (
+    Assign | Evaluate | CallBlock | CallAction | If | Case | For | Loop | Exit | Continue | Return | Label | Jump
+)
+
+
+# ---- the whole
+
+
+@dataclass(slots=True, eq=False)
+class Pou:
+    """A program, function block, function, or action, with its variables and its body."""
+
+    kind: PouKind
+    name: str
+    """As declared; an action is `Pou.Action`."""
+    file: str
+    variables: dict[str, Variable] = field(default_factory=dict)
+    """By the name in small letters, in the order of declaration; an action has those of its POU."""
+    result: Variable | None = None
+    """The result of a function; first cell of its frame."""
+    type: BlockType | None = None
+    """The type of its instances, for programs and function blocks."""
+    instance: Variable | None = None
+    """The one instance of a program, a global variable."""
+    body: list[AnyStatement] = field(default_factory=list)
+    actions: "dict[str, Pou]" = field(default_factory=dict)
+    owner: "Pou | None" = None
+    """The POU that an action belongs to."""
+    is_native: bool = False
+    """True for a POU of a library that the host implements."""
+    frame_size: int = 0
+    """Bytes on the stack, from `layout`, without intermediate results."""
+
+
+class TaskKind(Enum):
+    CYCLIC = "cyclic"
+    FREE = "free-running"
+    EVENT = "event"
+
+
+@dataclass(slots=True)
+class Task:
+    """A task of the task configuration (PD-060)."""
+
+    name: str
+    kind: TaskKind
+    priority: int
+    """0 (highest) to 31 (PD-061)."""
+    interval_ms: float
+    """For cyclic tasks."""
+    event: Variable | None
+    """A BOOL whose rising edge starts an event task."""
+    programs: "list[Pou]"
+    file: str = ""
+    line: int = 0
+
+
+@dataclass(slots=True)
+class Program:
+    """Everything that a project declares."""
+
+    pous: dict[str, Pou]
+    """By the name in small letters, with the library's; actions are in their POU."""
+    globals: dict[str, Variable]
+    """By the name in small letters; instances of programs are among them."""
+    types: Mapping[str, StructType | EnumType | SubrangeType | StringType | PointerType | Type]
+    """Declared types by the name in small letters."""
+    tasks: list[Task]
+    objects: Mapping[str, "ConfiguredObject"] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class ConfiguredObject:
+    """An object of the control configuration that programs can name, and `_Name` for its logical address (PD-025)."""
+
+    name: str
+    type: ObjectType
+    address: int

@@ -1,0 +1,253 @@
+"""The types of IEC 61131-3 as a controller of the PacDrive family has them: ranges, sizes, and places in memory.
+
+Source: PacDrive manual 640 to 951 and 2564 to 2745 (digest 2.2).  Sizes are in bytes; components follow one another
+without gaps, which is our choice because the manual only gives SIZEOF of arrays.  Memory (`layout.py`) has a cell for
+each byte, and a value is in the cell of its first byte.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.program import Pou
+
+STRING_LENGTH: Final = 80
+"""Length of a STRING that does not give one (PD-322)."""
+
+
+class Family(Enum):
+    BOOL = "BOOL"
+    BITS = "bit string"
+    SIGNED = "signed integer"
+    UNSIGNED = "unsigned integer"
+    REAL = "real number"
+    TIME = "duration"
+    DATE = "date"
+
+
+_FACTS: Final = {
+    "BOOL": (1, Family.BOOL, 0, 1),
+    "BYTE": (1, Family.BITS, 0, 2**8 - 1),
+    "WORD": (2, Family.BITS, 0, 2**16 - 1),
+    "DWORD": (4, Family.BITS, 0, 2**32 - 1),
+    "LWORD": (8, Family.BITS, 0, 2**64 - 1),
+    "SINT": (1, Family.SIGNED, -(2**7), 2**7 - 1),
+    "INT": (2, Family.SIGNED, -(2**15), 2**15 - 1),
+    "DINT": (4, Family.SIGNED, -(2**31), 2**31 - 1),
+    "LINT": (8, Family.SIGNED, -(2**63), 2**63 - 1),
+    "USINT": (1, Family.UNSIGNED, 0, 2**8 - 1),
+    "UINT": (2, Family.UNSIGNED, 0, 2**16 - 1),
+    "UDINT": (4, Family.UNSIGNED, 0, 2**32 - 1),
+    "ULINT": (8, Family.UNSIGNED, 0, 2**64 - 1),
+    "REAL": (4, Family.REAL, 0, 0),
+    "LREAL": (8, Family.REAL, 0, 0),
+    "TIME": (4, Family.TIME, 0, 2**32 - 1),
+    "DATE": (4, Family.DATE, 0, 2**32 - 1),
+    "TOD": (4, Family.DATE, 0, 86_399_999),
+    "DT": (4, Family.DATE, 0, 2**32 - 1),
+}
+"""Size in bytes, family, and the smallest and the largest value."""
+
+
+class Elementary(Enum):
+    """The elementary types by their names."""
+
+    BOOL = "BOOL"
+    BYTE = "BYTE"
+    WORD = "WORD"
+    DWORD = "DWORD"
+    LWORD = "LWORD"
+    SINT = "SINT"
+    INT = "INT"
+    DINT = "DINT"
+    LINT = "LINT"
+    USINT = "USINT"
+    UINT = "UINT"
+    UDINT = "UDINT"
+    ULINT = "ULINT"
+    REAL = "REAL"
+    LREAL = "LREAL"
+    TIME = "TIME"
+    """In milliseconds."""
+    DATE = "DATE"
+    """In seconds since 1970-01-01, at midnight."""
+    TOD = "TOD"
+    """In milliseconds since midnight."""
+    DT = "DT"
+    """In seconds since 1970-01-01."""
+
+    def __init__(self, _: str) -> None:
+        self.size, self.family, self.low, self.high = _FACTS[self.value]
+
+    size: int
+    """In bytes."""
+    family: Family
+    low: int
+    high: int
+    """The smallest and the largest value of integers, bit strings and times; 0 for real numbers."""
+
+    @property
+    def bits(self) -> int:
+        return 1 if self.family is Family.BOOL else self.size * 8
+
+    @property
+    def is_integer(self) -> bool:
+        """True for types that integer arithmetic applies to: integers and bit strings."""
+        return self.family in (Family.BITS, Family.SIGNED, Family.UNSIGNED)
+
+    @property
+    def is_real(self) -> bool:
+        return self.family is Family.REAL
+
+    @property
+    def initial(self) -> "Value":
+        """The value without a declared start value (PD-056)."""
+        return False if self.family is Family.BOOL else 0.0 if self.is_real else 0
+
+    def __str__(self) -> str:
+        return self.name
+
+
+ALIASES: Final = {"TIME_OF_DAY": Elementary.TOD, "DATE_AND_TIME": Elementary.DT}
+
+
+@dataclass(frozen=True, slots=True)
+class StringType:
+    """A STRING of at most `length` characters of Latin-1; its memory has a closing zero byte."""
+
+    length: int = STRING_LENGTH
+
+    @property
+    def size(self) -> int:
+        return self.length + 1
+
+    def __str__(self) -> str:
+        return "STRING" if self.length == STRING_LENGTH else f"STRING({self.length})"
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayType:
+    """One dimension; an array of several dimensions is an array of arrays, the last index next to each other."""
+
+    low: int
+    high: int
+    element: "Type"
+
+    @property
+    def count(self) -> int:
+        return self.high - self.low + 1
+
+    @property
+    def size(self) -> int:
+        return self.count * self.element.size
+
+    def __str__(self) -> str:
+        return f"ARRAY[{self.low}..{self.high}] OF {self.element}"
+
+
+@dataclass(slots=True, eq=False)
+class Field:
+    name: str
+    type: "Type"
+    offset: int = 0
+    initial: "InitialValue | None" = None
+    comment: str = ""
+
+
+@dataclass(slots=True, eq=False)
+class StructType:
+    """A structure.  Two structures are the same type only if they are the same declaration."""
+
+    name: str
+    fields: dict[str, Field] = field(default_factory=dict)
+    """By the name in small letters."""
+    size: int = 0
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(slots=True, eq=False)
+class EnumType:
+    """An enumeration, stored as an INT."""
+
+    name: str
+    values: dict[str, int] = field(default_factory=dict)
+    """Numbers by the names as they were declared."""
+    size: int = 2
+
+    def __str__(self) -> str:
+        return self.name or f"({', '.join(self.values)})"
+
+
+@dataclass(frozen=True, slots=True)
+class SubrangeType:
+    """A part of an integer type; values outside are a fault at run time (PD-359 for enumerations)."""
+
+    base: Elementary
+    low: int
+    high: int
+
+    @property
+    def size(self) -> int:
+        return self.base.size
+
+    def __str__(self) -> str:
+        return f"{self.base}({self.low}..{self.high})"
+
+
+@dataclass(frozen=True, slots=True)
+class PointerType:
+    """A POINTER TO: the address of a cell, as a DWORD; 0 points to nothing."""
+
+    to: "Type"
+    size: int = 4
+
+    def __str__(self) -> str:
+        return f"POINTER TO {self.to}"
+
+
+@dataclass(slots=True, eq=False)
+class BlockType:
+    """A function block or a program, as the type of its instances."""
+
+    name: str
+    pou: "Pou | None" = None
+    size: int = 0
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectType:
+    """A configuration object such as MC_4 or D_IN, always passed by reference: its logical address (PD-023)."""
+
+    name: str
+    parameters: "tuple[ObjectParameter, ...]" = ()
+    size: int = 4
+
+    def parameter(self, name: str) -> "ObjectParameter | None":
+        return next((known for known in self.parameters if known.name.casefold() == name.casefold()), None)
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectParameter:
+    """A parameter of a kind of object.  `number` is the part of its logical address within the object."""
+
+    name: str
+    number: int
+    type: "Elementary | StringType"
+    is_writable: bool = False
+    is_slow: bool = False
+    """True if reading and writing goes through SERCOS and holds the task up (PD-028)."""
+
+
+Type = Elementary | StringType | ArrayType | StructType | EnumType | SubrangeType | PointerType | BlockType | ObjectType
+Value = bool | int | float | str
+InitialValue = Value | list["InitialValue"] | dict[str, "InitialValue"]
+"""The start value of a variable: a list for an array, fields by small-letter name for a structure or an instance."""
