@@ -76,7 +76,7 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     **{f"{kind.name}_TO_STRING": texts.writer(kind) for kind in Elementary},
     **{f"STRING_TO_{kind.name}": texts.reader(kind) for kind in Elementary},
 }
-"""What the Python of conversions calls."""
+"""The names that the Python of conversions calls."""
 
 
 def plain(kind: Type) -> Plain:

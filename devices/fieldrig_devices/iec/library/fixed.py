@@ -1,6 +1,6 @@
 """The standard functions with fixed types: strings, dates and times, bits, and the clock.
 
-Source: CoDeSys V2.3's Standard.lib (strings) and util.lib (bits), IEC 61131-3 edition 3 (ADD_TIME to CONCAT_DT).
+Source: CoDeSys V2.3's Standard.lib (strings) and util.lib (bits), IEC 61131-3 edition 3 (ADD_TIME to CONCAT_DATE_TOD).
 """
 
 from collections.abc import Callable, Mapping
@@ -85,7 +85,8 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "PACK": Fixed(
         (_E.BOOL,) * 8, _E.BYTE, Implementation("PACKED({*})", REAL_NS), tuple(f"B{number}" for number in range(8))
     ),
-    # Edition 3: arithmetic of durations and dates.  A time of day stays within its day.
+    # Edition 3: arithmetic of durations and dates.  A time of day stays within its day.  DIV_TIME by 0 raises
+    # ZeroDivisionError like the operator.
     "ADD_TIME": _time(f"({{0}} + {{1}} & {_MASK})", _E.TIME, _E.TIME, _E.TIME),
     "ADD_TOD_TIME": _time(f"(({{0}} + {{1}}) % {_DAY_MS})", _E.TOD, _E.TIME, _E.TOD),
     "ADD_DT_TIME": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
@@ -96,5 +97,6 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "SUB_DT_TIME": _time(f"({{0}} - {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
     "SUB_DT_DT": _time(f"(({{0}} - {{1}}) * 1000 & {_MASK})", _E.DT, _E.DT, _E.TIME),
     "MUL_TIME": _time(f"(ROUND({{0}} * {{1}}) & {_MASK})", _E.TIME, _E.LREAL, _E.TIME),
+    "DIV_TIME": _time(f"(ROUND({{0}} / {{1}}) & {_MASK})", _E.TIME, _E.LREAL, _E.TIME),
     "CONCAT_DATE_TOD": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DATE, _E.TOD, _E.DT),
 }

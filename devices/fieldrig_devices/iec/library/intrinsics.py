@@ -36,7 +36,7 @@ from fieldrig_devices.iec.types import Elementary, Family, Type, Value
 OPERATORS: Final[Mapping[str, Operator]] = {
     **{operator.name: operator for operator in Operator if operator is not Operator.NEG},
 }
-"""NOT has one operand, SUB, DIV, MOD and NE two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
+"""NOT has one operand, those in BINARY_ONLY have two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
 
 BINARY_ONLY: Final = frozenset({Operator.SUB, Operator.DIV, Operator.MOD, Operator.NE})
 
@@ -57,11 +57,13 @@ IMPLEMENTATIONS: Final[Mapping[str, object]] = {
     **conversions.FUNCTIONS,
     **fixed.FUNCTIONS,
 }
-"""Everything that the Python of a function may name.  Nothing here raises for values of the parameter types."""
+"""The names that the Python of a function may use.
+
+Nothing here raises for values of the parameter types, apart from DIV_TIME by 0.
+"""
 
 REAL_FUNCTIONS: Final = frozenset({"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG"})
 SHIFTS: Final = frozenset({"SHL", "SHR", "ROL", "ROR"})
-SELECTIONS: Final = frozenset({"SEL", "MUX", "MOVE"})
 
 
 def is_standard(name: str) -> bool:
@@ -171,7 +173,7 @@ def _power(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Ove
     real = _real_kind(arguments, wanted)
     if real is None or len(arguments) != 2:
         return _expected(name, "two numbers", arguments)
-    kind = common(arguments, None if wanted in (Elementary.REAL, Elementary.LREAL) else wanted)
+    kind = common(arguments, wanted)
     base = plain(kind) if kind is not None else real
     result = base if isinstance(base, Elementary) and base in ANY_INTEGER else real
     return _overload(f"{name}.{result}", [result, result], result)
@@ -220,7 +222,8 @@ def _extreme(name: str, arguments: Sequence[Argument], wanted: Type | None) -> O
     kind = common(arguments, wanted)
     count = {"LIMIT": len(arguments) == 3}.get(name, len(arguments) >= 2)
     if kind is None or not count:
-        return _expected(name, "three values" if name == "LIMIT" else "at least two values", arguments)
+        count_text = "three values" if name == "LIMIT" else "at least two values"
+        return _expected(name, f"{count_text} of the same kind", arguments)
     return _overload(name, [kind] * len(arguments), kind)
 
 
@@ -247,7 +250,7 @@ def _fixed(name: str, arguments: Sequence[Argument]) -> Overload | str:
 def _conversion(
     name: str, source: conversions.Plain, target: conversions.Plain, arguments: Sequence[Argument]
 ) -> Overload | str:
-    """As in CoDeSys, a smaller type than the name says is accepted: INT_TO_REAL(byte)."""
+    """Accept a smaller type than the name says as well, as CoDeSys does: INT_TO_REAL(byte)."""
     if len(arguments) != 1 or not (widens(arguments[0], source) or _same_width(arguments[0], source)):
         return _expected(name, f"one {source}", arguments)
     return _overload(conversions.name_of(source, target), [source], target)
