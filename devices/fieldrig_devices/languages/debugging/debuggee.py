@@ -1,4 +1,4 @@
-"""What a device shows to the debugging service: its program, its threads, and its values."""
+"""The side of a device that the debugging service sees: its program, its threads, and its values."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ class Debuggee(Protocol):
     """A device with a program.  Methods raise ValueError, saying what was expected, for what is not possible now."""
 
     language: str
-    """For example "ARP BASIC" or "IEC 61131-3"."""
+    """The name of the language, such as "ARP BASIC" or "IEC 61131-3"."""
     on_stop: Callable[[], None]
     """Called when a thread stops at a breakpoint, after a step, or because of a fault; set by the service."""
     on_sample: Callable[[], None] | None
@@ -92,7 +92,7 @@ class Debuggee(Protocol):
 
     @property
     def progress(self) -> str:
-        """What the device is busy with, such as compiling, with a percentage; empty if with nothing."""
+        """The work in progress, such as compiling, with a percentage; empty if there is none."""
 
     def threads(self) -> Sequence[ThreadView]: ...
 

@@ -206,7 +206,7 @@ class DebugService:
     # ---- download
 
     def _part(self, message: Mapping[str, Any]) -> Answer:
-        """Take a part of a file; `is_first` begins the file anew, and without a file all parts are forgotten."""
+        """Take a part of a file; `is_first` begins the file again, and without a file all parts are forgotten."""
         if "file" not in message:
             self._parts.clear()
             return {"files": 0}
