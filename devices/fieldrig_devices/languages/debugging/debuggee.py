@@ -122,10 +122,11 @@ class Debuggee(Protocol):
     def evaluate(self, text: str, thread: int | None = None) -> Variable:
         """Return a variable, or the value of an expression in the scope of a thread's place."""
 
-    def write(self, path: str, value: Value) -> None: ...
+    def write(self, path: str, value: Value) -> None:
+        """Write a variable.  A text may be a literal of the language, as people type it: `T#5s`, `16#FF`, `TRUE`."""
 
     def force(self, path: str, value: Value | None) -> None:
-        """Hold a variable at a value until it is released with None."""
+        """Hold a variable at a value, as in `write`, until it is released with None."""
 
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         """Load a program, as an online change if `is_online`.  ValueError with every mistake, one a line.

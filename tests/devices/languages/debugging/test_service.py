@@ -1,112 +1,24 @@
 """The debugging service, with a program of two lines that counts."""
 
-from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pytest
+from counting_program import CountingProgram
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.clock import VirtualClock
-from fieldrig.device import Value
-from fieldrig_devices.languages.debugging.debuggee import Frame, ProgramState, Reset, Step, ThreadView, Variable
+from fieldrig_devices.languages.debugging.debuggee import ProgramState, Reset, Step
 from fieldrig_devices.languages.debugging.service import DebugService
 
 
-class Counter:
-    """A program `n := n + 1; m := n;` whose lines the test runs one by one."""
-
-    language = "counting"
-
-    def __init__(self) -> None:
-        self.on_stop: Callable[[], None] = lambda: None
-        self.on_sample: Callable[[], None] | None = None
-        self.state = ProgramState.RUNNING
-        self.files: Mapping[str, str] = {"count.txt": "n := n + 1;\nm := n;\n"}
-        self.progress = ""
-        self.values: dict[str, Value] = {"n": 0, "m": 0}
-        self.forced: dict[str, Value] = {}
-        self.line = 1
-        self.stops: Mapping[str, set[int]] = {}
-        self.done: list[object] = []
-
-    def run_line(self) -> None:
-        """Run one line as the program's cycle does, and stop at a breakpoint in front of the next."""
-        if self.line == 1:
-            self.values["n"] = int(self.values["n"]) + 1
-        else:
-            self.values["m"] = self.values["n"]
-            if self.on_sample is not None:
-                self.on_sample()
-        self.values |= self.forced
-        self.line = 3 - self.line
-        if self.line in self.stops.get("count.txt", ()):
-            self.state = ProgramState.PAUSED
-            self.on_stop()
-
-    def threads(self) -> Sequence[ThreadView]:
-        return [ThreadView(1, "main", self.state)]
-
-    def stack(self, thread: int) -> Sequence[Frame]:
-        return [Frame("MAIN", "count.txt", self.line)]
-
-    def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
-        self.stops = {file: lines & {1, 2} for file, lines in places.items()}
-        return self.stops
-
-    def start(self) -> None:
-        self.done.append("start")
-
-    def stop(self) -> None:
-        self.done.append("stop")
-
-    def reset(self, kind: Reset) -> None:
-        self.done.append(kind)
-
-    def pause(self) -> None:
-        self.state = ProgramState.PAUSED
-
-    def go_on(self) -> None:
-        self.state = ProgramState.RUNNING
-
-    def step(self, thread: int, kind: Step) -> None:
-        self.done.append((thread, kind))
-
-    def variables(self, path: str) -> Sequence[Variable]:
-        if path:
-            raise ValueError(f"{path} has no children")
-        return [self.evaluate(name) for name in self.values]
-
-    def evaluate(self, text: str, thread: int | None = None) -> Variable:
-        name, equals, value = text.partition("=")
-        if name not in self.values:
-            raise ValueError(f"{name} is not known")
-        if equals:
-            return Variable(text, text, "BOOL", self.values[name] == int(value))
-        return Variable(name, name, "INT", self.values[name], is_writable=True, is_forced=name in self.forced)
-
-    def write(self, path: str, value: Value) -> None:
-        self.evaluate(path)
-        self.values[path] = value
-
-    def force(self, path: str, value: Value | None) -> None:
-        self.evaluate(path)
-        if value is None:
-            self.forced.pop(path, None)
-        else:
-            self.forced[path] = self.values[path] = value
-
-    def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
-        self.done.append((dict(files), is_online))
+@pytest.fixture
+def counter() -> CountingProgram:
+    return CountingProgram()
 
 
 @pytest.fixture
-def counter() -> Counter:
-    return Counter()
-
-
-@pytest.fixture
-def service(counter: Counter) -> DebugService:
+def service(counter: CountingProgram) -> DebugService:
     return DebugService(VirtualClock(), counter)
 
 
@@ -114,7 +26,7 @@ def ask(service: DebugService, command: str, **keys: Any) -> dict[str, Any]:
     return service.answer({"command": command, **keys})
 
 
-def test_a_breakpoint_stops_and_is_counted(counter: Counter, service: DebugService) -> None:
+def test_a_breakpoint_stops_and_is_counted(counter: CountingProgram, service: DebugService) -> None:
     assert ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 2}, {"line": 9}]) == {"lines": [2]}
     counter.run_line()
     state = ask(service, "state")
@@ -123,7 +35,9 @@ def test_a_breakpoint_stops_and_is_counted(counter: Counter, service: DebugServi
     assert ask(service, "continue") == {"state": "running"}
 
 
-def test_a_condition_that_does_not_hold_lets_the_program_run_on(counter: Counter, service: DebugService) -> None:
+def test_a_condition_that_does_not_hold_lets_the_program_run_on(
+    counter: CountingProgram, service: DebugService
+) -> None:
     ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 2, "condition": "n=3"}])
     stopped_at = []
     for _ in range(10):
@@ -135,13 +49,13 @@ def test_a_condition_that_does_not_hold_lets_the_program_run_on(counter: Counter
     assert ask(service, "state")["stops"] == 1
 
 
-def test_a_condition_that_cannot_be_evaluated_stops(counter: Counter, service: DebugService) -> None:
+def test_a_condition_that_cannot_be_evaluated_stops(counter: CountingProgram, service: DebugService) -> None:
     ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 2, "condition": "k=3"}])
     counter.run_line()
     assert counter.state is ProgramState.PAUSED
 
 
-def test_new_breakpoints_of_a_file_replace_its_old_ones(counter: Counter, service: DebugService) -> None:
+def test_new_breakpoints_of_a_file_replace_its_old_ones(counter: CountingProgram, service: DebugService) -> None:
     ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 2, "condition": "n=3"}])
     ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 1}])
     assert counter.stops == {"count.txt": {1}}
@@ -149,7 +63,7 @@ def test_new_breakpoints_of_a_file_replace_its_old_ones(counter: Counter, servic
     assert not counter.stops.get("count.txt")
 
 
-def test_values_are_read_written_and_forced(counter: Counter, service: DebugService) -> None:
+def test_values_are_read_written_and_forced(counter: CountingProgram, service: DebugService) -> None:
     read = ask(service, "read", names=["n", "k"])["variables"]
     assert (read[0]["value"], read[1]["error"]) == (0, "k is not known")
     assert ask(service, "write", values={"m": 7})["variables"][0]["value"] == 7
@@ -162,7 +76,7 @@ def test_values_are_read_written_and_forced(counter: Counter, service: DebugServ
     assert counter.values["n"] == 6
 
 
-def test_a_trace_of_the_cycles(counter: Counter, service: DebugService) -> None:
+def test_a_trace_of_the_cycles(counter: CountingProgram, service: DebugService) -> None:
     ask(service, "record", names=["n"], depth=2, trigger={"name": "n", "edge": "rising", "level": 2})
     for _ in range(12):
         counter.run_line()
@@ -173,7 +87,7 @@ def test_a_trace_of_the_cycles(counter: Counter, service: DebugService) -> None:
     assert counter.on_sample is None
 
 
-def test_a_program_arrives_in_parts(counter: Counter, service: DebugService) -> None:
+def test_a_program_arrives_in_parts(counter: CountingProgram, service: DebugService) -> None:
     ask(service, "part", file="a.st", text="old", is_first=True)
     ask(service, "part", file="a.st", text="x := ", is_first=True)
     ask(service, "part", file="a.st", text="1;")
@@ -183,7 +97,7 @@ def test_a_program_arrives_in_parts(counter: Counter, service: DebugService) -> 
         ask(service, "download")
 
 
-def test_commands_reach_the_program(counter: Counter, service: DebugService) -> None:
+def test_commands_reach_the_program(counter: CountingProgram, service: DebugService) -> None:
     for command in ("start", "stop"):
         ask(service, command)
     ask(service, "reset", kind="cold")
@@ -216,7 +130,7 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=6,
 )
-COMMANDS = list(DebugService(VirtualClock(), Counter())._commands)
+COMMANDS = list(DebugService(VirtualClock(), CountingProgram())._commands)
 KEYS = st.sampled_from(
     ["file", "breakpoints", "thread", "kind", "path", "names", "values", "text", "online", "every", "depth", "trigger"]
 )
@@ -225,7 +139,7 @@ KEYS = st.sampled_from(
 @given(st.sampled_from(COMMANDS), st.dictionaries(KEYS, JSON, max_size=4))
 def test_no_question_raises_anything_but_value_error(command: str, keys: dict[str, Any]) -> None:
     try:
-        answer = DebugService(VirtualClock(), Counter()).answer({**keys, "command": command})
+        answer = DebugService(VirtualClock(), CountingProgram()).answer({**keys, "command": command})
     except ValueError:
         return
     assert isinstance(answer, dict)
