@@ -73,7 +73,7 @@ def common(arguments: Sequence[Argument], wanted: Type | None = None) -> Type | 
     """The type in which several arguments are compared or selected; None if they have none in common.
 
     The largest type wins; at the same size a signed type wins over an unsigned one, and that over a bit string.
-    Literals join the others.  Where there are only literals, `wanted` decides if all fit it, and INT comes first otherwise.
+    Literals join the others.  Where there are only literals, `wanted` decides if all fit it; otherwise INT comes first.
     """
     typed = [argument for argument in arguments if not isinstance(argument, Untyped)]
     literals = [argument for argument in arguments if isinstance(argument, Untyped)]
