@@ -45,6 +45,11 @@ def pair(name: str) -> tuple[Plain, Plain] | None:
     return (source, target) if source is not None and target is not None and source != target else None
 
 
+def named(name: str) -> Plain | None:
+    """Return the type with this name in capitals, also TIME_OF_DAY and DATE_AND_TIME."""
+    return _NAMES.get(name)
+
+
 def name_of(source: Plain, target: Plain) -> str:
     return f"{_short(source)}_TO_{_short(target)}"
 

@@ -85,8 +85,7 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "PACK": Fixed(
         (_E.BOOL,) * 8, _E.BYTE, Implementation("PACKED({*})", REAL_NS), tuple(f"B{number}" for number in range(8))
     ),
-    # Edition 3: arithmetic of durations and dates.  A time of day stays within its day.  DIV_TIME by 0 raises
-    # ZeroDivisionError like the operator.
+    # Edition 3: arithmetic of durations and dates.  A time of day stays within its day.
     "ADD_TIME": _time(f"({{0}} + {{1}} & {_MASK})", _E.TIME, _E.TIME, _E.TIME),
     "ADD_TOD_TIME": _time(f"(({{0}} + {{1}}) % {_DAY_MS})", _E.TOD, _E.TIME, _E.TOD),
     "ADD_DT_TIME": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
@@ -96,7 +95,5 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "SUB_TOD_TOD": _time(f"({{0}} - {{1}} & {_MASK})", _E.TOD, _E.TOD, _E.TIME),
     "SUB_DT_TIME": _time(f"({{0}} - {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
     "SUB_DT_DT": _time(f"(({{0}} - {{1}}) * 1000 & {_MASK})", _E.DT, _E.DT, _E.TIME),
-    "MUL_TIME": _time(f"(ROUND({{0}} * {{1}}) & {_MASK})", _E.TIME, _E.LREAL, _E.TIME),
-    "DIV_TIME": _time(f"(ROUND({{0}} / {{1}}) & {_MASK})", _E.TIME, _E.LREAL, _E.TIME),
     "CONCAT_DATE_TOD": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DATE, _E.TOD, _E.DT),
 }

@@ -20,6 +20,7 @@ from fieldrig_devices.iec.library.arguments import (
     ANY_INTEGER,
     ANY_NUMBER,
     BIT_STRINGS,
+    INTEGERS,
     Argument,
     Untyped,
     common,
@@ -31,14 +32,17 @@ from fieldrig_devices.iec.library.arguments import (
 from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, Implementation, Overload, expand
 from fieldrig_devices.iec.program import Operator
-from fieldrig_devices.iec.types import Elementary, Family, Type, Value
+from fieldrig_devices.iec.types import Elementary, Family, StringType, Type, Value
 
 OPERATORS: Final[Mapping[str, Operator]] = {
     **{operator.name: operator for operator in Operator if operator is not Operator.NEG},
+    **dict.fromkeys(("MUL_TIME", "MULTIME"), Operator.MUL),
+    **dict.fromkeys(("DIV_TIME", "DIVTIME"), Operator.DIV),
 }
 """NOT has one operand, those in BINARY_ONLY have two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
 
-BINARY_ONLY: Final = frozenset({Operator.SUB, Operator.DIV, Operator.MOD, Operator.NE})
+BINARY_ONLY: Final = frozenset({"SUB", "DIV", "MOD", "NE"})
+"""Names of operators, which is to say of members of Operator."""
 
 IMPLEMENTATIONS: Final[Mapping[str, object]] = {
     "MAX": max,
@@ -59,7 +63,7 @@ IMPLEMENTATIONS: Final[Mapping[str, object]] = {
 }
 """The names that the Python of a function may use.
 
-Nothing here raises for values of the parameter types, apart from DIV_TIME by 0.
+Nothing here raises for values of the parameter types.
 """
 
 REAL_FUNCTIONS: Final = frozenset({"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG"})
@@ -69,7 +73,9 @@ SHIFTS: Final = frozenset({"SHL", "SHR", "ROL", "ROR"})
 def is_standard(name: str) -> bool:
     """True for the name of a standard function, in any case of letters."""
     key = name.upper()
-    return key in _RULES or key in fixed.FIXED or key in OPERATORS or conversions.pair(key) is not None or _bcd(key)
+    if key in _RULES or key in fixed.FIXED or key in OPERATORS:
+        return True
+    return conversions.pair(key) is not None or _bcd(key) or _overloaded(key) is not None
 
 
 def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -> Overload | str:
@@ -87,6 +93,8 @@ def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -
         return _conversion(key, *pair, arguments)
     if _bcd(key):
         return _bcd_conversion(key, arguments)
+    if _overloaded(key) is not None:
+        return _overloaded_conversion(key, arguments)
     return f"{name} is no standard function"
 
 
@@ -253,12 +261,37 @@ def _conversion(
     """Accept a smaller type than the name says as well, as CoDeSys does: INT_TO_REAL(byte)."""
     if len(arguments) != 1 or not (widens(arguments[0], source) or _same_width(arguments[0], source)):
         return _expected(name, f"one {source}", arguments)
-    return _overload(conversions.name_of(source, target), [source], target)
+    given = arguments[0]
+    parameter = given if isinstance(given, StringType) else source  # a longer text is not cut first
+    return _overload(conversions.name_of(source, target), [parameter], target)
 
 
 def _same_width(argument: Argument, source: conversions.Plain) -> bool:
     """A literal of a negative number for a bit string, as in INT_TO_WORD: it is cut."""
     return isinstance(argument, Untyped) and source in (Elementary.REAL, Elementary.LREAL)
+
+
+def _overloaded(name: str) -> conversions.Plain | None:
+    """Return the target of TO_INT or TRUNC_INT of edition 3, whose source is the type of the argument."""
+    for prefix in ("TO_", "TRUNC_"):
+        if name.startswith(prefix):
+            kind = conversions.named(name.removeprefix(prefix))
+            return kind if prefix == "TO_" or kind in ANY_INTEGER else None
+    return None
+
+
+def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
+    target = _overloaded(name)
+    kind = plain(arguments[0]) if len(arguments) == 1 else None
+    if name.startswith("TRUNC_") and isinstance(target, Elementary):
+        return _truncate("TRUNC", arguments, target)
+    if isinstance(kind, Untyped):
+        kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
+    if target is None or not isinstance(kind, Elementary | StringType):
+        return _expected(name, "one value of an elementary type", arguments)
+    if (isinstance(kind, StringType) and isinstance(target, StringType)) or kind is target:
+        return _move("MOVE", arguments, target)
+    return _overload(conversions.name_of(kind, target), [kind], target)
 
 
 def _bcd(name: str) -> bool:

@@ -355,8 +355,6 @@ def test_pack_puts_the_first_bit_lowest() -> None:
         ("SUB_DT_DT", [(E.DT, 887_379_600), (E.DT, 887_379_590)], 10_000),
         ("SUB_DATE_DATE", [(E.DATE, 172_800), (E.DATE, 86_400)], 86_400_000),
         ("CONCAT_DATE_TOD", [(E.DATE, 887_328_000), (E.TOD, 51_600_000)], 887_379_600),
-        ("MUL_TIME", [(E.TIME, 1_000), (E.LREAL, 2.5)], 2_500),
-        ("DIV_TIME", [(E.TIME, 1_000), (E.LREAL, 4.0)], 250),
     ],
 )
 def test_arithmetic_of_durations_and_dates(name: str, arguments: list[tuple[Argument, Value]], result: int) -> None:
@@ -384,9 +382,21 @@ def _arguments(name: str) -> list[list[Argument]]:
     return [list(types) for kind in kinds for types in ((kind,), (kind, kind), (E.BOOL, kind, kind))]
 
 
-def test_division_of_a_time_by_zero_is_left_to_the_run_time() -> None:
-    with pytest.raises(ZeroDivisionError):
-        call("DIV_TIME", (E.TIME, 1_000), (E.LREAL, 0.0))
+def test_functions_that_are_another_form_of_an_operator() -> None:
+    assert OPERATORS["DIV_TIME"].name == "DIV"
+    assert {operator.name for operator in OPERATORS.values()} >= intrinsics.BINARY_ONLY
+
+
+def test_overloaded_conversions_of_edition_3() -> None:
+    assert call("TO_INT", (E.LREAL, 2.7)) == 3
+    assert call("TO_STRING", (E.INT, 5)) == "5"
+    assert call("TO_TIME", text("T#5s")) == 5_000
+    assert call("TRUNC_DINT", (E.REAL, -70_000.5)) == -70_000
+    assert overload("TO_INT", [E.INT]).name == "MOVE"
+    assert overload("TO_REAL", [N(3)]).parameters == (E.INT,)
+    assert find("TO_INT", [E.INT, E.INT]) == "TO_INT: expected one value of an elementary type, got INT, INT"
+    assert is_standard("to_word")
+    assert not is_standard("TRUNC_REAL")
 
 
 def _check_python(found: Overload) -> None:
