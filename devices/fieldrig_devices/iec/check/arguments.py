@@ -8,7 +8,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import Bit, Cell, Constant, Located, Parameter, Place, Pou, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import Elementary, StringType
+from fieldrig_devices.iec.types import StringType
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -129,19 +129,12 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
     place = of.place(node)
     if place is None:
         return None
-    if isinstance(place, Located | Bit | Parameter):
-        what = (
-            "a bit"
-            if isinstance(place, Bit)
-            else "a parameter"
-            if isinstance(place, Parameter)
-            else "a located variable"
-        )
-        if place.type is Elementary.BOOL and not isinstance(place, Parameter):
-            what = "a located BOOL" if isinstance(place, Located) else what
+    is_bit = isinstance(place, Bit) or (isinstance(place, Located) and place.bit >= 0)
+    if is_bit or isinstance(place, Parameter):
+        what = "a located BOOL" if isinstance(place, Located) else "a bit" if is_bit else "a parameter"
         context.say(
             node,
-            f"{text(node)} is {what} and has no address to pass to the VAR_IN_OUT {variable.name}",
+            f"{text(node)} is {what} and has no address for the VAR_IN_OUT {variable.name}",
             "a variable without AT (PD-352)",
             "copy it into a variable before the call and back after it",
         )

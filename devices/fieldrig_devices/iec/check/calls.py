@@ -1,6 +1,7 @@
 """Calls in expressions: functions of the project and of libraries, standard functions, and ADR, SIZEOF, INDEXOF."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
@@ -201,7 +202,7 @@ def _operator_call(
             result = of.operate(operator, result, value, at) if result is not None else None
         return result
     result = of.operate(operator, values[0], values[1], at)
-    for left, right in zip(values[1:], values[2:], strict=False):
+    for left, right in pairwise(values[1:]):
         step = of.operate(operator, left, right, at)
         result = of.operate(Operator.AND, result, step, at) if result is not None and step is not None else None
     return result
@@ -221,15 +222,18 @@ def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | N
     """Return the address of a checked place, as a DWORD (PD-358)."""
     if not has_cell(place):
         of.context.say(
-            at, f"{text(at)} has no address in the memory of variables", "a variable without AT", "copy it first"
+            at,
+            f"{text(at)} has no address of its own",
+            "a variable that is not a bit or a parameter",
+            "copy it into a variable first",
         )
         return None
     return AddressOf(place, Elementary.DWORD)
 
 
 def has_cell(place: Place) -> bool:
-    """False for bits, addresses of %I, %Q and %M, and parameters of objects, which no reference can point to."""
-    return not isinstance(place, Bit | Located | Parameter)
+    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
+    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
 
 
 def _adr(of: "Expressions", node: tree.Call) -> Expression | None:

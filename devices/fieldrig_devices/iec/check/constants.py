@@ -60,7 +60,8 @@ def exact(operator: Operator, left: Value, right: Value) -> Value | None:
     """Return the result without any limit of a type; None for a division by zero or an operator for other types."""
     if operator in COMPARISONS:
         return _COMPARED[operator](left, right)
-    assert not isinstance(left, str) and not isinstance(right, str)
+    assert not isinstance(left, str)
+    assert not isinstance(right, str)
     if operator in (Operator.DIV, Operator.MOD) and right == 0:
         return None
     if isinstance(left, float) or isinstance(right, float):
@@ -116,7 +117,8 @@ def converted(operand: Expression, kind: Type) -> Expression:
         return operand
     if isinstance(operand, Constant):
         source, target = _plain(operand.type), _plain(kind)
-        assert source is not None and target is not None
+        assert source is not None
+        assert target is not None
         return Constant(conversions.convert(operand.value, source, target), kind)
     return Convert(operand, kind)
 

@@ -31,13 +31,14 @@ class Context:
     def note(self, node: Node, what: str, hint: str = "") -> None:
         self.project.reports.note(self.file, node.place, what, hint)
 
-    def say_unknown(self, node: Node, name: str, expected: str = "a declared name") -> None:
+    def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""
         if self.key(name) in self._unknown:
             return
         self._unknown.add(self.key(name))
         known = [*self.names, *self.project.names]
-        self.say(node, f"{name} is not declared", expected, self.project.reports.closest(name, known))
+        hint = self.project.reports.closest(name, known)
+        self.say(node, f"{name} is not declared", expected or ("" if hint else "a name from a declaration"), hint)
 
     def hidden(self, name: str, kind: Type, space: Space | None = None) -> Variable:
         """Make a variable that the source doesn't show; `name` only says what it is for.

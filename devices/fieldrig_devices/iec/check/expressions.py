@@ -10,9 +10,9 @@
     operate(operator, left, right, at)   an operator on checked expressions
     constant(tree), constant_as(tree, type), constant_integer(tree)   what must be known at compile time
 
-None always means that the mistake was reported, so nothing more is said about it.  Constants without a type of their own
-are `Untyped` until `convert`, `operate` or a call gives them one.  Values of subranges and enumerations stay what they
-are until an operator or a conversion needs the integer behind them; that is a `Convert`, which costs nothing.
+None always means that the mistake was reported, so nothing more is said about it.  Constants without a type of their
+own are `Untyped` until `convert`, `operate` or a call gives them one.  Values of subranges and enumerations stay what
+they are until an operator or a conversion needs the integer behind them; that is a `Convert`, which costs nothing.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Start values: constants for every type, lists for arrays with repetition, named fields for structures and instances."""
+"""Start values: constants for every type, lists for arrays, named fields for structures and instances."""
 
 from collections.abc import Sequence
 from math import prod

@@ -9,7 +9,7 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import Located
-from fieldrig_devices.iec.types import Elementary, SubrangeType, Type
+from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, StructType, SubrangeType, Type
 
 SIZES: Final = {"B": 1, "W": 2, "D": 4}
 BITS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD}
@@ -59,13 +59,14 @@ def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
     found = located(node, context)
     if found is None:
         return None
-    base = kind.base if isinstance(kind, SubrangeType) else kind
+    base = kind.base if isinstance(kind, SubrangeType) else Elementary.INT if isinstance(kind, EnumType) else kind
+    if isinstance(base, ArrayType | StructType):
+        return _spread(node, found, base, context)
     if not isinstance(base, Elementary):
-        context.say(node, f"a variable of type {kind} cannot have an address", "an elementary type behind AT")
+        context.say(node, f"a variable of type {kind} cannot have an address", "an elementary type or an array of them")
         return None
     if (base is Elementary.BOOL) != (found.bit >= 0) or base.size != found.type.size:
-        sizes = {1: "B", 2: "W", 4: "D"}
-        letter = "X" if base is Elementary.BOOL else sizes.get(base.size, "")
+        letter = "X" if base is Elementary.BOOL else {size: letter for letter, size in SIZES.items()}.get(base.size)
         expected = f"%{node.area}{letter}" if letter else "a type of at most 4 bytes"
         context.say(node, f"the address {_text(node)} does not have the size of {kind}", expected)
         return None
@@ -76,3 +77,14 @@ def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
         )
         return None
     return Located(found.area, found.byte, found.bit, kind)
+
+
+def _spread(node: tree.Direct, found: Located, kind: ArrayType | StructType, context: Context) -> Located | None:
+    """An array or structure from a byte on, as in CoDeSys V2.3."""
+    end = found.byte + kind.size
+    if found.bit >= 0 or end > context.project.limits.area:
+        what = "starts at a bit" if found.bit >= 0 else f"ends at byte {end} of its area"
+        expected = f"%{node.area}B, %{node.area}W or %{node.area}D within {context.project.limits.area} bytes (PD-314)"
+        context.say(node, f"the variable at {_text(node)} {what}", expected)
+        return None
+    return Located(found.area, found.byte, -1, kind)

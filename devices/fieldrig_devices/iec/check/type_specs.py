@@ -1,6 +1,7 @@
 """Declared types, in any order: names, arrays, strings, subranges, pointers, enumerations and structures."""
 
 from collections.abc import Collection
+from functools import partial
 from typing import Final
 
 from fieldrig_devices.iec import tree
@@ -199,9 +200,8 @@ class TypeSpecs:
                     "names of enumeration values occur once in the project (PD-359)",
                 )
                 continue
-            project.declare(
-                known, Pending(lambda known=known: self._value(kind, spec, context, known)), context.file, value.place
-            )  # type: ignore[misc]
+            entity = Pending(partial(self._value, kind, spec, context, known))
+            project.declare(known, entity, context.file, value.place)
 
     def _value(self, kind: EnumType, spec: tree.EnumSpec, context: Context, wanted: str) -> Constant:
         if not kind.values:
