@@ -1,8 +1,7 @@
 """Text files: Structured Text, Instruction List, and the export of CoDeSys V2.3 (`.exp`).
 
-An export is program text; what the programming system knows besides is in comments such as (* @PATH := '' *), and the
-bodies of the graphic languages and the configuration of the controller are in sections of their own, which begin with an
-underscore.
+An export is program text; what the programming system knows besides is in comments such as (* @PATH := '' *).  Bodies
+of the graphic languages and the configuration of the controller are in sections of their own.
 """
 
 import re
@@ -16,8 +15,8 @@ from fieldrig_devices.languages.mistakes import Mistake
 _BODY: Final = re.compile(r"^[ \t]*_(LD|FBD|CFC|SFC|KOP|FUP)_?BODY\b|^[ \t]*_NETWORKS\b", re.MULTILINE)
 _IS_EXPORT: Final = re.compile(r"\(\*\s*@(NESTEDCOMMENTS|PATH|OBJECTFLAGS|SYMFILEFLAGS|END_DECLARATION)\b")
 _CONFIGURATION: Final = re.compile(
-    r"^[ \t]*(_ALARMCONFIG|_CNC_PROGRAMMS|_WORKSPACE|PLC_CONFIGURATION|PLC_CONFIG|TASKCONFIG|_TASK_CONFIG|LIBRARY|_LIBRARY|"
-    r"VISUALISATION|_VISU|WATCHLIST|_TRACE|PARAMETER_LIST)\b.*?^[ \t]*(?:END_\1|_END\w*|END_\w+)[^\n]*$",
+    r"^[ \t]*(_ALARMCONFIG|_CNC_PROGRAMMS|_WORKSPACE|PLC_CONFIGURATION|PLC_CONFIG|TASKCONFIG|_TASK_CONFIG|LIBRARY|"
+    r"_LIBRARY|VISUALISATION|_VISU|WATCHLIST|_TRACE|PARAMETER_LIST)\b.*?^[ \t]*(?:END_\1|_END\w*|END_\w+)[^\n]*$",
     re.MULTILINE | re.DOTALL,
 )
 
@@ -46,5 +45,7 @@ def read_text(name: str, text: str, dialect: Dialect) -> tuple[tree.Unit, list[M
 
 def _left_out(found: re.Match[str], text: str, name: str, notes: list[Mistake]) -> str:
     line = text.count("\n", 0, found.start()) + 1
-    notes.append(Mistake(line, 1, f"{found.group(1)} is left out; the rig file has the configuration", is_note=True, file=name))
+    notes.append(
+        Mistake(line, 1, f"{found.group(1)} is left out; the rig file has the configuration", is_note=True, file=name)
+    )
     return "\n" * found.group().count("\n")

@@ -30,7 +30,9 @@ class Fragments:
         if not stripped:
             self.report.mistake(line, "An expression is missing", "a variable, a constant or an expression")
             return None
-        body, mistakes = parse_body(f"x :=\n{text.rstrip().rstrip(';')};", self.report.file, "ST", self.dialect, line - 1)
+        body, mistakes = parse_body(
+            f"x :=\n{text.rstrip().rstrip(';')};", self.report.file, "ST", self.dialect, line - 1
+        )
         self.report.take(mistakes)
         statements = body.statements if isinstance(body, tree.StBody) else ()
         if len(statements) == 1 and isinstance(statements[0], tree.Assign):

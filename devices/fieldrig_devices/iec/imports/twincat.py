@@ -1,8 +1,8 @@
 """Files of TwinCAT 3: POUs, types and global variables as XML around declarations and Structured Text.
 
-Source: files of builds 4020 to 4026 by their public form.  A `TcPlcObject` contains one POU, DUT, GVL, Itf or Task.  The
-declaration has no closing keyword; the body, actions, methods and properties are elements of their own.  Bodies in LD,
-FBD, SFC and CFC are archives of the editor.
+Source: files of builds 4020 to 4026 by their public form.  A `TcPlcObject` contains one POU, DUT, GVL, Itf or Task.
+The declaration has no closing keyword; the body, actions, methods and properties are elements of their own.  Bodies in
+LD, FBD, SFC and CFC are archives of the editor.
 """
 
 import re
@@ -54,7 +54,9 @@ def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
             "Turn it into an action or into a function block of its own.",
         )
     for part in elements(of, "Transition"):
-        report.mistake(line_of(part), f"The transition {attribute(part, 'Name')[:60]} belongs to an SFC body", hint=_EXPORT)
+        report.mistake(
+            line_of(part), f"The transition {attribute(part, 'Name')[:60]} belongs to an SFC body", hint=_EXPORT
+        )
     return _parsed(pieces, report, dialect)
 
 
@@ -132,7 +134,9 @@ def _implementation(of: Element, pieces: Pieces, report: Report) -> None:
         pieces.add(text_of(body), line_of(body))
         return
     language = _ARCHIVES.get(name_of(body).casefold(), name_of(body)[:30])
-    report.mistake(line_of(body), f"The body is in {language}, as an archive of TwinCAT's editor", "a body in ST", _EXPORT)
+    report.mistake(
+        line_of(body), f"The body is in {language}, as an archive of TwinCAT's editor", "a body in ST", _EXPORT
+    )
 
 
 def _without_comments(text: str) -> str:

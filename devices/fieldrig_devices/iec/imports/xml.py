@@ -1,14 +1,17 @@
-"""XML from outside, read so that it can do no harm: no document type, no entities, no network, limits of size and depth."""
+"""XML from outside, read so that it can do no harm: no DOCTYPE, no entities, no network, limits of size.
+
+The limit of depth is that of lxml, 256 elements inside of one another.
+"""
 
 import re
-from typing import Final
+from typing import Final, cast
 
 from lxml import etree
 
 from fieldrig_devices.iec.imports.report import Report
 
 CHARACTERS: Final = 32 * 1024 * 1024
-"""The largest document.  lxml limits its depth to 256 elements by itself."""
+"""The largest document."""
 
 _PROLOG: Final = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
 _DECLARATION: Final = re.compile(r"^\s*<\?xml[^>]*\?>")
@@ -56,7 +59,7 @@ def namespace_of(element: Element) -> str:
 
 
 def line_of(element: Element) -> int:
-    return element.sourceline or 1
+    return cast("int | None", element.sourceline) or 1
 
 
 def elements(parent: Element | None, *names: str) -> list[Element]:
@@ -100,7 +103,8 @@ def number(of: Element | None, name: str) -> float | None:
 
 def text_of(of: Element | None) -> str:
     """All text in the element, in document order, unchanged: its first line is the line of the element."""
-    return "" if of is None else "".join(of.itertext(with_tail=False)).replace("\r\n", "\n").replace("\r", "\n")
+    text = "" if of is None else "".join(map(str, of.itertext(with_tail=False)))
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def formatted_text(of: Element | None) -> tuple[str, int]:

@@ -11,7 +11,16 @@ from lxml import etree
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.fragments import Fragments
-from fieldrig_devices.iec.imports.xml import attribute, comment_of, element, elements, formatted_text, is_set, line_of, name_of
+from fieldrig_devices.iec.imports.xml import (
+    attribute,
+    comment_of,
+    element,
+    elements,
+    formatted_text,
+    is_set,
+    line_of,
+    name_of,
+)
 
 Element = etree._Element
 TypeReader = Callable[[Element | None, Fragments], tree.TypeSpec]
@@ -93,7 +102,9 @@ def initial(of: Element | None, spec: tree.TypeSpec, fragments: Fragments, depth
                     place = tree.Place(line_of(part), 1)
                     fields.append(tree.FieldInitial(attribute(part, "member"), inner, place=place))
             return tree.StructInitial(tuple(fields), place=tree.Place(line, 1))
-    fragments.report.mistake(line, f"The value {name_of(value)[:30]} is not known", "simpleValue, arrayValue, structValue")
+    fragments.report.mistake(
+        line, f"The value {name_of(value)[:30]} is not known", "simpleValue, arrayValue, structValue"
+    )
     return None
 
 

@@ -13,7 +13,15 @@ from fieldrig_devices.iec.imports.exchange.part10_bodies import read_bodies, typ
 from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import (
-    Element, attribute, comment_of, element, elements, line_of, name_of, namespace_of, text_of,
+    Element,
+    attribute,
+    comment_of,
+    element,
+    elements,
+    line_of,
+    name_of,
+    namespace_of,
+    text_of,
 )  # fmt: skip
 
 NAMESPACE: Final = "www.iec.ch/public/TC65SC65BWG7TF10"
@@ -200,7 +208,9 @@ def _resource(of: Element, fragments: Fragments) -> tree.Configuration | None:
 def _instance(of: Element) -> tree.ProgramInstance:
     name = attribute(of, "name").strip()
     kind = attribute(of, "typeName").strip() or name
-    return tree.ProgramInstance(name, attribute(of, "associatedTaskName").strip(), kind, place=tree.Place(line_of(of), 1))
+    return tree.ProgramInstance(
+        name, attribute(of, "associatedTaskName").strip(), kind, place=tree.Place(line_of(of), 1)
+    )
 
 
 def _task(of: Element, fragments: Fragments) -> tree.TaskDeclaration:

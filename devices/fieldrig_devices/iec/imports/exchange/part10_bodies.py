@@ -1,16 +1,36 @@
 """Bodies of IEC 61131-10: networks and rungs of typed objects, whose wires refer to numbered output points.
 
-Source: the schema of edition 1.0 (2019) by its public facts, and documents of tools that follow it.  The schema itself is
-not free, and no document with an SFC body is public: charts are read by analogy with TC6, from which part 10 descends.
+Source: the schema of edition 1.0 (2019) by its public facts, and documents of tools that follow it.  The schema itself
+is not free, and no document with an SFC body is public: charts are read by analogy with TC6, from which part 10 descends.
 """
 
 from dataclasses import dataclass, field
 from typing import Final
 
-from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Edge, Item, Kind, Network, Pin, Storage, Use, Wire
+from fieldrig_devices.iec.imports.networks.graph import (
+    Condition,
+    Drawn,
+    Edge,
+    Item,
+    Kind,
+    Network,
+    Pin,
+    Storage,
+    Use,
+    Wire,
+)
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.imports.xml import (
-    Element, attribute, element, elements, formatted_text, is_set, line_of, name_of, number, text_of,
+    Element,
+    attribute,
+    element,
+    elements,
+    formatted_text,
+    is_set,
+    line_of,
+    name_of,
+    number,
+    text_of,
 )  # fmt: skip
 
 _KINDS: Final = {
@@ -96,7 +116,9 @@ class Reader:
             elif variable:
                 # The variable takes the value in each cycle, and the consumer reads what it took in the previous one.
                 line = line_of(connection)
-                sink = Item(Kind.SINK, f"feedback {len(self.items)}", line, variable, inputs=[Pin(line=line, wires=(wire,))])
+                sink = Item(
+                    Kind.SINK, f"feedback {len(self.items)}", line, variable, inputs=[Pin(line=line, wires=(wire,))]
+                )
                 self.items.append(sink)
                 pin.expression = variable
             else:

@@ -46,4 +46,5 @@ def resource_of(
     of: Element, tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance]
 ) -> tree.Configuration:
     name = re.sub(r"\W", "_", attribute(of, "name").strip(), flags=re.ASCII) or "Resource"
-    return tree.Configuration(name, (), tuple(tasks), tuple(programs), place=tree.Place(line_of(of), 1))
+    place = tree.Place(line_of(of), 1)
+    return tree.Configuration(name, (), tuple(tasks), tuple(programs), resource=name, place=place)

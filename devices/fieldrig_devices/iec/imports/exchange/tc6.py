@@ -17,7 +17,13 @@ from fieldrig_devices.iec.imports.exchange.tc6_bodies import read_body
 from fieldrig_devices.iec.imports.exchange.tc6_types import read_declaration, read_type
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import (
-    attribute, comment_of, element, elements, line_of, name_of, text_of,
+    attribute,
+    comment_of,
+    element,
+    elements,
+    line_of,
+    name_of,
+    text_of,
 )  # fmt: skip
 
 _POUS: Final = {

@@ -1,7 +1,7 @@
 """Bodies of PLCopen TC6: text, networks and charts, as elements with wires.
 
-Version 2.01 of the schema, and what is known of its writers: coordinates that are missing or all zero, the networks of the
-CODESYS family that begin with a `vendorElement`, operands written at pins, `???` for an empty operand, boxes with code.
+Version 2.01 of the schema, and what is known of its writers: coordinates that are missing or all zero, the networks of
+the CODESYS family that begin with a `vendorElement`, operands at pins, `???` for an empty operand, boxes with code.
 """
 
 from collections.abc import Callable
@@ -9,10 +9,29 @@ from typing import Final
 
 from lxml import etree
 
-from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Edge, Item, Kind, Network, Pin, Storage, Use, Wire
+from fieldrig_devices.iec.imports.networks.graph import (
+    Condition,
+    Drawn,
+    Edge,
+    Item,
+    Kind,
+    Network,
+    Pin,
+    Storage,
+    Use,
+    Wire,
+)
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.imports.xml import (
-    attribute, element, elements, formatted_text, is_set, line_of, name_of, number, text_of,
+    attribute,
+    element,
+    elements,
+    formatted_text,
+    is_set,
+    line_of,
+    name_of,
+    number,
+    text_of,
 )  # fmt: skip
 
 Element = etree._Element
@@ -120,7 +139,10 @@ def _other(of: Element, name: str, line: int, report: Report) -> Item | None:
         report.mistake(line, f"Element {identifier} could not be exported: {text_of(of).strip()[:100]}")
     elif name == "macrostep":
         report.mistake(
-            line, f"The macro step {attribute(of, 'name')} is not supported", "steps", "Resolve it into steps in the tool."
+            line,
+            f"The macro step {attribute(of, 'name')} is not supported",
+            "steps",
+            "Resolve it into steps in the tool.",
         )
     elif name not in ("adddata", "documentation"):
         report.note(line, f"The element {name_of(of)[:40]} is not known and is left out")

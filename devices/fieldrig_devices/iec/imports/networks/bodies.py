@@ -39,6 +39,4 @@ class Bodies:
         if not any(item.kind is Kind.STEP for item in network.items) and not network.items:
             return tree.StBody((), place=tree.Place(drawn.line, 1))
         self.hidden.network += 1
-        return Chart(
-            network, self.fragments, self.hidden, self.kinds, self.conditions, self.actions, self.body
-        ).body()
+        return Chart(network, self.fragments, self.hidden, self.kinds, self.conditions, self.actions, self.body).body()

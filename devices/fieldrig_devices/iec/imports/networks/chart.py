@@ -1,8 +1,8 @@
 """A sequential function chart of an exchange format becomes steps and transitions.
 
 Source: PacDrive manual 1741 to 1842; IEC 61131-3 for divergences.  The chart's lines are followed upwards from each
-transition to the steps in front of it, and from each step to the transitions in front of it.  Transitions of one step are
-tested by their priority, then from left to right, then in the order of the document.
+transition to the steps in front of it, and from each step to the transitions in front of it.  Transitions of one step
+are tested by their priority, then from left to right, then in the order of the document.
 """
 
 from collections.abc import Callable
@@ -49,7 +49,7 @@ class Chart:
         if not steps:
             self._mistake(self.network.line, "The chart has no step", "at least an initial step")
         elif not any(step.is_initial for step in steps):
-            self._mistake(steps[0].line, "The chart has no initial step", "a step with initialStep=\"true\"")
+            self._mistake(steps[0].line, "The chart has no initial step", 'a step with initialStep="true"')
         return tree.SfcBody(
             tuple(self._step(step) for step in steps),
             tuple(self._transitions()),
@@ -102,10 +102,14 @@ class Chart:
         forks = {
             other.id
             for other in self.network.items
-            if other.kind is Kind.SIMULTANEOUS_DIVERGENCE and other.text and other.text.casefold() == item.text.casefold()
+            if other.kind is Kind.SIMULTANEOUS_DIVERGENCE
+            and other.text
+            and other.text.casefold() == item.text.casefold()
         }
         names = [
-            step.text for step in steps.values() if any(wire.source in forks for pin in step.inputs for wire in pin.wires)
+            step.text
+            for step in steps.values()
+            if any(wire.source in forks for pin in step.inputs for wire in pin.wires)
         ]
         if not names:
             self._mistake(item.line, f"The jump leads to {item.text[:60]}, which is not there", "the name of a step")

@@ -1,5 +1,6 @@
 """Standard functions as blocks of a network: which are operators of the language, and the types of their results."""
 
+from itertools import pairwise
 from typing import Final
 
 from fieldrig_devices.iec import tree
@@ -7,7 +8,8 @@ from fieldrig_devices.iec import tree
 OPERATORS: Final = {
     "add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "MOD", "and": "AND", "or": "OR", "xor": "XOR",
     "gt": ">", "ge": ">=", "eq": "=", "le": "<=", "lt": "<", "ne": "<>",
-    "+": "+", "-": "-", "*": "*", "/": "/", "&": "AND", ">": ">", ">=": ">=", "=": "=", "<=": "<=", "<": "<", "<>": "<>",
+    "+": "+", "-": "-", "*": "*", "/": "/", "&": "AND",
+    ">": ">", ">=": ">=", "=": "=", "<=": "<=", "<": "<", "<>": "<>",
 }  # fmt: skip
 """Operators by the names of their blocks; some tools write the sign itself."""
 
@@ -82,7 +84,7 @@ def wider(one: tree.TypeSpec | None, other: tree.TypeSpec | None) -> tree.TypeSp
 def operation(operator: str, values: list[tree.Expression], place: tree.Place) -> tree.Expression:
     """An operator with two or more operands, as its block has them: a comparison holds for each pair of neighbours."""
     if operator in COMPARISONS and len(values) > 2:
-        pairs = [tree.Binary(operator, a, b, place=place) for a, b in zip(values, values[1:], strict=False)]
+        pairs = [tree.Binary(operator, a, b, place=place) for a, b in pairwise(values)]
         return operation("AND", list[tree.Expression](pairs), place)
     result = values[0]
     for value in values[1:]:

@@ -1,7 +1,7 @@
 """Types of what flows through wires, as far as one file declares them; a hidden variable needs one.
 
-Only fan-outs of function results, results of blocks with EN, and loops need such a variable.  Where the file does not say
-the type, the import asks for a variable at the wire.
+Only fan-outs of function results, results of blocks with EN, and loops need such a variable.  Where the file does not
+say the type, the import asks for a variable at the wire.
 """
 
 from collections.abc import Sequence

@@ -1,8 +1,8 @@
 """Which elements of a graphic body make up a network, and in which order networks and elements are executed.
 
 Networks follow one another as the document says.  A body without such marks is divided into the parts that wires
-connect (power rails do not connect), from top to bottom, then from left to right; an order that the author has set comes
-first.
+connect (power rails do not connect), from top to bottom, then from left to right; an order that the author has set
+comes first.
 """
 
 from dataclasses import replace

@@ -20,7 +20,7 @@ from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Network, Pin, Storage, Wire
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
 from fieldrig_devices.iec.imports.networks.kinds import BOOL, Kinds, consumer_type
-from fieldrig_devices.iec.imports.networks.order import RAILS, in_order, join_connectors
+from fieldrig_devices.iec.imports.networks.order import in_order, join_connectors
 
 IN_A_ROW: Final = 120
 """Elements that one expression may consist of, one behind the other."""
@@ -86,13 +86,18 @@ class Translation:
     def statements(self) -> list[tree.AnyStatement]:
         if self.network.label and self.fragments.is_name(self.network.label, self.network.line, "a label"):
             self._put(tree.Label(self.network.label, place=tree.Place(self.network.line, 1)))
-        for item in in_order(self.network.items):
-            if item.kind in _ACTORS:
-                self.order = item.order
-                self.execute(item)
-            elif item.kind not in RAILS and item.kind in (Kind.CONTACT,) and not self.uses[item.id]:
+        ordered = [item for item in in_order(self.network.items) if item.kind in _ACTORS]
+        # A function is executed where its result is needed; what is left then has no result that anything needs.
+        for item in (*(i for i in ordered if not self._is_demanded(i)), *ordered):
+            self.order = item.order
+            self.execute(item)
+        for item in self.network.items:
+            if item.kind is Kind.CONTACT and not self.uses[item.id]:
                 self.fragments.report.note(item.line, f"The {item} leads to nothing")
         return self.out
+
+    def _is_demanded(self, item: Item) -> bool:
+        return item.kind is Kind.BLOCK and not item.instance and self.uses[item.id] > 0
 
     def pure(self, pin: Pin, owner: Item) -> tree.Expression | None:
         """The value at a pin as an expression alone, for the condition of a transition; None with a message."""
@@ -157,7 +162,7 @@ class Translation:
     # ---- values
 
     def power(self, item: Item) -> tree.Expression | None:
-        """What arrives at the inputs of a contact, coil, variable, jump or return: several wires are parallel branches."""
+        """What arrives at a contact, coil, variable, jump or return: several wires are parallel branches."""
         found = [value for pin in item.inputs if (value := self.input(pin, item)) is not None]
         if not any(pin.wires or pin.expression for pin in item.inputs):
             self._mistake(item.line, f"The input of the {item} is not connected", "a wire from an element or a rail")
@@ -318,7 +323,9 @@ class Translation:
         if called is None:
             return
         given = tuple(
-            tree.Argument(value, pin.name, place=tree.Place(pin.line, 1)) for pin, value in arguments if value is not None
+            tree.Argument(value, pin.name, place=tree.Place(pin.line, 1))
+            for pin, value in arguments
+            if value is not None
         )
         call = tree.Call(called, given, place=_place(item))
         self._guarded(enable, [tree.CallStatement(call, place=_place(item)), *self._written(item, called)], item)
@@ -363,9 +370,7 @@ class Translation:
         else:
             self._kept_result(item, wire, enable, call, result)
 
-    def _call_statement(
-        self, item: Item, call: tree.Expression, result: Pin | None
-    ) -> list[tree.AnyStatement]:
+    def _call_statement(self, item: Item, call: tree.Expression, result: Pin | None) -> list[tree.AnyStatement]:
         if isinstance(call, tree.Call):
             return [tree.CallStatement(call, place=_place(item))]
         return []
@@ -441,9 +446,7 @@ class Translation:
             return None
         return sink if sink.storage is Storage.NONE and sink.edge is Edge.NONE else None
 
-    def _written_result(
-        self, item: Item, enable: tree.Expression | None, call: tree.Expression, result: Pin
-    ) -> None:
+    def _written_result(self, item: Item, enable: tree.Expression | None, call: tree.Expression, result: Pin) -> None:
         target = self.fragments.place(result.expression, result.line)
         if target is None:
             return
@@ -470,7 +473,7 @@ class Translation:
     def _unknown(self, item: Item, pin: Pin) -> None:
         self._mistake(
             item.line,
-            f"The type of output {pin.name or 1} of the {item} is not known in this file, and its value is needed twice",
+            f"The type of output {pin.name or 1} of the {item} is unknown in this file, and its value is kept",
             hint="Connect the output to a variable, and use the variable.",
         )
 
