@@ -43,7 +43,7 @@ class Function(Protocol[A_contra, R_co]):
 
 
 class Failure(NamedTuple):
-    """What arrives instead of a result if the worker process has failed."""
+    """The answer instead of a result if the worker process has failed."""
 
     why: str
 
@@ -149,4 +149,4 @@ def _copy(value: R) -> R:
 
 
 def _ignore(what: str, done: int, steps: int) -> None:
-    """Take a report that nobody wants."""
+    """Drop a report that the device did not ask for."""

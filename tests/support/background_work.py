@@ -51,7 +51,7 @@ def end(code: int, report: Report) -> None:
 
 
 async def host(gate: str) -> None:
-    """Let a worker wait, print its process id, and go on for ever."""
+    """Let a worker wait, print its process id, and go on without end."""
     processes = BackgroundProcesses(RealClock(asyncio.get_running_loop()))
     waiting = asyncio.Event()
     processes.of("card").run(wait_for, gate, print, lambda *_: waiting.set(), virtual_ns=1)
