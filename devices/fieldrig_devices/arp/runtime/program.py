@@ -16,7 +16,7 @@ from fieldrig_devices.arp.runtime.card import Card
 from fieldrig_devices.arp.runtime.events import Events
 from fieldrig_devices.arp.runtime.instructions import Instructions
 from fieldrig_devices.arp.runtime.timers import Timers
-from fieldrig_devices.languages.resumable import Build, Code
+from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task, TaskState
 
 NO_PROGRAM: Final = 111  # E11: anomalous stop of the user's program
@@ -54,7 +54,7 @@ class ArpProgram:
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
         self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL)
-        self.code.functions(Build.FAST)  # compile now, while nothing runs, not in the first slice
+        self.code.compile()
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)
         self._active = self._main
@@ -156,4 +156,4 @@ class ArpProgram:
     def calls(self) -> list[Place]:
         """Places to which the callers return, outermost first."""
         stack = self._active.task.stack
-        return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc in stack]
+        return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc, *_ in stack]
