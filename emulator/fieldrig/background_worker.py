@@ -5,6 +5,7 @@ the result, then the result itself, or the text of a failure.  What the work pri
 ends when its standard input ends, because the process of the device is gone or does not want the result any more.
 """
 
+import gc
 import os
 import pickle
 import struct
@@ -51,6 +52,7 @@ class Answers:
 
 
 def main() -> None:
+    gc.disable()  # the process ends with its work, and large trees are slow to look through
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     requests, answers = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb")
