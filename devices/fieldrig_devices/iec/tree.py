@@ -452,6 +452,8 @@ class Variables(Statement):
     is_retain: bool = False
     is_persistent: bool = False
     is_constant: bool = False
+    name: str = field(default="", compare=False)
+    """The name of a list of global variables; programs of today's tools may write `name.variable`."""
 
 
 @dataclass(slots=True)
