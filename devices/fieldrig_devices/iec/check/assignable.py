@@ -17,6 +17,7 @@ from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
     Family,
+    ObjectType,
     PointerType,
     StringType,
     SubrangeType,
@@ -190,7 +191,11 @@ def _hint(source: Type, kind: Type, at: tree.Node) -> str:
             if isinstance(source, ArrayType)
             else f"{text(at) or 'p'}^ is what it points to"
         )
+    if isinstance(source, ObjectType) and isinstance(kind, Elementary):
+        return f"{text(at)}.logAdr is its logical address"
     before, after = _conversion_name(source), _conversion_name(kind)
+    if isinstance(source, EnumType) and isinstance(kind, EnumType):
+        return f"write a value of {kind}"
     if not before or not after:
         return ""
     shown = f"{before}_TO_{after}({text(at) or '...'})"
