@@ -27,7 +27,7 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
-from fieldrig_devices.iec.types import Elementary, EnumType, ObjectType, StringType, Type
+from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, ObjectType, StringType, Type
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,
@@ -50,7 +50,7 @@ class Expressions:
 
     def expression_as(self, node: tree.Expression, kind: Type) -> Expression | None:
         found = _EXPRESSIONS[type(node)](self, node, kind)
-        if found is None or (found.type is kind and type(found) is not Untyped):
+        if found is None or (found.type is kind and type(found) is not Untyped and type(kind) is not BlockType):
             return found
         return assignable.convert(self.context, found, kind, node)
 
@@ -164,6 +164,9 @@ def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expre
         return None if found.type is UNKNOWN else Load(found)
     if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
         return Load(Cell(found.instance, found.instance.type))
+    if isinstance(found, Pou) and found.owner is not None:
+        of.context.say(node, f"{found.name} is an action", "a value", f"call it as a statement: {text(node)};")
+        return None
     if isinstance(found, Pou):
         hints = {PouKind.FUNCTION: f"{found.name}(...) calls it", PouKind.FUNCTION_BLOCK: f"declare x : {found.name};"}
         of.context.say(node, f"{found.name} is {a(found.kind.value)}", "a value", hints.get(found.kind, ""))

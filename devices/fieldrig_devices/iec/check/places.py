@@ -150,7 +150,8 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         action = pou.actions.get(context.key(node.name))
         if action is not None:
             return action
-        pins = [name for name, pin in pou.variables.items() if pin.section in (Section.INPUT, Section.OUTPUT)]
+        known = [pin for pin in pou.variables.values() if pin.section in (Section.INPUT, Section.OUTPUT)]
+        pins = [pin.name for pin in known]
         hint = context.project.reports.closest(node.name, pins) or f"it has {', '.join(pins[:8])}"
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
