@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.limits import MAX_4, Limits
@@ -10,6 +11,7 @@ from fieldrig_devices.iec.host import Library, NativeFunction, Pending
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import Assign, ConfiguredObject, Program, Variable
+from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Type, Value
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -65,18 +67,23 @@ class ConfiguredHost:
         return 0
 
 
+@cache
+def parsed(text: str, name: str, dialect: Dialect) -> Unit:
+    """Parse a text, which must have no mistakes."""
+    unit, mistakes = parse(text, name, dialect)
+    assert not mistakes, mistakes
+    return unit
+
+
 def checked(
     *texts: str, dialect: Dialect = EPAS_4, limits: Limits = MAX_4, host: ConfiguredHost | None = None
 ) -> tuple[Program, list[Mistake]]:
     """Check texts, which must have no mistakes for the parser, together with the libraries."""
     host = host or ConfiguredHost()
     files = [*sources(dialect.name), *((library.name, library.text) for library in host.libraries)]
-    units = []
-    for name, text in [*files, *((f"{number}.st", text) for number, text in enumerate(texts, 1))]:
-        unit, mistakes = parse(text, name, dialect)
-        assert not mistakes, mistakes
-        units.append(unit)
-    return check(units, host, dialect, library_files=[name for name, _ in files], limits=limits)
+    units = [parsed(text, name, dialect) for name, text in files]
+    units += [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
+    return check(units, host, dialect, limits=limits)
 
 
 def messages(

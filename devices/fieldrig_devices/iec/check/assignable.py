@@ -74,7 +74,7 @@ def _elementary(context: Context, value: Expression, kind: Elementary, at: tree.
         return constants.converted(value, kind)
     if not isinstance(source, Elementary):
         return _no(context, value, kind, at)
-    allowed = implicit.WIDENS if context.project.dialect.mixes_integers else implicit.STRICT
+    allowed = implicit.WIDENS if context.mixes_integers else implicit.STRICT
     if (source, kind) not in allowed:
         return _no(context, value, kind, at)
     if kind is Elementary.REAL and not implicit.is_exact(source, kind) and not isinstance(value, Constant):

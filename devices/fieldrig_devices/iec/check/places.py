@@ -232,8 +232,10 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if not isinstance(kind, ArrayType):
             what = f"{text(node.of)} is {a(kind)}, not an array"
             if position:
-                what = f"{len(node.indices)} indices for the array {text(node.of)} of {position} dimensions"
-            of.context.say(node, what, f"{position} indices" if position else "an array")
+                what = f"the array {text(node.of)} has {position} dimension{'s' * (position > 1)}"
+            of.context.say(
+                node, what, f"{position} {'indices' if position > 1 else 'index'}" if position else "an array"
+            )
             return None
         made = _subscript(of.context, value, kind, index) if value is not None else None
         if made is None:
