@@ -39,6 +39,9 @@ class Dialect:
     """T#2d_26h of manual line 731.  Otherwise only the highest unit may overflow (X9)."""
     allows_numbers_as_times: bool = False
     """A bare number as milliseconds, `PT := 300` (X29)."""
+    mixes_integers: bool = True
+    """Integers and bit strings of the same size go into one another, and AND, OR, XOR, NOT and arithmetic take both, as
+    in CoDeSys V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
     allows_calls_without_brackets: bool = True
     """`Reset;` calls the action or program Reset, as in CoDeSys V2.3."""
     significant_characters: int = 32
@@ -68,6 +71,7 @@ EDITION_3: Final = Dialect(
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,
+    mixes_integers=False,
     allows_calls_without_brackets=False,
     significant_characters=0,
     bit_address_bytes=0,

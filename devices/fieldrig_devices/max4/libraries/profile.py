@@ -8,9 +8,12 @@ for every lambda, so 1.0 leads from dwell to velocity, 0.0 from velocity to dwel
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
+from typing import Final
 
 from fieldrig_devices.max4.libraries.laws.law import Law
 from fieldrig_devices.max4.libraries.pieces import Piece
+
+SHORTEST: Final = 1e-6
 
 
 class Profile:
@@ -43,7 +46,8 @@ class Profile:
 
 
 def shaped(law: Law, turning_point: float = 0.5) -> Profile:
-    """The profile of a law with this lambda, from 0 to 1."""
+    """The profile of a law with this lambda, from 0 to 1; a half that is shorter than `SHORTEST` is left out."""
+    turning_point = 0.0 if turning_point < SHORTEST else 1.0 if turning_point > 1 - SHORTEST else turning_point
     up, down = 2 * turning_point, 2 * (1 - turning_point)
     rising = [piece.scaled(up, up) for piece in law.half] if up else []
     falling = [piece.reflected().scaled(down, down).raised(1.0) for piece in reversed(law.half)] if down else []
