@@ -61,7 +61,8 @@ def type_of(of: Element | None) -> str:
 
 def read_bodies(of: Element, report: Report) -> list[Drawn]:
     """The contents of a body, in the order in which they are evaluated."""
-    contents = sorted(of.iter("{*}BodyContent"), key=lambda content: number(content, "evaluationOrder") or 0)
+    found = elements(of, "BodyContent") or [inner for child in elements(of) for inner in elements(child, "BodyContent")]
+    contents = sorted(found, key=lambda content: number(content, "evaluationOrder") or 0)
     return [drawn for content in contents if (drawn := _content(content, report)) is not None]
 
 
