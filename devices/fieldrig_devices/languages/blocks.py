@@ -50,7 +50,7 @@ def blocks(instructions: Sequence[Instruction]) -> list[Block]:
 
 
 def _hard_leaders(instructions: Sequence[Instruction]) -> set[int]:
-    """Return the instructions that must begin a block: where a routine resumes, where a loop begins, where calls are."""
+    """Return the instructions that must begin a block: those where a routine resumes, or a loop begins."""
     found = {0}
     for pc, instruction in enumerate(instructions):
         match instruction:

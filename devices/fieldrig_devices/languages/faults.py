@@ -7,7 +7,7 @@ from fieldrig_devices.languages.resumable import Activation, Code, file_name
 from fieldrig_devices.languages.writer import Build
 
 
-class RunFault(Exception):
+class RunError(Exception):
     """Raised by the functions that generated code calls, for a fault of the program itself."""
 
     def __init__(self, code: str, text: str) -> None:
@@ -15,7 +15,7 @@ class RunFault(Exception):
         self.code, self.text = code, text
 
 
-CAUGHT: Final = (RunFault, ZeroDivisionError, IndexError, OverflowError, ValueError)
+CAUGHT: Final = (RunError, ZeroDivisionError, IndexError, OverflowError, ValueError)
 """What generated code may raise because of the program; everything else is a fault of ours."""
 
 

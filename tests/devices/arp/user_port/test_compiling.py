@@ -164,12 +164,15 @@ class RealCard:
     async def begin(self) -> int:
         """Begin to load, and return the process id of the worker, which is held."""
         await self.until_cycles(50)  # from INIT to RESET
-        self.clock.handle(self.card.access.load, LONG, self.outcome.set_result)
+        self.clock.handle(self._load)
         while self.processes.pid is None:
             await asyncio.sleep(0)
         pid = self.processes.pid
         os.kill(pid, signal.SIGSTOP)
         return pid
+
+    def _load(self) -> None:
+        self.card.access.load(LONG, self.outcome.set_result)
 
     def close(self) -> None:
         self.processes.close()
@@ -184,10 +187,11 @@ async def test_the_control_loops_go_on_while_a_worker_compiles(tmp_path: Path) -
         pid = await real.begin()
         await real.until_cycles(300)  # would never end if the card waited for the worker
         assert not real.outcome.done()
-        assert real.card.access.loading is not None
+        assert real.card.points()["program.loading"].read() == 0
         os.kill(pid, signal.SIGCONT)
         assert await real.outcome is None
-        assert (real.card.access.program_name, real.card.access.loading) == ("LONG", None)
+        assert real.card.access.program_name == "LONG"
+        assert real.card.operation.loading is None
     finally:
         real.close()
 
