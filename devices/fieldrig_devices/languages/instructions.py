@@ -154,7 +154,9 @@ def _unpickled(
     lines: bytes,
 ) -> Routine:
     routine = Routine((), frame_size)
-    routine.lines, routine.targets = tuple(array("q", lines)), targets
+    numbers = array("q")
+    numbers.frombytes(lines)
+    routine.lines, routine.targets = tuple(numbers), targets
     routine.fast, routine.for_debugging = fast, for_debugging
     routine.postpone(packed)
     return routine

@@ -192,6 +192,9 @@ async def test_the_control_loops_go_on_while_a_worker_compiles(tmp_path: Path) -
         assert await real.outcome is None
         assert real.card.access.program_name == "LONG"
         assert real.card.operation.loading is None
+        program = real.card.access.program
+        assert program is not None
+        assert [program.code.line(0, pc) for pc in (0, 1, 2_000)] == [2, 3, 2_002]
     finally:
         real.close()
 
