@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from fieldrig.background import Bulk, Report
-from fieldrig_devices.arp.language.check import DEEPEST_CALL
 from fieldrig_devices.arp.language.files import ObjectError, decode, encode
 from fieldrig_devices.arp.language.lower import NAMES
 from fieldrig_devices.languages.instructions import Routine
