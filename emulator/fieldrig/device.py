@@ -97,6 +97,13 @@ class Device:
         """Return the faults that were added and not cleared, by number."""
         return {} if self.injected is None else self.injected.faults()
 
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer a question that only this kind of device understands, such as `debug`, in values that JSON has.
+
+        `message` comes from outside.  ValueError: its first line says what is wrong, further lines what was expected.
+        """
+        raise ValueError(f"this device can't answer {question}")
+
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
         """Return lines that reach this device from outside; `links` holds its buses by the names of its parameters."""

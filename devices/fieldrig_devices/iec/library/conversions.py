@@ -1,0 +1,161 @@
+"""Conversions between all elementary types: T1_TO_T2, and what the checker inserts without a name in the source.
+
+Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves open is as in CoDeSys V2.3 on x86:
+
+    to a smaller integer    the high bytes are cut off, without saturation (PD-L39)
+    REAL to an integer      rounded to the nearest, halves to the even neighbour (1.5 and 2.5 give 2), because that is
+                            what the floating-point unit does; then cut like an integer of 64 bits; infinity, "not a
+                            number" and anything larger give 0
+    times and dates         are the number behind them: ms, or seconds since 1970 [X10]; DT_TO_TOD and DT_TO_DATE take
+                            the value apart, as the standard says; a TOD is brought into one day, a DATE to midnight
+    STRING                  see `texts.py`
+"""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Final
+
+from fieldrig_devices.iec.library import reals, texts
+from fieldrig_devices.iec.library.integers import wrapped
+from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, expand
+from fieldrig_devices.iec.types import (
+    ALIASES,
+    Elementary,
+    EnumType,
+    Family,
+    PointerType,
+    StringType,
+    SubrangeType,
+    Type,
+    Value,
+)
+
+Plain = Elementary | StringType
+
+DAY_S: Final = 86_400
+DAY_MS: Final = 86_400_000
+_MASK: Final = 2**32 - 1
+_NAMES: Final[Mapping[str, Plain]] = {**Elementary.__members__, **ALIASES, "STRING": StringType()}
+
+
+def pair(name: str) -> tuple[Plain, Plain] | None:
+    """Return the two types of a name such as INT_TO_REAL; None for any other name."""
+    before, _, after = name.upper().partition("_TO_")
+    source, target = _NAMES.get(before), _NAMES.get(after)
+    return (source, target) if source is not None and target is not None and source != target else None
+
+
+def named(name: str) -> Plain | None:
+    """Return the type with this name in capitals, also TIME_OF_DAY and DATE_AND_TIME."""
+    return _NAMES.get(name)
+
+
+def name_of(source: Plain, target: Plain) -> str:
+    return f"{_short(source)}_TO_{_short(target)}"
+
+
+def _short(kind: Plain) -> str:
+    return "STRING" if isinstance(kind, StringType) else kind.name
+
+
+def rounded(value: float) -> int:
+    """The nearest integer, halves to even; 0 if it does not fit 64 bits."""
+    return round(value) if -(2.0**63) <= value < 2.0**63 else 0
+
+
+def truncated(value: float) -> int:
+    """The integer part; 0 if it does not fit 64 bits."""
+    return int(value) if -(2.0**63) <= value < 2.0**63 else 0
+
+
+def shortened(text: str, length: int) -> str:
+    return text[:length]
+
+
+FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
+    "ROUND": rounded,
+    "TRUNCATE": truncated,
+    "SINGLE": reals.single,
+    "FLOAT": float,
+    "SHORTEN": shortened,
+    **{f"{kind.name}_TO_STRING": texts.writer(kind) for kind in Elementary},
+    **{f"STRING_TO_{kind.name}": texts.reader(kind) for kind in Elementary},
+}
+"""The names that the Python of conversions calls."""
+
+
+def plain(kind: Type) -> Plain:
+    """The type whose rules apply: INT for an enumeration, DWORD for a pointer, the base of a subrange."""
+    if isinstance(kind, Elementary | StringType):
+        return kind
+    if isinstance(kind, EnumType):
+        return Elementary.INT
+    if isinstance(kind, SubrangeType):
+        return kind.base
+    if isinstance(kind, PointerType):
+        return Elementary.DWORD
+    raise TypeError(f"{kind} has no conversions")
+
+
+def convert(value: Value, source: Type, target: Type) -> Value:
+    """Return the value in the type `target`.  Total: every value of `source` has a result in the range of `target`."""
+    return _function(plain(source), plain(target))(value)
+
+
+@cache
+def _function(source: Plain, target: Plain) -> Callable[[Value], Value]:
+    text = f"lambda value: {expand(python_of(source, target), ['value'])}"
+    found: Callable[[Value], Value] = eval(text, {**FUNCTIONS, "__builtins__": {}})
+    return found
+
+
+def python_of(source: Type, target: Type) -> str:
+    """Return the Python of the conversion, with {0} for the value; it uses the names in FUNCTIONS only."""
+    given, wanted = plain(source), plain(target)
+    if isinstance(given, StringType) and isinstance(wanted, StringType):
+        return "{0}" if given.length <= wanted.length else f"SHORTEN({{0}}, {wanted.length})"
+    if isinstance(wanted, StringType):
+        text = f"{name_of(given, wanted)}({{0}})"
+        return text if wanted.length >= texts.LONGEST else f"SHORTEN({text}, {wanted.length})"
+    if isinstance(given, StringType):
+        return f"{name_of(given, wanted)}({{0}})"
+    if given is wanted:
+        return "{0}"
+    if wanted.is_real:
+        return _to_real(given, wanted)
+    if wanted is Elementary.BOOL:
+        return "({0} != 0)"
+    if given.is_real:
+        return _number_to(wanted, "ROUND({0})")
+    if given is Elementary.BOOL:
+        return "(1 if {0} else 0)" if wanted is not Elementary.DATE else "({0} * 0)"
+    if given is Elementary.DT and wanted is Elementary.TOD:
+        return f"({{0}} % {DAY_S} * 1000)"
+    if given.low >= wanted.low and given.high <= wanted.high and wanted is not Elementary.DATE:
+        return "{0}"
+    return _number_to(wanted, "{0}")
+
+
+def _to_real(given: Elementary, wanted: Elementary) -> str:
+    if wanted is Elementary.LREAL:
+        return "{0}" if given is Elementary.REAL else "FLOAT({0})"
+    return "SINGLE({0})"
+
+
+def _number_to(wanted: Elementary, python: str) -> str:
+    """The Python of an integer of any size, brought into the range of the type."""
+    if wanted is Elementary.TOD:
+        return f"(({python} & {_MASK}) % {DAY_MS})"
+    if wanted is Elementary.DATE:
+        return f"(({python} & {_MASK}) // {DAY_S} * {DAY_S})"
+    return wrapped(python, wanted)
+
+
+def cost_of(source: Type, target: Type) -> int:
+    """Processor time of the conversion in ns."""
+    given, wanted = plain(source), plain(target)
+    if isinstance(given, StringType) or isinstance(wanted, StringType):
+        return TEXT_NS
+    if given.family is Family.REAL:
+        return REAL_NS
+    return SIMPLE_NS

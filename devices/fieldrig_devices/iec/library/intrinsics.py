@@ -1,0 +1,282 @@
+"""The standard functions: which implementation a call has for its argument types, and its Python.
+
+    is_standard("LIMIT")                        True for every name that `find` knows
+    OPERATORS["ADD"]                            functions that are only another form of an operator, such as ADD and GT;
+                                                the checker turns them into Unary and Binary itself
+    find("MAX", [INT, Untyped(3)])              an Overload, or a message with what is wrong
+    implementation("MAX.INT")                   the Python of the name that an Overload, and so an Intrinsic, has
+    formal_names("LIMIT", 3)                    the names for a call with named arguments: MN, IN, MX
+    evaluate("MAX.INT", [2, 3])                 the result for constants
+
+Source: PacDrive manual 1978 to 2813 (digest 2.3), CoDeSys V2.3 where that is silent, then IEC 61131-3.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from fieldrig_devices.iec.library import conversions, fixed
+from fieldrig_devices.iec.library.arguments import (
+    ANY_INTEGER,
+    ANY_NUMBER,
+    BIT_STRINGS,
+    INTEGERS,
+    Argument,
+    Untyped,
+    common,
+    fits,
+    plain,
+    smallest,
+    widens,
+)
+from fieldrig_devices.iec.library.overload import Overload
+from fieldrig_devices.iec.library.templates import IMPLEMENTATIONS, REAL_FUNCTIONS, SHIFTS, evaluate, implementation
+from fieldrig_devices.iec.program import Operator
+from fieldrig_devices.iec.types import Elementary, StringType, Type
+
+__all__ = [
+    "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
+    "evaluate", "find", "formal_names", "implementation", "is_standard",
+]  # fmt: skip
+
+OPERATORS: Final[Mapping[str, Operator]] = {
+    **{operator.name: operator for operator in Operator if operator is not Operator.NEG},
+    **dict.fromkeys(("MUL_TIME", "MULTIME"), Operator.MUL),
+    **dict.fromkeys(("DIV_TIME", "DIVTIME"), Operator.DIV),
+}
+"""NOT has one operand, those in BINARY_ONLY have two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
+
+BINARY_ONLY: Final = frozenset({"SUB", "DIV", "MOD", "NE"})
+"""Names of operators, which is to say of members of Operator."""
+
+
+def is_standard(name: str) -> bool:
+    """True for the name of a standard function, in any case of letters."""
+    key = name.upper()
+    if key in _RULES or key in fixed.FIXED or key in OPERATORS:
+        return True
+    return conversions.pair(key) is not None or _bcd(key) or _overloaded(key) is not None
+
+
+def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -> Overload | str:
+    """Return the function for these arguments, or a message with what was expected.
+
+    `wanted` is the type of the surroundings, if known; it decides where there are only literals, as in `lr := SQRT(2)`.
+    """
+    key = name.upper()
+    if key in _RULES:
+        return _RULES[key](key, arguments, wanted)
+    if key in fixed.FIXED:
+        return _fixed(key, arguments)
+    pair = conversions.pair(key)
+    if pair is not None:
+        return _conversion(key, *pair, arguments)
+    if _bcd(key):
+        return _bcd_conversion(key, arguments)
+    if _overloaded(key) is not None:
+        return _overloaded_conversion(key, arguments)
+    return f"{name} is no standard function"
+
+
+def formal_names(name: str, count: int) -> tuple[str, ...]:
+    """Return the names of the `count` parameters, as in LIMIT(MN := 1, IN := x, MX := 5)."""
+    key = name.upper()
+    if key in fixed.FIXED and fixed.FIXED[key].names:
+        return fixed.FIXED[key].names[:count]
+    known = {
+        "SEL": ("G", "IN0", "IN1"),
+        "LIMIT": ("MN", "IN", "MX"),
+        "MUX": ("K", *(f"IN{number}" for number in range(count - 1))),
+        **dict.fromkeys(SHIFTS, ("IN", "N")),
+    }
+    if key in known:
+        return known[key]
+    return ("IN",) if count == 1 else tuple(f"IN{number}" for number in range(1, count + 1))
+
+
+# ---- the rules for argument types
+
+
+def _expected(name: str, expected: str, arguments: Sequence[Argument]) -> str:
+    got = ", ".join(str(argument) for argument in arguments) or "nothing"
+    return f"{name}: expected {expected}, got {got}"
+
+
+def _overload(name: str, parameters: Sequence[Type], result: Type) -> Overload:
+    return Overload(name, tuple(parameters), result, implementation(name))
+
+
+def _absolute(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    kind = common(arguments, wanted) if len(arguments) == 1 else None
+    base = plain(kind) if kind is not None else None
+    if kind is None or base not in ANY_NUMBER:
+        return _expected(name, "one number", arguments)
+    return _overload(f"{name}.{base}", [kind], kind)
+
+
+def _real_kind(arguments: Sequence[Argument], wanted: Type | None) -> Elementary | None:
+    """LREAL if an argument is one, or if there are only literals and an LREAL is wanted; REAL for other numbers."""
+    kinds = [plain(argument) for argument in arguments]
+    if not all(isinstance(kind, Untyped) or kind in ANY_NUMBER for kind in kinds):
+        return None
+    if Elementary.LREAL in kinds or (wanted is Elementary.LREAL and all(isinstance(kind, Untyped) for kind in kinds)):
+        return Elementary.LREAL
+    return Elementary.REAL
+
+
+def _real_function(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    kind = _real_kind(arguments, wanted)
+    if kind is None or len(arguments) != 1:
+        return _expected(name, "one number", arguments)
+    return _overload(f"{name}.{kind}", [kind], kind)
+
+
+def _power(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    """Two integers give an integer (manual: EXPT(7, 2) is 49, and OUT may be an INT); otherwise a real number."""
+    real = _real_kind(arguments, wanted)
+    if real is None or len(arguments) != 2:
+        return _expected(name, "two numbers", arguments)
+    kind = common(arguments, wanted)
+    base = plain(kind) if kind is not None else real
+    result = base if isinstance(base, Elementary) and base in ANY_INTEGER else real
+    return _overload(f"{name}.{result}", [result, result], result)
+
+
+def _shift(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    """The operand is as wide as its type; a literal is as wide as what is wanted, or the smallest bit string."""
+    if len(arguments) != 2 or not _is_integer(arguments[1]):
+        return _expected(name, "a bit string or integer and the number of bits", arguments)
+    kind = plain(arguments[0])
+    if isinstance(kind, Untyped):
+        target = plain(wanted) if wanted is not None else None
+        is_wanted = isinstance(target, Elementary) and target in ANY_INTEGER and fits(kind.value, target)
+        signed = [Elementary.SINT, Elementary.INT, Elementary.DINT, Elementary.LINT]
+        width = target if is_wanted else smallest(kind.value, [*BIT_STRINGS, *signed])
+    else:
+        width = kind
+    if not isinstance(width, Elementary) or width not in ANY_INTEGER:
+        return _expected(name, "a bit string or integer and the number of bits", arguments)
+    return _overload(f"{name}.{width}", [width, Elementary.DWORD], width)
+
+
+def _is_integer(argument: Argument) -> bool:
+    kind = plain(argument)
+    return kind in ANY_INTEGER or (isinstance(kind, Untyped) and not kind.is_real)
+
+
+def _selection(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    first: Type = Elementary.BOOL if name == "SEL" else Elementary.DINT
+    if name == "SEL" and (len(arguments) != 3 or not widens(arguments[0], first)):
+        return _expected(name, "a BOOL and two values", arguments)
+    if name == "MUX" and (len(arguments) < 2 or not _is_integer(arguments[0])):
+        return _expected(name, "an integer and the values", arguments)
+    kind = common(arguments[1:], wanted)
+    if kind is None:
+        return _expected(name, "values of the same type", arguments)
+    return _overload(name, [first, *[kind] * (len(arguments) - 1)], kind)
+
+
+def _move(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    kind = common(arguments, wanted) if len(arguments) == 1 else None
+    return _overload(name, [kind], kind) if kind is not None else _expected(name, "one value", arguments)
+
+
+def _extreme(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    kind = common(arguments, wanted)
+    count = {"LIMIT": len(arguments) == 3}.get(name, len(arguments) >= 2)
+    if kind is None or not count:
+        count_text = "three values" if name == "LIMIT" else "at least two values"
+        return _expected(name, f"{count_text} of the same kind", arguments)
+    return _overload(name, [kind] * len(arguments), kind)
+
+
+def _truncate(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    """The manual's result is INT; where another integer type is wanted, nothing is cut off on the way to it."""
+    real = _real_kind(arguments, Elementary.LREAL)
+    target = plain(wanted) if wanted is not None else None
+    if real is None or len(arguments) != 1:
+        return _expected(name, "one real number", arguments)
+    result = target if isinstance(target, Elementary) and target in ANY_INTEGER else Elementary.INT
+    return _overload(f"{name}.{result}", [Elementary.LREAL if real is Elementary.LREAL else real], result)
+
+
+def _fixed(name: str, arguments: Sequence[Argument]) -> Overload | str:
+    known = fixed.FIXED[name]
+    parameters = list(known.parameters)
+    if known.is_open and len(arguments) > len(parameters):
+        parameters += parameters[-1:] * (len(arguments) - len(parameters))
+    if len(arguments) != len(parameters) or not all(map(widens, arguments, parameters)):
+        return _expected(name, ", ".join(map(str, known.parameters)) or "no argument", arguments)
+    return _overload(name, parameters, known.result)
+
+
+def _conversion(
+    name: str, source: conversions.Plain, target: conversions.Plain, arguments: Sequence[Argument]
+) -> Overload | str:
+    """Accept a smaller type than the name says as well, as CoDeSys does: INT_TO_REAL(byte)."""
+    if len(arguments) != 1 or not (widens(arguments[0], source) or _same_width(arguments[0], source)):
+        return _expected(name, f"one {source}", arguments)
+    given = arguments[0]
+    parameter = given if isinstance(given, StringType) else source  # a longer text is not cut first
+    return _overload(conversions.name_of(source, target), [parameter], target)
+
+
+def _same_width(argument: Argument, source: conversions.Plain) -> bool:
+    """A literal of a negative number for a bit string, as in INT_TO_WORD: it is cut."""
+    return isinstance(argument, Untyped) and source in (Elementary.REAL, Elementary.LREAL)
+
+
+def _overloaded(name: str) -> conversions.Plain | None:
+    """Return the target of TO_INT or TRUNC_INT of edition 3, whose source is the type of the argument."""
+    for prefix in ("TO_", "TRUNC_"):
+        if name.startswith(prefix):
+            kind = conversions.named(name.removeprefix(prefix))
+            return kind if prefix == "TO_" or kind in ANY_INTEGER else None
+    return None
+
+
+def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
+    target = _overloaded(name)
+    kind = plain(arguments[0]) if len(arguments) == 1 else None
+    if name.startswith("TRUNC_") and isinstance(target, Elementary):
+        return _truncate("TRUNC", arguments, target)
+    if isinstance(kind, Untyped):
+        kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
+    if target is None or not isinstance(kind, Elementary | StringType):
+        return _expected(name, "one value of an elementary type", arguments)
+    if (isinstance(kind, StringType) and isinstance(target, StringType)) or kind is target:
+        return _move("MOVE", arguments, target)
+    return _overload(conversions.name_of(kind, target), [kind], target)
+
+
+def _bcd(name: str) -> bool:
+    before, _, after = name.partition("_TO_")
+    return {before, after} & {"BCD"} != set() and any(
+        other in Elementary.__members__ and Elementary[other] in ANY_INTEGER for other in (before, after)
+    )
+
+
+def _bcd_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
+    """BCD_TO_INT takes any bit string; INT_TO_BCD gives the bit string that is as wide as the integer."""
+    before, _, after = name.partition("_TO_")
+    if len(arguments) != 1 or not _is_integer(arguments[0]):
+        return _expected(name, "one integer or bit string", arguments)
+    if before == "BCD":
+        return _overload(f"BCD_TO.{after}", [Elementary.DWORD], Elementary[after])
+    kind = Elementary[before]
+    if not widens(arguments[0], kind):
+        return _expected(name, f"one {kind}", arguments)
+    result = next(bits for bits in BIT_STRINGS if bits.size == kind.size)
+    return _overload(f"TO_BCD.{kind}", [kind], result)
+
+
+_RULES: Final[dict[str, Callable[[str, Sequence[Argument], Type | None], Overload | str]]] = {
+    "ABS": _absolute,
+    **dict.fromkeys(REAL_FUNCTIONS, _real_function),
+    "EXPT": _power,
+    **dict.fromkeys(SHIFTS, _shift),
+    "SEL": _selection,
+    "MUX": _selection,
+    "MOVE": _move,
+    **dict.fromkeys(("MAX", "MIN", "LIMIT"), _extreme),
+    "TRUNC": _truncate,
+}
