@@ -142,6 +142,8 @@ class Statement(Node):
     """Comments in front of the statement, with their brackets."""
     remark: str = field(default="", compare=False, repr=False, kw_only=True)
     """A comment behind the statement in its last line."""
+    after: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
+    """Comments behind the last statement of a block, in lines of their own."""
 
 
 class AssignKind(Enum):
@@ -218,6 +220,8 @@ class Range(Node):
 class CaseBranch(Node):
     labels: tuple[Expression | Range, ...]
     body: "tuple[AnyStatement, ...]"
+    comments: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
+    """Comments in front of the labels."""
 
 
 @dataclass(slots=True)
@@ -370,6 +374,8 @@ class PointerSpec(Node):
 class EnumValue(Node):
     name: str
     value: Expression | None = None
+    comments: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
+    remark: str = field(default="", compare=False, repr=False, kw_only=True)
 
 
 @dataclass(slots=True)
@@ -446,6 +452,8 @@ class Variables(Statement):
     is_retain: bool = False
     is_persistent: bool = False
     is_constant: bool = False
+    name: str = field(default="", compare=False)
+    """The name of a list of global variables; programs of today's tools may write `name.variable`."""
 
 
 @dataclass(slots=True)
@@ -506,6 +514,10 @@ class Configuration(Statement):
     blocks: tuple[Variables, ...] = ()
     tasks: tuple[TaskDeclaration, ...] = ()
     programs: tuple[ProgramInstance, ...] = ()
+    resource: str = ""
+    """The name of the resource; empty if the tasks stand in the configuration itself."""
+    processor: str = ""
+    """What stands behind ON."""
 
 
 Declaration = TypeDeclaration | Pou | Variables | Configuration

@@ -1,0 +1,54 @@
+"""From the trees of all source files to the checked program, with all mistakes of the project at once.
+
+    context.py, project.py          what names mean, in a body and in the whole project
+    declarations.py                 the order of work for declarations
+      type_specs.py, variables.py, initials.py, located.py, sizes.py, configured.py, tasks.py
+    expressions.py                  what the bodies of all languages stand on
+      places.py, operators.py, times.py, calls.py, arguments.py, assignable.py, implicit.py, constants.py, untyped.py
+    statements.py, blocks.py        Structured Text; il.py and sfc.py are beside it
+    whole.py                        what only the whole project shows: limits, recursion, final sizes
+
+Source: PacDrive manual 4.2 to 4.3 (digest 1.16, 1.19, 2.2, 2.3).  Where it is silent the rule is that of CoDeSys V2.3,
+and then that of IEC 61131-3; the place of the rule says so.  A mistake has no follow-on mistakes: an unknown name is
+reported once in each body, and what depends on it is left alone.
+"""
+
+from collections.abc import Collection, Sequence
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import bodies, configured, whole
+from fieldrig_devices.iec.check.declarations import Declarations
+from fieldrig_devices.iec.check.limits import MAX_4, Limits
+from fieldrig_devices.iec.check.project import Project
+from fieldrig_devices.iec.check.tasks import Tasks
+from fieldrig_devices.iec.dialect import EPAS_4, Dialect
+from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.program import Program
+from fieldrig_devices.languages.mistakes import Mistake
+
+
+def check(
+    units: Sequence[tree.Unit],
+    host: Host,
+    dialect: Dialect = EPAS_4,
+    *,
+    library_files: Collection[str] = (),
+    limits: Limits = MAX_4,
+) -> tuple[Program, list[Mistake]]:
+    """Check the files of a project with those of its libraries.
+
+    `library_files` are the names of units that belong to libraries; the project may declare their names anew.  The
+    program may be used if no mistake is more than a note.  Mistakes are in the order of files and lines.
+    """
+    project = Project(host, dialect, limits)
+    declarations = Declarations(project, frozenset(library_files))
+    declarations.declare(units)
+    configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
+    Tasks(project).configure(declarations.configurations)
+    for source in project.sources.values():
+        bodies.check_pou(project, source)
+    whole.check(project, declarations.variables.lists)
+    result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects)
+    order = {unit.file: place for place, unit in enumerate(units)}
+    mistakes = project.reports.mistakes
+    return result, sorted(mistakes, key=lambda found: (order.get(found.file, -1), found.line, found.column))

@@ -1,0 +1,155 @@
+"""Arguments of calls: which parameter each belongs to, and what may be passed to a VAR_IN_OUT."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.program import Bit, Cell, Constant, Located, Parameter, Place, Pou, Variable
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import StringType
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+
+@dataclass(slots=True)
+class Arguments:
+    inputs: dict[Variable, tree.Expression] = field(default_factory=dict)
+    outputs: list[tuple[Variable, tree.Expression, bool]] = field(default_factory=list)
+    """(output, target, is negated)."""
+
+
+def match_arguments(
+    of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]
+) -> Arguments | None:
+    """Return the arguments by parameter; None after a message about the call as a whole."""
+    matched = Arguments()
+    is_whole = True
+    for position, argument in enumerate(node.arguments):
+        if argument.is_output or (argument.name and _is_output(of, argument.name, outputs)):
+            is_whole = _output(of, argument, pou, outputs, matched) and is_whole
+        elif argument.value is not None:
+            found = _parameter(of, argument, position, pou, inputs)
+            if found is not None and found in matched.inputs:
+                of.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
+                found = None
+            if found is None:
+                is_whole = False
+            else:
+                matched.inputs[found] = argument.value
+    return matched if is_whole and not _misses(of, node, pou, inputs, matched) else None
+
+
+def _is_output(of: "Expressions", name: str, outputs: Sequence[Variable]) -> bool:
+    return any(of.context.key(variable.name) == of.context.key(name) for variable in outputs)
+
+
+def _output(
+    of: "Expressions", argument: tree.Argument, pou: Pou, outputs: Sequence[Variable], matched: Arguments
+) -> bool:
+    context = of.context
+    for variable in outputs:
+        if context.key(variable.name) == context.key(argument.name):
+            if not argument.is_output:
+                context.say(argument, f"{variable.name} is an output of {pou.name}", f"{variable.name} => target")
+                return False
+            if argument.value is not None:
+                matched.outputs.append((variable, argument.value, argument.is_negated))
+            return True
+    names = ", ".join(variable.name for variable in outputs) or "no output"
+    context.say(argument, f"{pou.name} has no output {argument.name}", names)
+    return False
+
+
+def _parameter(
+    of: "Expressions", argument: tree.Argument, position: int, pou: Pou, inputs: Sequence[Variable]
+) -> Variable | None:
+    context = of.context
+    if argument.name:
+        for variable in inputs:
+            if context.key(variable.name) == context.key(argument.name):
+                return variable
+        names = {context.key(variable.name): variable.name for variable in inputs}
+        hint = context.project.reports.closest(argument.name, names)
+        context.say(
+            argument, f"{pou.name} has no input {argument.name}", ", ".join(names.values()) or "no argument", hint
+        )
+        return None
+    if pou.kind is not PouKind.FUNCTION:
+        example = (
+            f"{inputs[0].name} := {text(argument.value) if argument.value else '...'}" if inputs else "no argument"
+        )
+        context.say(argument, f"{pou.name} is called with an argument without a name", example)
+        return None
+    if position >= len(inputs):
+        if position == len(inputs):
+            context.say(argument, f"too many arguments for {pou.name}", f"{len(inputs)} arguments")
+        return None
+    return inputs[position]
+
+
+def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], matched: Arguments) -> bool:
+    """A function needs every input without a declared start value; a block only its VAR_IN_OUT."""
+    missing = [
+        variable.name
+        for variable in inputs
+        if variable not in matched.inputs
+        and (
+            variable.section is Section.IN_OUT
+            or (pou.kind is PouKind.FUNCTION and not of.context.project.has_start(variable))
+        )
+    ]
+    if missing:
+        what = (
+            f"the argument {missing[0]} is missing"
+            if len(missing) == 1
+            else f"the arguments {', '.join(missing)} are missing"
+        )
+        all_names = ", ".join(variable.name for variable in inputs)
+        of.context.say(node, f"{what} in the call of {pou.name}", f"values for {all_names}")
+    return bool(missing)
+
+
+def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
+    """Return the argument of a VAR_IN_OUT, which is passed by its address (PD-352)."""
+    context = of.context
+    found = of.meaning(node) if not isinstance(node, tree.Literal | tree.Unary | tree.Binary | tree.Call) else None
+    if isinstance(found, Constant) or isinstance(node, tree.Literal | tree.Unary | tree.Binary | tree.Call):
+        context.say(
+            node,
+            f"{text(node)} is passed to the VAR_IN_OUT {variable.name}",
+            "a variable",
+            "store the value in a variable first",
+        )
+        return None
+    if found is None:
+        return None
+    place = of.place(node)
+    if place is None:
+        return None
+    is_bit = isinstance(place, Bit) or (isinstance(place, Located) and place.bit >= 0)
+    if is_bit or isinstance(place, Parameter):
+        what = "a located BOOL" if isinstance(place, Located) else "a bit" if is_bit else "a parameter"
+        context.say(
+            node,
+            f"{text(node)} is {what} and has no address for the VAR_IN_OUT {variable.name}",
+            "a variable without AT (PD-352)",
+            "copy it into a variable before the call and back after it",
+        )
+        return None
+    if isinstance(place, Cell) and place.variable.is_constant:
+        context.say(
+            node, f"{text(node)} is a constant and {variable.name} may be changed", "a variable that may be written"
+        )
+        return None
+    is_text = isinstance(place.type, StringType) and isinstance(variable.type, StringType)
+    if place.type != variable.type and not (is_text and place.type.size >= variable.type.size):
+        context.say(
+            node,
+            f"{text(node)} is {a(place.type)}",
+            f"a variable of type {variable.type} for the VAR_IN_OUT {variable.name}",
+        )
+        return None
+    return place

@@ -1,0 +1,212 @@
+"""Which value may become a value of another type by itself, and the message with the function to write if it may not.
+
+This is the rule for assignments, arguments, start values and everything else that has a type to fill (PD-367).
+"""
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import constants, implicit
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.library.integers import cut
+from fieldrig_devices.iec.library.reals import single
+from fieldrig_devices.iec.program import AddressOf, Constant, Convert, Expression
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    Elementary,
+    EnumType,
+    Family,
+    PointerType,
+    StringType,
+    SubrangeType,
+    Type,
+)
+
+
+def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> Expression | None:
+    """Return the value as one of type `kind`; None after a message."""
+    if type(value) is Untyped:
+        return _literal(context, value, kind, at)
+    source = value.type
+    if source is kind:
+        return _no_instance(context, value, at) if type(kind) is BlockType else value
+    if isinstance(kind, StringType) and isinstance(source, StringType):
+        return value
+    if source == kind:
+        return value
+    if isinstance(source, SubrangeType):
+        return convert(context, constants.converted(value, source.base), kind, at)
+    if isinstance(source, EnumType) and not isinstance(kind, EnumType):
+        return convert(context, constants.converted(value, Elementary.INT), kind, at)
+    if isinstance(kind, Elementary):
+        return _elementary(context, value, kind, at)
+    if isinstance(kind, SubrangeType):
+        return _subrange(context, value, kind, at)
+    if isinstance(kind, EnumType):
+        return _enumeration(context, value, kind, at)
+    if isinstance(kind, PointerType) and _is_address(source):
+        return _pointer(value, kind)
+    return _no(context, value, kind, at)
+
+
+def _no_instance(context: Context, value: Expression, at: tree.Node) -> Expression | None:
+    context.say(
+        at, f"{text(at)} is an instance of {value.type} and cannot be copied", "a variable without a function block"
+    )
+    return None
+
+
+def _is_address(kind: Type) -> bool:
+    return isinstance(kind, PointerType) or (isinstance(kind, Elementary) and kind.is_integer and kind.size <= 4)
+
+
+def _pointer(value: Expression, kind: PointerType) -> Expression:
+    if isinstance(value, AddressOf):
+        return AddressOf(value.place, kind)
+    return constants.converted(value, kind)
+
+
+def _elementary(context: Context, value: Expression, kind: Elementary, at: tree.Node) -> Expression | None:
+    source = value.type
+    if isinstance(source, PointerType) and kind in (Elementary.DWORD, Elementary.UDINT, Elementary.DINT):
+        return constants.converted(value, kind)
+    if not isinstance(source, Elementary):
+        return _no(context, value, kind, at)
+    allowed = implicit.WIDENS if context.project.dialect.mixes_integers else implicit.STRICT
+    if (source, kind) not in allowed:
+        return _no(context, value, kind, at)
+    if kind is Elementary.REAL and not implicit.is_exact(source, kind) and not isinstance(value, Constant):
+        context.note(at, f"a REAL does not hold every {source}: 7 digits are kept", f"use {source}_TO_REAL({text(at)})")
+    return constants.converted(value, kind)
+
+
+def _subrange(context: Context, value: Expression, kind: SubrangeType, at: tree.Node) -> Expression | None:
+    base = convert(context, value, kind.base, at)
+    if isinstance(base, Constant):
+        if not kind.low <= int(base.value) <= kind.high:
+            context.say(at, f"{base.value} is outside the subrange", f"{kind.low} to {kind.high}")
+            return None
+        return Constant(base.value, kind)
+    return Convert(base, kind) if base is not None else None
+
+
+def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.Node) -> Expression | None:
+    if isinstance(value.type, EnumType):
+        return _no(context, value, kind, at)
+    number = convert(context, value, Elementary.INT, at)
+    if isinstance(number, Constant):
+        if number.value not in kind.values.values():
+            context.say(at, f"{number.value} is no value of {kind}", _values(kind))
+            return None
+        return Constant(number.value, kind)
+    return Convert(number, kind) if number is not None else None
+
+
+def _values(kind: EnumType) -> str:
+    shown = [f"{name} ({number})" for name, number in kind.values.items()]
+    return ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
+
+
+# ---- constants without a type
+
+
+def _literal(context: Context, value: Untyped, kind: Type, at: tree.Node) -> Expression | None:
+    given = value.value
+    assert not isinstance(given, str)
+    if isinstance(kind, SubrangeType):
+        return _subrange(context, value, kind, at)
+    if isinstance(kind, EnumType):
+        return _enumeration(context, value, kind, at)
+    if isinstance(kind, PointerType) and not value.is_real:
+        address = _literal(context, value, Elementary.DWORD, at)
+        return Constant(address.value, kind) if isinstance(address, Constant) else None
+    if not isinstance(kind, Elementary):
+        return _no(context, value, kind, at)
+    if kind.is_real:
+        return _real(context, value, kind, at)
+    if value.is_real:
+        return _no(context, value, kind, at)
+    number = int(given)
+    if kind.is_integer and value.is_pattern and 0 <= number < 2**kind.bits:
+        return Constant(cut(number, kind), kind)
+    if kind.is_integer or (kind.family is Family.TIME and context.project.dialect.allows_numbers_as_times):
+        if kind.low <= number <= kind.high:
+            return Constant(number, kind)
+        context.say(at, f"{number} does not fit {kind}", f"{kind.low} to {kind.high}")
+        return None
+    if kind is Elementary.BOOL and number in (0, 1):
+        return Constant(bool(number), kind)
+    return _no(context, value, kind, at)
+
+
+def _real(context: Context, value: Untyped, kind: Elementary, at: tree.Node) -> Expression | None:
+    assert not isinstance(value.value, str)
+    try:
+        given = float(value.value)
+    except OverflowError:
+        given = float("inf")
+    number = single(given) if kind is Elementary.REAL else given
+    if number in (float("inf"), float("-inf")):
+        context.say(
+            at, f"{text(at)} does not fit {kind}", f"at most {'3.4E38' if kind is Elementary.REAL else '1.7E308'}"
+        )
+        return None
+    return Constant(number, kind)
+
+
+# ---- messages
+
+
+def _no(context: Context, value: Expression, kind: Type, at: tree.Node) -> Constant | None:
+    source = value.type
+    if type(value) is Untyped:
+        context.say(at, f"the number {value.value} is no {kind}", str(kind), _literal_hint(value, kind, at))
+    else:
+        context.say(at, f"{_value(at)} is {a(source)}", str(kind), _hint(source, kind, at))
+    return None
+
+
+def _value(at: tree.Node) -> str:
+    return text(at) or "the value"
+
+
+def _literal_hint(value: Untyped, kind: Type, at: tree.Node) -> str:
+    if kind is Elementary.TIME and not value.is_real:
+        return f"write T#{value.value}ms for milliseconds"
+    if kind is Elementary.BOOL:
+        return "write TRUE or FALSE, or compare: x <> 0"
+    if isinstance(kind, StringType):
+        return f"write '{value.value}' for text"
+    if isinstance(kind, Elementary) and kind.is_integer and value.is_real:
+        return f"use REAL_TO_{kind}({text(at)}), which rounds, or TRUNC({text(at)})"
+    return ""
+
+
+def _hint(source: Type, kind: Type, at: tree.Node) -> str:
+    if isinstance(source, ArrayType | PointerType) and isinstance(kind, Elementary | StringType):
+        return (
+            f"choose an element: {text(at) or 'x'}[...]"
+            if isinstance(source, ArrayType)
+            else f"{text(at) or 'p'}^ is what it points to"
+        )
+    before, after = _conversion_name(source), _conversion_name(kind)
+    if not before or not after:
+        return ""
+    shown = f"{before}_TO_{after}({text(at) or '...'})"
+    if isinstance(source, Elementary) and isinstance(kind, Elementary):
+        if source.is_integer and kind.is_integer:
+            return f"use {shown} if cutting is meant"
+        if source.is_real and kind.is_integer:
+            return f"use {shown}, which rounds, or TRUNC"
+        if source is Elementary.LREAL and kind is Elementary.REAL:
+            return f"use {shown} if 7 digits are enough"
+    return f"use {shown}"
+
+
+def _conversion_name(kind: Type) -> str:
+    if isinstance(kind, SubrangeType):
+        return kind.base.name
+    if isinstance(kind, EnumType):
+        return "INT"
+    return "STRING" if isinstance(kind, StringType) else kind.name if isinstance(kind, Elementary) else ""

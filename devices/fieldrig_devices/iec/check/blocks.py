@@ -1,0 +1,197 @@
+"""Calls as statements: instances of function blocks, programs, actions, and functions for their effects."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import calls
+from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
+from fieldrig_devices.iec.check.project import UNKNOWN
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.library import intrinsics
+from fieldrig_devices.iec.program import (
+    AnyStatement,
+    Assign,
+    CallAction,
+    CallBlock,
+    Cell,
+    Component,
+    Evaluate,
+    Expression,
+    Load,
+    Operator,
+    Place,
+    Pou,
+    Variable,
+)
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import BlockType
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+Resolved = tuple[Place | None, Pou]
+"""The instance, if it is not the one whose body this is, and what is called."""
+
+
+def call_statement(of: "Expressions", node: tree.Call, line: int) -> list[AnyStatement]:
+    """Return the statements of a call: usually one; none after a message."""
+    found = _resolve(of, node)
+    if found is None:
+        return []
+    instance, pou = found
+    calls.note_call(of.context, pou, node)
+    if pou.kind is PouKind.FUNCTION and pou.owner is None:
+        value = calls.call(of, pou, node)
+        return [Evaluate(value, line=line)] if value is not None else []
+    if pou.owner is not None:
+        return _action(of, node, instance, pou, line)
+    assert instance is not None
+    return call_block(of, node, instance, pou, line)
+
+
+def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
+    context, called = of.context, node.called
+    if isinstance(called, tree.Name):
+        if context.find(called.text) is None:
+            function = calls.called_function(context, called.text)
+            action = context.owner.actions.get(context.key(called.text)) if context.owner is not None else None
+            if function is None and action is None:
+                _say_unknown(of, node, called)
+                return None
+        else:
+            function = calls.called_function(context, called.text)
+        if function is not None:
+            return None, function
+    if isinstance(called, tree.Member):
+        member = _member_action(of, called)
+        if member is not None:
+            return member
+    meaning = of.meaning(called)
+    if isinstance(meaning, Pou):
+        if meaning.kind is PouKind.FUNCTION or meaning.owner is not None:
+            return None, meaning
+        if meaning.kind is PouKind.PROGRAM and meaning.instance is not None:
+            return Cell(meaning.instance, meaning.instance.type), meaning
+        hint = f"declare an instance in VAR: fb{meaning.name} : {meaning.name};"
+        context.say(called, f"{meaning.name} is a function block, not an instance", "an instance", hint)
+        return None
+    if isinstance(meaning, Place):
+        if isinstance(meaning.type, BlockType) and meaning.type.pou is not None:
+            return meaning, meaning.type.pou
+        if meaning.type is not UNKNOWN:
+            context.say(
+                called, f"{text(called)} is {a(meaning.type)} and cannot be called", "an instance, program or function"
+            )
+    elif meaning is not None:
+        context.say(called, f"{text(called)} cannot be called", "an instance, program or function")
+    return None
+
+
+def _say_unknown(of: "Expressions", node: tree.Call, called: tree.Name) -> None:
+    context, name = of.context, called.text
+    if intrinsics.is_standard(name) or name.upper() in calls.SPECIAL:
+        context.say(
+            called,
+            f"the result of {name.upper()} is not used",
+            "a function in an expression",
+            f"write x := {name}(...);",
+        )
+        return
+    context.say_unknown(called, name, "an instance, program, action or function")
+
+
+def _member_action(of: "Expressions", node: tree.Member) -> Resolved | None:
+    """`instance.action`, as a call of the action of that instance; None for anything else."""
+    if isinstance(node.of, tree.Name) and of.context.find(node.of.text) is None:
+        return None
+    owner = of.meaning(node.of)
+    if isinstance(owner, Pou) and owner.instance is not None:
+        instance: Place = Cell(owner.instance, owner.instance.type)
+        pou: Pou | None = owner
+    elif isinstance(owner, Place) and isinstance(owner.type, BlockType):
+        instance, pou = owner, owner.type.pou
+    else:
+        return None
+    action = pou.actions.get(of.context.key(node.name)) if pou is not None else None
+    if action is None:
+        return None
+    return (None if pou is of.context.owner else instance), action
+
+
+# ---- blocks
+
+
+def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, line: int) -> list[AnyStatement]:
+    source = of.context.project.sources[pou]
+    matched = match_arguments(of, node, pou, source.inputs, source.outputs)
+    if matched is None:
+        return []
+    inputs: list[tuple[Variable, Expression]] = []
+    references: list[tuple[Variable, Place]] = []
+    is_whole = True
+    for variable, given in matched.inputs.items():
+        if variable.section is Section.IN_OUT:
+            place = reference(of, given, variable)
+            is_whole = is_whole and place is not None
+            if place is not None:
+                references.append((variable, place))
+        else:
+            value = of.expression_as(given, variable.type)
+            is_whole = is_whole and value is not None
+            if value is not None:
+                inputs.append((variable, value))
+    outputs = _outputs(of, matched, lambda variable: Component(instance, 0, variable.type, variable))
+    if not is_whole or outputs is None:
+        return []
+    return [CallBlock(instance, pou, tuple(inputs), tuple(references), tuple(outputs), line=line)]
+
+
+def _outputs(
+    of: "Expressions", matched: Arguments, pin: Callable[[Variable], Place]
+) -> list[tuple[Place, Expression]] | None:
+    """The assignments after the call, `Q => target`; None after a message."""
+    made: list[tuple[Place, Expression]] = []
+    is_whole = True
+    for variable, given, is_negated in matched.outputs:
+        target = of.target(given)
+        value: Expression | None = Load(pin(variable))
+        if is_negated and value is not None:
+            value = of.negate(Operator.NOT, value, given)
+        if target is not None and value is not None:
+            value = of.convert(value, target.type, given)
+        if target is None or value is None:
+            is_whole = False
+        else:
+            made.append((target, value))
+    return made if is_whole else None
+
+
+# ---- actions
+
+
+def _action(of: "Expressions", node: tree.Call, instance: Place | None, action: Pou, line: int) -> list[AnyStatement]:
+    """An action may be called with inputs, which are assigned before, and outputs, as in CoDeSys V2.3."""
+    assert action.owner is not None
+    source = of.context.project.sources[action.owner]
+    given = [variable for variable in source.inputs if variable.section is not Section.IN_OUT]
+    matched = match_arguments(of, node, action.owner, given, source.outputs)
+    if matched is None:
+        return []
+
+    def pin(variable: Variable) -> Place:
+        return (
+            Component(instance, 0, variable.type, variable) if instance is not None else Cell(variable, variable.type)
+        )
+
+    before: list[AnyStatement] = []
+    for variable, argument in matched.inputs.items():
+        value = of.expression_as(argument, variable.type)
+        if value is None:
+            return []
+        before.append(Assign(pin(variable), value, line=line))
+    outputs = _outputs(of, matched, pin)
+    if outputs is None:
+        return []
+    after = [Assign(target, value, line=line) for target, value in outputs]
+    return [*before, CallAction(action, instance, line=line), *after]

@@ -1,0 +1,42 @@
+"""The bodies of a POU and of its actions, each in its language."""
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.project import PouSource, Project
+from fieldrig_devices.iec.check.statements import Statements
+from fieldrig_devices.iec.program import AnyStatement, Pou
+
+
+def check_pou(project: Project, source: PouSource) -> None:
+    source.pou.body = _body(project, source, source.pou, source.tree.body)
+    for node in source.tree.actions:
+        action = source.pou.actions.get(project.key(node.name))
+        if action is not None and not action.body:
+            action.body = _body(project, source, action, node.body)
+
+
+def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body) -> list[AnyStatement]:
+    context = Context(project, source, pou.file, pou)
+    match body:
+        case tree.StBody():
+            return Statements(context).body(body.statements)
+        case tree.NativeBody():
+            _check_native(project, source, pou)
+            return []
+        case _:
+            context.say(body, "this language cannot be compiled yet", "Structured Text")
+            return []
+
+
+def _check_native(project: Project, source: PouSource, pou: Pou) -> None:
+    """The host must implement a POU whose body is {native}."""
+    name = pou.name.casefold()
+    if not any(name in library.functions or name in library.blocks for library in project.host.libraries):
+        place = source.tree.body.place if source.tree.body.place.line else source.tree.place
+        project.reports.say(
+            pou.file,
+            place,
+            f"the controller does not implement {pou.name}",
+            "a body",
+            "only libraries have {native} bodies",
+        )

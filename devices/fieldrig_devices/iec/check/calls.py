@@ -1,0 +1,280 @@
+"""Calls in expressions: functions of the project and of libraries, standard functions, and ADR, SIZEOF, INDEXOF."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import constants
+from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.sizes import Sizes
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.untyped import Untyped, integer
+from fieldrig_devices.iec.library import intrinsics
+from fieldrig_devices.iec.program import (
+    COMPARISONS,
+    AddressOf,
+    Bit,
+    CallFunction,
+    Cell,
+    Constant,
+    Expression,
+    Located,
+    Operator,
+    Parameter,
+    Place,
+    Pou,
+    Variable,
+)
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import Elementary, Type
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+
+def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression | None:
+    """Return the result of a call that stands in an expression; None after a message."""
+    context = of.context
+    if not isinstance(node.called, tree.Name):
+        context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
+        return None
+    name = node.called.text
+    found = context.find(name)
+    if found is None or isinstance(found, Variable):
+        function = called_function(context, name)
+        if function is not None:
+            return call(of, function, node)
+    if isinstance(found, Pou) and found.kind is PouKind.FUNCTION:
+        return call(of, found, node)
+    if found is not None:
+        hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
+        context.say(node, f"{name} is not a function", "a function", hint)
+        return None
+    special = SPECIAL.get(name.upper())
+    if special is not None:
+        return special(of, node)
+    if intrinsics.is_standard(name):
+        return _standard_call(of, name.upper(), node, wanted)
+    functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
+    hint = context.project.reports.closest(name, functions)
+    context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)
+    return None
+
+
+def _pin_hint(name: str) -> str:
+    return f"call {name}(...); as a statement first, and read {name}.Q afterwards"
+
+
+def called_function(context: Context, name: str) -> Pou | None:
+    """Return the function that is called within itself, where its name is also its result."""
+    owner = context.owner
+    is_itself = owner is not None and owner.kind is PouKind.FUNCTION and context.key(name) == context.key(owner.name)
+    return owner if is_itself else None
+
+
+def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
+    if context.pou is not None:
+        context.project.calls.setdefault(context.pou, {}).setdefault(pou, node.place)
+
+
+def call(of: "Expressions", pou: Pou, node: tree.Call) -> CallFunction | None:
+    """Check a call of a FUNCTION with its arguments, which may be given by position or by name."""
+    note_call(of.context, pou, node)
+    source = of.context.project.sources[pou]
+    matched = match_arguments(of, node, pou, source.inputs, source.outputs)
+    if matched is None or pou.result is None:
+        return None
+    inputs = _inputs(of, matched, source.inputs)
+    outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]
+    if inputs is None or any(place is None for _, place in outputs):
+        return None
+    for (variable, place), (_, given, _negated) in zip(outputs, matched.outputs, strict=True):
+        if place is not None and place.type != variable.type:
+            of.context.say(
+                given, f"{text(given)} is {a(place.type)}", str(variable.type), "outputs of a function keep their type"
+            )
+            return None
+    kept = tuple((variable, place) for variable, place in outputs if place is not None)
+    return CallFunction(pou, tuple(inputs), pou.result.type, kept)
+
+
+def _inputs(
+    of: "Expressions", matched: Arguments, variables: Sequence[Variable]
+) -> list[tuple[Variable, Expression | Place]] | None:
+    made: list[tuple[Variable, Expression | Place]] = []
+    is_whole = True
+    for variable in variables:
+        given = matched.inputs.get(variable)
+        argument: Expression | Place | None
+        if given is None:
+            argument = _default(of.context, variable)
+        elif variable.section is Section.IN_OUT:
+            argument = reference(of, given, variable)
+        else:
+            argument = of.expression_as(given, variable.type)
+        if argument is None:
+            is_whole = False
+        else:
+            made.append((variable, argument))
+    return made if is_whole else None
+
+
+def _default(context: Context, variable: Variable) -> Constant | None:
+    found = context.project.constant_of(variable)
+    return Constant(found, variable.type) if found is not None else None
+
+
+# ---- standard functions
+
+
+def _standard_call(of: "Expressions", name: str, node: tree.Call, wanted: Type | None) -> Expression | None:
+    given = _in_order(of.context, name, node)
+    if given is None:
+        return None
+    values = [of.expression(argument, wanted) for argument in given]
+    known = [value for value in values if value is not None]
+    return standard(of, name, known, node, wanted, given) if len(known) == len(values) else None
+
+
+def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Expression] | None:
+    """The arguments by position; named ones are put in order."""
+    names = intrinsics.formal_names(name, len(node.arguments))
+    found: dict[str, tree.Expression] = {}
+    for position, argument in enumerate(node.arguments):
+        if argument.value is None or argument.is_output:
+            context.say(argument, f"{name} has no outputs", "arguments without =>")
+            return None
+        formal = argument.name.upper() or (names[position] if position < len(names) else str(position))
+        if (argument.name and formal not in names) or formal in found:
+            context.say(argument, f"{name} has no free argument {argument.name}", ", ".join(names))
+            return None
+        found[formal] = argument.value
+    return [
+        found[formal] for formal in sorted(found, key=lambda formal: names.index(formal) if formal in names else 99)
+    ]
+
+
+def standard(
+    of: "Expressions",
+    name: str,
+    values: Sequence[Expression],
+    at: tree.Node,
+    wanted: Type | None = None,
+    nodes: Sequence[tree.Node] = (),
+) -> Expression | None:
+    """Call a standard function with checked arguments; `nodes` are their trees, for messages."""
+    operator = intrinsics.OPERATORS.get(name)
+    if operator is not None:
+        return _operator_call(of, name, operator, values, at)
+    kinds = [value.argument if type(value) is Untyped else value.type for value in values]
+    found = intrinsics.find(name, kinds, wanted)
+    if isinstance(found, str):
+        head, _, rest = found.partition(": expected ")
+        expected, _, got = rest.rpartition(", got ")
+        of.context.say(at, f"{head} with {got}" if got else found, expected)
+        return None
+    places = nodes or [at] * len(values)
+    converted = [
+        of.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
+    ]
+    known = [value for value in converted if value is not None]
+    return constants.intrinsic(found, known) if len(known) == len(converted) else None
+
+
+def _operator_call(
+    of: "Expressions", name: str, operator: Operator, values: Sequence[Expression], at: tree.Node
+) -> Expression | None:
+    """ADD(a, b, c) is a + b + c, and GT(a, b, c) is a > b AND b > c."""
+    if operator is Operator.NOT and len(values) == 1:
+        return of.negate(operator, values[0], at)
+    is_binary = operator in intrinsics.BINARY_ONLY
+    if operator is Operator.NOT or len(values) < 2 or (is_binary and len(values) != 2):
+        expected = (
+            "one argument" if operator is Operator.NOT else "two arguments" if is_binary else "two arguments or more"
+        )
+        of.context.say(at, f"{name} with {len(values)} arguments", expected)
+        return None
+    if operator not in COMPARISONS:
+        result: Expression | None = values[0]
+        for value in values[1:]:
+            result = of.operate(operator, result, value, at) if result is not None else None
+        return result
+    result = of.operate(operator, values[0], values[1], at)
+    for left, right in pairwise(values[1:]):
+        step = of.operate(operator, left, right, at)
+        result = of.operate(Operator.AND, result, step, at) if result is not None and step is not None else None
+    return result
+
+
+# ---- ADR, SIZEOF, INDEXOF
+
+
+def _one_argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
+    if len(node.arguments) == 1 and node.arguments[0].value is not None:
+        return node.arguments[0].value
+    of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
+    return None
+
+
+def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | None:
+    """Return the address of a checked place, as a DWORD (PD-358)."""
+    if not has_cell(place):
+        of.context.say(
+            at,
+            f"{text(at)} has no address of its own",
+            "a variable that is not a bit or a parameter",
+            "copy it into a variable first",
+        )
+        return None
+    return AddressOf(place, Elementary.DWORD)
+
+
+def has_cell(place: Place) -> bool:
+    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
+    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
+
+
+def _adr(of: "Expressions", node: tree.Call) -> Expression | None:
+    given = _one_argument(of, node)
+    place = _cell_of(of, given) if given is not None else None
+    return address_of(of, place, node.arguments[0]) if place is not None else None
+
+
+def _cell_of(of: "Expressions", node: tree.Expression) -> Place | None:
+    """The place of an argument, also of a constant, which has a cell too."""
+    found = of.context.find(node.text) if isinstance(node, tree.Name) else None
+    if isinstance(found, Variable) and found.is_constant:
+        return Cell(found, found.type)
+    return of.place(node)
+
+
+def _sizeof(of: "Expressions", node: tree.Call) -> Expression | None:
+    given = _one_argument(of, node)
+    if given is None:
+        return None
+    if isinstance(given, tree.Name) and of.context.find(given.text) is None:
+        kind = of.context.project.named_type(given.text)
+        if kind is not None:
+            return integer(Sizes(of.context.project).of(kind))
+    found = of.expression(given)
+    return integer(Sizes(of.context.project).of(found.type)) if found is not None else None
+
+
+def _indexof(of: "Expressions", node: tree.Call) -> Expression | None:
+    given = _one_argument(of, node)
+    found = of.meaning(given) if given is not None else None
+    if found is None or given is None:
+        return None
+    if not isinstance(found, Pou):
+        of.context.say(given, f"{text(given)} is not a POU", "a program, function or function block")
+        return None
+    return integer(list(of.context.project.pous.values()).index(found))
+
+
+SPECIAL: Final[dict[str, "Callable[[Expressions, tree.Call], Expression | None]"]] = {
+    "ADR": _adr,
+    "SIZEOF": _sizeof,
+    "INDEXOF": _indexof,
+}

@@ -1,0 +1,56 @@
+"""Where an expression or statement is: its POU, its file, and what names mean there."""
+
+from fieldrig_devices.iec.check.project import Entity, PouSource, Project
+from fieldrig_devices.iec.program import Pou, Space, Variable
+from fieldrig_devices.iec.tree import Node, PouKind, Section
+from fieldrig_devices.iec.types import Type
+
+
+class Context:
+    def __init__(self, project: Project, source: PouSource | None, file: str, pou: Pou | None = None) -> None:
+        self.project, self.source, self.file = project, source, file
+        self.key = project.key
+        self.pou = pou if pou is not None else source.pou if source is not None else None
+        """The POU or action whose body is checked."""
+        self.names: dict[str, Variable] = source.names if source is not None else {}
+        self._unknown: set[str] = set()
+        self._hidden = 0
+
+    @property
+    def owner(self) -> Pou | None:
+        """The POU; for an action, the one that it belongs to."""
+        return self.source.pou if self.source is not None else None
+
+    def find(self, name: str) -> Entity | None:
+        wanted = self.key(name)
+        return self.names.get(wanted) or self.project.find(wanted)
+
+    def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
+        self.project.reports.say(self.file, node.place, what, expected, hint)
+
+    def note(self, node: Node, what: str, hint: str = "") -> None:
+        self.project.reports.note(self.file, node.place, what, hint)
+
+    def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
+        """Report an unknown name, once in each body."""
+        if self.key(name) in self._unknown:
+            return
+        self._unknown.add(self.key(name))
+        known = [*self.names, *self.project.names]
+        hint = self.project.reports.closest(name, known)
+        self.say(node, f"{name} is not declared", expected or ("" if hint else "a name from a declaration"), hint)
+
+    def hidden(self, name: str, kind: Type, space: Space | None = None) -> Variable:
+        """Make a variable that the source doesn't show; `name` only says what it is for.
+
+        In a function it is on the stack; elsewhere it belongs to the instance, unless `space` says otherwise.
+        """
+        assert self.source is not None
+        owner = self.source.pou
+        if space is None:
+            space = Space.FRAME if owner.kind is PouKind.FUNCTION else Space.INSTANCE
+        section = Section.TEMP if space is Space.FRAME else Section.LOCAL
+        number = len(owner.variables)
+        variable = Variable(f"${name}{number}", kind, space, section, file=self.file)
+        owner.variables[self.key(variable.name)] = variable
+        return variable

@@ -1,0 +1,184 @@
+"""What a project declares, in the order in which it can be worked out: names, types, variables, start values."""
+
+from collections.abc import Sequence
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import initials
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
+from fieldrig_devices.iec.check.sizes import Sizes
+from fieldrig_devices.iec.check.type_specs import TypeSpecs
+from fieldrig_devices.iec.check.variables import Variables
+from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import ALIASES, BlockType, Elementary, StringType
+
+
+class Declarations:
+    def __init__(self, project: Project, library_files: frozenset[str]) -> None:
+        self._project, self._library_files = project, library_files
+        self.specs = TypeSpecs(project)
+        self.variables = Variables(project, self.specs)
+        self.configurations: list[tuple[tree.Configuration, str]] = []
+        self._config_blocks: list[tuple[tree.Variables, str]] = []
+        project.types.update({kind.name.lower(): kind for kind in Elementary})
+        project.types.update({name.lower(): kind for name, kind in ALIASES.items()})
+        project.types["string"] = StringType()
+        project.types.update(project.host.object_types)
+        project.compute = lambda start: initials.compute(start, Context(project, start.source, start.file))
+
+    def declare(self, units: Sequence[tree.Unit]) -> None:
+        """Work out all declarations; afterwards only bodies are open."""
+        self._objects()
+        for unit in sorted(units, key=lambda unit: unit.file not in self._library_files):
+            for node in unit.declarations:
+                self._declare(node, unit.file)
+        self.specs.resolve_all()
+        self._type_defaults()
+        self.specs.finish_enumerations()
+        for source in self._project.sources.values():
+            self.variables.add_to_pou(source)
+        self._sizes()
+        self._starts()
+
+    # ---- names
+
+    def _objects(self) -> None:
+        """Configuration objects, and `_Name` for the logical address of each (PD-025)."""
+        for known in self._project.host.objects.values():
+            name = self._project.key(known.name)
+            self._project.declare(name, Constant(known.address, known.type), "", tree.NOWHERE)
+            self._project.declare(f"_{name}", Constant(known.address, Elementary.DINT), "", tree.NOWHERE)
+
+    def _declare(self, node: tree.Declaration, file: str) -> None:
+        match node:
+            case tree.TypeDeclaration():
+                name = self._project.key(node.name)
+                if self._is_free(name, node.name, node, file):
+                    self._project.declared_at[name] = (file, node.place)
+                    self.specs.add(name, node, Context(self._project, None, file))
+            case tree.Pou():
+                self._pou(node, file)
+            case tree.Variables():
+                self._list(node, file)
+            case tree.Configuration():
+                self.configurations.append((node, file))
+                for block in node.blocks:
+                    self._list(block, file)
+
+    def _is_free(self, name: str, shown: str, node: tree.Node, file: str) -> bool:
+        """POUs, types, global variables and enumeration values share one space of names (PD-357)."""
+        project = self._project
+        is_known = name in project.names or name in project.pous or name in self.specs.names or name in project.types
+        if is_known and name in project.library_names:
+            project.reports.note(file, node.place, f"{shown} replaces the one of the library")
+            project.pous.pop(name, None)
+            project.names.pop(name, None)
+            return True
+        if is_known:
+            what = (
+                f"{shown} is declared {project.where(name)} already"
+                if name in project.declared_at
+                else f"{shown} is the name of a type"
+            )
+            project.reports.say(file, node.place, what, "a name that is unique in the project (PD-357)")
+        return not is_known
+
+    def _pou(self, node: tree.Pou, file: str) -> None:
+        name = self._project.key(node.name)
+        if not self._is_free(name, node.name, node, file):
+            return
+        pou = Pou(node.kind, node.name, file, is_native=isinstance(node.body, tree.NativeBody))
+        if node.kind is not PouKind.FUNCTION:
+            pou.type = BlockType(node.name, pou)
+        if node.kind is PouKind.PROGRAM:
+            pou.instance = Variable(
+                node.name, pou.type or UNKNOWN, Space.GLOBAL, Section.GLOBAL, place=node.place, file=file
+            )
+            self._project.globals[name] = pou.instance
+        self._project.pous[name] = pou
+        self._project.sources[pou] = PouSource(pou, node, file in self._library_files)
+        self._project.declare(name, pou, file, node.place)
+        if file in self._library_files:
+            self._project.library_names.add(name)
+        for action in node.actions:
+            self._action(action, pou)
+        for block in node.blocks:
+            if block.section is Section.GLOBAL and node.kind is PouKind.PROGRAM:
+                self._list(block, file)
+
+    def _action(self, node: tree.Action, pou: Pou) -> None:
+        name = self._project.key(node.name)
+        if name in pou.actions:
+            self._project.reports.say(pou.file, node.place, f"{pou.name} has two actions {node.name}", "another name")
+            return
+        if pou.kind is PouKind.FUNCTION:
+            self._project.reports.say(
+                pou.file, node.place, "an action of a function", "an action of a program or function block"
+            )
+        pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", pou.file, pou.variables, type=pou.type, owner=pou)
+
+    def _list(self, block: tree.Variables, file: str) -> None:
+        match block.section:
+            case Section.GLOBAL:
+                self.variables.add_globals(
+                    block, file, lambda name, entity, node: self._global(name, entity, node, file)
+                )
+            case Section.CONFIG:
+                self._config_blocks.append((block, file))
+            case _:
+                self._project.reports.say(
+                    file, block.place, f"{block.section.value} outside a POU", "VAR_GLOBAL, or a POU around it"
+                )
+
+    def _global(self, name: str, entity: Entity | Pending, node: tree.Variable, file: str) -> bool:
+        if not self._is_free(name, node.name, node, file):
+            return False
+        self._project.declare(name, entity, file, node.place)
+        if file in self._library_files:
+            self._project.library_names.add(name)
+        return True
+
+    # ---- start values
+
+    def _type_defaults(self) -> None:
+        for name, node, context in self.specs.default_sources():
+            kind = self._project.types.get(name, UNKNOWN)
+            found = initials.value(node.initial, kind, context) if node.initial is not None else None
+            if found is not None:
+                self._project.defaults[name] = found
+        for structure, spec, context in self.specs.structures:
+            for part in spec.fields:
+                field = structure.fields.get(self._project.key(part.name))
+                if field is None:
+                    continue
+                if part.initial is not None:
+                    field.initial = initials.value(part.initial, field.type, context)
+                else:
+                    field.initial = self.variables.default(part.type, field.type)
+
+    def _starts(self) -> None:
+        starts: list[Start] = list(self._project.starts.values())
+        for start in starts:
+            if start.variable.initial is None:
+                self._project.compute(start)
+
+    # ---- sizes
+
+    def _sizes(self) -> None:
+        sizes = Sizes(self._project)
+        for structure, _, _ in self.specs.structures:
+            sizes.of(structure)
+        for pou in self._project.sources:
+            if pou.type is not None:
+                sizes.of(pou.type)
+        for kind in dict.fromkeys(sizes.circles):
+            file, place = self._project.declared_at.get(self._project.key(kind.name), ("", tree.NOWHERE))
+            self._project.reports.say(
+                file, place, f"{kind.name} contains itself", "a type of limited size", "use a POINTER TO it instead"
+            )
+
+    @property
+    def config_blocks(self) -> list[tuple[tree.Variables, str]]:
+        """The blocks VAR_CONFIG."""
+        return self._config_blocks

@@ -1,0 +1,207 @@
+"""Expressions: from the tree to the checked program, with the type of each and every conversion explicit.
+
+`Expressions` is what the bodies of all languages stand on (statements.py, il.py, sfc.py):
+
+    expression(tree)               the checked expression, or None after a message
+    expression_as(tree, type)      the same, converted to a type
+    place(tree)                    a place that can be read, for VAR_IN_OUT and ADR
+    target(tree)                   a place that may be written, with messages for constants, inputs and so on
+    convert(expression, type, at)  a checked expression in another type; `at` is the tree that messages point to
+    operate(operator, left, right, at)   an operator on checked expressions
+    constant(tree), constant_as(tree, type), constant_integer(tree)   what must be known at compile time
+
+None always means that the mistake was reported, so nothing more is said about it.  Constants without a type of their
+own are `Untyped` until `convert`, `operate` or a call gives them one.  Values of subranges and enumerations stay what
+they are until an operator or a conversion needs the integer behind them; that is a `Convert`, which costs nothing.
+"""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import assignable, calls, operators, places
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.places import Meaning
+from fieldrig_devices.iec.check.project import UNKNOWN
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.untyped import Untyped, integer, real
+from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou
+from fieldrig_devices.iec.tree import LiteralKind, PouKind
+from fieldrig_devices.iec.types import Elementary, StringType, Type
+
+LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
+    LiteralKind.BOOL: Elementary.BOOL,
+    LiteralKind.TIME: Elementary.TIME,
+    LiteralKind.DATE: Elementary.DATE,
+    LiteralKind.TOD: Elementary.TOD,
+    LiteralKind.DT: Elementary.DT,
+}
+
+
+class Expressions:
+    def __init__(self, context: Context) -> None:
+        self.context = context
+
+    # ---- expressions
+
+    def expression(self, node: tree.Expression, wanted: Type | None = None) -> Expression | None:
+        """`wanted` is the type of the surroundings, for functions such as SQRT whose arguments are literals."""
+        return _EXPRESSIONS[type(node)](self, node, wanted)
+
+    def expression_as(self, node: tree.Expression, kind: Type) -> Expression | None:
+        found = _EXPRESSIONS[type(node)](self, node, kind)
+        if found is None or (found.type is kind and type(found) is not Untyped):
+            return found
+        return assignable.convert(self.context, found, kind, node)
+
+    def convert(self, value: Expression, kind: Type, at: tree.Node) -> Expression | None:
+        return assignable.convert(self.context, value, kind, at)
+
+    def operate(self, operator: Operator, left: Expression, right: Expression, at: tree.Node) -> Expression | None:
+        return operators.binary(self.context, operator, left, right, at)
+
+    def negate(self, operator: Operator, operand: Expression, at: tree.Node) -> Expression | None:
+        """Apply NEG or NOT."""
+        return operators.unary(self.context, operator, operand, at)
+
+    # ---- places
+
+    def meaning(self, node: tree.Expression) -> Meaning | None:
+        """Return what a name or a path means: a place, a constant, a POU or an enumeration; None after a message."""
+        return places.meaning(self, node)
+
+    def place(self, node: tree.Expression) -> Place | None:
+        found = self.meaning(node)
+        if isinstance(found, Pou) and found.instance is not None:
+            return Cell(found.instance, found.instance.type)
+        if found is None or isinstance(found, Place):
+            return None if found is None or found.type is UNKNOWN else found
+        self.context.say(node, f"{text(node)} is not a variable", "a variable")
+        return None
+
+    def target(self, node: tree.Expression) -> Place | None:
+        found = self.meaning(node)
+        if isinstance(found, Place):
+            return found if found.type is not UNKNOWN and places.is_writable(self.context, found, node) else None
+        if found is not None:
+            self.context.say(node, f"{text(node)} cannot be assigned to", "a variable")
+        return None
+
+    # ---- constants
+
+    def constant(self, node: tree.Expression) -> Constant | None:
+        found = self.expression(node)
+        if found is None or isinstance(found, Constant):
+            return found
+        self.context.say(node, f"{text(node)} is not constant", "a value that is known at compile time")
+        return None
+
+    def constant_as(self, node: tree.Expression, kind: Type) -> Constant | None:
+        found = self.constant(node)
+        made = self.convert(found, kind, node) if found is not None else None
+        return made if isinstance(made, Constant) else None
+
+    def constant_integer(self, node: tree.Expression) -> int | None:
+        """Return the value of a constant of any integer type."""
+        found = self.constant(node)
+        if found is None:
+            return None
+        if isinstance(found.value, bool) or not isinstance(found.value, int) or operators.integer_of(found) is None:
+            self.context.say(node, f"{text(node)} is {a(found.type)}", "an integer")
+            return None
+        return found.value
+
+
+# ---- the kinds of trees
+
+
+def _literal(of: Expressions, node: tree.Literal, wanted: Type | None) -> Expression | None:
+    value = node.value
+    if node.type_name:
+        return _typed_literal(of, node)
+    if node.kind is LiteralKind.INTEGER:
+        assert isinstance(value, int)
+        return integer(value, is_pattern="#" in node.text)
+    if node.kind is LiteralKind.REAL:
+        assert isinstance(value, float)
+        return real(value)
+    if node.kind is LiteralKind.STRING:
+        assert isinstance(value, str)
+        return Constant(value, StringType(max(len(value), 1)))
+    return Constant(value, LITERAL_TYPES[node.kind])
+
+
+def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
+    kind = of.context.project.types.get(of.context.key(node.type_name))
+    if kind is None:
+        of.context.say_unknown(node, node.type_name, "a declared type")
+        return None
+    if isinstance(node.value, str):
+        given: Constant = Constant(node.value, StringType(max(len(node.value), 1)))
+    elif node.kind is LiteralKind.INTEGER:
+        given = integer(int(node.value), is_pattern=node.text.count("#") > 1)
+    elif node.kind is LiteralKind.REAL:
+        given = real(float(node.value))
+    else:
+        given = Constant(node.value, LITERAL_TYPES[node.kind])
+    return of.convert(given, kind, node)
+
+
+def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expression | None:
+    found = places.meaning(of, node)
+    if found is None or isinstance(found, Constant):
+        return found
+    if isinstance(found, Place):
+        return None if found.type is UNKNOWN else Load(found)
+    if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
+        return Load(Cell(found.instance, found.instance.type))
+    if isinstance(found, Pou):
+        hints = {PouKind.FUNCTION: f"{found.name}(...) calls it", PouKind.FUNCTION_BLOCK: f"declare x : {found.name};"}
+        of.context.say(node, f"{found.name} is {a(found.kind.value)}", "a value", hints.get(found.kind, ""))
+        return None
+    of.context.say(node, f"{text(node)} is a type", "a value")
+    return None
+
+
+def _unary(of: Expressions, node: tree.Unary, wanted: Type | None) -> Expression | None:
+    operand = of.expression(node.operand, wanted)
+    if operand is None:
+        return None
+    if node.operator == "+":
+        return operators.positive(of.context, operand, node)
+    return operators.unary(of.context, Operator.NEG if node.operator == "-" else Operator.NOT, operand, node)
+
+
+_OPERATORS: Final = {operator.value: operator for operator in Operator}
+
+
+def _binary(of: Expressions, node: tree.Binary, wanted: Type | None) -> Expression | None:
+    left_node = node.left
+    if isinstance(left_node, tree.Binary):
+        left = _binary(of, left_node, wanted)
+    else:
+        left = _EXPRESSIONS[type(left_node)](of, left_node, wanted)
+    right = _EXPRESSIONS[type(node.right)](of, node.right, wanted)
+    if left is None or right is None:
+        return None
+    if node.operator == "**":
+        return calls.standard(of, "EXPT", [left, right], node, wanted)
+    return operators.binary(of.context, _OPERATORS[node.operator], left, right, node)
+
+
+def _call(of: Expressions, node: tree.Call, wanted: Type | None) -> Expression | None:
+    return calls.value(of, node, wanted)
+
+
+_EXPRESSIONS: Final[dict[type, Callable[[Expressions, Any, Type | None], Expression | None]]] = {
+    tree.Literal: _literal,
+    tree.Name: _named,
+    tree.Member: _named,
+    tree.BitOf: _named,
+    tree.Index: _named,
+    tree.Dereference: _named,
+    tree.Direct: _named,
+    tree.Unary: _unary,
+    tree.Binary: _binary,
+    tree.Call: _call,
+}

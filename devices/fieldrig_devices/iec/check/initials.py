@@ -1,0 +1,145 @@
+"""Start values: constants for every type, lists for arrays, named fields for structures and instances."""
+
+from collections.abc import Sequence
+from math import prod
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.expressions import Expressions
+from fieldrig_devices.iec.check.project import UNKNOWN, Start
+from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    InitialValue,
+    ObjectType,
+    StringType,
+    StructType,
+    Type,
+)
+
+
+def compute(start: Start, context: Context) -> None:
+    """Work out the start value of one variable, once."""
+    if start.is_busy:
+        context.say(start.initial, f"{start.variable.name} is defined by itself", "a constant")
+        return
+    start.is_busy = True
+    start.variable.initial = value(start.initial, start.variable.type, context)
+    start.is_busy = False
+
+
+def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | None:
+    """Return the start value for a type; None after a message."""
+    if kind is UNKNOWN:
+        return None
+    if isinstance(kind, ArrayType):
+        return _array(node, kind, context)
+    if isinstance(kind, StructType | BlockType):
+        if isinstance(node, tree.StructInitial):
+            return _fields(node, kind, context)
+        context.say(node, f"a start value of {kind} without brackets", "(component := value, ...)")
+        return None
+    if isinstance(node, tree.StructInitial | tree.ArrayInitial):
+        context.say(node, f"a list as the start value of {kind}", "one value")
+        return None
+    if isinstance(kind, ObjectType):
+        context.say(node, f"a start value for a reference to {kind}", "no start value")
+        return None
+    found = Expressions(context).constant_as(node, kind)
+    if found is None:
+        return None
+    if isinstance(kind, StringType) and isinstance(found.value, str) and len(found.value) > kind.length:
+        context.note(node, f"the text has {len(found.value)} characters and is cut to {kind.length}")
+        return found.value[: kind.length]
+    return found.value
+
+
+# ---- structures
+
+
+def _fields(node: tree.StructInitial, kind: StructType | BlockType, context: Context) -> InitialValue | None:
+    made: dict[str, InitialValue] = {}
+    is_whole = True
+    for field in node.fields:
+        name = context.key(field.name)
+        field_type = _field_type(kind, name)
+        if field_type is None:
+            known = list(kind.fields) if isinstance(kind, StructType) else []
+            hint = context.project.reports.closest(field.name, known)
+            context.say(
+                field, f"{kind} has no component {field.name}", ", ".join(known[:8]) or "an input or variable", hint
+            )
+            is_whole = False
+            continue
+        if name in made:
+            context.say(field, f"{field.name} has two start values", "one value for each component")
+        found = value(field.value, field_type, context)
+        if found is None:
+            is_whole = False
+        else:
+            made[name] = found
+    return made if is_whole else None
+
+
+def _field_type(kind: StructType | BlockType, name: str) -> Type | None:
+    if isinstance(kind, StructType):
+        field = kind.fields.get(name)
+        return field.type if field is not None else None
+    variable = kind.pou.variables.get(name) if kind.pou is not None else None
+    is_known = variable is not None and variable.section not in (Section.IN_OUT, Section.TEMP)
+    return variable.type if variable is not None and is_known else None
+
+
+# ---- arrays
+
+
+def _array(node: tree.Initial, kind: ArrayType, context: Context) -> InitialValue | None:
+    """All elements have a start value or none (PD-361).  Several dimensions are filled from one flat list."""
+    elements: Sequence[tree.Initial | tree.Repeated] = node.elements if isinstance(node, tree.ArrayInitial) else (node,)
+    counts, inner = [kind.count], kind.element
+    is_nested = any(isinstance(getattr(part, "value", part), tree.ArrayInitial) for part in elements)
+    while isinstance(inner, ArrayType) and not is_nested:
+        counts.append(inner.count)
+        inner = inner.element
+    wanted = prod(counts)
+    flat = _flat(elements, inner, wanted, context)
+    if flat is None:
+        return None
+    if len(flat) != wanted:
+        context.say(
+            node, f"{len(flat)} start values for {wanted} elements", "a value for every element or for none (PD-361)"
+        )
+        return None
+    for count in reversed(counts[1:]):
+        flat = [flat[place : place + count] for place in range(0, len(flat), count)]
+    return flat
+
+
+def _flat(
+    elements: Sequence[tree.Initial | tree.Repeated], inner: Type, most: int, context: Context
+) -> list[InitialValue] | None:
+    made: list[InitialValue] = []
+    is_whole = True
+    for part in elements:
+        count, content = _repetition(part, context)
+        found = value(content, inner, context) if content is not None else None
+        if count is None or found is None:
+            is_whole = False
+        elif not 0 <= count <= most:
+            context.say(part, f"{count} repetitions in an array of {most} elements", f"0 to {most}")
+            return None
+        else:
+            made += [found] * count
+    return made if is_whole else None
+
+
+def _repetition(part: tree.Initial | tree.Repeated, context: Context) -> tuple[int | None, tree.Initial | None]:
+    """The number and the value of `3(7)`, which looks like a call if the number is a named constant."""
+    if isinstance(part, tree.Repeated):
+        return Expressions(context).constant_integer(part.count), part.value
+    if isinstance(part, tree.Call) and len(part.arguments) == 1 and isinstance(part.called, tree.Name):
+        variable = context.find(part.called.text)
+        if variable is not None and getattr(variable, "is_constant", False):
+            return Expressions(context).constant_integer(part.called), part.arguments[0].value
+    return 1, part

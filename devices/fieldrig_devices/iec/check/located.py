@@ -1,0 +1,90 @@
+"""Directly represented variables: %IX5.0, %QB3, %MD48, and where they are in their area.
+
+Addresses are indexed by the unit of access: %MD48 is bytes 192 to 195, %MX5.0 the first bit of word 5, and %QX75 bit 75
+(PacDrive manual 2970 to 3006, PD-364; contradiction X7 of the digest is decided by 3004, as in CoDeSys V2).
+"""
+
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.program import Located
+from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, StructType, SubrangeType, Type
+
+SIZES: Final = {"B": 1, "W": 2, "D": 4}
+BITS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD}
+WORD_BITS: Final = 16
+
+
+def located(node: tree.Direct, context: Context) -> Located | None:
+    """Return the place of an address with the bit string of its size as its type; None after a message."""
+    size = SIZES.get(node.size)
+    if not node.numbers:
+        context.say(node, f"the address {_text(node)} is incomplete", "a number behind it")
+        return None
+    if size is None:
+        byte, bit = _bit(node.numbers)
+        kind = Elementary.BOOL
+    else:
+        byte, bit = node.numbers[0] * size, -1
+        kind = BITS[node.size]
+    if len(node.numbers) > (2 if size is None else 1) or bit >= 8:
+        context.say(
+            node,
+            f"the address {_text(node)} does not exist in the control configuration",
+            "%MX with a word and a bit of 0 to 15, or one number",
+        )
+        return None
+    if byte + (size or 1) > context.project.limits.area:
+        area = context.project.limits.area
+        context.say(node, f"{_text(node)} is byte {byte} of its area", f"a byte below {area} (PD-314)")
+        return None
+    return Located(node.area, byte, bit, kind)
+
+
+def _bit(numbers: tuple[int, ...]) -> tuple[int, int]:
+    if len(numbers) == 1:
+        return numbers[0] // 8, numbers[0] % 8
+    if numbers[1] >= WORD_BITS:
+        return 0, WORD_BITS
+    return numbers[0] * 2 + numbers[1] // 8, numbers[1] % 8
+
+
+def _text(node: tree.Direct) -> str:
+    return f"%{node.area}{node.size}{'.'.join(map(str, node.numbers))}"
+
+
+def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
+    """Return the place behind AT for a variable of this type; None after a message."""
+    found = located(node, context)
+    if found is None:
+        return None
+    base = kind.base if isinstance(kind, SubrangeType) else Elementary.INT if isinstance(kind, EnumType) else kind
+    if isinstance(base, ArrayType | StructType):
+        return _spread(node, found, base, context)
+    if not isinstance(base, Elementary):
+        context.say(node, f"a variable of type {kind} cannot have an address", "an elementary type or an array of them")
+        return None
+    if (base is Elementary.BOOL) != (found.bit >= 0) or base.size != found.type.size:
+        letter = "X" if base is Elementary.BOOL else {size: letter for letter, size in SIZES.items()}.get(base.size)
+        expected = f"%{node.area}{letter}" if letter else "a type of at most 4 bytes"
+        context.say(node, f"the address {_text(node)} does not have the size of {kind}", expected)
+        return None
+    limit = context.project.dialect.bit_address_bytes
+    if limit and found.bit >= 0 and found.byte >= limit:
+        context.say(
+            node, f"the bit {_text(node)} is in byte {found.byte}", f"a bit in the first {limit} bytes (PD-321)"
+        )
+        return None
+    return Located(found.area, found.byte, found.bit, kind)
+
+
+def _spread(node: tree.Direct, found: Located, kind: ArrayType | StructType, context: Context) -> Located | None:
+    """An array or structure from a byte on, as in CoDeSys V2.3."""
+    end = found.byte + kind.size
+    if found.bit >= 0 or end > context.project.limits.area:
+        what = "starts at a bit" if found.bit >= 0 else f"ends at byte {end} of its area"
+        expected = f"%{node.area}B, %{node.area}W or %{node.area}D within {context.project.limits.area} bytes (PD-314)"
+        context.say(node, f"the variable at {_text(node)} {what}", expected)
+        return None
+    return Located(found.area, found.byte, -1, kind)

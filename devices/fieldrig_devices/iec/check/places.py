@@ -1,0 +1,322 @@
+"""What a name or a path such as belt.axis[3].pos means: a place in memory, a constant, a POU or an enumeration."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.located import located
+from fieldrig_devices.iec.check.operators import integer_of, plain
+from fieldrig_devices.iec.check.project import UNKNOWN
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.program import (
+    Bit,
+    Cell,
+    Component,
+    Constant,
+    Element,
+    Expression,
+    Load,
+    Located,
+    Parameter,
+    Place,
+    Pou,
+    Target,
+    Variable,
+)
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    Elementary,
+    EnumType,
+    ObjectType,
+    PointerType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+)
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+Meaning = Place | Constant | Pou | EnumType
+
+LOGICAL_ADDRESS: Final = "logadr"
+"""The component of every configuration object that is its logical address (PD-025)."""
+
+SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
+
+
+def meaning(of: "Expressions", node: tree.Expression) -> Meaning | None:
+    """Return what the name or path means; None after a message."""
+    find = _MEANINGS.get(type(node))
+    if find is not None:
+        return find(of, node)
+    of.context.say(node, f"{text(node)} is a value", "a variable")
+    return None
+
+
+def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
+    context = of.context
+    found = context.find(node.text)
+    if type(found) is Variable:
+        return variable(context, found)
+    if found is None:
+        action = context.owner.actions.get(context.key(node.text)) if context.owner is not None else None
+        if action is not None:
+            return action
+        context.say_unknown(node, node.text)
+        return None
+    assert not isinstance(found, Variable)
+    return found
+
+
+def variable(context: Context, found: Variable) -> Place | Constant | None:
+    """Return the cell of a variable; its value if it is a constant with one."""
+    kind = found.type
+    if found.is_constant and isinstance(kind, SCALAR):
+        value = context.project.constant_of(found)
+        return Constant(value, kind) if value is not None else None
+    if found.location is not None:
+        return found.location
+    return Cell(found, kind)
+
+
+# ---- components
+
+
+def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
+    owner = _owner(of, node)
+    if owner is None:
+        return None
+    match owner:
+        case EnumType():
+            return _value_of(of.context, owner, node)
+        case Pou() if owner.kind is PouKind.PROGRAM and owner.instance is not None and owner.owner is None:
+            instance = owner.instance
+            return _pin(of.context, Cell(instance, instance.type), owner, node)
+        case Pou():
+            of.context.say(
+                node, f"{owner.name} is {a(owner.kind.value)}, not a variable", "an instance in front of the point"
+            )
+            return None
+        case Constant():
+            return _of_object(of.context, owner, owner.type, node)
+    kind = owner.type
+    if isinstance(kind, StructType):
+        return _field(of.context, owner, kind, node)
+    if isinstance(kind, BlockType) and kind.pou is not None:
+        return _pin(of.context, owner, kind.pou, node)
+    return _of_object(of.context, Load(owner), kind, node)
+
+
+def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
+    """The meaning in front of the point; also a type, whose enumeration value follows."""
+    if isinstance(node.of, tree.Name) and of.context.find(node.of.text) is None:
+        kind = of.context.project.types.get(of.context.key(node.of.text))
+        if isinstance(kind, EnumType):
+            return kind
+    found = meaning(of, node.of)
+    return None if isinstance(found, Place) and found.type is UNKNOWN else found
+
+
+def _value_of(context: Context, kind: EnumType, node: tree.Member) -> Constant | None:
+    for name, number in kind.values.items():
+        if context.key(name) == context.key(node.name):
+            return Constant(number, kind)
+    context.say(node, f"{kind} has no value {node.name}", ", ".join(list(kind.values)[:8]))
+    return None
+
+
+def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) -> Place | None:
+    field = kind.fields.get(context.key(node.name))
+    if field is None:
+        known = kind.fields
+        hint = context.project.reports.closest(node.name, known) or f"it has {', '.join(list(known)[:8])}"
+        context.say(node, f"{kind} has no component {node.name}", "a component of the structure", hint)
+        return None
+    place = Component(owner, field.offset, field.type)
+    context.project.components.append((place, field))
+    return place
+
+
+def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning | None:
+    """A variable of an instance: inputs and outputs of a function block, every variable of a program."""
+    found = pou.variables.get(context.key(node.name))
+    if found is None:
+        action = pou.actions.get(context.key(node.name))
+        if action is not None:
+            return action
+        pins = [name for name, pin in pou.variables.items() if pin.section in (Section.INPUT, Section.OUTPUT)]
+        hint = context.project.reports.closest(node.name, pins) or f"it has {', '.join(pins[:8])}"
+        context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
+        return None
+    is_inside = pou.kind is PouKind.FUNCTION_BLOCK and found.section not in (Section.INPUT, Section.OUTPUT)
+    if is_inside or found.section in (Section.IN_OUT, Section.TEMP):
+        context.say(
+            node,
+            f"{found.name} is {a(found.section.value)} of {pou.name} and not known outside",
+            "an input or output of the instance",
+            "declare it as VAR_OUTPUT to read it from outside",
+        )
+        return None
+    if found.is_constant or found.location is not None:
+        return variable(context, found)
+    return Component(owner, 0, found.type, found)
+
+
+def _of_object(context: Context, owner: Expression, kind: Type, node: tree.Member) -> Place | Constant | None:
+    if not isinstance(kind, ObjectType):
+        context.say(
+            node, f"{text(node.of)} is {a(kind)} and has no components", "a structure, an instance or an object"
+        )
+        return None
+    if context.key(node.name) == LOGICAL_ADDRESS:
+        return _logical_address(owner)
+    found = kind.parameter(node.name)
+    if found is None:
+        names = [parameter.name for parameter in kind.parameters]
+        hint = context.project.reports.closest(node.name, [name.casefold() for name in names])
+        context.say(node, f"{kind} has no parameter {node.name}", "a parameter of the object", hint)
+        return None
+    return Parameter(owner, kind, found.number, found.type, found.is_slow, found.is_writable)
+
+
+def _logical_address(owner: Expression) -> Place | Constant:
+    if isinstance(owner, Constant):
+        return Constant(owner.value, Elementary.DINT)
+    assert isinstance(owner, Load)
+    return _as_number(owner.place)
+
+
+def _as_number(place: Place) -> Place:
+    """The same cell, read as the DINT that a reference to an object is."""
+    if isinstance(place, Cell):
+        return Cell(place.variable, Elementary.DINT)
+    if isinstance(place, Component):
+        return Component(place.of, place.offset, Elementary.DINT, place.variable)
+    if isinstance(place, Element):
+        return Element(place.of, place.index, place.low, place.high, place.stride, Elementary.DINT)
+    assert isinstance(place, Target)
+    return Target(place.pointer, Elementary.DINT)
+
+
+# ---- bits, elements, pointers, addresses
+
+
+def _bit_of(of: "Expressions", node: tree.BitOf) -> Place | None:
+    owner = of.place(node.of)
+    if owner is None:
+        return None
+    kind = owner.type.base if isinstance(owner.type, SubrangeType) else owner.type
+    if not isinstance(kind, Elementary) or not kind.is_integer:
+        of.context.say(node, f"{text(node.of)} is {a(owner.type)} and has no bits", "an integer or bit string")
+        return None
+    if node.number >= kind.bits:
+        of.context.say(node, f"{kind} has no bit {node.number}", f"0 to {kind.bits - 1}")
+        return None
+    return Bit(owner, node.number)
+
+
+def _index(of: "Expressions", node: tree.Index) -> Place | None:
+    found: Place | None = of.place(node.of)
+    for position, index in enumerate(node.indices):
+        value = of.expression(index)
+        if found is None:
+            return None
+        kind = found.type
+        if not isinstance(kind, ArrayType):
+            what = f"{text(node.of)} is {a(kind)}, not an array"
+            if position:
+                what = f"{len(node.indices)} indices for the array {text(node.of)} of {position} dimensions"
+            of.context.say(node, what, f"{position} indices" if position else "an array")
+            return None
+        made = _subscript(of.context, value, kind, index) if value is not None else None
+        if made is None:
+            return None
+        found = Element(found, made, kind.low, kind.high, kind.element.size, kind.element)
+        if not isinstance(kind.element, SCALAR):
+            of.context.project.elements.append(found)
+    return found
+
+
+def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.Node) -> Expression | None:
+    if type(value) is Untyped and not value.is_real:
+        value = Constant(value.value, Elementary.DINT)
+    if integer_of(value) is None:
+        context.say(node, f"the index is {a(value.type)}", "an integer")
+        return None
+    if isinstance(value, Constant) and not kind.low <= int(value.value) <= kind.high:
+        context.say(node, f"the index {value.value} is outside the array", f"{kind.low} to {kind.high}")
+        return None
+    return plain(value)
+
+
+def _dereference(of: "Expressions", node: tree.Dereference) -> Place | None:
+    pointer = of.place(node.of)
+    if pointer is None:
+        return None
+    if not isinstance(pointer.type, PointerType):
+        of.context.say(node, f"{text(node.of)} is {a(pointer.type)}", "a pointer in front of ^")
+        return None
+    return Target(Load(pointer), pointer.type.to)
+
+
+def _direct(of: "Expressions", node: tree.Direct) -> Place | None:
+    return located(node, of.context)
+
+
+_MEANINGS: Final[dict[type, "Callable[[Expressions, Any], Meaning | None]"]] = {
+    tree.Name: _name,
+    tree.Member: _member,
+    tree.BitOf: _bit_of,
+    tree.Index: _index,
+    tree.Dereference: _dereference,
+    tree.Direct: _direct,
+}
+
+
+# ---- writing
+
+
+def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
+    """True if the place may be written here; a message otherwise."""
+    what, hint = _obstacle(context, place, node)
+    if what:
+        context.say(node, what, "a variable that may be written here", hint)
+    return not what
+
+
+def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str]:
+    while True:
+        match place:
+            case Cell(found):
+                return _variable_obstacle(context, found)
+            case Component(variable=Variable() as found):
+                if found.section is Section.OUTPUT:
+                    return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
+                if found.is_constant:
+                    return f"{text(node)} is a constant", ""
+                return "", ""
+            case Component(of=of) | Element(of=of) | Bit(of=of):
+                place = of
+            case Located():
+                return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
+            case Parameter():
+                return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
+            case _:
+                return "", ""
+
+
+def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:
+    if found.is_constant:
+        return f"{found.name} is a constant", "remove CONSTANT from its declaration if it has to change"
+    if found.section is Section.INPUT and not isinstance(found.type, ObjectType):
+        # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
+        return f"{found.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
+    if isinstance(found.type, BlockType) and context.owner is not None and found is context.owner.instance:
+        return f"{found.name} is a program", ""
+    return "", ""

@@ -1,0 +1,143 @@
+"""Everything that the project declares, by name, while it is being checked."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from fieldrig_devices.iec import program, tree
+from fieldrig_devices.iec.check.limits import Limits
+from fieldrig_devices.iec.check.reports import Keys, Reports
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
+from fieldrig_devices.iec.types import (
+    Elementary,
+    EnumType,
+    Field,
+    InitialValue,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+    Value,
+)
+
+UNKNOWN: Type = StructType("an unknown type")
+"""The type of what a mistake was reported for already; nothing more is said about it."""
+
+
+@dataclass(slots=True)
+class Pending:
+    """A name whose meaning is worked out when it is first used: a global variable, an enumeration value."""
+
+    make: "Callable[[], Entity]"
+    is_busy: bool = False
+
+
+Entity = Variable | Constant | Pou | EnumType
+"""What a name in an expression may mean."""
+
+
+@dataclass(slots=True, eq=False)
+class PouSource:
+    """A POU and where it comes from."""
+
+    pou: Pou
+    tree: tree.Pou
+    is_library: bool
+    names: dict[str, Variable] = field(default_factory=dict)
+    """What its own names mean: its variables, those behind VAR_EXTERNAL, and the result of a function."""
+    inputs: list[Variable] = field(default_factory=list)
+    """VAR_INPUT and VAR_IN_OUT, in the order of their declaration."""
+    outputs: list[Variable] = field(default_factory=list)
+
+
+@dataclass(slots=True, eq=False)
+class Start:
+    """A start value that has not been computed yet."""
+
+    variable: Variable
+    initial: tree.Initial
+    source: PouSource | None
+    file: str
+    is_busy: bool = False
+
+
+def start_of(kind: Type) -> Value | None:
+    """Return the start value of a type without a declared one (PD-056); None for arrays, structures and references."""
+    if isinstance(kind, Elementary):
+        return kind.initial
+    if isinstance(kind, StringType):
+        return ""
+    if isinstance(kind, EnumType):
+        return next(iter(kind.values.values()), 0)
+    if isinstance(kind, SubrangeType):
+        return 0 if kind.low <= 0 <= kind.high else kind.low
+    return None
+
+
+class Project:
+    def __init__(self, host: Host, dialect: Dialect, limits: Limits) -> None:
+        self.host, self.dialect, self.limits = host, dialect, limits
+        self.reports = Reports()
+        self.key = Keys(dialect).__getitem__
+        self.names: dict[str, Entity | Pending] = {}
+        self.declared_at: dict[str, tuple[str, tree.Place]] = {}
+        self.library_names: set[str] = set()
+        """Names of libraries, which the project may declare anew."""
+        self.pous: dict[str, Pou] = {}
+        self.sources: dict[Pou, PouSource] = {}
+        self.globals: dict[str, Variable] = {}
+        self.types: dict[str, Type] = {}
+        self.defaults: dict[str, InitialValue] = {}
+        """Start values of declared types, by name."""
+        self.starts: dict[Variable, Start] = {}
+        self.compute: Callable[[Start], None] = lambda start: None
+        """Works out a start value; set by the checker."""
+        self.tasks: list[program.Task] = []
+        self.calls: dict[Pou, dict[Pou, tree.Place]] = {}
+        """Which POU calls which, with one place of a call."""
+        self.elements: list[Element] = []
+        """Elements whose stride may still grow by hidden variables of function blocks."""
+        self.components: list[tuple[Component, Field]] = []
+
+    def find(self, name: str) -> Entity | None:
+        """Return what the name means in the whole project; None for an unknown name or one that is being worked out."""
+        entity = self.names.get(name)
+        if type(entity) is not Pending:
+            return entity  # type: ignore[return-value]
+        if entity.is_busy:
+            return None
+        entity.is_busy = True
+        self.names[name] = made = entity.make()
+        return made
+
+    def declare(self, name: str, entity: Entity | Pending, file: str, place: tree.Place) -> None:
+        """Give a name its meaning in the whole project; the caller has made sure that it is free."""
+        self.names[name] = entity
+        self.declared_at[name] = (file, place)
+        self.library_names.discard(name)
+
+    def where(self, name: str) -> str:
+        """Return where a name was declared, for a message."""
+        file, place = self.declared_at.get(name, ("", tree.NOWHERE))
+        return f"in {file}, line {place.line}" if place.line else "in the control configuration"
+
+    def constant_of(self, variable: Variable) -> Value | None:
+        """Return the value of a constant; None if it is not known because of a mistake."""
+        start = self.starts.get(variable)
+        if start is not None:
+            self.compute(start)
+        value = variable.initial
+        if value is None and start is None:
+            return start_of(variable.type)
+        return value if not isinstance(value, list | dict) else None
+
+    def has_start(self, variable: Variable) -> bool:
+        """True if the declaration gives a start value, which is the default of an argument."""
+        return variable in self.starts or variable.initial is not None
+
+    def named_type(self, name: str) -> Type | None:
+        """Return the type of this name: elementary, declared, a kind of object, or a function block."""
+        wanted = self.key(name)
+        pou = self.pous.get(wanted)
+        return self.types.get(wanted) or (pou.type if pou is not None else None)

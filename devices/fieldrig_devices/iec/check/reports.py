@@ -1,0 +1,46 @@
+"""The mistakes that the checker has found, and how it words what is common to them."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Final
+
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.tree import Place
+from fieldrig_devices.languages.mistakes import Mistake
+
+MOST_SEARCHES: Final = 100
+"""Unknown names for which the closest known name is looked up; a search takes milliseconds in a large project."""
+
+
+class Keys(dict[str, str]):
+    """The form in which names are compared, by the name: small letters, 32 characters (PD-350)."""
+
+    def __init__(self, dialect: Dialect) -> None:
+        super().__init__()
+        self._dialect = dialect
+
+    def __missing__(self, name: str) -> str:
+        self[name] = found = self._dialect.key(name)
+        return found
+
+
+class Reports:
+    def __init__(self) -> None:
+        self.mistakes: list[Mistake] = []
+        self._searches = 0
+
+    def say(self, file: str, place: Place, what: str, expected: str = "", hint: str = "") -> None:
+        self.mistakes.append(Mistake(place.line, place.column, what, expected, file=file, hint=hint))
+
+    def note(self, file: str, place: Place, what: str, hint: str = "") -> None:
+        self.mistakes.append(Mistake(place.line, place.column, what, is_note=True, file=file, hint=hint))
+
+    def closest(self, name: str, known: Iterable[str]) -> str:
+        """Return a hint that names the known name which is most alike; empty if none is."""
+        self._searches += 1
+        if self._searches > MOST_SEARCHES:
+            return ""
+        wanted = name.casefold()
+        candidates = {other for other in known if abs(len(other) - len(wanted)) <= 2 and not other.startswith("$")}
+        found = get_close_matches(wanted, sorted(candidates), n=1, cutoff=0.7)
+        return f"the closest known name is {found[0]}" if found else ""

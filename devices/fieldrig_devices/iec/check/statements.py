@@ -1,0 +1,264 @@
+"""Structured Text: every statement with its rules, and the lists that the checked program has instead."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from fieldrig_devices.iec import program, tree
+from fieldrig_devices.iec.check import blocks
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.expressions import Expressions
+from fieldrig_devices.iec.check.operators import integer_of
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.program import AnyStatement, Constant, Expression
+from fieldrig_devices.iec.types import Elementary, EnumType, SubrangeType, Type
+
+BOOL: Final = Elementary.BOOL
+ONE: Final = tree.Literal(tree.LiteralKind.INTEGER, 1)
+
+
+class Statements:
+    """The statements of one body."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self.expressions = Expressions(context)
+        self._loops = 0
+        self._ifs = 0
+        self._labels: dict[str, tree.Label] = {}
+        self._jumps: list[tree.Jump] = []
+
+    def body(self, nodes: Sequence[tree.AnyStatement]) -> list[AnyStatement]:
+        """Check a whole body, whose labels are its own."""
+        made = self.statements(nodes)
+        for jump in self._jumps:
+            if self.context.key(jump.label) not in self._labels:
+                hint = self.context.project.reports.closest(jump.label, self._labels)
+                self.context.say(
+                    jump, f"there is no label {jump.label}", f"a line {jump.label}: in the same body", hint
+                )
+        return made
+
+    def statements(self, nodes: Sequence[tree.AnyStatement]) -> list[AnyStatement]:
+        made: list[AnyStatement] = []
+        for node in nodes:
+            found = _STATEMENTS[type(node)](self, node)
+            if isinstance(found, list):
+                made += found
+            elif found is not None:
+                made.append(found)
+        return made
+
+    # ---- assignments and calls
+
+    def _assign(self, node: tree.Assign) -> AnyStatement | None:
+        target = self.expressions.target(node.target)
+        if target is None:
+            self.expressions.expression(node.value)
+            return None
+        if node.kind is not tree.AssignKind.PLAIN:
+            return self._set(node, target)
+        value = self.expressions.expression_as(node.value, target.type)
+        return program.Assign(target, value, line=node.place.line) if value is not None else None
+
+    def _set(self, node: tree.Assign, target: program.Place) -> AnyStatement | None:
+        """`x S= y` sets x if y is TRUE, and `x R= y` resets it."""
+        condition = self._condition(node.value)
+        if target.type is not BOOL:
+            self.context.say(
+                node.target, f"{text(node.target)} is {a(target.type)}", f"a BOOL in front of {node.kind.value}"
+            )
+            return None
+        line = node.place.line
+        value = Constant(node.kind is tree.AssignKind.SET, BOOL)
+        return program.If(condition, [program.Assign(target, value, line=line)], line=line) if condition else None
+
+    def _call(self, node: tree.CallStatement) -> list[AnyStatement]:
+        return blocks.call_statement(self.expressions, node.call, node.place.line)
+
+    # ---- conditions and choices
+
+    def _condition(self, node: tree.Expression) -> Expression | None:
+        found = self.expressions.expression(node, BOOL)
+        if found is None or found.type is BOOL:
+            return found
+        if type(found) is Untyped:
+            return self.expressions.convert(found, BOOL, node)
+        hint = f"write {text(node)} <> 0" if integer_of(found) is not None else ""
+        self.context.say(node, f"the condition {text(node)} is {a(found.type)}", "a BOOL", hint)
+        return None
+
+    def _if(self, node: tree.If) -> AnyStatement | None:
+        self._ifs += 1
+        limit = self.context.project.limits.if_depth
+        if self._ifs == limit + 1:
+            hint = "use a CASE, a function or a BOOL variable"
+            self.context.say(node, f"IF is nested {self._ifs} deep", f"at most {limit} (PD-318)", hint)
+        branches = [
+            (self._condition(branch.condition), self.statements(branch.body), branch) for branch in node.branches
+        ]
+        otherwise = self.statements(node.otherwise) if node.otherwise is not None else []
+        self._ifs -= 1
+        for condition, body, branch in reversed(branches):
+            if condition is None:
+                return None
+            otherwise = [program.If(condition, body, otherwise, line=branch.place.line or node.place.line)]
+        return otherwise[0]
+
+    def _case(self, node: tree.Case) -> AnyStatement | None:
+        selector = self.expressions.expression(node.selector)
+        kind: Type | None = selector.type if selector is not None else None
+        if selector is not None and (integer_of(selector) is None or kind is None):
+            self.context.say(node.selector, f"{text(node.selector)} is {a(kind)}", "an integer behind CASE")
+            kind = None
+        labels = _Labels(self, kind)
+        made = [(labels.ranges(branch.labels), self.statements(branch.body)) for branch in node.branches]
+        otherwise = self.statements(node.otherwise) if node.otherwise is not None else []
+        if selector is None or kind is None:
+            return None
+        if type(selector) is Untyped:
+            selector = Constant(selector.value, selector.type)
+        return program.Case(selector, made, otherwise, line=node.place.line)
+
+    # ---- loops
+
+    def _for(self, node: tree.For) -> AnyStatement | None:
+        variable = self.expressions.target(node.variable)
+        kind: Type | None = variable.type if variable is not None else None
+        base = kind.base if isinstance(kind, SubrangeType) else kind
+        if isinstance(base, EnumType) or (isinstance(base, Elementary) and base.is_integer):
+            values = [self.expressions.expression_as(part, base) for part in (node.first, node.last)]
+            step_kind = Elementary.INT if isinstance(base, EnumType) else base
+            step = self._step(node.step or ONE, step_kind)
+        else:
+            if kind is not None:
+                self.context.say(node.variable, f"{text(node.variable)} is {a(kind)}", "an integer variable behind FOR")
+            values, step = [None, None], None
+        body = self._looped(node.body)
+        if variable is None or values[0] is None or values[1] is None or step is None or kind is None:
+            return None
+        first = self.expressions.convert(values[0], kind, node.first)
+        return program.For(variable, first, values[1], step, body, line=node.place.line) if first is not None else None
+
+    def _step(self, node: tree.Expression, kind: Elementary) -> Expression | None:
+        """The step may be negative (X16); a negative one for an unsigned variable counts down by wrapping around."""
+        found = self.expressions.expression(node)
+        if isinstance(found, Constant) and found.value == 0:
+            self.context.say(node, "the step is 0 and the loop never ends", "a step that is not 0")
+            return None
+        if type(found) is Untyped and not found.is_real and int(found.value) < 0 and kind.low == 0:
+            signed = next(
+                wide
+                for wide in (Elementary.SINT, Elementary.INT, Elementary.DINT, Elementary.LINT)
+                if wide.size == kind.size
+            )
+            return self.expressions.convert(found, signed, node)
+        return self.expressions.convert(found, kind, node) if found is not None else None
+
+    def _looped(self, nodes: Sequence[tree.AnyStatement]) -> list[AnyStatement]:
+        self._loops += 1
+        made = self.statements(nodes)
+        self._loops -= 1
+        return made
+
+    def _while(self, node: tree.While) -> AnyStatement | None:
+        condition = self._condition(node.condition)
+        body = self._looped(node.body)
+        return program.Loop(body, condition=condition, line=node.place.line) if condition is not None else None
+
+    def _repeat(self, node: tree.Repeat) -> AnyStatement | None:
+        """REPEAT ends when the condition is TRUE (X8)."""
+        body = self._looped(node.body)
+        until = self._condition(node.until)
+        return program.Loop(body, until=until, line=node.place.line) if until is not None else None
+
+    def _exit(self, node: tree.Exit) -> AnyStatement | None:
+        return program.Exit(line=node.place.line) if self._is_in_loop(node, "EXIT") else None
+
+    def _continue(self, node: tree.Continue) -> AnyStatement | None:
+        return program.Continue(line=node.place.line) if self._is_in_loop(node, "CONTINUE") else None
+
+    def _is_in_loop(self, node: tree.Node, word: str) -> bool:
+        if not self._loops:
+            self.context.say(node, f"{word} outside a loop", "a place in FOR, WHILE or REPEAT", "RETURN leaves the POU")
+        return self._loops > 0
+
+    # ---- jumps
+
+    def _return(self, node: tree.Return) -> AnyStatement:
+        return program.Return(line=node.place.line)
+
+    def _label(self, node: tree.Label) -> AnyStatement | None:
+        name = self.context.key(node.name)
+        if name in self._labels:
+            where = self._labels[name].place.line
+            self.context.say(node, f"the label {node.name} exists already in line {where}", "another name")
+            return None
+        self._labels[name] = node
+        return program.Label(name, line=node.place.line)
+
+    def _jump(self, node: tree.Jump) -> AnyStatement:
+        self._jumps.append(node)
+        return program.Jump(self.context.key(node.label), line=node.place.line)
+
+    def _empty(self, node: tree.Empty) -> None:
+        return None
+
+
+class _Labels:
+    """The labels of one CASE: constants that occur once."""
+
+    def __init__(self, statements: Statements, kind: Type | None) -> None:
+        self._expressions, self._context = statements.expressions, statements.context
+        self._kind = kind
+        self._singles: set[int] = set()
+        self._ranges: list[tuple[int, int]] = []
+
+    def ranges(self, nodes: Sequence[tree.Expression | tree.Range]) -> tuple[tuple[int, int], ...]:
+        found = [self._range(node) for node in nodes]
+        return tuple(part for part in found if part is not None)
+
+    def _range(self, node: tree.Expression | tree.Range) -> tuple[int, int] | None:
+        parts = (node.low, node.high) if isinstance(node, tree.Range) else (node, node)
+        low = self._value(parts[0])
+        high = self._value(parts[1]) if isinstance(node, tree.Range) else low
+        if low is None or high is None:
+            return None
+        if low > high:
+            self._context.say(node, f"the range {low}..{high} is empty", "the lower value first")
+            return None
+        self._note_repeated(node, low, high)
+        return low, high
+
+    def _value(self, node: tree.Expression) -> int | None:
+        if self._kind is None:
+            return self._expressions.constant_integer(node)
+        found = self._expressions.constant_as(node, self._kind)
+        return int(found.value) if found is not None else None
+
+    def _note_repeated(self, node: tree.Node, low: int, high: int) -> None:
+        is_known = low in self._singles if low == high else any(low <= single <= high for single in self._singles)
+        if is_known or any(first <= high and low <= last for first, last in self._ranges):
+            shown = str(low) if low == high else f"{low}..{high}"
+            self._context.note(node, f"the label {shown} occurs twice in this CASE", "only the first branch runs")
+        if low == high:
+            self._singles.add(low)
+        else:
+            self._ranges.append((low, high))
+
+
+_STATEMENTS: Final[dict[type, Callable[[Statements, Any], AnyStatement | list[AnyStatement] | None]]] = {
+    tree.Assign: Statements._assign,
+    tree.CallStatement: Statements._call,
+    tree.If: Statements._if,
+    tree.Case: Statements._case,
+    tree.For: Statements._for,
+    tree.While: Statements._while,
+    tree.Repeat: Statements._repeat,
+    tree.Exit: Statements._exit,
+    tree.Continue: Statements._continue,
+    tree.Return: Statements._return,
+    tree.Label: Statements._label,
+    tree.Jump: Statements._jump,
+    tree.Empty: Statements._empty,
+}

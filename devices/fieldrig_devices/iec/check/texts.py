@@ -1,0 +1,43 @@
+"""Short source text of an expression, for messages."""
+
+from fieldrig_devices.iec import tree
+
+LONGEST = 40
+
+
+def text(node: tree.Node) -> str:
+    """Return the expression as it could be written; "..." where it would be long."""
+    shown = _text(node)
+    return shown if len(shown) <= LONGEST else "..."
+
+
+def _text(node: tree.Node) -> str:
+    match node:
+        case tree.Name():
+            return node.text
+        case tree.Literal():
+            return node.text or str(node.value)
+        case tree.Member():
+            return f"{_text(node.of)}.{node.name}"
+        case tree.BitOf():
+            return f"{_text(node.of)}.{node.number}"
+        case tree.Index():
+            return f"{_text(node.of)}[{', '.join(map(_text, node.indices))}]"
+        case tree.Dereference():
+            return f"{_text(node.of)}^"
+        case tree.Direct():
+            return f"%{node.area}{node.size}{'.'.join(map(str, node.numbers))}"
+        case tree.Call():
+            return f"{_text(node.called)}(...)"
+        case tree.Unary():
+            return f"{node.operator}{' ' if node.operator == 'NOT' else ''}{_text(node.operand)}"
+        case tree.Binary():
+            return f"{_text(node.left)} {node.operator} {_text(node.right)}"
+        case _:
+            return "..."
+
+
+def a(kind: object) -> str:
+    """Return the name of a type with its article."""
+    shown = str(kind)
+    return f"{'an' if shown[:1] in 'AEIOaeio' else 'a'} {shown}"

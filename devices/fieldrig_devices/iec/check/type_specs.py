@@ -1,0 +1,238 @@
+"""Declared types, in any order: names, arrays, strings, subranges, pointers, enumerations and structures."""
+
+from collections.abc import Collection
+from functools import partial
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.expressions import Expressions
+from fieldrig_devices.iec.check.project import UNKNOWN, Pending, Project
+from fieldrig_devices.iec.check.texts import a
+from fieldrig_devices.iec.program import Constant, Pou
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    Elementary,
+    EnumType,
+    Field,
+    ObjectType,
+    PointerType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+)
+
+LONGEST_STRING: Final = 255
+"""As in CoDeSys V2.3, whose string functions know no longer ones."""
+
+SHORT_OF_LONG: Final = {Elementary.LWORD: "DWORD", Elementary.LINT: "DINT", Elementary.ULINT: "UDINT"}
+
+
+class TypeSpecs:
+    def __init__(self, project: Project) -> None:
+        self._project = project
+        self._key = project.key
+        self._declared: dict[str, tuple[tree.TypeDeclaration, Context]] = {}
+        self._busy: set[str] = set()
+        self.structures: list[tuple[StructType, tree.StructSpec, Context]] = []
+
+    def add(self, name: str, declaration: tree.TypeDeclaration, context: Context) -> None:
+        """Note a declared type; `resolve_all` works it out, or the first use does."""
+        self._declared[name] = (declaration, context)
+        if isinstance(declaration.type, tree.EnumSpec):
+            self._project.types[name] = EnumType(declaration.name)
+            self._enumeration_values(declaration.type, context, name)
+
+    @property
+    def names(self) -> Collection[str]:
+        return self._declared.keys()
+
+    def resolve_all(self) -> None:
+        for name, (declaration, context) in self._declared.items():
+            self._named(name, tree.NamedType(declaration.name, place=declaration.place), context)
+
+    def declared(self) -> dict[str, Type]:
+        return {name: self._project.types[name] for name in self._declared if name in self._project.types}
+
+    def default_sources(self) -> list[tuple[str, tree.TypeDeclaration, Context]]:
+        """The declared types that have a start value of their own."""
+        return [(name, *found) for name, found in self._declared.items() if found[0].initial is not None]
+
+    # ---- the kinds of specifications
+
+    def resolve(self, spec: tree.TypeSpec, context: Context) -> Type:
+        """Return the type; UNKNOWN after a message."""
+        match spec:
+            case tree.NamedType():
+                return self._named(self._key(spec.name), spec, context)
+            case tree.StringSpec():
+                return self._string(spec, context)
+            case tree.SubrangeSpec():
+                return self._subrange(spec, context)
+            case tree.ArraySpec():
+                return self._array(spec, context)
+            case tree.PointerSpec():
+                to = self.resolve(spec.to, context)
+                return UNKNOWN if to is UNKNOWN else PointerType(to)
+            case tree.EnumSpec():
+                name = f"${len(self._project.names)}"
+                self._project.types[name] = kind = EnumType("")
+                self._enumeration_values(spec, context, name)
+                return kind
+            case tree.StructSpec():
+                return self._structure("", spec, context)
+
+    def _named(self, name: str, spec: tree.NamedType, context: Context) -> Type:
+        found = self._project.types.get(name)
+        if found is not None:
+            if isinstance(found, Elementary) and found in SHORT_OF_LONG and not self._project.dialect.has_long_types:
+                return self._no(
+                    context, spec, f"{found} is not supported by the controller", f"use {SHORT_OF_LONG[found]}"
+                )
+            return found
+        if name in self._busy:
+            return self._no(context, spec, f"the type {spec.name} is defined by itself")
+        if name in self._declared:
+            declaration, home = self._declared[name]
+            self._busy.add(name)
+            if isinstance(declaration.type, tree.StructSpec):
+                kind: Type = self._structure(declaration.name, declaration.type, home, name)
+            else:
+                kind = self.resolve(declaration.type, home)
+            self._busy.discard(name)
+            self._project.types[name] = kind
+            return kind
+        return self._pou(name, spec, context)
+
+    def _pou(self, name: str, spec: tree.NamedType, context: Context) -> Type:
+        pou = self._project.pous.get(name)
+        if pou is not None and pou.type is not None and pou.kind is tree.PouKind.FUNCTION_BLOCK:
+            return pou.type
+        if pou is not None:
+            kind = pou.kind.value
+            hint = "call it by its name" if pou.kind is tree.PouKind.FUNCTION else "a program has no instances (PD-356)"
+            return self._no(context, spec, f"{spec.name} is {a(kind)}, not a type", hint)
+        blocks = [known for known, found in self._project.pous.items() if found.type is not None]
+        hint = self._project.reports.closest(spec.name, [*self._project.types, *self._declared, *blocks])
+        return self._no(context, spec, f"the type {spec.name} is not declared", hint)
+
+    def _no(self, context: Context, node: tree.Node, what: str, hint: str = "") -> Type:
+        context.say(node, what, "" if hint else "a type", hint)
+        return UNKNOWN
+
+    def _string(self, spec: tree.StringSpec, context: Context) -> Type:
+        if spec.length is None:
+            return StringType()
+        length = Expressions(context).constant_integer(spec.length)
+        if length is None:
+            return UNKNOWN
+        if not 1 <= length <= LONGEST_STRING:
+            context.say(spec.length, f"a STRING of {length} characters", f"1 to {LONGEST_STRING} characters")
+            return UNKNOWN
+        return StringType(length)
+
+    def _subrange(self, spec: tree.SubrangeSpec, context: Context) -> Type:
+        base = self.resolve(spec.base, context)
+        if base is UNKNOWN:
+            return UNKNOWN
+        if not isinstance(base, Elementary) or not base.is_integer:
+            return self._no(context, spec.base, f"{base} cannot have a subrange", "write an integer type")
+        expressions = Expressions(context)
+        low, high = expressions.constant_as(spec.low, base), expressions.constant_as(spec.high, base)
+        if low is None or high is None:
+            return UNKNOWN
+        if int(low.value) > int(high.value):
+            return self._no(
+                context, spec.low, f"the subrange {low.value}..{high.value} is empty", "write the lower limit first"
+            )
+        return SubrangeType(base, int(low.value), int(high.value))
+
+    def _array(self, spec: tree.ArraySpec, context: Context) -> Type:
+        most = context.project.dialect.array_dimensions
+        if len(spec.dimensions) > most:
+            context.say(spec, f"an array of {len(spec.dimensions)} dimensions", f"1 to {most} dimensions (PD-361)")
+            return UNKNOWN
+        expressions = Expressions(context)
+        element = self.resolve(spec.element, context)
+        limits = [
+            (part, expressions.constant_integer(part.low), expressions.constant_integer(part.high))
+            for part in spec.dimensions
+        ]
+        for part, low, high in reversed(limits):
+            if low is None or high is None or element is UNKNOWN:
+                return UNKNOWN
+            if low > high:
+                return self._no(context, part, f"the array {low}..{high} is empty", "write the lower limit first")
+            element = ArrayType(low, high, element)
+        return element
+
+    def _structure(self, title: str, spec: tree.StructSpec, context: Context, name: str = "") -> Type:
+        """Make the structure first and its fields afterwards, because a field may point to the structure itself."""
+        kind = StructType(title)
+        if name:
+            self._project.types[name] = kind
+        self.structures.append((kind, spec, context))
+        for part in spec.fields:
+            if part.location is not None:
+                context.say(part, f"{part.name} in a structure has an address", "no AT in a structure (PD-360)")
+            if self._key(part.name) in kind.fields:
+                context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")
+                continue
+            comment = part.remark or "\n".join(part.comments)
+            field_type = self.resolve(part.type, context)
+            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment)
+        return kind
+
+    # ---- enumerations
+
+    def _enumeration_values(self, spec: tree.EnumSpec, context: Context, name: str) -> None:
+        """Make the names of the values known in the whole project (PD-359); their numbers follow at the first use."""
+        project = self._project
+        kind = project.types[name]
+        assert isinstance(kind, EnumType)
+        for value in spec.values:
+            known = self._key(value.name)
+            if known in project.names and known not in project.library_names:
+                context.say(
+                    value,
+                    f"the name {value.name} is used already, {project.where(known)}",
+                    "names of enumeration values occur once in the project (PD-359)",
+                )
+                continue
+            entity = Pending(partial(self._value, kind, spec, context, known))
+            project.declare(known, entity, context.file, value.place)
+
+    def _value(self, kind: EnumType, spec: tree.EnumSpec, context: Context, wanted: str) -> Constant:
+        if not kind.values:
+            self._number(kind, spec, context)
+        numbers = {self._key(name): number for name, number in kind.values.items()}
+        return Constant(numbers.get(wanted, 0), kind)
+
+    def _number(self, kind: EnumType, spec: tree.EnumSpec, context: Context) -> None:
+        number = -1
+        for value in spec.values:
+            given = Expressions(context).constant_as(value.value, Elementary.INT) if value.value is not None else None
+            previous, number = number, int(given.value) if given is not None else number + 1
+            if kind.values and number <= previous:
+                context.say(value, f"{value.name} is {number} after {previous}", "ascending numbers (PD-359)")
+            elif number > Elementary.INT.high:
+                context.say(value, f"{value.name} is {number}", f"at most {Elementary.INT.high}, as for an INT")
+            kind.values[value.name] = number
+
+    def finish_enumerations(self) -> None:
+        """Work out all numbers, so that mistakes in unused enumerations are found too."""
+        for name in [name for name, entity in self._project.names.items() if type(entity) is Pending]:
+            self._project.find(name)
+
+
+def is_reference_type(kind: Type) -> bool:
+    """True for configuration objects, which are always passed by reference (PD-023)."""
+    return isinstance(kind, ObjectType)
+
+
+def block_of(kind: Type) -> Pou | None:
+    """Return the function block if a variable of this type contains an instance; None otherwise."""
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    return getattr(kind, "pou", None)

@@ -1,0 +1,197 @@
+"""Declarations of variables: the blocks VAR to VAR_GLOBAL, with their sections, attributes, addresses and types."""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.located import location
+from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
+from fieldrig_devices.iec.check.texts import a
+from fieldrig_devices.iec.check.type_specs import TypeSpecs, block_of
+from fieldrig_devices.iec.program import Space, Variable
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
+
+INTERFACE: Final = frozenset({Section.INPUT, Section.OUTPUT, Section.IN_OUT})
+MAY_BE_CONSTANT: Final = frozenset({Section.LOCAL, Section.GLOBAL, Section.EXTERNAL})
+
+
+class Variables:
+    def __init__(self, project: Project, specs: TypeSpecs) -> None:
+        self._project, self._specs = project, specs
+        self.lists: list[tuple[list[Variable], tree.Variables, str]] = []
+        """The lists of global variables, for the limit of their size (PD-316)."""
+        self.incomplete: dict[Variable, tree.Direct] = {}
+        """Variables with an address such as %I*, which VAR_CONFIG completes."""
+
+    # ---- global variables
+
+    def add_globals(
+        self, block: tree.Variables, file: str, declare: Callable[[str, Pending, tree.Variable], bool]
+    ) -> None:
+        """Note a list of global variables.  Each is made at its first use, since types may need constants."""
+        context = Context(self._project, None, file)
+        members: list[Variable] = []
+        self.lists.append((members, block, file))
+        for node in block.variables:
+            name = self._project.key(node.name)
+
+            def make(node: tree.Variable = node, name: str = name) -> Variable:
+                made = self._make(node, block, Space.GLOBAL, Section.GLOBAL, None, context)
+                self._project.globals[name] = made
+                members.append(made)
+                return made
+
+            declare(name, Pending(make), node)
+
+    # ---- variables of a POU
+
+    def add_to_pou(self, source: PouSource) -> None:
+        context = Context(self._project, source, source.pou.file)
+        pou = source.pou
+        if source.tree.result is not None:
+            kind = self._specs.resolve(source.tree.result, context)
+            pou.result = Variable(pou.name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
+            pou.result.initial = self.default(source.tree.result, kind)
+            source.names[self._project.key(pou.name)] = pou.result
+        for block in source.tree.blocks:
+            self._check_block(block, source, context)
+            for node in block.variables:
+                self._add(node, block, source, context)
+
+    def _check_block(self, block: tree.Variables, source: PouSource, context: Context) -> None:
+        kind, section = source.pou.kind, block.section
+        if section is Section.CONFIG:
+            context.say(block, "VAR_CONFIG in a POU", "VAR_CONFIG outside all POUs")
+        if section is Section.GLOBAL and kind is not PouKind.PROGRAM:
+            context.say(block, f"VAR_GLOBAL in {a(kind.value)}", "VAR_GLOBAL in a file of its own or in a program")
+        if kind is PouKind.FUNCTION and (block.is_retain or block.is_persistent):
+            context.say(block, "RETAIN in a function", "a function keeps nothing between calls (PD-354)")
+        if block.is_constant and section not in MAY_BE_CONSTANT:
+            context.say(block, f"{section.value} CONSTANT", "CONSTANT behind VAR, VAR_GLOBAL or VAR_EXTERNAL")
+        if section is Section.TEMP and (block.is_retain or block.is_persistent):
+            context.say(block, "VAR_TEMP RETAIN", "variables that keep their value, in VAR RETAIN")
+
+    def _add(self, node: tree.Variable, block: tree.Variables, source: PouSource, context: Context) -> None:
+        if block.section in (Section.CONFIG, Section.GLOBAL):
+            return
+        name = self._project.key(node.name)
+        known = source.names.get(name)
+        if known is not None:
+            where = f"in line {known.place.line} already" if known.place.line else "already"
+            context.say(node, f"{node.name} is declared {where}", "another name, or one declaration (PD-350)")
+            return
+        if block.section is Section.EXTERNAL:
+            source.names[name] = self._external(node, block, context)
+            return
+        made = self._make(node, block, self._space(block.section, source.pou.kind), block.section, source, context)
+        source.names[name] = source.pou.variables[name] = made
+        if made.section in (Section.INPUT, Section.IN_OUT):
+            source.inputs.append(made)
+        elif made.section is Section.OUTPUT:
+            source.outputs.append(made)
+
+    def _space(self, section: Section, kind: PouKind) -> Space:
+        return Space.FRAME if kind is PouKind.FUNCTION or section is Section.TEMP else Space.INSTANCE
+
+    def _external(self, node: tree.Variable, block: tree.Variables, context: Context) -> Variable:
+        """VAR_EXTERNAL names a global variable, whose type must agree."""
+        kind = self._specs.resolve(node.type, context)
+        found = self._project.find(self._project.key(node.name))
+        if not isinstance(found, Variable):
+            hint = self._project.reports.closest(node.name, self._project.globals)
+            context.say(node, f"there is no global variable {node.name}", "the name of a VAR_GLOBAL", hint)
+            return Variable(node.name, UNKNOWN, Space.GLOBAL, Section.EXTERNAL)
+        if kind is not UNKNOWN and found.type is not UNKNOWN and found.type != kind:
+            context.say(node, f"the VAR_EXTERNAL {node.name} is {a(kind)}", f"{found.type}, as the global variable")
+        return found
+
+    # ---- one variable
+
+    def _make(
+        self,
+        node: tree.Variable,
+        block: tree.Variables,
+        space: Space,
+        section: Section,
+        source: PouSource | None,
+        context: Context,
+    ) -> Variable:
+        kind = self._specs.resolve(node.type, context)
+        if section is Section.IN_OUT and isinstance(kind, ObjectType):
+            section = Section.INPUT  # objects are references anyway (PD-023)
+        made = Variable(
+            node.name,
+            kind,
+            space,
+            section,
+            is_retain=block.is_retain or block.is_persistent,
+            is_constant=block.is_constant and section in MAY_BE_CONSTANT,
+            place=node.place,
+            file=context.file,
+            comment=_comment(node),
+        )
+        self._check_type(made, node, source, context)
+        if node.location is not None:
+            self._locate(made, node.location, source, context)
+        if node.initial is None:
+            made.initial = self.default(node.type, kind)
+        elif section is Section.IN_OUT:
+            context.say(node, f"the VAR_IN_OUT {node.name} has a start value", "no start value for a reference")
+        else:
+            self._project.starts[made] = Start(made, node.initial, source, context.file)
+        return made
+
+    def _check_type(self, made: Variable, node: tree.Variable, source: PouSource | None, context: Context) -> None:
+        block = block_of(made.type)
+        if block is None:
+            return
+        if source is not None and source.pou.kind is PouKind.FUNCTION and made.section is not Section.IN_OUT:
+            context.say(
+                node,
+                f"the instance {made.name} of {block.name} in a function",
+                "VAR_IN_OUT for an instance; a function keeps nothing between calls (PD-354)",
+            )
+        elif made.section in (Section.INPUT, Section.TEMP):
+            hint = "use VAR_IN_OUT, which passes the instance itself (PD-352)"
+            context.say(
+                node, f"the instance {made.name} of {block.name} in {made.section.value}", "another section", hint
+            )
+
+    def _locate(self, made: Variable, node: tree.Direct, source: PouSource | None, context: Context) -> None:
+        if source is not None and (source.pou.kind is PouKind.FUNCTION or made.section is not Section.LOCAL):
+            context.say(
+                node, f"{made.name} has an address", "AT in VAR of a program or function block, or in VAR_GLOBAL"
+            )
+        elif not node.numbers:
+            self.incomplete[made] = node
+        elif source is not None and source.pou.kind is PouKind.FUNCTION_BLOCK:
+            hint = f"write AT %{node.area}* and the address of each instance in VAR_CONFIG"
+            context.note(node, f"all instances of {source.pou.name} share the address of {made.name}", hint)
+            made.location = location(node, made.type, context)
+        elif made.type is not UNKNOWN:
+            made.location = location(node, made.type, context)
+
+    def default(self, spec: tree.TypeSpec, kind: Type) -> InitialValue | None:
+        """The start value that a declared type gives to its variables, also to the elements of an array of it."""
+        if isinstance(spec, tree.NamedType):
+            return self._project.defaults.get(self._project.key(spec.name))
+        if not isinstance(spec, tree.ArraySpec):
+            return None
+        counts: list[int] = []
+        for _ in spec.dimensions:
+            if not isinstance(kind, ArrayType):
+                return None
+            counts.append(kind.count)
+            kind = kind.element
+        made = self.default(spec.element, kind)
+        for count in reversed(counts):
+            made = [made] * count if made is not None else None
+        return made
+
+
+def _comment(node: tree.Variable) -> str:
+    """The comment of a declaration without its brackets."""
+    shown = node.remark or (node.comments[-1] if node.comments else "")
+    return shown.removeprefix("(*").removesuffix("*)").removeprefix("//").strip()

@@ -1,0 +1,79 @@
+"""What a source text may contain: the language of EPAS-4, or edition 3 of the standard.
+
+Source: PacDrive manual 4.2 (digest 1.19, 2.2, 2.3 and section 4) for EPAS-4, which is a CoDeSys V2.3; IEC 61131-3:2013
+for edition 3.  Each permission that differs is one field, so a project can also mix them with `dataclasses.replace`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """The defaults are those of EPAS-4."""
+
+    name: str
+    has_long_types: bool = False
+    """LWORD, LINT and ULINT, with the size L of addresses (manual 691, X13)."""
+    has_power: bool = False
+    """The operator ** (manual 1929: not supported)."""
+    has_short_circuit: bool = False
+    """AND_THEN and OR_ELSE."""
+    has_continue: bool = False
+    has_line_comments: bool = False
+    """Comments from // to the end of the line."""
+    nests_comments: bool = False
+    """(* (* *) *) is one comment (PD-362)."""
+    has_jumps_in_st: bool = False
+    """Labels and JMP in Structured Text.  No edition has them; today's tools do."""
+    has_set_assignments: bool = False
+    """`x S= y` and `x R= y` of today's tools."""
+    has_pointers: bool = True
+    """POINTER TO, ADR and ^.  The standard has REF_TO instead; today's tools keep pointers, so both dialects do."""
+    allows_time_fractions: bool = False
+    """T#1.5s."""
+    allows_negative_times: bool = False
+    """T#-5s (manual 2054: negative times are not defined)."""
+    allows_time_overflow: bool = False
+    """T#2d_26h of manual line 731.  Otherwise only the highest unit may overflow (X9)."""
+    allows_numbers_as_times: bool = False
+    """A bare number as milliseconds, `PT := 300` (X29)."""
+    mixes_integers: bool = True
+    """Integers and bit strings of the same size go into one another, and AND, OR, XOR, NOT and arithmetic take both, as
+    in CoDeSys V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
+    allows_calls_without_brackets: bool = True
+    """`Reset;` calls the action or program Reset, as in CoDeSys V2.3."""
+    significant_characters: int = 32
+    """Names that agree in so many characters are the same name; 0 for all characters (PD-350)."""
+    array_dimensions: int = 3
+    """PD-361."""
+    bit_address_bytes: int = 4_096
+    """Single bits are addressed in the first bytes of an area only; 0 for the whole area."""
+
+    def key(self, name: str) -> str:
+        """Return what two spellings of the same name have in common."""
+        folded = name.casefold()
+        return folded[: self.significant_characters] if self.significant_characters else folded
+
+
+EPAS_4: Final = Dialect("epas-4")
+EDITION_3: Final = Dialect(
+    "edition-3",
+    has_long_types=True,
+    has_power=True,
+    has_short_circuit=True,
+    has_continue=True,
+    has_line_comments=True,
+    nests_comments=True,
+    has_jumps_in_st=True,
+    has_set_assignments=True,
+    allows_time_fractions=True,
+    allows_negative_times=True,
+    allows_time_overflow=True,
+    mixes_integers=False,
+    allows_calls_without_brackets=False,
+    significant_characters=0,
+    bit_address_bytes=0,
+)
+DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3)}

@@ -1,0 +1,239 @@
+"""The values of constants as they are written: numbers, strings, times and dates.
+
+Source: PacDrive manual 693 to 755 and 2819 to 2936 (PD-L46 to PD-L48), X9 and X14; IEC 61131-3 table 5 to 9.  Times
+are in ms, dates in s since 1970-01-01, and a string is Latin-1.  Each function returns the value, and raises
+`LiteralError` with what is wrong.
+"""
+
+import re
+from datetime import UTC, date, datetime
+from typing import Final
+
+from fieldrig_devices.iec.dialect import Dialect
+
+
+class LiteralError(Exception):
+    """A constant that has no value."""
+
+    def __init__(self, what: str, expected: str = "", hint: str = "") -> None:
+        super().__init__(what)
+        self.what, self.expected, self.hint = what, expected, hint
+
+
+_LONGEST_NUMBER: Final = 80
+_DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 16: "0 to 9 and A to F"}
+_UNITS: Final = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000, "ms": 1_000, "us": 1}
+"""Units of a time from the largest to the smallest, in microseconds."""
+_ORDER: Final = list(_UNITS)
+_LIMITS: Final = {"h": 24, "m": 60, "s": 60, "ms": 1_000, "us": 1_000}
+_PART: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)_?", re.IGNORECASE)
+_CLOCK: Final = re.compile(r"([0-9]{1,9}):([0-9]{1,9})(?::([0-9]{1,9})(?:\.([0-9]{1,9}))?)?")
+_DATE: Final = re.compile(r"([0-9]{1,9})-([0-9]{1,9})-([0-9]{1,9})")
+_EPOCH: Final = date(1970, 1, 1)
+_ESCAPES: Final = {"$": "$", "'": "'", "L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t"}
+"""Manual 2919 to 2928.  $N is the line feed, as in CoDeSys."""
+_ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{2}|.?)", re.DOTALL)
+MOST_MILLISECONDS: Final = 2**32 - 1
+"""T#49d17h2m47s295ms, the largest TIME."""
+
+
+def integer(text: str) -> int:
+    """Return the value of `14`, `1_000` or `16#FF`."""
+    if len(text) > _LONGEST_NUMBER:
+        raise LiteralError("the number is too long", "at most 64 bits")
+    base_text, mark, digits = text.partition("#")
+    if not mark:
+        if not base_text.replace("_", "").isdecimal():
+            raise LiteralError(f"{text} is not an integer", "digits")
+        value = int(base_text.replace("_", ""))
+    else:
+        base = int(base_text) if base_text.isdecimal() else 0
+        if base not in _DIGITS:
+            raise LiteralError(f"{text} has base {base_text}", "base 2, 8 or 16")
+        try:
+            value = _based(digits, base)
+        except ValueError:
+            raise LiteralError(f"{text} is not a number of base {base}", f"the digits {_DIGITS[base]}") from None
+    if value > 2**64 - 1:
+        raise LiteralError(f"{text} is too large", "at most 64 bits")
+    return value
+
+
+def _based(digits: str, base: int) -> int:
+    if not digits[:1].isalnum() or digits.endswith("_") or "__" in digits:
+        raise ValueError(digits)
+    return int(digits, base)
+
+
+def real(text: str) -> float:
+    """Return the value of `1000.23` or `1.23e3`."""
+    try:
+        value = float(text.replace("_", "")) if len(text) <= 400 else float("inf")
+    except ValueError:
+        raise LiteralError(f"{text} is not a number", "a number such as 7.4 or 1.64E9") from None
+    if value in (float("inf"), float("-inf")):
+        raise LiteralError("the number is too large", "at most 1.8E308")
+    return value
+
+
+def string(text: str) -> str:
+    """Return the characters of a string without its quotes."""
+    inner = text[1:-1]
+    if "$" in inner:
+        inner = _ESCAPE.sub(_escape, inner)
+    try:
+        inner.encode("latin-1")
+    except UnicodeEncodeError as error:
+        wrong = inner[error.start]
+        raise LiteralError(
+            f"the character {wrong!r} is not in the character set of the controller", "Latin-1"
+        ) from None
+    return inner
+
+
+def _escape(match: re.Match[str]) -> str:
+    code = match[1]
+    if len(code) == 2:
+        return chr(int(code, 16))
+    known = _ESCAPES.get(code.upper())
+    if known is None:
+        hint = "A dollar sign in a text is written $$."
+        raise LiteralError(
+            f"${code} means nothing in a string", "$$, $', $L, $N, $P, $R, $T or $ with two digits", hint
+        )
+    return known
+
+
+def time(text: str, dialect: Dialect) -> int:
+    """Return the milliseconds of `2d4h12m`, which is the part behind T#."""
+    sign, body = (-1, text[1:]) if text[:1] == "-" else (1, text.removeprefix("+"))
+    if sign < 0 and not dialect.allows_negative_times:
+        raise LiteralError("a time cannot be negative", "T#0ms or more")
+    milliseconds = _microseconds(_parts(body), dialect) // 1_000
+    if milliseconds > MOST_MILLISECONDS:
+        raise LiteralError(f"T#{text} is too long", "at most T#49d17h2m47s295ms")
+    return sign * milliseconds
+
+
+def _parts(text: str) -> list[tuple[str, str]]:
+    """Split a time into pairs of number and unit."""
+    parts = []
+    position = 0
+    while position < len(text):
+        match = _PART.match(text, position)
+        if match is None:
+            what = f"T#{text} is not a time"
+            raise LiteralError(what, "numbers with the units d, h, m, s and ms, such as T#1m30s")
+        parts.append((match[1], match[2].lower()))
+        position = match.end()
+    if not parts:
+        raise LiteralError("T# has no time behind it", "numbers with the units d, h, m, s and ms, such as T#1m30s")
+    return parts
+
+
+def _microseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
+    total = 0
+    last = -1
+    for place, (number, unit) in enumerate(parts):
+        order = _ORDER.index(unit)
+        if order <= last:
+            before = _ORDER[last]
+            raise LiteralError(f"{unit} stands behind {before}", "the units in the order d, h, m, s, ms, each once")
+        last = order
+        if unit == "us" and not dialect.allows_time_fractions:
+            raise LiteralError("the unit us is not known here", "d, h, m, s or ms")
+        whole, _, fraction = number.partition(".")
+        if fraction and not dialect.allows_time_fractions:
+            raise LiteralError(f"{number}{unit} has a fraction", "whole numbers", "Write T#1s500ms for 1.5 s.")
+        if fraction and place < len(parts) - 1:
+            raise LiteralError(f"{number}{unit} has a fraction", "a fraction in the last unit only")
+        if len(whole) > 15:
+            raise LiteralError(f"{number}{unit} is too long", "at most T#49d17h2m47s295ms")
+        if place and not dialect.allows_time_overflow and int(whole) >= _LIMITS[unit]:
+            what = f"{number}{unit} overflows"
+            raise LiteralError(what, f"less than {_LIMITS[unit]}{unit}; only the highest unit may overflow")
+        total += int(whole) * _UNITS[unit]
+        if fraction:
+            total += int(fraction[:9].ljust(9, "0")) * _UNITS[unit] // 10**9
+    return total
+
+
+def _clock(text: str) -> int:
+    """Return the milliseconds of `12:00:00.123`."""
+    match = _CLOCK.fullmatch(text)
+    if match is None:
+        raise LiteralError(
+            f"{text or 'nothing'} is not a time of day", "hours:minutes:seconds, such as TOD#15:36:30.123"
+        )
+    hours, minutes, seconds = int(match[1]), int(match[2]), int(match[3] or 0)
+    if hours > 23 or minutes > 59 or seconds > 59:
+        raise LiteralError(f"{text} is not a time of day", "00:00:00 to 23:59:59.999")
+    fraction = int((match[4] or "")[:3].ljust(3, "0"))
+    return ((hours * 60 + minutes) * 60 + seconds) * 1_000 + fraction
+
+
+def time_of_day(text: str) -> int:
+    return _clock(text)
+
+
+def day(text: str) -> int:
+    """Return the seconds since 1970 at the begin of `1998-12-07`, a year, a month and a day (X14)."""
+    match = _DATE.fullmatch(text)
+    if match is None:
+        raise LiteralError(f"{text or 'nothing'} is not a date", "year-month-day, such as D#1998-12-07")
+    try:
+        days = (date(int(match[1]), int(match[2]), int(match[3])) - _EPOCH).days
+    except (ValueError, OverflowError):
+        raise LiteralError(f"there is no day {text}", "year-month-day, such as D#1998-12-07") from None
+    if not 0 <= days * 86_400 <= MOST_MILLISECONDS:
+        raise LiteralError(f"{text} is out of range", "1970-01-01 to 2106-02-06")
+    return days * 86_400
+
+
+def date_and_time(text: str) -> int:
+    """Return the seconds since 1970 of `1998-02-13-14:20`; fractions of a second are cut off."""
+    date_text, _, clock_text = text.rpartition("-")
+    seconds = day(date_text) + _clock(clock_text) // 1_000
+    if seconds > MOST_MILLISECONDS:
+        raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2106-02-07-06:28:15")
+    return seconds
+
+
+# ---- values as text
+
+
+def time_text(milliseconds: int) -> str:
+    """Return the constant of a TIME, such as T#1m30s."""
+    sign, rest = ("-", -milliseconds) if milliseconds < 0 else ("", milliseconds)
+    parts = []
+    for unit in ("d", "h", "m", "s", "ms"):
+        count, rest = divmod(rest, _UNITS[unit] // 1_000)
+        if count:
+            parts.append(f"{count}{unit}")
+    return f"T#{sign}{''.join(parts) or '0ms'}"
+
+
+def clock_text(milliseconds: int) -> str:
+    seconds, rest = divmod(milliseconds, 1_000)
+    text = f"{seconds // 3_600:02}:{seconds // 60 % 60:02}:{seconds % 60:02}"
+    return f"{text}.{rest:03}" if rest else text
+
+
+def day_text(seconds: int) -> str:
+    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%d")
+
+
+def string_text(value: str) -> str:
+    """Return a string with its quotes and escapes."""
+    return "'" + "".join(map(_escaped, value)) + "'"
+
+
+def _escaped(character: str) -> str:
+    if character in "$'":
+        return "$" + character
+    return character if " " <= character <= "~" or "\xa1" <= character <= "\xff" else f"${ord(character):02X}"
+
+
+def real_text(value: float) -> str:
+    text = repr(value).upper().replace("E+", "E")
+    return text if "." in text else text.replace("E", ".0E") if "E" in text else f"{text}.0"

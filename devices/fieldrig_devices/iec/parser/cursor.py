@@ -1,0 +1,166 @@
+"""The position of the parser in the tokens, its messages, and the comments on the way."""
+
+from typing import Final
+
+from fieldrig_devices.iec import tokens as token
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.tree import Place
+from fieldrig_devices.languages.mistakes import Mistake
+
+DEEPEST_EXPRESSION: Final = 64
+"""Levels of a tree of an expression; a longer one could not be compiled to Python, which has a limit of brackets."""
+DEEPEST_BLOCK: Final = 40
+"""Levels of statements, types and initial values in each other."""
+
+
+class UnexpectedError(Exception):
+    """The mistake that stops the parser in a statement or declaration.  It has been reported."""
+
+
+class Cursor:
+    """Reads tokens one by one."""
+
+    def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
+        self.kinds, self.texts, self.places, self.comments = found.kinds, found.texts, found.places, found.comments
+        self.mistakes = found.mistakes
+        self.file, self.dialect = file, dialect
+        self.i = 0
+        self.depth = 0
+        self.height = 0
+        self._is_cut = found.is_cut
+        self._reported = -1
+        """The last token that a mistake was reported for; a second one for the same token follows from the first."""
+        self._pending: list[str] = []
+        """Comments that no statement has yet."""
+
+    # ---- mistakes
+
+    def say(self, at: int, what: str, expected: str = "", hint: str = "") -> None:
+        """Report a mistake at a token, unless one has been reported for it."""
+        if at > self._reported and not (self._is_cut and self.kinds[at] == token.END):
+            self._reported = at
+            self.say_at(self.places[at], what, expected, hint)
+
+    def say_at(self, place: Place, what: str, expected: str = "", hint: str = "") -> None:
+        self.mistakes.append(Mistake(*place, what, expected, file=self.file, hint=hint))
+
+    def unexpected(self, expected: str, hint: str = "", at: int = -1) -> UnexpectedError:
+        """Report that the present token is not what was expected.  The caller raises what this returns."""
+        where = self.i if at < 0 else at
+        self.say(where, f"got {self.shown(where)}", expected, hint)
+        return UnexpectedError()
+
+    def shown(self, at: int) -> str:
+        """Return a token as messages show it."""
+        if self.kinds[at] == token.END:
+            return "the end of the text"
+        text = self.texts[at]
+        return text if len(text) <= 40 else f"{text[:37]}..."
+
+    def missing(self, what: str, hint: str = "") -> None:
+        """Report that something is missing between the last token and the present one."""
+        last = self.i - 1
+        if last < 0 or self._reported >= self.i:
+            self.say(self.i, f"got {self.shown(self.i)}", what, hint)
+            return
+        if self._is_cut and self.kinds[self.i] == token.END:
+            return
+        self._reported = max(self._reported, last)
+        line, column = self.places[last]
+        place = Place(line, column + len(self.texts[last]))
+        self.say_at(place, f"{what} is missing behind {self.shown(last)}", what, hint)
+
+    # ---- tokens
+
+    def accept(self, kind: str) -> bool:
+        if self.kinds[self.i] == kind:
+            self.i += 1
+            return True
+        return False
+
+    def expect(self, kind: str, hint: str = "") -> None:
+        if self.kinds[self.i] != kind:
+            raise self.unexpected(kind, hint)
+        self.i += 1
+
+    def is_word(self, word: str) -> bool:
+        """True if the present token is a word that is a keyword at this place only."""
+        return self.kinds[self.i] == token.NAME and self.texts[self.i].upper() == word
+
+    def accept_word(self, word: str) -> bool:
+        if self.is_word(word):
+            self.i += 1
+            return True
+        return False
+
+    def expect_word(self, word: str) -> None:
+        if not self.accept_word(word):
+            raise self.unexpected(word)
+
+    def name(self, what: str) -> str:
+        """Read a name; `what` says what it is the name of."""
+        if self.kinds[self.i] != token.NAME:
+            hint = ""
+            if self.texts[self.i][:1].isalpha():
+                hint = f"{self.texts[self.i].upper()} is a keyword. Choose another name."
+            raise self.unexpected(what, hint)
+        self.i += 1
+        return self.texts[self.i - 1]
+
+    def is_next_line(self) -> bool:
+        """True if the present token is in another line than the one before it."""
+        return self.i == 0 or self.places[self.i].line != self.places[self.i - 1].line
+
+    def is_adjacent(self, at: int) -> bool:
+        """True if there is nothing between a token and the one in front of it."""
+        line, column = self.places[at - 1]
+        return self.places[at] == (line, column + len(self.texts[at - 1]))
+
+    def enter(self) -> None:
+        """Begin a level of blocks, types or initial values."""
+        self.depth += 1
+        if self.depth > DEEPEST_BLOCK:
+            raise self.too_deep("the program is nested too deeply here", DEEPEST_BLOCK)
+
+    def too_deep(self, what: str, deepest: int) -> UnexpectedError:
+        """Give up the rest of the text, so that one message is enough."""
+        self.say(self.i, what, f"at most {deepest} levels")
+        self.i = self._reported = len(self.kinds) - 1
+        return UnexpectedError()
+
+    # ---- comments
+
+    def gather(self) -> None:
+        """Take over the comments in front of the present token."""
+        found = self.comments.pop(self.i, None)
+        if found:
+            self._pending += [text for _, text in found]
+
+    def gather_from(self, first: int) -> None:
+        """Take over the comments between a token and the present one."""
+        if self.comments:
+            for at in range(first, self.i):
+                found = self.comments.pop(at, None)
+                if found:
+                    self._pending += [text for _, text in found]
+
+    def taken(self) -> tuple[str, ...]:
+        """Return the gathered comments, for the statement that they belong to."""
+        if not self._pending:
+            return ()
+        found, self._pending = tuple(self._pending), []
+        return found
+
+    def remark(self) -> str:
+        """Return the comments behind the last token, in its line."""
+        found = self.comments.get(self.i)
+        if not found or self.i == 0:
+            return ""
+        line = self.places[self.i - 1].line
+        remarks = [text for begin, text in found if begin == line]
+        rest = [(begin, text) for begin, text in found if begin != line]
+        if rest:
+            self.comments[self.i] = rest
+        else:
+            del self.comments[self.i]
+        return " ".join(remarks)

@@ -1,0 +1,185 @@
+"""Programs, function blocks, functions and their actions; and a whole source file.
+
+Source: PacDrive manual 1093 to 1262.  An ACTION stands behind the body of its POU, in front of
+END_PROGRAM or behind it.
+"""
+
+from typing import Final
+
+from fieldrig_devices.iec import tokens as token
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.parser.configuration import Configurations
+from fieldrig_devices.iec.parser.cursor import UnexpectedError
+from fieldrig_devices.iec.parser.declarations import SECTIONS
+
+POUS: Final = {kind.value: kind for kind in tree.PouKind}
+_TOP: Final = frozenset(POUS) | {"TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", "ACTION", token.END}
+_OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"})
+
+
+class Units(Configurations):
+    """Reads source files."""
+
+    def unit(self) -> tree.Unit:
+        """Read everything."""
+        found: list[tree.Declaration] = []
+        while self.kinds[self.i] != token.END:
+            at = self.i
+            self.gather()
+            try:
+                found += self._declaration(found)
+            except UnexpectedError:
+                self._synchronise_unit(at)
+        self.gather_from(0)
+        self.gather()
+        return tree.Unit(self.file, tuple(found), self.taken())
+
+    def _declaration(self, before: list[tree.Declaration]) -> list[tree.Declaration]:
+        kind = self.kinds[self.i]
+        if kind in POUS:
+            return [self._pou()]
+        if kind == "TYPE":
+            return list(self.type_declarations())
+        if kind in ("VAR_GLOBAL", "VAR_CONFIG"):
+            return [self.block_of_variables()]
+        if kind in ("CONFIGURATION", "RESOURCE"):
+            return [self.configuration()]
+        if kind == "ACTION":
+            action = self._action()
+            pou = before[-1] if before else None
+            if isinstance(pou, tree.Pou):
+                pou.actions += (action,)
+            else:
+                self.say_at(action.place, f"the action {action.name} belongs to no POU", "a POU in front of it")
+            return []
+        if kind == ";":
+            self.i += 1
+            return []
+        self._wrong_declaration(kind)
+        return []
+
+    def _wrong_declaration(self, kind: str) -> None:
+        hint = ""
+        word = self.texts[self.i].upper()
+        if kind.startswith("VAR"):
+            hint = "Variables outside of a POU are declared in VAR_GLOBAL."
+        elif kind.startswith("END_"):
+            hint = f"There is no beginning for this {kind}."
+        elif word in _OOP:
+            hint = f"{word} is not supported. Use a FUNCTION or a FUNCTION_BLOCK."
+        elif kind in (token.NAME, "IF", "CASE", "FOR", "WHILE", "REPEAT"):
+            hint = "Statements stand in a POU, such as PROGRAM name ... END_PROGRAM."
+        raise self.unexpected("PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL or CONFIGURATION", hint)
+
+    def _synchronise_unit(self, start: int) -> None:
+        """Go on at the next declaration."""
+        if self.i == start and self.kinds[self.i] != token.END:
+            self.i += 1
+        while self.kinds[self.i] not in _TOP:
+            self.i += 1
+        self._open.clear()
+        self.height = self.depth = 0
+        self.gather_from(start)
+
+    def body_alone(self, language: str) -> tree.Body:
+        """Read a text that is a body, and report what does not belong to it."""
+        body: tree.Body = tree.StBody(())
+        while True:
+            at = self.i
+            part = self.body(language)
+            body = part if at == 0 else body
+            if self.kinds[self.i] == token.END:
+                return body
+            self.say(self.i, f"got {self.shown(self.i)}", "a statement")
+            self.i += 1
+
+    def declarations_alone(self) -> tuple[tree.Variables, ...]:
+        """Read a text that consists of blocks of variables."""
+        found: tuple[tree.Variables, ...] = ()
+        while self.kinds[self.i] != token.END:
+            found += self.blocks()
+            if self.kinds[self.i] != token.END:
+                self.say(self.i, f"got {self.shown(self.i)}", "VAR, VAR_INPUT or another block of variables")
+                while self.kinds[self.i] not in SECTIONS and self.kinds[self.i] != token.END:
+                    self.i += 1
+        return found
+
+    # ---- POUs
+
+    def _pou(self) -> tree.Pou:
+        opening = self.i
+        front = self.taken()
+        kind = POUS[self.kinds[opening]]
+        self.i += 1
+        name, result = self._pou_header(kind)
+        blocks = self.blocks()
+        body = self.body()
+        actions = []
+        self.gather()
+        rest = self.taken()
+        while self.kinds[self.i] == "ACTION":
+            actions.append(self._action())
+        word = f"END_{kind.value}"
+        end = self.places[self.i]
+        self.gather()
+        rest += self.taken()
+        self._end_of_pou(word, kind, name, opening)
+        found = tree.Pou(kind, name, result, blocks, body, tuple(actions), end, place=self.places[opening])
+        found.comments, found.remark = front, self.remark()
+        found.after = rest
+        return found
+
+    def _end_of_pou(self, word: str, kind: tree.PouKind, name: str, opening: int) -> None:
+        if self.kinds[self.i] in ("END_PROGRAM", "END_FUNCTION", "END_FUNCTION_BLOCK"):
+            if self.kinds[self.i] != word:
+                hint = f"{kind.value} ends with {word}."
+                self.say(self.i, f"got {self.kinds[self.i]} at the end of {kind.value} {name}", word, hint)
+            self.i += 1
+            self.accept(";")
+            return
+        if self.kinds[self.i] not in _TOP:
+            self.say(self.i, f"got {self.shown(self.i)}", f"a statement, or {word}")
+            while self.kinds[self.i] not in _TOP and self.kinds[self.i] != word:
+                self.i += 1
+            if self.accept(word):
+                return
+        line = self.places[opening].line
+        self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
+
+    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None]:
+        """Read the name, and the type of a function's result."""
+        at = self.i
+        try:
+            name = self.name(f"the name of the {kind.value}")
+            if self.is_word("EXTENDS") or self.is_word("IMPLEMENTS"):
+                hint = "Blocks cannot be derived. Declare an instance of the other block in it."
+                raise self.unexpected("VAR_INPUT or another declaration", hint)
+            result = None
+            if self.kinds[self.i] == ":":
+                self.i += 1
+                if kind is not tree.PouKind.FUNCTION:
+                    self.say(self.i, f"a {kind.value} has no result", "VAR_OUTPUT", "Only a FUNCTION has a result.")
+                result = self.type_spec()
+            self.accept(";")
+        except UnexpectedError:
+            line = self.places[at - 1].line
+            while self.places[self.i].line == line and self.kinds[self.i] != token.END:
+                self.i += 1
+            return self.texts[at] if self.kinds[at] == token.NAME else "", None
+        return name, result if kind is tree.PouKind.FUNCTION else None
+
+    def _action(self) -> tree.Action:
+        opening = self.i
+        self.gather()
+        front = self.taken()
+        self.enter()
+        self.i += 1
+        name = self.name("the name of the action")
+        if not self.accept(":"):
+            self.missing(":", "An action begins with ACTION name:")
+        body = self.body()
+        self._end("END_ACTION", opening, "ACTION")
+        self.depth -= 1
+        found = tree.Action(name, body, place=self.places[opening])
+        found.comments, found.remark = front + self.taken(), self.remark()
+        return found

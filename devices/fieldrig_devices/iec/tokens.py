@@ -1,0 +1,333 @@
+"""Split a source text into tokens, and set the comments aside.
+
+One regular expression finds all tokens; blanks between them are skipped.  What is misspelled in a way that is known,
+such as ENDIF or ==, becomes the token that was meant, with its mistake, so that the parser goes on as if it were right.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.tree import Place
+from fieldrig_devices.languages.mistakes import Mistake
+
+# Kinds of tokens.  A keyword or symbol is a kind of its own, in capitals.
+NAME: Final = "name"
+INTEGER: Final = "integer"
+REAL: Final = "real"
+STRING: Final = "string"
+TYPED: Final = "typed"
+"""A constant or value of an enumeration with a type in front of it: T#5s, INT#16#FF, Colour#red."""
+DIRECT: Final = "direct"
+NATIVE: Final = "{native}"
+JUNK: Final = "junk"
+END: Final = "end of the text"
+
+_KEYWORD_TEXT = """
+    TRUE FALSE NOT AND OR XOR MOD IF THEN ELSIF ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE
+    REPEAT UNTIL END_REPEAT EXIT RETURN VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_EXTERNAL VAR_GLOBAL VAR_CONFIG
+    VAR_ACCESS END_VAR CONSTANT RETAIN PERSISTENT AT TYPE END_TYPE STRUCT END_STRUCT ARRAY POINTER PROGRAM END_PROGRAM
+    FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK ACTION END_ACTION CONFIGURATION END_CONFIGURATION RESOURCE
+    END_RESOURCE INITIAL_STEP END_STEP TRANSITION END_TRANSITION END_ENTRY END_ACTIVE END_EXIT
+    """
+KEYWORDS: Final = frozenset(_KEYWORD_TEXT.split())
+"""Words that are never names.  STEP, TASK, ON, WITH, FROM and the like are keywords at their places only."""
+
+MISSPELLED: Final[Mapping[str, str]] = {
+    **{f"END{word}": f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "VAR", "TYPE", "STRUCT")},
+    **{f"END{word}": f"END_{word}" for word in ("PROGRAM", "FUNCTION", "FUNCTIONBLOCK", "ACTION", "STEP")},
+    "ENDFUNCTION_BLOCK": "END_FUNCTION_BLOCK",
+    "ENDFUNCTIONBLOCK": "END_FUNCTION_BLOCK",
+    "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK",
+    "FUNCTIONBLOCK": "FUNCTION_BLOCK",
+    "END_FB": "END_FUNCTION_BLOCK",
+    "VAR_END": "END_VAR",
+    "TYPE_END": "END_TYPE",
+    "STRUCT_END": "END_STRUCT",
+    "IF_END": "END_IF",
+    "ELSEIF": "ELSIF",
+    "ELIF": "ELSIF",
+    "ENDLOOP": "END_WHILE",
+}
+"""Words of other languages and of misprints (X12), and what is meant."""
+
+_MISSPELLED_SIGNS: Final[Mapping[str, tuple[str, str]]] = {
+    "==": ("=", "A comparison is written with one equals sign."),
+    "!=": ("<>", "The sign for unequal is <>."),
+    "&&": ("AND", "The operator is AND or &."),
+    "||": ("OR", "The operator is OR."),
+    "=<": ("<=", "The sign for less or equal is <=."),
+    "::=": (":=", "The sign of the assignment is :=."),
+    ": =": (":=", "There is no blank in the sign of the assignment."),
+}
+
+_PATTERN: Final = re.compile(
+    r"""[ \t\r\f\v]*+(?:
+      ([^\W\d]\w*+)(?!\#)
+    | (:=|\+=|-=|\*=(?!\))|<=|>=|<>|=>|==|!=|&&|\|\||=<|::=|:[ ]=|\.\.|\*\*(?!\))|[;,.:=+\-*&<>)\[\]^]|\((?!\*)|/(?!/))
+    | (\n)
+    | ([0-9](?:_?[0-9])*+(?![\w#]|\.[0-9]))
+    | (\(\*.*?\*\)|//[^\n]*+)
+    | ('(?:[^'$\n]|\$[^\n])*+')
+    | ((?:T|TIME|LTIME)\#(?:[-+]?[\w.]*)
+      |(?:D|DATE)\#(?:[0-9]+-[0-9]+-[0-9]+|[\w.:-]*)
+      |(?:TOD|TIME_OF_DAY)\#(?:[0-9]+:[0-9]+(?::[0-9]+(?:\.[0-9]+)?)?|[\w.:-]*)
+      |(?:DT|DATE_AND_TIME)\#(?:[0-9]+-[0-9]+-[0-9]+-[0-9]+:[0-9]+(?::[0-9]+(?:\.[0-9]+)?)?|[\w.:-]*)
+      |[^\W\d]\w*+\#(?:'(?:[^'$\n]|\$[^\n])*+'|[-+]?[0-9]+\#\w*|[-+]?[0-9][0-9_]*(?:\.[0-9][0-9_]*)?(?:E[-+]?[0-9]+)?|\w*))
+    | ([0-9](?:_?[0-9])*+(?:\.[0-9](?:_?[0-9])*+(?:E[-+]?[0-9]++)?|E[-+]?[0-9]++)(?!\w))
+    | ([0-9]+\#\w*)
+    | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
+    | (\{[^}\n]*+\})
+    | (\(\*.*+)
+    | (['"‘’“”´`][^\n]*?(?=[ \t]*\)*[ \t]*;?[ \t\r]*(?:\n|\Z|\(\*|//)))
+    | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
+    )""",
+    re.VERBOSE | re.DOTALL | re.IGNORECASE,
+)
+(
+    _WORD,
+    _SIGN,
+    _NEWLINE,
+    _INTEGER,
+    _COMMENT,
+    _STRING,
+    _TYPED,
+    _REAL,
+    _BASED,
+    _DIRECT,
+    _PRAGMA,
+    _OPEN_COMMENT,
+    _OPEN_STRING,
+    _JUNK,
+) = range(1, 15)
+_KINDS: Final = {
+    _INTEGER: INTEGER,
+    _STRING: STRING,
+    _TYPED: TYPED,
+    _REAL: REAL,
+    _BASED: INTEGER,
+    _DIRECT: DIRECT,
+}
+_TIME_WITHOUT_PREFIX: Final = re.compile(r"(?:[0-9]+(?:d|h|ms|m|s)_?)+", re.IGNORECASE)
+_PREFIX_OF_QUOTE: Final = "'‘’´`"
+
+
+@dataclass(slots=True)
+class Tokens:
+    """The tokens of a text, as three lists of the same length; the last token is END."""
+
+    kinds: list[str] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
+    comments: dict[int, list[tuple[int, str]]] = field(default_factory=dict)
+    """The comments in front of a token, with the line where each begins."""
+    mistakes: list[Mistake] = field(default_factory=list)
+    is_cut: bool = False
+    """True if the text ends in a comment that is not closed."""
+
+
+def tokens(text: str, file: str, dialect: Dialect, first_line: int = 1) -> Tokens:
+    """Split a text.  All of it becomes tokens, whatever it is."""
+    return _Scanner(text, file, dialect, first_line).run()
+
+
+def keywords(dialect: Dialect) -> frozenset[str]:
+    more = (("CONTINUE",) if dialect.has_continue else ()) + (
+        ("AND_THEN", "OR_ELSE") if dialect.has_short_circuit else ()
+    )
+    return KEYWORDS.union(more)
+
+
+class _Scanner:
+    def __init__(self, text: str, file: str, dialect: Dialect, first_line: int) -> None:
+        self._text, self._file, self._dialect = text, file, dialect
+        self._line, self._line_start = first_line, 0
+        self._keywords = keywords(dialect)
+        self._words: dict[str, str] = {}
+        """The kind of each word that has occurred; words with a mistake are not in it."""
+        self._found = Tokens()
+
+    def run(self) -> Tokens:
+        found = self._found
+        position: int | None = 0
+        while position is not None:
+            position = self._scan(position)
+        found.kinds.append(END)
+        found.texts.append("")
+        found.places.append(self._place(len(self._text)))
+        return found
+
+    def _place(self, position: int) -> Place:
+        return Place(self._line, position - self._line_start + 1)
+
+    def _scan(self, position: int) -> int | None:
+        """Read tokens from a position on.  Return where to go on after a jump, or None at the end of the text."""
+        found = self._found
+        add_kind, add_text, add_place = found.kinds.append, found.texts.append, found.places.append
+        words, new = self._words, tuple.__new__
+        line, line_start = self._line, self._line_start
+        for match in _PATTERN.finditer(self._text, position):
+            group = match.lastindex
+            if group == _NEWLINE:
+                line += 1
+                line_start = match.end()
+                continue
+            assert group is not None
+            text = match[group]
+            if group == _WORD:
+                kind = words.get(text)
+                if kind is not None:
+                    add_kind(kind)
+                    add_text(text)
+                    add_place(new(Place, (line, match.start(_WORD) - line_start + 1)))
+                    continue
+            elif group == _SIGN and text not in _MISSPELLED_SIGNS:
+                add_kind(text)
+                add_text(text)
+                add_place(new(Place, (line, match.start(_SIGN) - line_start + 1)))
+                continue
+            elif group in _KINDS:
+                add_kind(_KINDS[group])
+                add_text(text)
+                add_place(new(Place, (line, match.start(group) - line_start + 1)))
+                continue
+            self._line, self._line_start = line, line_start
+            after = self._other(group, text, match.start(group))
+            line, line_start = self._line, self._line_start
+            if after is not None:
+                return after
+        self._line, self._line_start = line, line_start
+        return None
+
+    def _add(self, kind: str, text: str, position: int) -> None:
+        self._found.kinds.append(kind)
+        self._found.texts.append(text)
+        self._found.places.append(self._place(position))
+
+    def _say(self, position: int, what: str, expected: str = "", hint: str = "") -> None:
+        line, column = self._place(position)
+        self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
+
+    def _other(self, group: int, text: str, position: int) -> int | None:
+        """Read what is rare: words for the first time, comments, pragmas, and what is wrong."""
+        if group == _WORD:
+            self._word(text, position)
+        elif group == _SIGN:
+            right, hint = _MISSPELLED_SIGNS[text]
+            self._say(position, f"got {text}", right, hint)
+            self._add(right, right, position)
+        elif group == _COMMENT:
+            return self._comment(text, position)
+        elif group == _PRAGMA:
+            if text[1:-1].strip().lower() == "native":
+                self._add(NATIVE, text, position)
+            else:
+                self._keep(text)
+        elif group == _OPEN_COMMENT:
+            self._say(position, "the comment is not closed", "*) at its end")
+            self._found.is_cut = True
+        elif group == _OPEN_STRING:
+            self._open_string(text, position)
+        else:
+            self._junk(text, position)
+        return None
+
+    # ---- words
+
+    def _word(self, text: str, position: int) -> None:
+        upper = text.upper()
+        if upper in self._keywords:
+            self._words[text] = upper
+            self._add(upper, text, position)
+            return
+        meant = MISSPELLED.get(upper)
+        if meant is not None:
+            self._say(position, f"got {text}", meant, f"The keyword is {meant}.")
+            self._add(meant, text, position)
+            return
+        self._words[text] = NAME
+        self._add(NAME, text, position)
+        if not text.isascii():
+            self._say(position, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
+        elif "__" in text:
+            hint = f"Write {re.sub('_+', '_', text)}."
+            self._say(position, f"the name {text} has several underscores in a row", "single underscores", hint)
+
+    # ---- comments
+
+    def _keep(self, text: str) -> None:
+        self._found.comments.setdefault(len(self._found.kinds), []).append((self._line, text))
+
+    def _comment(self, text: str, position: int) -> int | None:
+        """Keep a comment.  Return where to go on if it reaches further than its first closing bracket."""
+        if text.startswith("//"):
+            if not self._dialect.has_line_comments:
+                self._say(position, "// does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
+                text = f"(*{text[2:].rstrip().replace('*)', '* )').replace('(*', '( *')} *)"
+            self._keep(text.rstrip())
+            return None
+        end = position + len(text)
+        if "(*" in text[2:]:
+            end = self._nested(text, position)
+            if end < 0:
+                return None
+        whole = self._text[position:end]
+        self._keep(whole)
+        return self._after(whole, position) if "\n" in whole or len(whole) > len(text) else None
+
+    def _after(self, text: str, position: int) -> int | None:
+        """Count the lines of a text that is skipped."""
+        lines = text.count("\n")
+        if lines:
+            self._line += lines
+            self._line_start = position + text.rindex("\n") + 1
+        return position + len(text)
+
+    def _nested(self, text: str, position: int) -> int:
+        """Return the end of a comment that contains the beginning of another, or -1 if it has none."""
+        depth, at = 0, position
+        for match in re.compile(r"\(\*|\*\)").finditer(self._text, position):
+            if match.start() < at:  # the bracket of "(*)"
+                continue
+            at = match.end()
+            depth += 1 if match[0] == "(*" else -1
+            if depth == 0:
+                if not self._dialect.nests_comments:
+                    inner = position + 2 + text[2:].index("(*")
+                    hint = "The first *) ends the comment. Remove the inner (* and *)."
+                    self._say(inner, "a comment begins inside a comment", "*) first", hint)
+                return at
+        if not self._dialect.nests_comments:
+            return position + len(text)
+        self._say(position, "the comment is not closed", "a *) for each (* in it")
+        self._found.is_cut = True
+        self._after(self._text[position:], position)
+        return len(self._text)
+
+    # ---- what is wrong
+
+    def _open_string(self, text: str, position: int) -> None:
+        if text[0] in _PREFIX_OF_QUOTE and len(text) > 1 and text[-1] in _PREFIX_OF_QUOTE and text[0] != "'":
+            self._say(position, f"the string has the quotes {text[0]} and {text[-1]}", "straight quotes: 'text'")
+        elif text[0] == "'":
+            self._say(position, "the string is not closed", "' at its end, in the same line")
+        else:
+            self._say(position, f"got {text[0]}", "a string in single quotes: 'text'")
+        self._add(STRING, "''", position)
+
+    def _junk(self, text: str, position: int) -> None:
+        if _TIME_WITHOUT_PREFIX.fullmatch(text):
+            self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
+            self._add(INTEGER, "0", position)
+        elif text[0].isascii() and text[0].isdigit():
+            self._say(position, f"{text} is neither a number nor a name", "a name begins with a letter or underscore")
+            self._add(NAME, text, position)
+        elif text[0] == "%":
+            what = f"{text} is not an address"
+            self._say(position, what, "%I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0")
+            self._add(DIRECT, "%MX0", position)
+        else:
+            shown = text if text.isprintable() else f"the character with code {ord(text[0])}"
+            self._say(position, f"got {shown}", "a character that has a meaning in the language")
