@@ -146,7 +146,12 @@ class Routine:
 
 
 def _unpickled(
-    frame_size: int, targets: dict[int, Mapping[int, int]], fast: bytes, for_debugging: bytes, packed: bytes, lines: bytes
+    frame_size: int,
+    targets: dict[int, Mapping[int, int]],
+    fast: bytes,
+    for_debugging: bytes,
+    packed: bytes,
+    lines: bytes,
 ) -> Routine:
     routine = Routine((), frame_size)
     routine.lines, routine.targets = tuple(array("q", lines)), targets
