@@ -72,9 +72,7 @@ class FieldBuses:
 
     def _on_modbus(self, place: int, message: ModbusEvent) -> None:
         if isinstance(message, ModbusRequest):
-            self._controller.at_priority(
-                TCP_PRIORITY, self._tcp_us, partial(self.modbus_face.hear, place, message)
-            )
+            self._controller.at_priority(TCP_PRIORITY, self._tcp_us, partial(self.modbus_face.hear, place, message))
         elif isinstance(message, ClientConnected):
             self._controller.tcp_connected(message.peer)
         elif self.modbus_client is not None and place == self._client_place:

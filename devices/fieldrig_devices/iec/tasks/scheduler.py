@@ -329,11 +329,11 @@ class Scheduler:
         if wake is None or wake.is_done:
             return  # it goes on in its turn
         self._ready.remove(task)
-        task.phase = Phase.WAITING
+        task.phase, task.waits_for = Phase.WAITING, wake
         wake.on_done = partial(self._on_woken, task, wake)
 
     def _on_woken(self, task: Task, wake: Pending) -> None:
-        if task.phase is Phase.WAITING and task.work.wake is wake:  # not after a reset or an error
+        if task.phase is Phase.WAITING and task.waits_for is wake:  # not after a reset or an error
             self._make_ready(task, Phase.ACTIVE)
             self._kick()
 

@@ -8,10 +8,11 @@ from fieldrig.clock import MS, Clock
 from fieldrig.store import Store
 from fieldrig_devices.iec import program as ir
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.runtime import Fault, Runtime, Start, Thread
+from fieldrig_devices.iec.runtime import Runtime, Start, Thread
 from fieldrig_devices.iec.tasks.programs import Programs
 from fieldrig_devices.iec.tasks.scheduler import Scheduler
 from fieldrig_devices.iec.tasks.task import Task, TaskState
+from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
 from fieldrig_devices.max4.plc.retain_store import Ram, RetainStore
@@ -91,9 +92,6 @@ class LoadedProgram:
         self.compiled = compiled
         self.runtime.change(compiled)
         for task, declared in zip(self.scheduler.tasks, compiled.program.tasks, strict=True):
-            threads = [self.runtime.thread(pou, task.number) for pou in declared.programs]
-            self.threads[task.name] = threads
-            task.work = Programs(threads)
             if declared.event is not None:
                 task.event = self._level(declared.event)
         self._retain = self._retain_store()

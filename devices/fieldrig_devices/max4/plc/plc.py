@@ -18,9 +18,9 @@ from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.runtime import Fault
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task, TaskState
+from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS

@@ -1,17 +1,17 @@
 """What happens to the tasks of a program, as diagnoses of the controller.
 
 Source: PacDrive manual 3242-3261, 4056-4121 (digest PD-073, PD-074, PD-101, PD-102).  The external diagnosis of a cycle
-time transgression is "actual cycle time/configured cycle time" in ms, that of a run-time fault the POU and the line; the
-manual gives no form for either.  A task that goes on transgressing is reported again after the first report has been
-acknowledged.
+time transgression is "actual cycle time/configured cycle time" in ms, that of a run-time fault the POU and the line;
+the manual gives no form for either.  A task that goes on transgressing is reported again after the first report has
+been acknowledged.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Final
 
 from fieldrig.clock import MS
-from fieldrig_devices.iec.runtime import Fault
 from fieldrig_devices.iec.tasks.task import Task
+from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import Sender
 from fieldrig_devices.max4.reports import Reports
@@ -58,4 +58,4 @@ def _ms(time_ns: int) -> str:
 
 def call_hierarchy(fault: Fault) -> Sequence[str]:
     """The components that were running, the one at which the processing stands last (manual 4117)."""
-    return [*fault.calls, f"{fault.pou} {fault.file}:{fault.line}"]
+    return [*map(str, reversed(fault.calls)), f"{fault.pou} ({fault.file}:{fault.line})"]
