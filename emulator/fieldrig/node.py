@@ -46,6 +46,9 @@ class Node(Protocol):
     def set(self, key: str, value: Value) -> None:
         """Write a point.  ControlError for an unknown or read-only key, or a value that it refuses."""
 
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer a question of this kind of device.  ControlError if the device refuses."""
+
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault.  ControlError for a fault that the device refuses."""
 
@@ -171,6 +174,10 @@ class LocalNode(EventNode):
     def set(self, key: str, value: Value) -> None:
         with blamed(self.name, self.clock.now_ns()):
             write_point(self.device.points(), key, value)
+
+    def answer(self, question: str, message: Any) -> Any:
+        with refusals(self.name):
+            return self.device.answer(question, message)
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         with refusals(self.name):

@@ -1,4 +1,7 @@
-"""Answers to questions about a device, its points (`keys`, `get`, `set`) and its faults, in real and virtual time."""
+"""Answers to questions about a device, in real and virtual time.
+
+They are about its points (`keys`, `get`, `set`), its faults, and whatever else this kind of device understands.
+"""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -24,6 +27,9 @@ class Source(Faulty, Protocol):
 
     def set(self, key: str, value: Value) -> None: ...
 
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer a question of this kind of device.  ControlError if the device refuses."""
+
 
 class RealPoints:
     def __init__(self, name: str, device: Device, clock: RealClock) -> None:
@@ -40,6 +46,12 @@ class RealPoints:
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._device.points(), key, value)
+
+    def answer(self, question: str, message: Any) -> Any:
+        answers: list[Any] = []
+        with refusals(self._name):
+            self._clock.handle(lambda: answers.append(self._device.answer(question, message)))
+        return answers[0]
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         numbers: list[int] = []
@@ -87,6 +99,8 @@ def answers(source: Source) -> Answer:
                 return {key: source.get(key) for key in values}
         if verb in VERBS:
             return answer_of_faults(source, verb, message)
-        raise ControlError(f"a device can't {asked(verb, message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
+        if verb in ("keys", "get", "set"):
+            raise ControlError(f"a device can't {asked(verb, message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
+        return source.answer(verb, message)
 
     return answer

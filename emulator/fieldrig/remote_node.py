@@ -58,6 +58,9 @@ class RemoteNode:
     def set(self, key: str, value: Value) -> None:
         self._ask("set", key, value)
 
+    def answer(self, question: str, message: Any) -> Any:
+        return self._ask("answer", question, message)
+
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         number: int = self._ask("add_fault", dict(fault))
         return number
@@ -121,6 +124,7 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         "keys": node.keys,
         "get": node.get,
         "set": node.set,
+        "answer": node.answer,
         "add_fault": node.add_fault,
         "clear_fault": node.clear_fault,
         "faults": node.faults,

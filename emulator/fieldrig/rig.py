@@ -115,6 +115,11 @@ class Rig:
         with self._present(device) as node:
             node.set(key, value)
 
+    def answer(self, device: str, question: str, message: Any) -> Any:
+        """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
+        with self._present(device) as node:
+            return node.answer(question, message)
+
     def statistics(self, bus: str) -> dict[str, float]:
         return self._models[bus].statistics(self.now_ns)
 

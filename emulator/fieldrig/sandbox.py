@@ -4,6 +4,12 @@ Programs of users and folded matrices become Python text that runs in this proce
 runs, whatever generated it.  The basic rules allow integers, the names that are given, and plain control flow:
 no attribute, import, text, builtin, comprehension or exception handling.  From integers and lists of integers nothing
 of the host can be reached.  `Arithmetic` adds what formulas need: floats, and named attributes of named objects.
+`Values` adds what a language with reals and strings needs.  Under it a name is either a value, which can be read and
+subscripted, or a function, which can only be called; so what the text computes with are the values in the given tables,
+the results of the given functions, and constants.  As long as those are truth values, numbers, strings and lists of
+them, there is nothing to reach: without attributes, imports and builtins, the operators lead from such values to such
+values only, and neither a function nor a table of functions can be stored, passed on or returned.
+
 Text that breaks a rule is a fault of its generator, hence the loud `ForbiddenPythonError`.
 
 Left out on purpose: limits of time and memory.  `fieldrig_devices.languages.resumable` generates code that yields by
@@ -11,12 +17,12 @@ itself, and no text can make an object that lasts.
 """
 
 import ast
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any, Final
 
-ALLOWED: Final = frozenset(
+ALLOWED: Final[frozenset[type]] = frozenset(
     {
         ast.arguments, ast.arg, ast.Return, ast.Pass,
         ast.If, ast.While, ast.Break, ast.Continue,
@@ -26,9 +32,11 @@ ALLOWED: Final = frozenset(
         ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.In, ast.NotIn,
     }
 )  # fmt: skip
-CONSTANTS: Final = frozenset({int})
-ALLOWED_IN_FORMULAS: Final = ALLOWED | {ast.Attribute, ast.Div, ast.NamedExpr}
-CONSTANTS_IN_FORMULAS: Final = CONSTANTS | {float, bool, type(None)}
+CONSTANTS: Final[frozenset[type]] = frozenset({int})
+ALLOWED_IN_FORMULAS: Final[frozenset[type]] = ALLOWED | {ast.Attribute, ast.Div, ast.NamedExpr}
+CONSTANTS_IN_FORMULAS: Final[frozenset[type]] = CONSTANTS | {float, bool, type(None)}
+ALLOWED_WITH_VALUES: Final[frozenset[type]] = ALLOWED | {ast.Div, ast.NamedExpr, ast.Slice}
+CONSTANTS_OF_VALUES: Final[frozenset[type]] = CONSTANTS | {float, bool, str}
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,33 +47,56 @@ class Arithmetic:
     """Attributes that may be read and set, by the name of their object: `{"axis": {"e", "v"}}`."""
 
 
+@dataclass(frozen=True, slots=True)
+class Values:
+    """Rules for languages with reals and strings: floats, strings, truth values, true division, `:=` and slices."""
+
+    values: frozenset[str]
+    """The given names that are tables or constants.  All others are functions, and can only be called."""
+
+
+Rules = Arithmetic | Values
+
+
 class ForbiddenPythonError(Exception):
     """Generated code that must not run."""
 
 
-def check(source: str, names: Collection[str], rules: Arithmetic | None = None) -> ast.Module:
+def check(source: str, names: Collection[str], rules: Rules | None = None) -> ast.Module:
     """Return the tree of the text if it holds nothing but functions that use `names` and each other.
 
     ForbiddenPythonError, with the line, for anything else.
     """
     tree = ast.parse(source)
-    names = {*names, *(statement.name for statement in tree.body if isinstance(statement, ast.FunctionDef))}
+    own = {statement.name for statement in tree.body if isinstance(statement, ast.FunctionDef)}
+    known = names if isinstance(names, Set) and own <= names else {*names, *own}
     for statement in tree.body:
         if not isinstance(statement, ast.FunctionDef):
             raise ForbiddenPythonError(f"line {statement.lineno}: not a function")
-        _check_function(statement, names, rules)
+        _check_function(statement, known, rules)
     return tree
 
 
-def load(source: str, names: Mapping[str, object], rules: Arithmetic | None = None) -> dict[str, FunctionType]:
+def load(source: str, names: Mapping[str, object], rules: Rules | None = None) -> dict[str, FunctionType]:
     """Return the functions of the text by name.  They see `names` and nothing else, not even the builtins."""
-    tree = check(source, names, rules)
-    scope: dict[str, Any] = {**names, "__builtins__": {}}
-    exec(compile(tree, "<generated>", "exec"), scope)
-    return {statement.name: scope[statement.name] for statement in tree.body if isinstance(statement, ast.FunctionDef)}
+    return bind(compiled(source, names, rules), {**names})
 
 
-def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Arithmetic | None) -> None:
+def compiled(source: str, names: Collection[str], rules: Rules | None = None, file: str = "<generated>") -> CodeType:
+    """Return the checked text in a form that `bind` takes, also in another process."""
+    code = compile(check(source, names, rules), file, "exec")
+    assert isinstance(code, CodeType)
+    return code
+
+
+def bind(code: CodeType, scope: dict[str, Any]) -> dict[str, FunctionType]:
+    """Define the functions of checked code in `scope`, which is all that they see, and return them by name."""
+    scope["__builtins__"] = {}
+    exec(code, scope)
+    return {name: scope[name] for name in code.co_names}
+
+
+def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Rules | None) -> None:
     parts = function.args
     notes = (function.returns, *(argument.annotation for argument in parts.args))
     if function.decorator_list or parts.defaults or parts.kwonlyargs or parts.vararg or parts.kwarg or any(notes):
@@ -73,31 +104,65 @@ def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Ar
     nodes = list(ast.walk(function))[1:]  # without the function itself
     own = {argument.arg for argument in parts.args}
     own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    if clash := own & set(names):
+    if clash := {name for name in own if name in names}:
         raise ForbiddenPythonError(f"line {function.lineno}: {', '.join(sorted(clash))} must not be assigned")
+    allowed, constants = _allowed(rules)
+    harmless = allowed - _EXAMINED
+    called = {node.func for node in nodes if isinstance(node, ast.Call)}
     for node in nodes:
-        if reason := _wrong(node, names, own, rules):
+        if type(node) in harmless:
+            continue
+        if type(node) not in allowed:
+            reason = f"{type(node).__name__} is not allowed"
+        elif isinstance(node, ast.Constant):
+            reason = "" if type(node.value) in constants else f"the constant {node.value!r} is not allowed"
+        elif isinstance(rules, Values) and isinstance(node, ast.Name) and node not in called:
+            reason = "" if node.id in own or node.id in rules.values else f"{node.id} is not a value"
+        else:
+            reason = _wrong(node, names, own, rules)
+        if reason:
             raise ForbiddenPythonError(f"line {getattr(node, 'lineno', function.lineno)}: {reason}")
 
 
-def _wrong(node: ast.AST, names: Collection[str], own: Collection[str], rules: Arithmetic | None) -> str:
+_EXAMINED: Final = frozenset({ast.Constant, ast.Attribute, ast.Name, ast.Call, ast.Subscript})
+"""Parts that are allowed under conditions."""
+
+
+def _allowed(rules: Rules | None) -> tuple[frozenset[type], frozenset[type]]:
+    """Return the parts and the types of constants that these rules allow."""
+    if isinstance(rules, Values):
+        return ALLOWED_WITH_VALUES, CONSTANTS_OF_VALUES
+    return (ALLOWED, CONSTANTS) if rules is None else (ALLOWED_IN_FORMULAS, CONSTANTS_IN_FORMULAS)
+
+
+def _wrong(node: ast.AST, names: Collection[str], own: Collection[str], rules: Rules | None) -> str:
     """Return why the node is forbidden, or an empty text."""
-    if type(node) not in (ALLOWED if rules is None else ALLOWED_IN_FORMULAS):
-        return f"{type(node).__name__} is not allowed"
-    constants = CONSTANTS if rules is None else CONSTANTS_IN_FORMULAS
-    if isinstance(node, ast.Constant) and type(node.value) not in constants:
-        return f"the constant {node.value!r} is not allowed"
-    if isinstance(node, ast.Attribute) and (rules is None or not _is_granted(node, rules)):
+    if isinstance(node, ast.Attribute) and not (isinstance(rules, Arithmetic) and _is_granted(node, rules)):
         return f"the attribute {node.attr} is not allowed"
     if isinstance(node, ast.Name) and node.id not in names and node.id not in own:
         return f"{node.id} is not known here"
-    if isinstance(node, ast.Call) and (not isinstance(node.func, ast.Name) or node.func.id not in names):
+    if isinstance(node, ast.Call) and not _is_function(node.func, names, rules):
         return "only the given names may be called"
     if isinstance(node, ast.Call) and node.keywords:
         return "arguments have no names"
-    if isinstance(node, ast.Subscript) and (not isinstance(node.value, ast.Name) or node.value.id not in names):
+    if isinstance(node, ast.Subscript) and not _has_elements(node, names, own, rules):
         return "only the given tables have elements"
     return ""
+
+
+def _is_function(called: ast.expr, names: Collection[str], rules: Rules | None) -> bool:
+    if not isinstance(called, ast.Name) or called.id not in names:
+        return False
+    return not isinstance(rules, Values) or called.id not in rules.values
+
+
+def _has_elements(node: ast.Subscript, names: Collection[str], own: Collection[str], rules: Rules | None) -> bool:
+    """True for elements of given tables; under `Values` for parts of a computed string as well."""
+    if not isinstance(node.value, ast.Name):
+        return False
+    if isinstance(rules, Values) and isinstance(node.slice, ast.Slice):
+        return node.value.id in own or node.value.id in rules.values
+    return node.value.id in names
 
 
 def _is_granted(node: ast.Attribute, rules: Arithmetic) -> bool:

@@ -59,6 +59,9 @@ class VirtualPoints(_Part):
     def set(self, key: str, value: Value) -> None:
         self._rig.set(self._name, key, value)
 
+    def answer(self, question: str, message: Any) -> Any:
+        return self._rig.answer(self._name, question, message)
+
 
 class VirtualBus(_Part):
     def statistics(self) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from random import Random
-from typing import Literal
+from typing import Any, Literal
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
@@ -40,6 +40,15 @@ class Dice(Device):
 
     def points(self) -> Mapping[str, Point]:
         return {"throws": Point(lambda: self._throws, self._set_throws, unit="1")}
+
+    def answer(self, question: str, message: Any) -> Any:
+        match question, message:
+            case "rethrow", {"times": int(times)}:
+                self._throws += times
+                return {"throws": self._throws, "now_ns": self._clock.now_ns()}
+            case "rethrow", _:
+                raise ValueError("nothing to throw\nexpected a number of times")
+        return super().answer(question, message)
 
     def _set_throws(self, value: Value) -> None:
         if not isinstance(value, int) or value < 0:

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import pytest
 
 from fieldrig import sandbox
-from fieldrig.sandbox import Arithmetic, ForbiddenPythonError
+from fieldrig.sandbox import Arithmetic, ForbiddenPythonError, Rules, Values
 
 ESCAPES = [
     "import os",
@@ -78,11 +78,44 @@ FORMULA_ESCAPES = [
 ]
 
 
-CASES = [*((source, None) for source in ESCAPES), *((source, FORMULA) for source in FORMULA_ESCAPES)]
+NEW_WITH_VALUES = ("return 'text'", "return 1.5", "V[0:1]", "(x := 1)")
+VALUES = Values(frozenset({"V"}))
+VALUE_ESCAPES = [
+    *(source for source in ESCAPES if not any(part in source for part in NEW_WITH_VALUES)),
+    "def f(pc): return known",
+    "def f(pc):\n    V[0] = known",
+    "def f(pc): return V(1)",
+    "def f(pc): return ''.join",
+    "def f(pc): return 'x'.format(V)",
+    "def f(pc): return ('x')[0]",
+    "def f(pc): return known[0]",
+    "def f(pc): return known[0:1]",
+    "def f(pc): return pc[0]",
+    "def f(pc): return known(known)",
+    "def f(pc): return (x := known)",
+    "def f(pc): return f",
+    "def f(pc): return __builtins__[0:1]",
+    "def f(pc): return 2.0 ** pc",
+    "def f(pc): return 'x' @ pc",
+    "def f(pc): return None",
+    "def f(pc): return ...",
+    "def f(pc): return 1j",
+    "def f(pc): return [1]",
+    "def f(pc): return {1: 2}",
+    "def f(pc): return (known := 1)",
+    "def f(pc): return 1 is pc",
+]  # fmt: skip
+
+
+CASES: list[tuple[str, Rules | None]] = [
+    *((source, None) for source in ESCAPES),
+    *((source, FORMULA) for source in FORMULA_ESCAPES),
+    *((source, VALUES) for source in VALUE_ESCAPES),
+]
 
 
 @pytest.mark.parametrize(("source", "rules"), CASES)
-def test_what_could_get_out_is_refused(source: str, rules: Arithmetic | None) -> None:
+def test_what_could_get_out_is_refused(source: str, rules: Rules | None) -> None:
     with pytest.raises(ForbiddenPythonError):
         sandbox.load(source, {"V": [0], "known": int}, rules)
 
@@ -95,3 +128,20 @@ def test_a_formula_reads_and_sets_named_attributes() -> None:
     )
     assert sandbox.load(source, {}, FORMULA)["f"](axis) == 1.5
     assert axis == SimpleNamespace(e=1.5, v=1.5)
+
+
+def test_values_are_numbers_strings_and_slices_of_tables() -> None:
+    table: list[object] = ["Greifer", 0, 1.5, True]
+    source = (
+        "def f(pc):\n    x = V[0]\n    V[1] = x[:3] + 'n'\n    V[2:4] = V[0:2]\n"
+        "    return 3.0 / pc if (y := pc) else y\n"
+    )
+    assert sandbox.load(source, {"V": table, "known": abs}, VALUES)["f"](2) == 1.5
+    assert table == ["Greifer", "Gren", "Greifer", "Gren"]
+
+
+def test_checked_code_is_bound_to_other_names_later() -> None:
+    code = sandbox.compiled("def f(pc):\n    return V[pc]\n", {"V"}, VALUES, "<one>")
+    assert code.co_filename == "<one>"
+    scope = {"V": [1, 2]}
+    assert sandbox.bind(code, scope)["f"](1) == 2

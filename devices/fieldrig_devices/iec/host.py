@@ -1,4 +1,4 @@
-"""What a controller offers to the programs that run on it: objects, native functions and blocks, areas of I/O.
+"""The side of a controller that its programs see: objects, native functions and blocks, areas of I/O.
 
 A library is IEC source text.  A POU in it whose body is the pragma {native} is implemented by the host under the same
 name; everything else in it is compiled like the user's text.
@@ -48,7 +48,7 @@ class NativeBlock:
     """Called with the address of the instance and its inputs in the order of declaration; returns all its outputs.
 
     What an instance keeps besides its pins, the host keeps by the address.  An online change never moves an instance;
-    `forget` says that the instances have begun anew.
+    `forget` says that the instances have begun again.
     """
 
     run: Callable[..., Results | Pending]

@@ -32,7 +32,7 @@ from fieldrig_devices.iec.types import (
 
 
 class Space(Enum):
-    """Where a variable lives, and what its address counts from."""
+    """The memory that a variable is in, and that its address counts from."""
 
     GLOBAL = "global"
     """At a fixed address: global variables, programs, and the instances in them."""
@@ -103,7 +103,7 @@ class Component:
 
 @dataclass(slots=True)
 class Target:
-    """What a pointer points to.  A pointer to nothing, or to something of another form, is looked at at run time."""
+    """The target of a pointer.  A pointer to nothing, or to something of another form, is looked at at run time."""
 
     pointer: "Expression"
     type: Type
@@ -377,10 +377,10 @@ class Pou:
 
     kind: PouKind
     name: str
-    """As declared; an action is `Pou.Action`."""
+    """The name as declared; an action is `Pou.Action`."""
     file: str
     variables: dict[str, Variable] = field(default_factory=dict)
-    """By the name in small letters, in the order of declaration; an action has those of its POU."""
+    """Keyed by the name in small letters, in the order of declaration; an action has those of its POU."""
     result: Variable | None = None
     """The result of a function; first cell of its frame."""
     type: BlockType | None = None
@@ -412,7 +412,7 @@ class Task:
     priority: int
     """0 (highest) to 31 (PD-061)."""
     interval_ms: float
-    """For cyclic tasks."""
+    """The interval of cyclic tasks."""
     event: Variable | None
     """A BOOL whose rising edge starts an event task."""
     programs: "list[Pou]"
@@ -425,9 +425,9 @@ class Program:
     """Everything that a project declares."""
 
     pous: dict[str, Pou]
-    """By the name in small letters, with the library's; actions are in their POU."""
+    """Keyed by the name in small letters, with the library's; actions are in their POU."""
     globals: dict[str, Variable]
-    """By the name in small letters; instances of programs are among them."""
+    """Keyed by the name in small letters; instances of programs are among them."""
     types: Mapping[str, StructType | EnumType | SubrangeType | StringType | PointerType | Type]
     """Declared types by the name in small letters."""
     tasks: list[Task]

@@ -46,7 +46,7 @@ class Literal(Node):
     kind: LiteralKind
     value: bool | int | float | str
     text: str = field(default="", compare=False)
-    """As it was written; the printer uses it where it is not empty."""
+    """The text as it was written; the printer uses it where it is not empty."""
     type_name: str = ""
     """The type in front of the constant, `INT#5`; empty without."""
 
@@ -142,6 +142,8 @@ class Statement(Node):
     """Comments in front of the statement, with their brackets."""
     remark: str = field(default="", compare=False, repr=False, kw_only=True)
     """A comment behind the statement in its last line."""
+    is_spaced: bool = field(default=False, compare=False, repr=False, kw_only=True)
+    """True if an empty line stands in front of it."""
     after: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
     """Comments behind the last statement of a block, in lines of their own."""
 
@@ -452,6 +454,8 @@ class Variables(Statement):
     is_retain: bool = False
     is_persistent: bool = False
     is_constant: bool = False
+    name: str = field(default="", compare=False)
+    """The name of a list of global variables; programs of today's tools may write `name.variable`."""
 
 
 @dataclass(slots=True)

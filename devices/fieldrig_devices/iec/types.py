@@ -161,7 +161,7 @@ class StructType:
 
     name: str
     fields: dict[str, Field] = field(default_factory=dict)
-    """By the name in small letters."""
+    """Keyed by the name in small letters."""
     size: int = 0
 
     def __str__(self) -> str:

@@ -1,11 +1,12 @@
 """A program as generated Python that returns by itself when its budget is used up, and resumes where it was.
 
-A language lowers each of its routines to a list of instructions: Python lines that run through (`Do`), jumps, calls,
-and places where it waits.  This file turns each list into one Python function, `routine(pc, n, depth) -> (why, pc, n)`:
-`pc` is the next instruction, `n` the number of instructions that it may still run.  All lasting state is in the tables
-that the code was given, so a routine that has returned is fully described by its `pc`: it can be stored, compared, and
-resumed by another build of the same routine.  A call is a Python call; if the called routine has to return before its
-end, each of its callers records where it was (`leave`) and returns too, and the task resumes with that stack of places.
+A language lowers each of its routines to a list of instructions (`instructions`).  This file turns each list into one
+Python function, `routine(pc, n, frame, base) -> (why, pc, n)`: `pc` is the next instruction, `n` the budget that is
+left, `frame` where the routine's part of the task's stack begins, and `base` where the instance is that it works on.
+All lasting state is in the tables that the code was given, so a routine that has returned is fully described by `pc`,
+`frame` and `base`: it can be stored, compared, and resumed by another build of the same routine.  A call is a Python
+call; if the called routine has to return before its end, each of its callers records where it was (`leave`) and returns
+too, and the task resumes with that stack of places.
 
 Each routine has three builds, made when they are first needed:
 
@@ -13,250 +14,207 @@ Each routine has three builds, made when they are first needed:
              The budget is charged at the end of a block, so a slice may exceed it by less than a block (n < 0)
     WATCHED  the same, but stops in front of each instruction whose flag is set in its table of stops
     STEPPED  can be entered anywhere; for single steps, and to get from a breakpoint to the next block
-
-A block that jumps to its own start becomes a Python loop; other jumps find their block by a tree of comparisons.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from enum import IntEnum
-from typing import Final, NamedTuple
+import marshal
+import pickle
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
 
 from fieldrig import sandbox
+from fieldrig_devices.languages.blocks import Block, blocks
+from fieldrig_devices.languages.instructions import ForDebugging, Instruction, Routine
+from fieldrig_devices.languages.writer import Build, Callee, Line, Writer
 
-LONGEST = 32  # instructions in a block, and so the most by which a slice may exceed its budget
-INDENT = "    "
-
-
-# Why a routine returned.  These are plain integers because they are compared after every call and return.
-SLICE: Final = 0  # the budget is used up
-CALL: Final = 1  # the instruction at pc is a call; its target is in `calls`
-END: Final = 2
-WAIT: Final = 3  # at a Pause or Hold: resume at pc in another slice
-STOP: Final = 4  # in front of an instruction with a breakpoint
+Function = Callable[[int, int, int, int], tuple[int, int, int]]
+OWN_FUNCTIONS = ("leave", "enter")
 
 
-@dataclass(frozen=True, slots=True)
-class Do:
-    """An instruction that runs `python` and continues with the next one."""
+class Activation(NamedTuple):
+    """A place in a routine, with the frame and the base with which it goes on there."""
 
-    line: int
-    python: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """An instruction that runs `python` and then jumps if `condition` holds."""
-
-    line: int
-    python: tuple[str, ...]
-    condition: str
-    target: int
-
-
-@dataclass(frozen=True, slots=True)
-class Jump:
-    line: int
-    target: int
-
-
-@dataclass(frozen=True, slots=True)
-class Call:
-    line: int
-    routine: str
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    line: int
-
-
-@dataclass(frozen=True, slots=True)
-class Pause:
-    """An instruction that runs `python`, then ends the slice if `condition` holds; the next one starts after it."""
-
-    line: int
-    python: tuple[str, ...]
-    condition: str
-
-
-@dataclass(frozen=True, slots=True)
-class Hold:
-    """An instruction that ends the slice while `condition` holds; the next slice evaluates it again."""
-
-    line: int
-    condition: str
-
-
-Instruction = Do | Branch | Jump | Call | End | Pause | Hold
-Function = Callable[[int, int, int], tuple[int, int, int]]
+    routine: int
+    pc: int
+    frame: int
+    base: int
 
 
 class Left(NamedTuple):
-    """A call that was in progress when the routines had to return: `caller` resumes at `pc`."""
+    """A call that was in progress when the routines had to return: `caller` resumes at its place."""
 
     called: int
-    caller: int
-    pc: int
+    frame: int
+    base: int
+    caller: Activation
 
 
-class Build(IntEnum):
-    FAST = 0
-    WATCHED = 1
-    STEPPED = 2
+class Texts:
+    """The Python texts of the routines of one program, and their checked builds."""
+
+    def __init__(self, routines: Sequence[Routine], numbers: Mapping[str, int], rules: sandbox.Rules | None) -> None:
+        self.routines = routines
+        self._callees = {name: Callee(number, routines[number].frame_size) for name, number in numbers.items()}
+        self.rules = rules
+        self.blocks: Callable[[int], list[Block]] = cache(lambda number: blocks(routines[number].instructions))
+
+        self.leaders: Callable[[int], frozenset[int]] = cache(self._leaders)
+        self._debugging: Callable[[int], ForDebugging | None] = cache(lambda number: routines[number].debugging())
+
+    def _leaders(self, number: int) -> frozenset[int]:
+        ready = self._debugging(number)
+        return ready.leaders if ready else frozenset(block.first for block in self.blocks(number))
+
+    def in_advance(self, number: int, build: Build) -> bytes:
+        """Return a build that was made in advance, or nothing."""
+        if build is Build.FAST:
+            return self.routines[number].fast
+        ready = self._debugging(number)
+        return b"" if ready is None else ready.watched if build is Build.WATCHED else ready.stepped
+
+    def for_debugging(self, number: int, names: Collection[str]) -> bytes:
+        """Make what breakpoints and single steps need in advance."""
+        watched, stepped = (self.compiled(number, build, names) for build in (Build.WATCHED, Build.STEPPED))
+        return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number)))
+
+    def lines(self, number: int, build: Build) -> list[Line]:
+        routine = self.routines[number]
+        return list(Writer(number, routine, self._callees, self.blocks(number), build).lines())
+
+    def source(self, number: int, build: Build) -> str:
+        return "".join(f"{line.text}\n" for line in self.lines(number, build))
+
+    def tables(self, number: int) -> dict[str, object]:
+        """Return the tables that the routine uses besides the program's."""
+        return {f"targets_{number}_{pc}": targets for pc, targets in self.routines[number].targets.items()}
+
+    def compiled(self, number: int, build: Build, names: Collection[str]) -> bytes:
+        """Return a checked build of one routine."""
+        own = {f"stops_{number}", "limit", *self.tables(number)}
+        rules = self.rules
+        if isinstance(rules, sandbox.Values):
+            rules = sandbox.Values(rules.values | own)
+        known = {*names, *OWN_FUNCTIONS, *own, *(f"routine_{callee.number}" for callee in self._callees.values())}
+        return marshal.dumps(sandbox.compiled(self.source(number, build), known, rules, file_name(number)))
+
+
+def file_name(number: int) -> str:
+    """Return what the traceback of generated code names as its file."""
+    return f"<routine {number}>"
+
+
+def prepare(
+    routines: Mapping[str, Routine],
+    names: Collection[str],
+    rules: sandbox.Rules | None = None,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    is_debugged: bool = False,
+) -> None:
+    """Make the FAST builds in advance, for example in another process than the one that runs them.
+
+    With `is_debugged` the others as well, so that no breakpoint stops the process for the time of a compilation.
+    """
+    texts = Texts(list(routines.values()), {name: number for number, name in enumerate(routines)}, rules)
+    steps = len(routines) * (2 if is_debugged else 1)
+    for number, routine in enumerate(routines.values()):
+        routine.fast = routine.fast or texts.compiled(number, Build.FAST, names)
+        on_progress(number + 1, steps)
+    for number, routine in enumerate(routines.values() if is_debugged else ()):
+        routine.for_debugging = texts.for_debugging(number, names)
+        on_progress(len(routines) + number + 1, steps)
 
 
 class Code:
-    """The routines of one program.  `python` may use `names` and the local variables t0, t1, ..., and nothing else."""
+    """The routines of one program.  Its `python` may use `names`, `frame`, `base` and local variables."""
 
     def __init__(
-        self, routines: Mapping[str, Sequence[Instruction]], names: Mapping[str, object], deepest: int
+        self,
+        routines: Mapping[str, Sequence[Instruction] | Routine],
+        names: Mapping[str, object],
+        stack_size: int,
+        rules: sandbox.Rules | None = None,
     ) -> None:
-        """`deepest` is the greatest number of nested calls."""
-        self.deepest = deepest
-        self.routines = [tuple(instructions) for instructions in routines.values()]
+        """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1."""
+        self.routines = [one if isinstance(one, Routine) else Routine(one) for one in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
-        self.calls = [
-            {
-                pc: self.numbers[instruction.routine]
-                for pc, instruction in enumerate(instructions)
-                if isinstance(instruction, Call)
-            }
-            for instructions in self.routines
-        ]
-        self.leaders = [frozenset(leaders(instructions)) for instructions in self.routines]
-        self.stops = [[0] * len(instructions) for instructions in self.routines]
+        self.names_of_routines = list(routines)
+        self.stack_size = stack_size
+        self.limit = [0]
+        """Where the stack of the running task ends; set by the task."""
         self.left: list[Left] = []
         """Calls that were in progress when the last run ended, innermost first; the task clears the list."""
-        own = {"leave": lambda called, caller, pc: self.left.append(Left(called, caller, pc))}
-        self.names = {**names, **own, **{f"stops_{number}": stops for number, stops in enumerate(self.stops)}}
-        self._built: dict[Build, list[Function]] = {}
+        self.entered = Activation(0, 0, 0, 0)
+        """The routine that the task has to enter after a CALL."""
+        self.stops = [[0] * len(routine.lines) for routine in self.routines]
+        self.names = names
+        self._texts = Texts(self.routines, self.numbers, rules)
+        self._functions: dict[Build, list[Function]] = {}
+        self._scopes: dict[Build, dict[str, Any]] = {}
 
     def functions(self, build: Build) -> list[Function]:
-        if build not in self._built:
-            functions = sandbox.load(self.source(build), self.names)
-            self._built[build] = [functions[f"routine_{number}"] for number in range(len(self.routines))]
-        return self._built[build]
+        """Return the functions of a build; each is compiled when it is first called."""
+        if build not in self._functions:
+            functions = [self._later(number, build) for number in range(len(self.routines))]
+            self._functions[build] = functions
+            self._scopes[build] = self._scope() | {f"routine_{number}": one for number, one in enumerate(functions)}
+        return self._functions[build]
+
+    def compile(self, build: Build = Build.FAST) -> None:
+        """Compile all routines now, while nothing runs, and not when they are first called."""
+        self.functions(build)
+        for number in range(len(self.routines)):
+            self._load(number, build)
+
+    def _scope(self) -> dict[str, Any]:
+        def leave(called: int, at: int, on: int, caller: int, pc: int, frame: int, base: int) -> None:
+            self.left.append(Left(called, at, on, Activation(caller, pc, frame, base)))
+
+        def enter(number: int, frame: int, base: int) -> None:
+            self.entered = Activation(number, 0, frame, base)
+
+        return {**self.names, "leave": leave, "enter": enter, "limit": self.limit}
+
+    def _later(self, number: int, build: Build) -> Function:
+        """Return a function that compiles the routine at its first call, and then is no longer called."""
+        return lambda pc, n, frame, base: self._load(number, build)(pc, n, frame, base)
+
+    def _load(self, number: int, build: Build) -> Function:
+        scope = self._scopes[build]
+        scope |= {**self._texts.tables(number), f"stops_{number}": self.stops[number]}
+        code = self._texts.in_advance(number, build) or self._texts.compiled(number, build, self.names)
+        function = sandbox.bind(marshal.loads(code), scope)[f"routine_{number}"]
+        self._functions[build][number] = function
+        return function
+
+    def lines(self, number: int, build: Build) -> list[Line]:
+        """Return the Python text of a routine, with the instruction of each line."""
+        return self._texts.lines(number, build)
 
     def source(self, build: Build) -> str:
-        parts = (_Writer(self, number, build).lines() for number in range(len(self.routines)))
-        return "\n".join(line for part in parts for line in part) + "\n"
+        return "".join(self._texts.source(number, build) for number in range(len(self.routines)))
+
+    def is_leader(self, routine: int, pc: int) -> bool:
+        """True if the fast builds can be entered there."""
+        return pc in self._texts.leaders(routine)
 
     def line(self, routine: int, pc: int) -> int:
         """Return the source line of an instruction."""
-        return self.routines[routine][pc].line
+        return self.routines[routine].lines[pc]
 
     def stop_at(self, lines: set[int]) -> set[int]:
         """Replace all breakpoints by these source lines; return those lines that have an instruction to stop at."""
         found = set()
-        for instructions, stops in zip(self.routines, self.stops, strict=True):
-            before = 0
-            for pc, instruction in enumerate(instructions):
-                stops[pc] = int(instruction.line in lines and instruction.line != before)  # stop once per line
-                before = instruction.line
-                found |= {instruction.line} & lines
+        for number in range(len(self.routines)):
+            found |= self.stop_in(number, lines)
         return found
 
-
-def leaders(instructions: Sequence[Instruction]) -> list[int]:
-    """Return the instructions at which blocks begin, in order."""
-    found = {0}
-    for pc, instruction in enumerate(instructions):
-        if isinstance(instruction, Branch | Jump):
-            found.add(instruction.target)
-        if isinstance(instruction, Call | Pause | Jump):
-            found.add(pc + 1)
-        if isinstance(instruction, Hold):
-            found.add(pc)
-    firm = sorted(pc for pc in found if pc < len(instructions))
-    ends = [*firm[1:], len(instructions)]
-    return [pc for first, end in zip(firm, ends, strict=True) for pc in range(first, end, LONGEST)]
-
-
-class _Writer:
-    """Writes the Python source of one build of one routine."""
-
-    def __init__(self, code: Code, number: int, build: Build) -> None:
-        self._code, self._number, self._build = code, number, build
-        self._instructions = code.routines[number]
-        entries = range(len(self._instructions)) if build is Build.STEPPED else code.leaders[number]
-        self._leaders = sorted(entries)
-
-    def lines(self) -> Iterator[str]:
-        yield f"def routine_{self._number}(pc, n, depth):"
-        yield f"{INDENT}while n > 0:"
-        yield from self._tree(0, len(self._leaders), INDENT * 2)
-        yield f"{INDENT}return {SLICE}, pc, n"
-
-    def _tree(self, first: int, end: int, indent: str) -> Iterator[str]:
-        """Yield the blocks from `first` to before `end`, with a binary search over `pc` in front of them."""
-        if end - first == 1:
-            yield from self._block(first, indent)
-            return
-        middle = (first + end) // 2
-        yield f"{indent}if pc < {self._leaders[middle]}:"
-        yield from self._tree(first, middle, indent + INDENT)
-        yield f"{indent}else:"
-        yield from self._tree(middle, end, indent + INDENT)
-
-    def _block(self, index: int, indent: str) -> Iterator[str]:
-        first = self._leaders[index]
-        end = self._leaders[index + 1] if index + 1 < len(self._leaders) else len(self._instructions)
-        is_loop = any(getattr(instruction, "target", None) == first for instruction in self._instructions[first:end])
-        if is_loop:
-            yield f"{indent}while n > 0:"
-            indent += INDENT
-        for pc in range(first, end):
-            yield from (indent + line for line in self._instruction(pc, first, is_loop))
-        last = self._instructions[end - 1]
-        if not isinstance(last, Jump | End) and not (isinstance(last, Call) and self._build is Build.STEPPED):
-            count = 0 if isinstance(last, Call) else end - first  # the call has charged all of them
-            yield from (indent + line for line in self._leave(end, count, first, is_loop))
-
-    def _instruction(self, pc: int, first: int, is_loop: bool) -> Iterator[str]:
-        before = pc - first  # instructions of this block that have already run; each costs one
-        if self._build is Build.WATCHED:
-            yield f"if stops_{self._number}[{pc}]:"
-            yield f"{INDENT}return {STOP}, {pc}, n - {before}"
-        match self._instructions[pc]:
-            case Do(python=python):
-                yield from python
-            case Branch(python=python, condition=condition, target=target):
-                yield from python
-                yield f"if {condition}:"
-                yield from (INDENT + line for line in self._leave(target, before + 1, first, is_loop))
-            case Jump(target=target):
-                yield from self._leave(target, before + 1, first, is_loop)
-            case Call():
-                yield from self._call(pc, before + 1)
-            case End():
-                yield f"return {END}, {pc}, n - {before + 1}"
-            case Pause(python=python, condition=condition):
-                yield from python
-                yield f"if {condition}:"
-                yield f"{INDENT}return {WAIT}, {pc + 1}, n - {before + 1}"
-            case Hold(condition=condition):
-                yield f"if {condition}:"
-                yield f"{INDENT}return {WAIT}, {pc}, n - {before}"
-
-    def _call(self, pc: int, count: int) -> Iterator[str]:
-        """Yield a Python call; in the STEPPED build, and where the nesting is too deep, return to the task instead."""
-        if self._build is Build.STEPPED:
-            yield f"return {CALL}, {pc}, n - {count}"
-            return
-        called = self._code.calls[self._number][pc]
-        yield f"if depth >= {self._code.deepest}:"
-        yield f"{INDENT}return {CALL}, {pc}, n - {count}"
-        yield f"why, at, n = routine_{called}(0, n - {count}, depth + 1)"
-        yield f"if why != {END}:"
-        yield f"{INDENT}leave({called}, {self._number}, {pc + 1})"
-        yield f"{INDENT}return why, at, n"
-
-    def _leave(self, target: int, count: int, first: int, is_loop: bool) -> Iterator[str]:
-        if count:
-            yield f"n -= {count}"
-        if is_loop and target == first:
-            yield "continue"
-            return
-        yield f"pc = {target}"
-        yield "break" if is_loop else "continue"
+    def stop_in(self, number: int, lines: Collection[int]) -> set[int]:
+        """Replace the breakpoints of one routine, as `stop_at` does."""
+        found, before = set(), 0
+        stops = self.stops[number]
+        for pc, line in enumerate(self.routines[number].lines):
+            stops[pc] = int(line in lines and line != before)  # stop once per line
+            before = line
+            if line in lines:
+                found.add(line)
+        return found

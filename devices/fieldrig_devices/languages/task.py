@@ -1,12 +1,14 @@
 """One thread of a resumable program: its next instruction, and the calls that it has to return from.
 
-`run` spends a budget of instructions and returns the rest.  Breakpoints and single steps use the slower builds of the
-same code (see `resumable`), so that they cost nothing while a program isn't being debugged.
+`run` spends a budget and returns the rest.  Breakpoints and single steps use the slower builds of the same code (see
+`resumable`), so that they cost nothing while a program isn't being debugged.
 """
 
 from enum import Enum, auto
 
-from fieldrig_devices.languages.resumable import CALL, END, SLICE, STOP, WAIT, Build, Code
+from fieldrig_devices.languages import faults
+from fieldrig_devices.languages.resumable import Activation, Code
+from fieldrig_devices.languages.writer import CALL, DEEP, END, SLICE, STOP, WAIT, Build
 
 
 class TaskState(Enum):
@@ -14,10 +16,11 @@ class TaskState(Enum):
     READY = auto()  # continues in the next slice
     STOPPED = auto()  # in front of a breakpoint
     ENDED = auto()
-    TOO_DEEP = auto()  # exceeds the allowed number of nested calls
+    TOO_DEEP = auto()  # the stack has no room for another call
+    FAULTED = auto()  # by a fault of the program
 
 
-AFTER = {CALL: TaskState.TOO_DEEP, END: TaskState.ENDED, STOP: TaskState.STOPPED}
+AFTER = {DEEP: TaskState.TOO_DEEP, END: TaskState.ENDED, STOP: TaskState.STOPPED}
 """The state after a call that is nested too deep, a return from the outermost routine, or a breakpoint."""
 
 
@@ -27,17 +30,29 @@ class Task:
         self.state = TaskState.IDLE
         self.routine = 0
         self.pc = 0
-        self.stack: list[tuple[int, int]] = []
-        """The places to return to as (routine, pc), outermost first."""
+        self.frame = 0
+        self.base = 0
+        self.stack: list[Activation] = []
+        """The places to return to, outermost first."""
         self.is_watched = False
         """True if the task stops at breakpoints."""
+        self.fault: BaseException | None = None
+        """What stopped a task that is FAULTED; its place is the one that faulted."""
+        self.has_waited = False
+        """True if the last run ended at a place that waits."""
+        self.unused = 0
+        """Budget that was left when it began to wait."""
+        self._limit = 0
         self._is_between = False  # True if `pc` may be a place where the fast builds can't be entered
         self._passed: tuple[int, int] | None = None  # place whose breakpoint is ignored until the task has left it
 
-    def start(self, routine: str) -> None:
-        self.routine, self.pc = self._code.numbers[routine], 0
+    def start(self, routine: str, frame: int = 0, base: int = 0) -> None:
+        """Start from the beginning of a routine, with the stack at `frame`."""
+        self.routine, self.pc, self.frame, self.base = self._code.numbers[routine], 0, frame, base
+        self._limit = frame + self._code.stack_size
         self.stack.clear()
         self.state, self._is_between, self._passed = TaskState.READY, False, None
+        self.fault = None
 
     def stop(self) -> None:
         """End the task and discard its place."""
@@ -55,36 +70,62 @@ class Task:
         Return the rest of the budget: 0 or less after a full slice.  A task that waits gives up the rest of its
         slice, so the result is 0 or less then too.
         """
+        self.has_waited = False
+        self._code.limit[0] = self._limit
         if self._is_between:
             budget = self._run_to_a_block(budget)
-        if self.state is not TaskState.READY:
+        if self.state is not TaskState.READY or self.has_waited:
             return budget
-        functions = self._code.functions(Build.WATCHED if self.is_watched else Build.FAST)
+        build = Build.WATCHED if self.is_watched else Build.FAST
+        try:
+            return self._run(build, budget)
+        except faults.CAUGHT as fault:
+            return self._fail(build, fault)
+
+    def _run(self, build: Build, budget: int) -> int:
+        functions = self._code.functions(build)
         left, stack = self._code.left, self.stack
-        routine, pc = self.routine, self.pc
+        routine, pc, frame, base = self.routine, self.pc, self.frame, self.base
         while budget > 0:
-            why, pc, budget = functions[routine](pc, budget, len(stack))
+            why, pc, budget = functions[routine](pc, budget, frame, base)
             if left:  # the task is inside a routine that it has called; innermost first
-                routine = left[0].called
-                stack += [(call.caller, call.pc) for call in reversed(left)]
+                routine, frame, base, _ = left[0]
+                stack += [call.caller for call in reversed(left)]
                 left.clear()
             if why == END and stack:
-                routine, pc = stack.pop()
+                routine, pc, frame, base = stack.pop()
             elif why != SLICE:
                 if why == WAIT:
+                    self.has_waited, self.unused = True, budget
                     budget = min(budget, 0)
                 else:
                     self.state = AFTER[why]
                 break
-        self.routine, self.pc = routine, pc
+            # The place is stored before the next routine runs, because a fault may end it.
+            self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
+        self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
         return budget
 
-    def step(self) -> None:
-        """Run one instruction, regardless of breakpoints.  A Hold stays in place; a Pause continues after itself."""
+    def _fail(self, build: Build, fault: BaseException) -> int:
+        """Stop at the place that raised the fault; return what is left of the budget."""
+        running, budget = faults.places(self._code, build, fault)
+        if not running:  # not in generated code, so not a fault of the program
+            raise fault
+        self._code.left.clear()
+        self.stack += [place._replace(pc=place.pc + 1) for place in running[:-1]]
+        self.routine, self.pc, self.frame, self.base = running[-1]
+        self.state, self.fault = TaskState.FAULTED, fault
+        return budget
+
+    def step(self) -> int:
+        """Run one instruction, regardless of breakpoints, and return its cost.
+
+        A Hold stays in place; a Pause continues after itself.
+        """
         if self.state is TaskState.STOPPED:
             self.state = TaskState.READY
-        if self.state is TaskState.READY:
-            self._step()
+        self._code.limit[0] = self._limit
+        return self._step()[1] if self.state is TaskState.READY else 0
 
     def go_on(self) -> None:
         """Continue from a breakpoint: `run` starts with the next instruction even if it has a breakpoint."""
@@ -97,14 +138,15 @@ class Task:
             if self._is_stop():
                 self.state = TaskState.STOPPED
                 break
-            why = self._step()
+            why, cost = self._step()
             if why == WAIT:
                 if (self.routine, self.pc) != self._passed:
                     self._passed = None
-                return 0
+                self.has_waited, self.unused = True, budget - cost
+                return min(budget - cost, 0)
             self._passed = None
-            budget -= 1
-            if self.pc in self._code.leaders[self.routine]:
+            budget -= cost
+            if self._code.is_leader(self.routine, self.pc):
                 self._is_between = False
                 break
         return budget
@@ -113,14 +155,19 @@ class Task:
         is_watched = self.is_watched and (self.routine, self.pc) != self._passed
         return is_watched and bool(self._code.stops[self.routine][self.pc])
 
-    def _step(self) -> int:
-        why, self.pc, _ = self._code.functions(Build.STEPPED)[self.routine](self.pc, 1, len(self.stack))
+    def _step(self) -> tuple[int, int]:
+        """Run one instruction; return why it returned, and its cost."""
+        function = self._code.functions(Build.STEPPED)[self.routine]
         self._is_between = True
-        if why == CALL and len(self.stack) < self._code.deepest:
-            self.stack.append((self.routine, self.pc + 1))
-            self.routine, self.pc = self._code.calls[self.routine][self.pc], 0
+        try:
+            why, self.pc, rest = function(self.pc, 1, self.frame, self.base)
+        except faults.CAUGHT as fault:
+            return SLICE, 1 - self._fail(Build.STEPPED, fault)
+        if why == CALL:
+            self.stack.append(Activation(self.routine, self.pc + 1, self.frame, self.base))
+            self.routine, self.pc, self.frame, self.base = self._code.entered
         elif why == END and self.stack:
-            self.routine, self.pc = self.stack.pop()
+            self.routine, self.pc, self.frame, self.base = self.stack.pop()
         elif why in AFTER:
             self.state = AFTER[why]
-        return why
+        return why, 1 - rest

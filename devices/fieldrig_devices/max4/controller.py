@@ -139,7 +139,7 @@ class Max4(Device):
             axis.on_quit(self._acknowledgement.of_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))
         if self.tree.get("MAx-4.General.RetainInit"):
-            self.ram.nvram[:] = bytes(len(self.ram.nvram))
+            self.ram.retained.clear()
         if not loaded.is_good:
             self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:

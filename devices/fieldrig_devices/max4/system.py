@@ -13,7 +13,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axes.axis import Axis
+from fieldrig_devices.max4.axes.axis import INCREMENTS, Axis
 from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
 from fieldrig_devices.max4.configuration.files import Configuration
@@ -196,6 +196,17 @@ class System:
         diagnosis.add(_trigger("DiagQuit", axis.quit_errors, "acknowledge (quit) the diagnoses of this axis"))
         at_errors = partial(self._owner.at_errors, axis.ring_address)
         diagnosis.add(Parameter("ATErrors", Type.UDINT, read=at_errors, about="ATs that did not arrive"))
+        mechanics = axis.object.group("Mechanics")
+        mechanics.add(
+            Parameter(
+                "FeedConst",
+                Type.LREAL,
+                Kind.INPUT_INIT,
+                float(INCREMENTS),
+                unit="units",
+                about="of cams and positioning functions, in one revolution of the motor",
+            )
+        )
 
     # ---- terminals and encoders
 

@@ -22,10 +22,14 @@ class DigitalInput:
     def __init__(self, node: Object) -> None:
         self.object = node
         self.value = False
+        self.watcher: Callable[[bool], None] | None = None
+        """Called after each change: the input area of the program."""
         node.group("General").add(Parameter("Value", Type.BOOL, read=lambda: self.value))
 
     def put(self, is_on: bool) -> None:
         self.value = is_on
+        if self.watcher is not None:
+            self.watcher(is_on)
 
 
 class DigitalOutput:
@@ -34,6 +38,8 @@ class DigitalOutput:
     def __init__(self, node: Object, on_change: Callable[[bool], None]) -> None:
         self.object = node
         self.value = False
+        self.watcher: Callable[[bool], None] | None = None
+        """Called after each change: the output area of the program."""
         self._on_change = on_change
         node.group("General").add(
             Parameter(
@@ -45,6 +51,9 @@ class DigitalOutput:
         if is_on is not self.value:
             self.value = is_on
             self.show()
+
+            if self.watcher is not None:
+                self.watcher(is_on)
 
     def show(self) -> None:
         self._on_change(self.value)

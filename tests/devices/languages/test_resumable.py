@@ -4,20 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.languages.resumable import (
-    LONGEST,
-    Branch,
-    Build,
-    Call,
-    Code,
-    Do,
-    End,
-    Hold,
-    Instruction,
-    Jump,
-    Pause,
-)
+from fieldrig_devices.languages.blocks import LONGEST
+from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Hold, Instruction, Jump, Pause
+from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task, TaskState
+from fieldrig_devices.languages.writer import SLICE, Build
 
 DEEPEST = 3
 NAMES = ("A", "B", "C")
@@ -60,7 +51,7 @@ class World:
         self.done: list[int] = []
         self._turns = 0
         names = {"log": self.done.append, "chance": self.chance}
-        self.code = Code(routines, names, DEEPEST)
+        self.code = Code(routines, names, DEEPEST + 1)
         self.task = Task(self.code)
         self.task.start("A")
 
@@ -241,4 +232,5 @@ def test_deep_code_compiles(build: Build) -> None:
     """CPython's parser allows 100 levels of indentation; the tree of blocks needs one per doubling."""
     routine = [Branch(pc, (f"t0 = chance({pc + 2})",), "t0", (pc * 7) % 3_000) for pc in range(3_000)]
     code = Code({"A": [*routine, End(3_000)]}, {"chance": abs, "log": abs}, DEEPEST)
-    assert len(code.functions(build)) == 1
+    code.compile(build)
+    assert code.functions(build)[0](0, 1, 0, 0)[0] == SLICE

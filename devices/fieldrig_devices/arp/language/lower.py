@@ -12,8 +12,8 @@ from fieldrig_devices.arp.language import instructions, tree
 from fieldrig_devices.arp.language.emit import FUNCTIONS as _FUNCTIONS
 from fieldrig_devices.arp.language.emit import INDENT, READERS, SHIFTS, Emitter, inside
 from fieldrig_devices.arp.language.instructions import Value
-from fieldrig_devices.languages import resumable
-from fieldrig_devices.languages.resumable import Branch, Do, End, Hold, Instruction, Jump, Pause
+from fieldrig_devices.languages import instructions as resumable
+from fieldrig_devices.languages.instructions import Branch, Do, End, Hold, Instruction, Jump, Pause
 
 WRITERS: Final = {"@POS": "set_position", "@FLAG": "set_flag_word", "@OUT": "set_output_word"}
 EDGES: Final = {"": 0, "!": 1, "/": 2, "\\": 3}

@@ -6,17 +6,20 @@ and after each routine, even while the main program waits or is held on a busy a
 program stops, and so do events; outputs keep their state.
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Final
+from typing import Final, Protocol
 
 from fieldrig_devices.arp.language.check import DEEPEST_CALL
-from fieldrig_devices.arp.language.compiler import Compiled
 from fieldrig_devices.arp.runtime.card import Card
 from fieldrig_devices.arp.runtime.events import Events
 from fieldrig_devices.arp.runtime.instructions import Instructions
 from fieldrig_devices.arp.runtime.timers import Timers
-from fieldrig_devices.languages.resumable import Build, Code
+from fieldrig_devices.languages.debugging.debuggee import Step
+from fieldrig_devices.languages.debugging.stepping import Goal
+from fieldrig_devices.languages.instructions import Instruction, Routine
+from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task, TaskState
 
 NO_PROGRAM: Final = 111  # E11: anomalous stop of the user's program
@@ -46,20 +49,39 @@ class _Thread:
         self.wake_ns = 0
 
 
+class Lowering(Protocol):
+    @property
+    def routines(self) -> Mapping[str, Sequence[Instruction] | Routine]: ...
+    @property
+    def texts(self) -> Sequence[str]: ...
+
+
+class Executable(Protocol):
+    """A compiled program: that of the compiler, or one that another process has prepared."""
+
+    @property
+    def main(self) -> str: ...
+    @property
+    def lowered(self) -> Lowering: ...
+
+
 class ArpProgram:
     """A compiled program, bound to the tables and instructions of one card."""
 
-    def __init__(self, compiled: Compiled, card: Card) -> None:
+    def __init__(self, compiled: Executable, card: Card) -> None:
         self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
-        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL)
-        self.code.functions(Build.FAST)  # compile now, while nothing runs, not in the first slice
+        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL + 1)
+        self.code.compile()
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)
         self._active = self._main
         self.state = ProgramState.HELD
         self.breakpoints: frozenset[int] = frozenset()
+        self.on_stop: Callable[[], None] = lambda: None
+        """Called when the program pauses at a breakpoint or after a step to another line, and when it fails."""
+        self._goal: Goal | None = None
 
     # ---- run
 
@@ -73,7 +95,7 @@ class ArpProgram:
         """Hold the program at its first instruction, with events and timers disarmed."""
         self._events.reset()
         self._timers.reset()
-        self._active = self._main
+        self._active, self._goal = self._main, None
         for thread in (self._main, self._interrupt):
             thread.task.start(self.compiled.main)  # so that `place` and `calls` report the first instruction
             thread.task.stop()
@@ -92,7 +114,11 @@ class ArpProgram:
             thread = self._next_thread()
             if thread.wake_ns > now_ns:
                 return budget
-            budget = thread.task.run(budget)
+            if self._goal is not None:
+                thread.task.step()
+                budget -= 1
+            else:
+                budget = thread.task.run(budget)
             self._look_at(thread)
         return budget
 
@@ -106,14 +132,29 @@ class ArpProgram:
     def _look_at(self, thread: _Thread) -> None:
         match thread.task.state:
             case TaskState.STOPPED:
-                self.state = ProgramState.PAUSED
+                self._pause()
             case TaskState.TOO_DEEP:
                 self.state = ProgramState.FAILED
                 self._card.fail(STACK)
+                self.on_stop()
             case TaskState.ENDED if thread is self._interrupt:
                 self._active = self._main
             case TaskState.ENDED:
                 self.state = ProgramState.ENDED
+            case TaskState.READY if self._is_step_done():
+                self._pause()
+
+    def _pause(self) -> None:
+        self.state, self._goal = ProgramState.PAUSED, None
+        self.on_stop()
+
+    def _is_step_done(self) -> bool:
+        """Return whether a step to another line has reached it, or a breakpoint on its way."""
+        if self._goal is None or self.state is not ProgramState.RUNNING:
+            return False
+        task = self._active.task
+        is_at_breakpoint = bool(self.code.stops[task.routine][task.pc])
+        return is_at_breakpoint or self._goal.is_reached(task.line, len(task.stack))
 
     def _start_wait(self, seconds: int) -> None:
         self._active.wake_ns = self._card.now_ns() + seconds * _NS_OF_RAW
@@ -136,7 +177,14 @@ class ArpProgram:
         """Leave a pause; the next instruction runs even if it has a breakpoint."""
         if self.state is ProgramState.PAUSED:
             self._active.task.go_on()
-            self.state = ProgramState.RUNNING
+            self.state, self._goal = ProgramState.RUNNING, None
+
+    def step_to(self, kind: Step) -> None:
+        """Leave a pause until another source line is reached; `on_stop` reports it.  Waits take their time."""
+        if self.state is ProgramState.PAUSED:
+            task = self._active.task
+            task.go_on()
+            self.state, self._goal = ProgramState.RUNNING, Goal(kind, task.line, len(task.stack))
 
     def step(self) -> None:
         """Run one instruction while paused, or begin the event that is due.  An unfinished WAIT is not skipped."""
@@ -156,4 +204,4 @@ class ArpProgram:
     def calls(self) -> list[Place]:
         """Places to which the callers return, outermost first."""
         stack = self._active.task.stack
-        return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc in stack]
+        return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc, *_ in stack]

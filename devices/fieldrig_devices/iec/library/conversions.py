@@ -45,6 +45,11 @@ def pair(name: str) -> tuple[Plain, Plain] | None:
     return (source, target) if source is not None and target is not None and source != target else None
 
 
+def named(name: str) -> Plain | None:
+    """Return the type with this name in capitals, also TIME_OF_DAY and DATE_AND_TIME."""
+    return _NAMES.get(name)
+
+
 def name_of(source: Plain, target: Plain) -> str:
     return f"{_short(source)}_TO_{_short(target)}"
 
@@ -76,7 +81,7 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     **{f"{kind.name}_TO_STRING": texts.writer(kind) for kind in Elementary},
     **{f"STRING_TO_{kind.name}": texts.reader(kind) for kind in Elementary},
 }
-"""What the Python of conversions calls."""
+"""The names that the Python of conversions calls."""
 
 
 def plain(kind: Type) -> Plain:

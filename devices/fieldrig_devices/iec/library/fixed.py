@@ -1,6 +1,6 @@
 """The standard functions with fixed types: strings, dates and times, bits, and the clock.
 
-Source: CoDeSys V2.3's Standard.lib (strings) and util.lib (bits), IEC 61131-3 edition 3 (ADD_TIME to CONCAT_DT).
+Source: CoDeSys V2.3's Standard.lib (strings) and util.lib (bits), IEC 61131-3 edition 3 (ADD_TIME to CONCAT_DATE_TOD).
 """
 
 from collections.abc import Callable, Mapping
@@ -95,6 +95,5 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "SUB_TOD_TOD": _time(f"({{0}} - {{1}} & {_MASK})", _E.TOD, _E.TOD, _E.TIME),
     "SUB_DT_TIME": _time(f"({{0}} - {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
     "SUB_DT_DT": _time(f"(({{0}} - {{1}}) * 1000 & {_MASK})", _E.DT, _E.DT, _E.TIME),
-    "MUL_TIME": _time(f"(ROUND({{0}} * {{1}}) & {_MASK})", _E.TIME, _E.LREAL, _E.TIME),
     "CONCAT_DATE_TOD": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DATE, _E.TOD, _E.DT),
 }

@@ -12,14 +12,14 @@ Source: PacDrive manual 1978 to 2813 (digest 2.3), CoDeSys V2.3 where that is si
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from typing import Final
 
-from fieldrig_devices.iec.library import conversions, fixed, integers, reals
+from fieldrig_devices.iec.library import conversions, fixed
 from fieldrig_devices.iec.library.arguments import (
     ANY_INTEGER,
     ANY_NUMBER,
     BIT_STRINGS,
+    INTEGERS,
     Argument,
     Untyped,
     common,
@@ -28,46 +28,33 @@ from fieldrig_devices.iec.library.arguments import (
     smallest,
     widens,
 )
-from fieldrig_devices.iec.library.integers import wrapped
-from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, Implementation, Overload, expand
+from fieldrig_devices.iec.library.overload import Overload
+from fieldrig_devices.iec.library.templates import IMPLEMENTATIONS, REAL_FUNCTIONS, SHIFTS, evaluate, implementation
 from fieldrig_devices.iec.program import Operator
-from fieldrig_devices.iec.types import Elementary, Family, Type, Value
+from fieldrig_devices.iec.types import Elementary, StringType, Type
+
+__all__ = [
+    "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
+    "evaluate", "find", "formal_names", "implementation", "is_standard",
+]  # fmt: skip
 
 OPERATORS: Final[Mapping[str, Operator]] = {
     **{operator.name: operator for operator in Operator if operator is not Operator.NEG},
+    **dict.fromkeys(("MUL_TIME", "MULTIME"), Operator.MUL),
+    **dict.fromkeys(("DIV_TIME", "DIVTIME"), Operator.DIV),
 }
-"""NOT has one operand, SUB, DIV, MOD and NE two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
+"""NOT has one operand, those in BINARY_ONLY have two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
 
-BINARY_ONLY: Final = frozenset({Operator.SUB, Operator.DIV, Operator.MOD, Operator.NE})
-
-IMPLEMENTATIONS: Final[Mapping[str, object]] = {
-    "MAX": max,
-    "MIN": min,
-    "ABS": abs,
-    "TWO": tuple(2**number for number in range(65)),
-    "MULTIPLEX": integers.multiplex,
-    "INTEGER_POWER": integers.integer_power,
-    "BCD_TO_INTEGER": integers.bcd_to_integer,
-    "INTEGER_TO_BCD": integers.integer_to_bcd,
-    "POWER": reals.power,
-    "SINGLE": reals.single,
-    **{
-        name: getattr(reals, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG")
-    },
-    **conversions.FUNCTIONS,
-    **fixed.FUNCTIONS,
-}
-"""Everything that the Python of a function may name.  Nothing here raises for values of the parameter types."""
-
-REAL_FUNCTIONS: Final = frozenset({"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG"})
-SHIFTS: Final = frozenset({"SHL", "SHR", "ROL", "ROR"})
-SELECTIONS: Final = frozenset({"SEL", "MUX", "MOVE"})
+BINARY_ONLY: Final = frozenset({"SUB", "DIV", "MOD", "NE"})
+"""Names of operators, which is to say of members of Operator."""
 
 
 def is_standard(name: str) -> bool:
     """True for the name of a standard function, in any case of letters."""
     key = name.upper()
-    return key in _RULES or key in fixed.FIXED or key in OPERATORS or conversions.pair(key) is not None or _bcd(key)
+    if key in _RULES or key in fixed.FIXED or key in OPERATORS:
+        return True
+    return conversions.pair(key) is not None or _bcd(key) or _overloaded(key) is not None
 
 
 def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -> Overload | str:
@@ -85,32 +72,9 @@ def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -
         return _conversion(key, *pair, arguments)
     if _bcd(key):
         return _bcd_conversion(key, arguments)
+    if _overloaded(key) is not None:
+        return _overloaded_conversion(key, arguments)
     return f"{name} is no standard function"
-
-
-@cache
-def implementation(name: str) -> Implementation:
-    """Return the Python of the function that an Overload named; KeyError for a name that none has."""
-    base, _, type_name = name.partition(".")
-    if base in fixed.FIXED:
-        return fixed.FIXED[base].implementation
-    pair = conversions.pair(base)
-    if pair is not None and not type_name:
-        return Implementation(conversions.python_of(*pair), conversions.cost_of(*pair))
-    return _TEMPLATES[base](base, Elementary[type_name] if type_name else Elementary.BOOL)
-
-
-@cache
-def _callable(name: str, count: int) -> Callable[..., Value]:
-    names = [f"a{number}" for number in range(count)]
-    text = f"lambda {', '.join(names)}: {expand(implementation(name).python, names)}"
-    found: Callable[..., Value] = eval(text, {**IMPLEMENTATIONS, "__builtins__": {}})
-    return found
-
-
-def evaluate(name: str, values: Sequence[Value]) -> Value:
-    """Return what the function gives for constants, for example in a start value."""
-    return _callable(name, len(values))(*values)
 
 
 def formal_names(name: str, count: int) -> tuple[str, ...]:
@@ -171,7 +135,7 @@ def _power(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Ove
     real = _real_kind(arguments, wanted)
     if real is None or len(arguments) != 2:
         return _expected(name, "two numbers", arguments)
-    kind = common(arguments, None if wanted in (Elementary.REAL, Elementary.LREAL) else wanted)
+    kind = common(arguments, wanted)
     base = plain(kind) if kind is not None else real
     result = base if isinstance(base, Elementary) and base in ANY_INTEGER else real
     return _overload(f"{name}.{result}", [result, result], result)
@@ -220,7 +184,8 @@ def _extreme(name: str, arguments: Sequence[Argument], wanted: Type | None) -> O
     kind = common(arguments, wanted)
     count = {"LIMIT": len(arguments) == 3}.get(name, len(arguments) >= 2)
     if kind is None or not count:
-        return _expected(name, "three values" if name == "LIMIT" else "at least two values", arguments)
+        count_text = "three values" if name == "LIMIT" else "at least two values"
+        return _expected(name, f"{count_text} of the same kind", arguments)
     return _overload(name, [kind] * len(arguments), kind)
 
 
@@ -247,15 +212,40 @@ def _fixed(name: str, arguments: Sequence[Argument]) -> Overload | str:
 def _conversion(
     name: str, source: conversions.Plain, target: conversions.Plain, arguments: Sequence[Argument]
 ) -> Overload | str:
-    """As in CoDeSys, a smaller type than the name says is accepted: INT_TO_REAL(byte)."""
+    """Accept a smaller type than the name says as well, as CoDeSys does: INT_TO_REAL(byte)."""
     if len(arguments) != 1 or not (widens(arguments[0], source) or _same_width(arguments[0], source)):
         return _expected(name, f"one {source}", arguments)
-    return _overload(conversions.name_of(source, target), [source], target)
+    given = arguments[0]
+    parameter = given if isinstance(given, StringType) else source  # a longer text is not cut first
+    return _overload(conversions.name_of(source, target), [parameter], target)
 
 
 def _same_width(argument: Argument, source: conversions.Plain) -> bool:
     """A literal of a negative number for a bit string, as in INT_TO_WORD: it is cut."""
     return isinstance(argument, Untyped) and source in (Elementary.REAL, Elementary.LREAL)
+
+
+def _overloaded(name: str) -> conversions.Plain | None:
+    """Return the target of TO_INT or TRUNC_INT of edition 3, whose source is the type of the argument."""
+    for prefix in ("TO_", "TRUNC_"):
+        if name.startswith(prefix):
+            kind = conversions.named(name.removeprefix(prefix))
+            return kind if prefix == "TO_" or kind in ANY_INTEGER else None
+    return None
+
+
+def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
+    target = _overloaded(name)
+    kind = plain(arguments[0]) if len(arguments) == 1 else None
+    if name.startswith("TRUNC_") and isinstance(target, Elementary):
+        return _truncate("TRUNC", arguments, target)
+    if isinstance(kind, Untyped):
+        kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
+    if target is None or not isinstance(kind, Elementary | StringType):
+        return _expected(name, "one value of an elementary type", arguments)
+    if (isinstance(kind, StringType) and isinstance(target, StringType)) or kind is target:
+        return _move("MOVE", arguments, target)
+    return _overload(conversions.name_of(kind, target), [kind], target)
 
 
 def _bcd(name: str) -> bool:
@@ -289,59 +279,4 @@ _RULES: Final[dict[str, Callable[[str, Sequence[Argument], Type | None], Overloa
     "MOVE": _move,
     **dict.fromkeys(("MAX", "MIN", "LIMIT"), _extreme),
     "TRUNC": _truncate,
-}
-
-
-# ---- the Python
-
-
-def _absolute_python(_: str, kind: Elementary) -> Implementation:
-    if kind.family is Family.SIGNED:
-        return Implementation(wrapped("ABS({0})", kind))  # ABS(-32768) is -32768
-    return Implementation("ABS({0})")
-
-
-def _real_python(name: str, kind: Elementary) -> Implementation:
-    call = f"{name}({{0}})"
-    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, REAL_NS)
-
-
-def _power_python(_: str, kind: Elementary) -> Implementation:
-    if not kind.is_real:
-        return Implementation(wrapped("INTEGER_POWER({0}, {1})", kind), REAL_NS)
-    call = "POWER({0}, {1})"
-    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, 2 * REAL_NS)
-
-
-def _shift_python(name: str, kind: Elementary) -> Implementation:
-    """A shift by the width or more leaves zeros, or the sign of a signed integer to the right; rotations go round."""
-    bits, mask = kind.bits, 2**kind.bits - 1
-    twice = f"({{0}} & {mask}) * {2**bits + 1}"  # the operand twice in a row, for rotations
-    python = {
-        "SHL": wrapped(f"{{0}} * TWO[MIN({{1}}, {bits})]", kind),
-        "SHR": f"({{0}} // TWO[MIN({{1}}, {bits})])",
-        "ROL": wrapped(f"{twice} * TWO[{{1}} & {bits - 1}] // {2**bits}", kind),
-        "ROR": wrapped(f"{twice} // TWO[{{1}} & {bits - 1}]", kind),
-    }[name]
-    return Implementation(python)
-
-
-def _truncate_python(_: str, kind: Elementary) -> Implementation:
-    return Implementation(wrapped("TRUNCATE({0})", kind), REAL_NS)
-
-
-_TEMPLATES: Final[dict[str, Callable[[str, Elementary], Implementation]]] = {
-    "ABS": _absolute_python,
-    **dict.fromkeys(REAL_FUNCTIONS, _real_python),
-    "EXPT": _power_python,
-    **dict.fromkeys(SHIFTS, _shift_python),
-    "SEL": lambda *_: Implementation("({2} if {0} else {1})"),
-    "MUX": lambda *_: Implementation("MULTIPLEX({*})", 2 * SIMPLE_NS),
-    "MOVE": lambda *_: Implementation("{0}", 0),
-    "MAX": lambda *_: Implementation("MAX({*})"),
-    "MIN": lambda *_: Implementation("MIN({*})"),
-    "LIMIT": lambda *_: Implementation("MIN(MAX({1}, {0}), {2})", 2 * SIMPLE_NS),
-    "TRUNC": _truncate_python,
-    "BCD_TO": lambda _, kind: Implementation(wrapped("BCD_TO_INTEGER({0})", kind), REAL_NS),
-    "TO_BCD": lambda _, kind: Implementation(f"INTEGER_TO_BCD({{0}}, {kind.size * 2})", REAL_NS),
 }

@@ -36,7 +36,7 @@ class Overload:
     """A standard function for the types of a call; the arguments must be converted to `parameters`."""
 
     name: str
-    """For `program.Intrinsic`, and for `intrinsics.implementation`."""
+    """The name in `program.Intrinsic`, which `intrinsics.implementation` knows."""
     parameters: tuple[Type, ...]
     result: Type
     implementation: Implementation

@@ -1,7 +1,7 @@
 """The source text of the standard function blocks.
 
-The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD, SET1 and so on, edition 3 of the standard
-R, LD, S1.
+The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard
+names them R, LD and S1.
 """
 
 from importlib.resources import files

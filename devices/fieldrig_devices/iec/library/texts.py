@@ -12,6 +12,8 @@ from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from typing import Final
 
+from fieldrig_devices.iec import literals
+from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.iec.library import reals
 from fieldrig_devices.iec.types import Elementary, Value
 
@@ -93,14 +95,13 @@ def writer(kind: Elementary) -> Callable[..., str]:
 _INTEGER: Final = re.compile(r"(?a:[+-]?\d+(?:_\d+)*)")
 _BASED: Final = re.compile(r"(?a:(2|8|16)#([0-9a-fA-F]+(?:_[0-9a-fA-F]+)*))")
 _REAL: Final = re.compile(r"(?a:[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d{1,4})?)")
-_TIME: Final = re.compile(
-    r"(?ai:(?:T|TIME)#(?=\d)(?:(\d+)d_?)?(?:(\d+)h_?)?(?:(\d+)m(?!s)_?)?(?:(\d+)s_?)?(?:(\d+)ms)?)"
-)
-_DAY: Final = r"(\d{4})-(\d{1,2})-(\d{1,2})"
-_CLOCK: Final = r"(\d{1,2}):(\d{1,2})(?::(\d{1,2})(?:\.(\d{1,3}))?)?"
-_DATE: Final = re.compile(rf"(?ai:(?:D|DATE)#{_DAY})")
-_TOD: Final = re.compile(rf"(?ai:(?:TOD|TIME_OF_DAY)#{_CLOCK})")
-_DT: Final = re.compile(rf"(?ai:(?:DT|DATE_AND_TIME)#{_DAY}-{_CLOCK})")
+_TIMES: Final[dict[Elementary, tuple[tuple[str, str], Callable[[str], int]]]] = {
+    Elementary.TIME: (("T", "TIME"), lambda text: literals.time(text, EPAS_4)),
+    Elementary.DATE: (("D", "DATE"), literals.day),
+    Elementary.TOD: (("TOD", "TIME_OF_DAY"), literals.time_of_day),
+    Elementary.DT: (("DT", "DATE_AND_TIME"), literals.date_and_time),
+}
+"""The words in front of # in a literal, and the function that reads the part behind it."""
 _LONGEST_NUMBER: Final = 100
 """Longer digits are no value of any type."""
 
@@ -126,52 +127,17 @@ def _read_real(text: str) -> float:
     return float(text) if _REAL.fullmatch(text := text.strip()) else 0.0
 
 
-def _read_time(text: str) -> int | None:
-    """Only the highest component that is given may exceed its unit [X9]."""
-    found = _TIME.fullmatch(text.strip())
-    if not found:
-        return None
-    given = [(int(count), size_ms) for count, (_, size_ms) in zip(found.groups(), _UNITS, strict=True) if count]
-    limits = {3_600_000: 24, 60_000: 60, 1_000: 60, 1: 1_000}
-    if any(count >= limits[size_ms] for count, size_ms in given[1:]):
-        return None
-    return sum(count * size_ms for count, size_ms in given)
+def _time_reader(kind: Elementary) -> Callable[[str], int | None]:
+    prefixes, value_of = _TIMES[kind]
 
-
-def _day_s(year: str, month: str, day: str) -> int:
-    """Seconds from 1970 to the day; ValueError if there is no such day."""
-    return (datetime(int(year), int(month), int(day), tzinfo=UTC) - _EPOCH) // timedelta(seconds=1)
-
-
-def _clock_ms(hour: str, minute: str, second: str | None, fraction: str | None) -> int:
-    """Milliseconds since midnight; ValueError if there is no such time."""
-    counts = int(hour), int(minute), int(second or 0)
-    if counts > (23, 59, 59) or counts[1] > 59 or counts[2] > 59:
-        raise ValueError(f"{hour}:{minute}:{second}")
-    return ((counts[0] * 60 + counts[1]) * 60 + counts[2]) * 1_000 + int((fraction or "").ljust(3, "0"))
-
-
-def _read_by(form: re.Pattern[str], value: Callable[..., int]) -> Callable[[str], int | None]:
     def read(text: str) -> int | None:
-        found = form.fullmatch(text.strip())
+        prefix, _, value = text.strip().partition("#")
         try:
-            return value(*found.groups()) if found else None
-        except ValueError:
+            return value_of(value) if prefix.upper() in prefixes else None
+        except literals.LiteralError:
             return None
 
     return read
-
-
-def _dt_s(*parts: str) -> int:
-    return _day_s(*parts[:3]) + _clock_ms(*parts[3:]) // 1_000
-
-
-_READERS: Final[dict[Elementary, Callable[[str], int | None]]] = {
-    Elementary.TIME: _read_time,
-    Elementary.DATE: _read_by(_DATE, _day_s),
-    Elementary.TOD: _read_by(_TOD, _clock_ms),
-    Elementary.DT: _read_by(_DT, _dt_s),
-}
 
 
 def reader(kind: Elementary) -> Callable[[str], Value]:
@@ -182,7 +148,7 @@ def reader(kind: Elementary) -> Callable[[str], Value]:
         return lambda text: reals.single(_read_real(text))
     if kind is Elementary.LREAL:
         return _read_real
-    read = _READERS.get(kind, _read_integer)
+    read = _time_reader(kind) if kind in _TIMES else _read_integer
 
     def in_range(text: str) -> int:
         value = read(text)

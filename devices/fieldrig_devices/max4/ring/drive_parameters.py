@@ -92,6 +92,16 @@ class DriveParameters:
             else:
                 self._fetch(row, answered)
 
+    def read(self, name: str, on_done: Callable[[Value], None]) -> None:
+        """Read a parameter from the drive; `on_done` receives its value, or the last one if the drive refuses."""
+        row = _row(name)
+        self._fetch(row, lambda: on_done(self._parameters[row.name].value))
+
+    def write(self, name: str, value: Value, on_done: Callable[[], None]) -> None:
+        """Write a parameter, as `Parameter.set` does, and call `on_done` when the drive has answered."""
+        row = _row(name)
+        self._send(row, self._parameters[row.name].checked(value), on_done)
+
     def _look_for_motor(self) -> None:
         """Read the name plate of the motor, repeatedly until the drive has it."""
         now_ns = self._clock.now_ns()
@@ -121,6 +131,10 @@ class DriveParameters:
 
     def _writer(self, row: Row) -> Callable[[Value], None]:
         return lambda value: self._send(row, value, lambda: None)
+
+
+def _row(name: str) -> Row:
+    return next(row for row in ROWS if row.name == name)
 
 
 def _value(row: Row, data: bytes) -> Value:

@@ -2,7 +2,8 @@
 
 Source: PacDrive manual 4210-4214, 6031-6032 (digest PD-048, PD-111, PD-112).  A capacitor supplies both for at most 7
 days.  Entries have a fixed size.  Start and count of the ring buffer are in one aligned word, which is written last, so
-that a killed process leaves the buffer as it was before or after an entry.
+that a killed process leaves the buffer as it was before or after an entry.  Retain data go through a journal for the
+same reason (`retained.py`).
 """
 
 import struct
@@ -11,6 +12,7 @@ from typing import Final
 
 from fieldrig_devices.max4.messages.diagnosis import Sender
 from fieldrig_devices.max4.messages.logger import ENTRIES, Entry
+from fieldrig_devices.max4.storage.retained import Retained, extra_bytes
 
 NVRAM_BYTES: Final = 1024
 RETENTION_DAYS: Final = 7.0
@@ -19,12 +21,15 @@ _HEAD: Final = struct.Struct("<I")
 _PLACES: Final = struct.Struct("<HH")  # position of the oldest entry, number of entries
 _RECORD: Final = struct.Struct("<QHH16s32s48s80s4x")
 _MAGIC_AT, _PLACES_AT, _NVRAM_AT, _LOG_AT = 0, 4, 64, 64 + NVRAM_BYTES
-RAM_BYTES: Final = _LOG_AT + ENTRIES * _RECORD.size
+_MODULE_AT: Final = _LOG_AT + ENTRIES * _RECORD.size
+RAM_BYTES: Final = _MODULE_AT + extra_bytes(NVRAM_BYTES)
 
 
 def ram_bytes(retain_bytes: int) -> int:
-    """Size of the RAM; the memory of a module follows that of the controller itself."""
-    return RAM_BYTES if retain_bytes == NVRAM_BYTES else RAM_BYTES + retain_bytes
+    """Size of the RAM; the memory of a module, and the journal of the retain data, follow the other parts."""
+    if retain_bytes == NVRAM_BYTES:
+        return RAM_BYTES
+    return _MODULE_AT + retain_bytes + extra_bytes(retain_bytes)
 
 
 class BufferedRam:
@@ -37,9 +42,10 @@ class BufferedRam:
         self._use(ram)
 
     def _use(self, ram: memoryview) -> None:
-        own = self._retain_bytes == NVRAM_BYTES
-        at = _NVRAM_AT if own else RAM_BYTES
-        self._ram, self.nvram = ram, ram[at : at + self._retain_bytes]
+        size = self._retain_bytes
+        at, end = (_NVRAM_AT, _MODULE_AT) if size == NVRAM_BYTES else (_MODULE_AT, _MODULE_AT + size)
+        self._ram, self.nvram = ram, ram[at : at + size]
+        self.retained = Retained(self.nvram, ram[end : end + extra_bytes(size)])
         self.log.use(ram)
 
     def move_to(self, ram: memoryview) -> None:
@@ -51,15 +57,17 @@ class BufferedRam:
         """Switch on after `off_days` without power.  Return true if the content has been kept."""
         (magic,) = _HEAD.unpack_from(self._ram, _MAGIC_AT)
         if magic == _MAGIC and off_days <= RETENTION_DAYS:
+            self.retained.recover()
             return True
         self.lose()
         return False
 
     def lose(self) -> None:
         """Clear the content, except for retain data that a battery keeps."""
-        kept = bytes(self.nvram) if self._has_battery else bytes(len(self.nvram))
+        self.retained.recover()
+        kept = self.retained.copy() if self._has_battery else b""
         self._ram[:] = bytes(len(self._ram))
-        self.nvram[:] = kept
+        self.retained.paste(kept)
         _HEAD.pack_into(self._ram, _MAGIC_AT, _MAGIC)
 
 

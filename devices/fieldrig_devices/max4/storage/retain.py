@@ -41,12 +41,12 @@ class UpsMemory:
             log.warning("retain data are not saved: the flash disk has reached its limit of %d write cycles", writes)
             return
         try:
-            self._disk.save((writes + 1).to_bytes(_COUNT, "little") + bytes(self._ram.nvram))
+            self._disk.save((writes + 1).to_bytes(_COUNT, "little") + self._ram.retained.copy())
         except StoreError as full:
             log.warning("retain data are not saved: %s", full.strerror)
 
     def restore(self) -> None:
         """Restore the retain data, if the disk has a copy of the right size."""
         kept = (self._disk.load() or b"")[_COUNT:]
-        if len(kept) == len(self._ram.nvram):
-            self._ram.nvram[:] = kept
+        if kept:
+            self._ram.retained.paste(kept)

@@ -15,7 +15,7 @@ from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import ObjectError
 from fieldrig_devices.arp.runtime.program import ArpProgram
-from fieldrig_devices.languages.resumable import Build
+from fieldrig_devices.languages.writer import Build
 
 SOURCE = """\
 ; a counter

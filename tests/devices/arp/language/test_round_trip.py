@@ -7,7 +7,6 @@ from arp_card import RecordedCard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig import sandbox
 from fieldrig_devices.arp.language import tree
 from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.instructions import KEYWORDS, SIGNATURES, Value
@@ -16,7 +15,7 @@ from fieldrig_devices.arp.language.parser import parse
 from fieldrig_devices.arp.language.printer import line_text, program_text
 from fieldrig_devices.arp.runtime.program import ArpProgram
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.languages.resumable import Build
+from fieldrig_devices.languages.writer import Build
 
 WORDS = [
     *sorted(KEYWORDS), "ON1", "ON6", "ON7", "CAM3", "V1", "V1000", "V1001", "F1", "F262", "F320", "I101", "O104",
@@ -42,7 +41,7 @@ def compiled_or_mistakes(text: str) -> Compiled | list[Mistake]:
 def test_any_text_gives_a_program_or_mistakes(text: str) -> None:
     found = compiled_or_mistakes(text)
     if isinstance(found, Compiled):
-        ArpProgram(found, RecordedCard()).code.functions(Build.FAST)
+        ArpProgram(found, RecordedCard()).code.compile()
     else:
         assert any(not mistake.is_note for mistake in found)
         assert all(mistake.line >= 1 and mistake.column >= 1 and mistake.what for mistake in found)
@@ -54,9 +53,9 @@ def test_what_compiles_is_python_that_the_sandbox_takes(lines: list[str]) -> Non
     good = [line for line in lines if compiles(line)]
     compiled = compile_text(framed(good))
     code = ArpProgram(compiled, RecordedCard()).code
-    assert set(code.names) - {"leave"} - {f"stops_{n}" for n in range(2)} == NAMES
+    assert set(code.names) == NAMES
     for build in Build:
-        sandbox.check(code.source(build), code.names)
+        code.compile(build)  # ForbiddenPythonError if not
 
 
 def framed(lines: list[str]) -> str:

@@ -1,0 +1,46 @@
+"""Programs of other tools come over without retyping: text, PLCopen XML, IEC 61131-10, ENI and TwinCAT files.
+
+What a file is, its content says; its name only tells Instruction List from Structured Text, which the parser does.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.imports import eni, export, twincat
+from fieldrig_devices.iec.imports.exchange import part10, tc6
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.report import Report
+from fieldrig_devices.iec.imports.xml import Element, line_of, name_of, namespace_of, read_xml
+from fieldrig_devices.languages.mistakes import Mistake
+
+_KNOWN: Final = "PLCopen XML (TC6), IEC 61131-10, an object of the ENI, or a file of TwinCAT 3"
+
+
+def read_source(name: str, text: str, dialect: Dialect) -> tuple[tree.Unit, list[Mistake]]:
+    """Read a source file of any supported form.  Never raises: what is wrong is in the mistakes."""
+    report = Report(name)
+    if not text.lstrip("\ufeff \t\r\n").startswith("<"):
+        return export.read_text(name, text.lstrip("\ufeff"), dialect)
+    root = read_xml(text, report)
+    unit = tree.Unit(name, ()) if root is None else _read(root, report, dialect)
+    return unit, sorted(report.mistakes)
+
+
+def _read(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
+    if name_of(root) == "TcPlcObject":
+        return twincat.read_object(root, report, _of_today(dialect))
+    if part10.is_project(root):
+        return tree.Unit(report.file, part10.read_project(root, Fragments(report, _of_today(dialect))))
+    if tc6.is_project(root):
+        return tree.Unit(report.file, tc6.read_project(root, Fragments(report, _of_today(dialect))))
+    if not namespace_of(root) and name_of(root) in eni.ROOTS:
+        return eni.read_object(root, report, dialect)
+    report.mistake(line_of(root), f"<{name_of(root)[:60]}> is not the root of a known format", _KNOWN)
+    return tree.Unit(report.file, ())
+
+
+def _of_today(dialect: Dialect) -> Dialect:
+    """What today's tools write in every file: comments to the end of the line.  Everything else is the project's."""
+    return replace(dialect, has_line_comments=True)

@@ -1,0 +1,105 @@
+"""The POUs of a document, first as they are declared, then with their bodies: a body may use any declaration."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.networks.bodies import Bodies
+from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn
+from fieldrig_devices.iec.imports.networks.hidden import Hidden
+from fieldrig_devices.iec.imports.networks.kinds import Kinds
+
+
+@dataclass(slots=True)
+class Part:
+    """An action or a transition of a POU, with a name of its own."""
+
+    name: str
+    line: int
+    body: Drawn
+    comments: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Raw:
+    """A POU with bodies as the document has them."""
+
+    kind: tree.PouKind
+    name: str
+    line: int
+    result: tree.TypeSpec | None = None
+    blocks: tuple[tree.Variables, ...] = ()
+    bodies: list[Drawn] = field(default_factory=list)
+    actions: list[Part] = field(default_factory=list)
+    transitions: list[Part] = field(default_factory=list)
+    comments: tuple[str, ...] = ()
+
+
+def assemble(raws: Sequence[Raw], others: Sequence[tree.Declaration], fragments: Fragments) -> list[tree.Pou]:
+    """The POUs with their bodies.  `others` are the types and global variables of the document."""
+    kinds = _kinds(raws, others)
+    return [_pou(raw, kinds, fragments) for raw in raws]
+
+
+def _kinds(raws: Sequence[Raw], others: Sequence[tree.Declaration]) -> Kinds:
+    kinds = Kinds()
+    for declaration in others:
+        match declaration:
+            case tree.TypeDeclaration(name, of):
+                kinds.types[name.casefold()] = of
+            case tree.Variables(variables=variables) if declaration.section is tree.Section.GLOBAL:
+                kinds.variables.update({v.name.casefold(): v.type for v in variables})
+            case tree.Configuration(blocks=blocks):
+                kinds.variables.update({v.name.casefold(): v.type for block in blocks for v in block.variables})
+    for raw in raws:
+        stub = tree.Pou(raw.kind, raw.name, raw.result, raw.blocks, tree.StBody(()))
+        kinds.pous[raw.name.casefold()] = stub
+    return kinds
+
+
+def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
+    names = {v.name.casefold() for block in raw.blocks for v in block.variables}
+    parts = {part.name.casefold() for part in (*raw.actions, *raw.transitions)}
+    taken = {raw.name.casefold(), *names, *parts, *kinds.variables, *kinds.pous, *kinds.types}
+    hidden = Hidden(taken, has_memory=raw.kind is not tree.PouKind.FUNCTION)
+    bodies = Bodies(fragments, hidden, kinds.of_pou(raw.name, raw.blocks, raw.result))
+    for part in raw.transitions:
+        bodies.conditions[part.name.casefold()] = Condition(part.line, body=part.body)
+    place = tree.Place(raw.line, 1)
+    with fragments.report.inside(f"{raw.kind.value} {raw.name[:60]}"):
+        main = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)
+        actions = [_action(part, bodies, fragments) for part in raw.actions]
+    return tree.Pou(
+        raw.kind,
+        raw.name,
+        raw.result,
+        (*raw.blocks, *hidden.block()),
+        main,
+        (*actions, *bodies.actions),
+        comments=raw.comments,
+        place=place,
+        end=tree.Place(max((drawn.line for drawn in raw.bodies), default=raw.line), 1),
+    )
+
+
+def _action(part: Part, bodies: Bodies, fragments: Fragments) -> tree.Action:
+    place = tree.Place(part.line, 1)
+    with fragments.report.inside(f"ACTION {part.name[:60]}"):
+        fragments.is_name(part.name, part.line, "an action")
+        return tree.Action(part.name, bodies.body(part.body), comments=part.comments, place=place)
+
+
+def _joined(bodies: list[tree.Body], fragments: Fragments, place: tree.Place) -> tree.Body:
+    """Several worksheets of a POU are executed one after the other."""
+    if len(bodies) == 1:
+        return bodies[0]
+    statements: list[tree.AnyStatement] = []
+    for body in bodies:
+        if isinstance(body, tree.StBody):
+            statements += body.statements
+        else:
+            fragments.report.mistake(
+                body.place.line, "A body of several worksheets has one in IL or SFC", "worksheets in ST, LD or FBD"
+            )
+    return tree.StBody(tuple(statements), place=place)

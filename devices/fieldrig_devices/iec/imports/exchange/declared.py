@@ -1,0 +1,143 @@
+"""Variables, their types and start values, as both exchange formats have them.
+
+The formats differ in the case of their names, in how a type is written, and in where an address stands.
+"""
+
+import re
+from collections.abc import Callable
+from typing import Final
+
+from lxml import etree
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.xml import (
+    attribute,
+    comment_of,
+    element,
+    elements,
+    formatted_text,
+    is_set,
+    line_of,
+    name_of,
+)
+
+Element = etree._Element
+TypeReader = Callable[[Element | None, Fragments], tree.TypeSpec]
+
+_VARIABLES: Final = re.compile(r"\bVAR(?:_[A-Z]+)?\b", re.IGNORECASE)
+DEPTH: Final = 60
+"""Arrays, structures and values inside of one another."""
+
+SECTIONS: Final = {
+    "localvars": tree.Section.LOCAL, "vars": tree.Section.LOCAL, "tempvars": tree.Section.TEMP,
+    "inputvars": tree.Section.INPUT, "outputvars": tree.Section.OUTPUT, "inoutvars": tree.Section.IN_OUT,
+    "externalvars": tree.Section.EXTERNAL, "globalvars": tree.Section.GLOBAL,
+}  # fmt: skip
+
+
+def section(list_: Element, read_type: TypeReader, fragments: Fragments) -> tree.Variables | None:
+    """A list of variables; None for lists that the language does not have, with a note."""
+    kind = SECTIONS.get(name_of(list_).casefold())
+    if kind is None:
+        if elements(list_):
+            fragments.report.note(line_of(list_), f"{name_of(list_)} is left out: the controller has no access paths")
+        return None
+    variables = [variable(found, read_type, fragments) for found in elements(list_, "variable")]
+    return tree.Variables(
+        kind,
+        tuple(found for found in variables if found is not None),
+        is_retain=is_set(list_, "retain"),
+        is_persistent=is_set(list_, "persistent"),
+        is_constant=is_set(list_, "constant"),
+        name=attribute(list_, "name") if kind is tree.Section.GLOBAL else "",
+        comments=comment_of(element(list_, "documentation")),
+        place=tree.Place(line_of(list_), 1),
+    )
+
+
+def variable(of: Element, read_type: TypeReader, fragments: Fragments) -> tree.Variable | None:
+    name, line = attribute(of, "name").strip(), line_of(of)
+    if not fragments.is_name(name, line, "a variable"):
+        return None
+    with fragments.report.inside(f"variable {name[:60]}"):
+        if attribute(of, "edgeDetection", "none").casefold() not in ("", "none"):
+            fragments.report.mistake(
+                line, "The input detects edges", "an input without edge", "Call R_TRIG or F_TRIG in the body instead."
+            )
+        spec = read_type(element(of, "type"), fragments)
+        at = attribute(of, "address") or attribute(element(of, "address"), "address")
+        return tree.Variable(
+            name,
+            spec,
+            initial(element(of, "initialValue"), spec, fragments),
+            fragments.address(at if at.startswith("%") else f"%{at}", line) if at.strip() else None,
+            remark=" ".join(comment_of(element(of, "documentation"))).replace("\n", " "),
+            place=tree.Place(line, 1),
+        )
+
+
+def initial(of: Element | None, spec: tree.TypeSpec, fragments: Fragments, depth: int = 0) -> tree.Initial | None:
+    """A start value: simple, of an array, or of a structure."""
+    value = next(iter(elements(of)), None)
+    if value is None:
+        return None
+    line = line_of(value)
+    if depth > DEPTH:
+        fragments.report.mistake(line, f"Values are nested more than {DEPTH} deep")
+        return None
+    match name_of(value).casefold():
+        case "simplevalue":
+            return _simple(attribute(value, "value"), line, spec, fragments)
+        case "arrayvalue":
+            of_element = spec.element if isinstance(spec, tree.ArraySpec) else tree.NamedType("INT")
+            found = [_repeated(part, of_element, fragments, depth + 1) for part in elements(value, "value")]
+            parts = tuple(part for part in found if part is not None)
+            return tree.ArrayInitial(parts, place=tree.Place(line, 1))
+        case "structvalue":
+            fields: list[tree.FieldInitial] = []
+            for part in elements(value, "value"):
+                inner = initial(part, tree.NamedType(""), fragments, depth + 1)
+                if inner is not None:
+                    place = tree.Place(line_of(part), 1)
+                    fields.append(tree.FieldInitial(attribute(part, "member"), inner, place=place))
+            return tree.StructInitial(tuple(fields), place=tree.Place(line, 1))
+    fragments.report.mistake(
+        line, f"The value {name_of(value)[:30]} is not known", "simpleValue, arrayValue, structValue"
+    )
+    return None
+
+
+def _simple(text: str, line: int, spec: tree.TypeSpec, fragments: Fragments) -> tree.Initial | None:
+    if not text.strip():
+        return None
+    if isinstance(spec, tree.StringSpec) and text[0] not in "'\"":
+        # Some editors store the characters without quotes.
+        place = tree.Place(line, 1)
+        return tree.Literal(tree.LiteralKind.STRING, text, place=place)
+    return fragments.initial(text, line)
+
+
+def _repeated(
+    part: Element, spec: tree.TypeSpec, fragments: Fragments, depth: int
+) -> tree.Initial | tree.Repeated | None:
+    value = initial(part, spec, fragments, depth)
+    count = attribute(part, "repetitionValue", "1").strip()
+    if value is None or count in ("", "1"):
+        return value
+    times = fragments.expression(count, line_of(part))
+    return None if times is None else tree.Repeated(times, value, place=tree.Place(line_of(part), 1))
+
+
+def plain_text(of: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
+    """The declarations of an element that has them as text, as the tools of the CODESYS family add them."""
+    if of is None:
+        return ()
+    holder = next((e for e in of.iter() if name_of(e).casefold() in ("interfaceasplaintext", "textdeclaration")), None)
+    if holder is None:
+        return ()
+    text, line = formatted_text(holder)
+    start = _VARIABLES.search(text)
+    if start is None:
+        return ()
+    return fragments.variables(text[start.start() :], line + text.count("\n", 0, start.start()))

@@ -1,0 +1,50 @@
+"""Tasks and program instances of both exchange formats."""
+
+import re
+from typing import Final
+
+from lxml import etree
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.xml import attribute, line_of
+
+Element = etree._Element
+
+_ISO: Final = re.compile(
+    r"P(?:(\d{1,6})D)?(?:T(?:(\d{1,6})H)?(?:(\d{1,6})M)?(?:(\d{1,9}(?:\.\d{1,9})?)S)?)?", re.IGNORECASE
+)
+LOWEST_PRIORITY: Final = 31
+
+
+def duration(text: str, line: int, fragments: Fragments) -> tree.Expression | None:
+    """An interval: a constant of the language, a variable, or a duration of ISO 8601 such as PT0.01S."""
+    found = _ISO.fullmatch(text)
+    if found is None or not any(found.groups()):
+        return fragments.expression(text, line)
+    days, hours, minutes, seconds = (float(part or 0) for part in found.groups())
+    milliseconds = round((((days * 24 + hours) * 60 + minutes) * 60 + seconds) * 1_000)
+    place = tree.Place(line, 1)
+    return tree.Literal(tree.LiteralKind.TIME, milliseconds, f"T#{milliseconds}ms", place=place)
+
+
+def program_without_task(
+    tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance], free: list[tree.ProgramInstance]
+) -> None:
+    """A program without a task runs whenever no task does: in a free-running task of the lowest priority."""
+    place = free[0].place
+    names = {task.name.casefold() for task in tasks}
+    name = "Background"
+    while name.casefold() in names:
+        name += "x"
+    priority = tree.Literal(tree.LiteralKind.INTEGER, LOWEST_PRIORITY, str(LOWEST_PRIORITY), place=place)
+    tasks.append(tree.TaskDeclaration(name, priority, place=place))
+    programs += [tree.ProgramInstance(p.name, name, p.type, place=p.place) for p in free]
+
+
+def resource_of(
+    of: Element, tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance]
+) -> tree.Configuration:
+    name = re.sub(r"\W", "_", attribute(of, "name").strip(), flags=re.ASCII) or "Resource"
+    place = tree.Place(line_of(of), 1)
+    return tree.Configuration(name, (), tuple(tasks), tuple(programs), resource=name, place=place)

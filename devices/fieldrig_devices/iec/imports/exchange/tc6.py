@@ -1,0 +1,191 @@
+"""A project of PLCopen TC6, versions 1.0 to 2.01: types, POUs, global variables and tasks.
+
+Source: schema TC6 2.01 (2009) by its public facts.  The tools of the CODESYS family put POUs, types, lists of global
+variables and applications also into `addData`; they are found wherever they are.
+"""
+
+import re
+from typing import Final
+
+from lxml import etree
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble
+from fieldrig_devices.iec.imports.exchange.declared import SECTIONS, Element, initial, plain_text, section
+from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
+from fieldrig_devices.iec.imports.exchange.tc6_bodies import read_body
+from fieldrig_devices.iec.imports.exchange.tc6_types import read_declaration, read_type
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.xml import (
+    attribute,
+    comment_of,
+    element,
+    elements,
+    line_of,
+    name_of,
+    text_of,
+)  # fmt: skip
+
+_POUS: Final = {
+    "program": tree.PouKind.PROGRAM,
+    "function": tree.PouKind.FUNCTION,
+    "functionblock": tree.PouKind.FUNCTION_BLOCK,
+}
+
+
+def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration, ...]:
+    """Everything that a `project` declares, or a single `pou` as a document of its own."""
+    types = [d for e in _all(root, "dataType") if (d := read_declaration(e, fragments)) is not None]
+    globals_ = [block for e in _all(root, "globalVars") if not _is_of_pou(e) for block in _globals(e, fragments)]
+    for left_out in _all(root, "accessVars"):
+        section(left_out, read_type, fragments)
+    config = [block for e in _all(root, "configVars") if (block := _config(e, fragments)) is not None]
+    raws = [raw for e in _all(root, "pou") if not _is_of_pou(e) and (raw := _pou(e, fragments)) is not None]
+    configurations = [found for e in _all(root, "resource") if (found := _resource(e, fragments)) is not None]
+    others: list[tree.Declaration] = [*types, *globals_, *config]
+    return (*others, *assemble(raws, others, fragments), *configurations)
+
+
+def _all(root: Element, name: str) -> list[Element]:
+    return [found for found in root.iter() if name_of(found) == name]
+
+
+def _is_of_pou(of: Element) -> bool:
+    """True for global variables that a POU declares, and for POUs inside of a POU."""
+    return any(name_of(parent) == "pou" for parent in of.iterancestors())
+
+
+def _globals(of: Element, fragments: Fragments) -> list[tree.Variables]:
+    with fragments.report.inside(f"global variables {attribute(of, 'name')}".strip()):
+        found = section(of, read_type, fragments)
+        if found is None or found.variables:
+            return [] if found is None else [found]
+        blocks = list(plain_text(of, fragments))
+        for block in blocks:
+            block.name = attribute(of, "name")
+        return blocks
+
+
+def _config(of: Element, fragments: Fragments) -> tree.Variables | None:
+    """VAR_CONFIG: addresses and start values of variables inside of instances."""
+    found: list[tree.Variable] = []
+    for item in elements(of, "configVariable"):
+        line = line_of(item)
+        spec = read_type(element(item, "type"), fragments)
+        address = attribute(item, "address")
+        found.append(
+            tree.Variable(
+                attribute(item, "instancePathAndName").strip(),
+                spec,
+                initial(element(item, "initialValue"), spec, fragments),
+                fragments.address(address, line) if address.strip() else None,
+                place=tree.Place(line, 1),
+            )
+        )
+    return tree.Variables(tree.Section.CONFIG, tuple(found), place=tree.Place(line_of(of), 1)) if found else None
+
+
+def _pou(of: Element, fragments: Fragments) -> Raw | None:
+    name, line, report = attribute(of, "name").strip(), line_of(of), fragments.report
+    kind = _POUS.get(attribute(of, "pouType").casefold())
+    if kind is None:
+        report.mistake(line, f"The POU {name[:60]} has the type {attribute(of, 'pouType')[:40]}", ", ".join(_POUS))
+        return None
+    if not fragments.is_name(name, line, "a POU"):
+        return None
+    with report.inside(f"{kind.value} {name[:60]}"):
+        interface = element(of, "interface")
+        result = element(interface, "returnType")
+        raw = Raw(kind, name, line, comments=comment_of(element(of, "documentation")))
+        raw.blocks = _blocks(of, interface, fragments)
+        if kind is tree.PouKind.FUNCTION:
+            raw.result = read_type(result, fragments) if result is not None else tree.NamedType("BOOL")
+            if result is None:
+                report.note(line, "The function declares no result; BOOL is assumed")
+        raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, report)) is not None]
+        raw.actions = _parts(element(of, "actions"), "action", fragments)
+        raw.transitions = _parts(element(of, "transitions"), "transition", fragments)
+        _objects(of, fragments)
+        return raw
+
+
+def _blocks(pou: Element, interface: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
+    lists = [e for e in elements(interface) if name_of(e).casefold() in (*SECTIONS, "accessvars")]
+    blocks = [block for found in lists if (block := section(found, read_type, fragments)) is not None]
+    used = [block for block in blocks if block.variables]
+    return tuple(used) or plain_text(element(pou, "addData"), fragments) or plain_text(interface, fragments)
+
+
+def _parts(of: Element | None, name: str, fragments: Fragments) -> list[Part]:
+    found: list[Part] = []
+    for part in elements(of, name):
+        body = element(part, "body")
+        with fragments.report.inside(f"{name} {attribute(part, 'name')[:60]}"):
+            drawn = None if body is None else read_body(body, fragments.report)
+        if drawn is not None:
+            comments = comment_of(element(part, "documentation"))
+            found.append(Part(attribute(part, "name").strip(), line_of(part), drawn, comments))
+    return found
+
+
+def _objects(of: Element, fragments: Fragments) -> None:
+    """Methods and properties are object orientation, which the language does not have."""
+    for added in of.iter("{*}Method", "{*}Property"):
+        fragments.report.mistake(
+            line_of(added),
+            f"The {name_of(added).lower()} {attribute(added, 'name')[:60]} is not supported",
+            "functions, function blocks and actions",
+            "Turn it into an action or into a function block of its own.",
+        )
+
+
+# ---- tasks
+
+
+def _resource(of: Element, fragments: Fragments) -> tree.Configuration | None:
+    tasks: list[tree.TaskDeclaration] = []
+    programs: list[tree.ProgramInstance] = []
+    for task in elements(of, "task"):
+        with fragments.report.inside(f"task {attribute(task, 'name')[:60]}"):
+            tasks.append(_task(task, fragments))
+            programs += [_instance(e, tasks[-1].name) for e in elements(task, "pouInstance")]
+    free = [_instance(e, "") for e in elements(of, "pouInstance")]
+    if free:
+        program_without_task(tasks, programs, free)
+    return resource_of(of, tasks, programs) if tasks else None
+
+
+def _instance(of: Element, task: str) -> tree.ProgramInstance:
+    """An instance; the CODESYS family leaves its type empty, because it is the name."""
+    name = attribute(of, "name").strip()
+    return tree.ProgramInstance(name, task, attribute(of, "typeName").strip() or name, place=tree.Place(line_of(of), 1))
+
+
+def _task(of: Element, fragments: Fragments) -> tree.TaskDeclaration:
+    line, name = line_of(of), attribute(of, "name").strip()
+    fragments.is_name(name, line, "a task")
+    interval, single = attribute(of, "interval").strip(), attribute(of, "single").strip()
+    settings = next((e for e in of.iter() if name_of(e) == "TaskSettings"), None)
+    kind = attribute(settings, "KindOfTask").casefold()
+    if kind == "freewheeling":
+        interval = ""
+    elif kind in ("event", "status") and not single:
+        single = attribute(settings, "Event").strip()
+        interval = ""
+    priority = re.sub(r"\s", "", attribute(of, "priority"))
+    return tree.TaskDeclaration(
+        name,
+        fragments.expression(priority, line) if priority else None,
+        duration(interval, line, fragments) if interval else None,
+        fragments.expression(single, line) if single else None,
+        comments=comment_of(element(of, "documentation")),
+        place=tree.Place(line, 1),
+    )
+
+
+def is_project(root: Element) -> bool:
+    """True for a document of TC6, whatever its version; some tools leave the name space out."""
+    space = etree.QName(root).namespace or ""
+    if space.startswith("http://www.plcopen.org/xml/"):
+        return True
+    return name_of(root) == "project" and not space and bool(text_of(root).strip() or elements(root, "types"))

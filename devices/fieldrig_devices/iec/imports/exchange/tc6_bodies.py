@@ -1,0 +1,234 @@
+"""Bodies of PLCopen TC6: text, networks and charts, as elements with wires.
+
+Version 2.01 of the schema, and what is known of its writers: coordinates that are missing or all zero, the networks of
+the CODESYS family that begin with a `vendorElement`, operands at pins, `???` for an empty operand, boxes with code.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from lxml import etree
+
+from fieldrig_devices.iec.imports.networks.graph import (
+    Condition,
+    Drawn,
+    Edge,
+    Item,
+    Kind,
+    Network,
+    Pin,
+    Storage,
+    Use,
+    Wire,
+)
+from fieldrig_devices.iec.imports.report import Report
+from fieldrig_devices.iec.imports.xml import (
+    attribute,
+    element,
+    elements,
+    formatted_text,
+    is_set,
+    line_of,
+    name_of,
+    number,
+    text_of,
+)  # fmt: skip
+
+Element = etree._Element
+
+LANGUAGES: Final = ("IL", "ST", "FBD", "LD", "SFC")
+EXPORT: Final = "Convert the body to ST, LD, FBD, IL or SFC in the tool, and export it again."
+
+_KINDS: Final = {
+    "invariable": Kind.SOURCE, "outvariable": Kind.SINK, "inoutvariable": Kind.THROUGH, "block": Kind.BLOCK,
+    "contact": Kind.CONTACT, "coil": Kind.COIL, "leftpowerrail": Kind.LEFT_RAIL, "rightpowerrail": Kind.RIGHT_RAIL,
+    "label": Kind.LABEL, "jump": Kind.JUMP, "return": Kind.RETURN, "connector": Kind.CONNECTOR,
+    "continuation": Kind.CONTINUATION, "comment": Kind.COMMENT, "step": Kind.STEP, "transition": Kind.TRANSITION,
+    "jumpstep": Kind.JUMP_STEP, "selectiondivergence": Kind.SELECTION_DIVERGENCE,
+    "selectionconvergence": Kind.SELECTION_CONVERGENCE, "simultaneousdivergence": Kind.SIMULTANEOUS_DIVERGENCE,
+    "simultaneousconvergence": Kind.SIMULTANEOUS_CONVERGENCE, "actionblock": Kind.ACTIONS,
+}  # fmt: skip
+_OPERANDS: Final = {
+    Kind.SOURCE: "expression", Kind.SINK: "expression", Kind.THROUGH: "expression", Kind.CONTACT: "variable",
+    Kind.COIL: "variable", Kind.COMMENT: "content",
+}  # fmt: skip
+_NAMES: Final = {
+    Kind.LABEL: "label", Kind.JUMP: "label", Kind.CONNECTOR: "name", Kind.CONTINUATION: "name", Kind.STEP: "name",
+    Kind.JUMP_STEP: "targetName", Kind.BLOCK: "typeName", Kind.SIMULTANEOUS_DIVERGENCE: "name",
+}  # fmt: skip
+_EDGES: Final = {"rising": Edge.RISING, "falling": Edge.FALLING}
+_STORAGES: Final = {"set": Storage.SET, "reset": Storage.RESET}
+_EMPTY: Final = ("", "???")
+_PHASES: Final = {
+    "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8": "entry",
+    "700a583f-b4d4-43e4-8c14-629c7cd3bec8": "active",
+    "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd": "exit",
+}
+"""Attributes of a step in the CODESYS family that name its actions."""
+
+
+def read_body(of: Element, report: Report) -> Drawn | None:
+    """A `body` or `inline` element; None with a message."""
+    inner = next((child for child in elements(of) if name_of(child).upper() in LANGUAGES), None)
+    line = line_of(of)
+    if any(name_of(found).upper() == "CFC" for found in of.iter()):
+        report.mistake(line, "The body is a continuous function chart, which is not part of the standard", hint=EXPORT)
+        return None
+    if inner is None:
+        if elements(of):
+            report.mistake(line, "The body has no known language", ", ".join(LANGUAGES), EXPORT)
+        return Drawn("ST", line)
+    language = name_of(inner).upper()
+    if language in ("ST", "IL"):
+        text, first = formatted_text(inner)
+        return Drawn(language, first, text)
+    network = Network(_items(inner, report), line=line_of(inner))
+    return Drawn(language, line_of(inner), networks=[network])
+
+
+def _items(of: Element, report: Report) -> list[Item]:
+    found = [item for child in elements(of) if (item := _item(child, report)) is not None]
+    empty = {item.id for item in found if item.kind is Kind.SOURCE and item.text.strip() in _EMPTY}
+    for item in found:
+        for pin in item.pins():
+            pin.wires = tuple(wire for wire in pin.wires if wire.source not in empty)
+    return [item for item in found if item.kind is not Kind.SOURCE or item.id not in empty]
+
+
+def _item(of: Element, report: Report) -> Item | None:
+    name = name_of(of).casefold()
+    kind = _KINDS.get(name)
+    line = line_of(of)
+    if kind is None:
+        return _other(of, name, line, report)
+    item = Item(
+        kind,
+        attribute(of, "localId"),
+        line,
+        _text(of, kind),
+        order=max(0, int(number(of, "executionOrderId") or 0)),
+        x=number(element(of, "position"), "x") or 0.0,
+        y=number(element(of, "position"), "y") or 0.0,
+        is_negated=is_set(of, "negated") or is_set(of, "negatedIn"),
+        is_negated_behind=is_set(of, "negatedOut"),
+        edge=_EDGES.get(attribute(of, "edge") or attribute(of, "edgeIn"), Edge.NONE),
+        storage=_STORAGES.get(attribute(of, "storage") or attribute(of, "storageIn"), Storage.NONE),
+        inputs=[_pin(point) for point in elements(of, "connectionPointIn")],
+    )
+    extra = _EXTRA.get(kind)
+    if extra is not None:
+        extra(of, item, report)
+    return item
+
+
+def _text(of: Element, kind: Kind) -> str:
+    if kind in _OPERANDS:
+        return text_of(element(of, _OPERANDS[kind])).strip()
+    return attribute(of, _NAMES[kind]).strip() if kind in _NAMES else ""
+
+
+def _other(of: Element, name: str, line: int, report: Report) -> Item | None:
+    identifier = attribute(of, "localId")
+    if name == "vendorelement":
+        types = [text_of(found).strip().casefold() for found in of.iter() if name_of(found).casefold() == "elementtype"]
+        if "networktitle" in types:
+            return Item(Kind.TITLE, identifier, line, text_of(element(of, "alternativeText")).strip())
+        if elements(element(of, "inputVariables")) or elements(element(of, "outputVariables")):
+            report.mistake(line, f"Element {identifier} is known only to the tool that wrote it", hint=EXPORT)
+    elif name == "error":
+        report.mistake(line, f"Element {identifier} could not be exported: {text_of(of).strip()[:100]}")
+    elif name == "macrostep":
+        report.mistake(
+            line,
+            f"The macro step {attribute(of, 'name')} is not supported",
+            "steps",
+            "Resolve it into steps in the tool.",
+        )
+    elif name not in ("adddata", "documentation"):
+        report.note(line, f"The element {name_of(of)[:40]} is not known and is left out")
+    return None
+
+
+def _pin(point: Element) -> Pin:
+    """The consuming side of an element."""
+    operand = text_of(element(point, "expression")).strip()
+    return Pin(line=line_of(point), wires=_wires(point), expression="" if operand in _EMPTY else operand)
+
+
+def _wires(point: Element) -> tuple[Wire, ...]:
+    found = (Wire(attribute(c, "refLocalId"), attribute(c, "formalParameter")) for c in elements(point, "connection"))
+    return tuple(dict.fromkeys(found))
+
+
+def _block(of: Element, item: Item, report: Report) -> None:
+    item.instance = attribute(of, "instanceName").strip()
+    item.inputs = [_variable(v) for v in elements(element(of, "inputVariables"), "variable")]
+    item.in_outs = [_variable(v) for v in elements(element(of, "inOutVariables"), "variable")]
+    item.outputs = [_variable(v) for v in elements(element(of, "outputVariables"), "variable")]
+    for added in of.iter():
+        match name_of(added).casefold():
+            case "calltype":
+                item.is_statement = text_of(added).strip().casefold() in ("program", "action", "method")
+            case "stcode":
+                item.code, item.code_line = formatted_text(added)
+    if not item.text and not item.code:
+        report.mistake(item.line, f"The block of element {item.id} has no type")
+
+
+def _variable(of: Element) -> Pin:
+    name = attribute(of, "formalParameter").strip()
+    incoming, outgoing = element(of, "connectionPointIn"), element(of, "connectionPointOut")
+    pin = _pin(incoming) if incoming is not None else Pin(line=line_of(of))
+    if outgoing is not None and incoming is None:
+        operand = text_of(element(outgoing, "expression")).strip()
+        pin.expression = "" if operand in _EMPTY else operand
+    pin.name, pin.is_negated = name, is_set(of, "negated")
+    pin.edge = _EDGES.get(attribute(of, "edge"), Edge.NONE)
+    return pin
+
+
+def _step(of: Element, item: Item, report: Report) -> None:
+    item.is_initial = is_set(of, "initialStep")
+    for added in of.iter():
+        phase = _PHASES.get(attribute(added, "guid").strip("{}").casefold()) if name_of(added) == "attribute" else None
+        if phase is not None:
+            item.phases[phase] = text_of(added).strip()
+
+
+def _transition(of: Element, item: Item, report: Report) -> None:
+    priority = number(of, "priority")
+    item.priority = None if priority is None else int(priority)
+    of_condition = element(of, "condition")
+    inner = next(iter(elements(of_condition, "reference", "inline", "connectionPointIn")), None)
+    if of_condition is None or inner is None:
+        return
+    item.condition = Condition(line_of(inner), is_negated=is_set(of_condition, "negated"))
+    match name_of(inner).casefold():
+        case "reference":
+            item.condition.name = attribute(inner, "name").strip()
+        case "inline":
+            item.condition.body = read_body(inner, report)
+        case _:
+            item.condition.pin = _pin(inner)
+
+
+def _actions(of: Element, item: Item, report: Report) -> None:
+    for action in elements(of, "action"):
+        inline = element(action, "inline")
+        item.uses.append(
+            Use(
+                line_of(action),
+                attribute(action, "qualifier", "N"),
+                attribute(action, "duration"),
+                attribute(element(action, "reference"), "name").strip(),
+                None if inline is None else read_body(inline, report),
+            )
+        )
+
+
+_EXTRA: Final[dict[Kind, Callable[[Element, Item, Report], None]]] = {
+    Kind.BLOCK: _block,
+    Kind.STEP: _step,
+    Kind.TRANSITION: _transition,
+    Kind.ACTIONS: _actions,
+}

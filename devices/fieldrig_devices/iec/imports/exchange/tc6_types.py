@@ -1,0 +1,117 @@
+"""Types of PLCopen TC6: each is an element, `<BOOL/>`, `<derived name="TON"/>`, `<array>...`."""
+
+from typing import Final
+
+from lxml import etree
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.exchange.declared import DEPTH, TypeReader, initial, variable
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.xml import attribute, comment_of, element, elements, line_of, name_of
+
+Element = etree._Element
+
+ELEMENTARY: Final = frozenset((
+    "BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "REAL",
+    "LREAL", "TIME", "DATE", "DT", "TOD", "TIME_OF_DAY", "DATE_AND_TIME",
+))  # fmt: skip
+_NOTHING: Final = tree.NamedType("INT")
+"""Stands for a type that has a message already."""
+
+
+def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
+    """The type inside of an element such as `type`, `baseType` or `returnType`."""
+    inner = next((child for child in elements(of) if name_of(child).casefold() != "adddata"), None)
+    if of is None or inner is None:
+        fragments.report.mistake(1 if of is None else line_of(of), "The type is missing", "an element such as <INT/>")
+        return _NOTHING
+    if depth > DEPTH:
+        fragments.report.mistake(line_of(inner), f"Types are nested more than {DEPTH} deep")
+        return _NOTHING
+    place = tree.Place(line_of(inner), 1)
+    name = name_of(inner)
+    if name.upper() in ELEMENTARY:
+        return tree.NamedType(name.upper(), place=place)
+    match name.casefold():
+        case "string":
+            length = attribute(inner, "length").strip()
+            return tree.StringSpec(fragments.expression(length, place.line) if length else None, place=place)
+        case "derived":
+            return _derived(inner, fragments)
+        case "array":
+            base = read_type(element(inner, "baseType"), fragments, depth + 1)
+            ranges = tuple(r for d in elements(inner, "dimension") if (r := _range(d, fragments)) is not None)
+            return tree.ArraySpec(ranges, base, place=place)
+        case "struct":
+            fields = (variable(field, _nested(depth), fragments) for field in elements(inner, "variable"))
+            return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
+        case "enum":
+            return _enumeration(inner, fragments)
+        case "subrangesigned" | "subrangeunsigned":
+            return _subrange(inner, fragments, depth)
+        case "pointer":
+            return tree.PointerSpec(read_type(element(inner, "baseType"), fragments, depth + 1), place=place)
+    fragments.report.mistake(
+        place.line, f"The type {name[:40]} is not known on this controller", "an elementary or a derived type"
+    )
+    return _NOTHING
+
+
+def _nested(depth: int) -> TypeReader:
+    return lambda of, fragments: read_type(of, fragments, depth + 1)
+
+
+def _derived(of: Element, fragments: Fragments) -> tree.TypeSpec:
+    """A name; some tools also write whole types there."""
+    name = attribute(of, "name").strip()
+    if not name:
+        fragments.report.mistake(line_of(of), "The derived type has no name")
+        return _NOTHING
+    if "." in name and "[" not in name:
+        name = name.rpartition(".")[2]  # a name space or library in front of the type
+    return fragments.type(name, line_of(of))
+
+
+def _range(of: Element, fragments: Fragments) -> tree.Range | None:
+    line = line_of(of)
+    low = fragments.expression(attribute(of, "lower"), line)
+    high = fragments.expression(attribute(of, "upper"), line)
+    return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line, 1))
+
+
+def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
+    bounds = element(of, "range")
+    limits = None if bounds is None else _range(bounds, fragments)
+    base = read_type(element(of, "baseType"), fragments, depth + 1)
+    if limits is None or not isinstance(base, tree.NamedType):
+        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
+        return base
+    return tree.SubrangeSpec(base, limits.low, limits.high, place=tree.Place(line_of(of), 1))
+
+
+def _enumeration(of: Element, fragments: Fragments) -> tree.TypeSpec:
+    values: list[tree.EnumValue] = []
+    for value in elements(element(of, "values"), "value"):
+        line, name = line_of(value), attribute(value, "name").strip()
+        if not fragments.is_name(name, line, "a value of an enumeration"):
+            continue
+        number = attribute(value, "value").strip()
+        given = fragments.expression(number, line) if number else None
+        values.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
+    return tree.EnumSpec(tuple(values), place=tree.Place(line_of(of), 1))
+
+
+def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
+    """A `dataType` element."""
+    name, line = attribute(of, "name").strip(), line_of(of)
+    if not fragments.is_name(name, line, "a type"):
+        return None
+    with fragments.report.inside(f"type {name[:60]}"):
+        spec = read_type(element(of, "baseType"), fragments)
+        return tree.TypeDeclaration(
+            name,
+            spec,
+            initial(element(of, "initialValue"), spec, fragments),
+            comments=comment_of(element(of, "documentation")),
+            place=tree.Place(line, 1),
+        )

@@ -1,0 +1,1 @@
+"""Networks of ladder diagram and function block diagram, and sequential function charts, as a graph of elements."""

@@ -1,0 +1,304 @@
+"""A sequential function chart of an exchange format becomes steps and transitions.
+
+Source: PacDrive manual 1741 to 1842; IEC 61131-3 for divergences.  The chart's lines are followed upwards from each
+transition to the steps in front of it, and from each step to the transitions in front of it.  Transitions of one step
+are tested by their priority, then from left to right, then in the order of the document.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Item, Kind, Network, Pin, Use
+from fieldrig_devices.iec.imports.networks.hidden import Hidden
+from fieldrig_devices.iec.imports.networks.kinds import Kinds
+from fieldrig_devices.iec.imports.networks.translate import Translation
+
+QUALIFIERS: Final = frozenset(("N", "R", "S", "L", "D", "P", "SD", "DS", "SL", "P0", "P1"))
+"""Those of the manual (PD-372 to 374) and of edition 3; the DL of the exchange format has no meaning in either."""
+TIMED: Final = frozenset(("L", "D", "SD", "DS", "SL"))
+BRANCHES: Final = 1_000
+"""Steps or transitions that one divergence may lead to."""
+
+_DOWN: Final = (Kind.SELECTION_CONVERGENCE, Kind.SELECTION_DIVERGENCE, Kind.SIMULTANEOUS_DIVERGENCE)
+_UP: Final = (Kind.SELECTION_DIVERGENCE, Kind.SELECTION_CONVERGENCE, Kind.SIMULTANEOUS_CONVERGENCE)
+
+
+@dataclass(slots=True)
+class Chart:
+    """One chart.  `conditions` are the transitions of the POU that have a name and a body of their own."""
+
+    network: Network
+    fragments: Fragments
+    hidden: Hidden
+    kinds: Kinds
+    conditions: dict[str, Condition]
+    actions: list[tree.Action]
+    """Actions that are written in the chart itself are added here."""
+    read: Callable[[Drawn], tree.Body]
+    """Reads the body of such an action."""
+    items: dict[str, Item] = field(default_factory=dict)
+    values: Translation | None = None
+
+    def body(self) -> tree.SfcBody:
+        self.items = self.network.by_id()
+        self.values = Translation(self.network, self.fragments, self.hidden, self.kinds)
+        steps = [item for item in self.network.items if item.kind is Kind.STEP]
+        if not steps:
+            self._mistake(self.network.line, "The chart has no step", "at least an initial step")
+        elif not any(step.is_initial for step in steps):
+            self._mistake(steps[0].line, "The chart has no initial step", 'a step with initialStep="true"')
+        return tree.SfcBody(
+            tuple(self._step(step) for step in steps),
+            tuple(self._transitions()),
+            place=tree.Place(self.network.line, 1),
+        )
+
+    # ---- transitions
+
+    def _transitions(self) -> list[tree.Transition]:
+        targets = self._targets()
+        found: list[tree.Transition] = []
+        for item in self._tested():
+            with self.fragments.report.inside(f"transition {item.id or item.text}"):
+                sources = self._steps_before(item)
+                condition = self._condition(item, item.condition)
+                names = tuple(dict.fromkeys(targets.get(item.id, ())))
+                if not sources:
+                    self._mistake(item.line, "The transition follows no step", "a line from a step")
+                if not names:
+                    self._mistake(item.line, "The transition leads to no step", "a line to a step or a jump")
+                if sources and names and condition is not None:
+                    place = tree.Place(item.line, 1)
+                    found.append(tree.Transition(sources, names, condition, place=place))
+        return found
+
+    def _tested(self) -> list[Item]:
+        """Transitions in the order in which those of one step are tested."""
+        found = [item for item in self.network.items if item.kind is Kind.TRANSITION]
+        return sorted(found, key=lambda item: (item.priority is None, item.priority or 0, item.x))
+
+    def _targets(self) -> dict[str, list[str]]:
+        """Names of the steps behind each transition, by its identifier."""
+        found: dict[str, list[str]] = {}
+        steps = {item.text.casefold(): item for item in self.network.items if item.kind is Kind.STEP}
+        for item in self.network.items:
+            if item.kind is Kind.STEP:
+                names = [item.text]
+            elif item.kind is Kind.JUMP_STEP:
+                names = self._jump(item, steps)
+            else:
+                continue
+            for transition in self._before(item, Kind.TRANSITION, _DOWN):
+                found.setdefault(transition.id, []).extend(names)
+        return found
+
+    def _jump(self, item: Item, steps: dict[str, Item]) -> list[str]:
+        """The steps that a jump leads to: the named one, or those behind the named divergence."""
+        if item.text.casefold() in steps:
+            return [steps[item.text.casefold()].text]
+        forks = {
+            other.id
+            for other in self.network.items
+            if other.kind is Kind.SIMULTANEOUS_DIVERGENCE
+            and other.text
+            and other.text.casefold() == item.text.casefold()
+        }
+        names = [
+            step.text
+            for step in steps.values()
+            if any(wire.source in forks for pin in step.inputs for wire in pin.wires)
+        ]
+        if not names:
+            self._mistake(item.line, f"The jump leads to {item.text[:60]}, which is not there", "the name of a step")
+        return names
+
+    def _steps_before(self, item: Item) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(step.text for step in self._before(item, Kind.STEP, _UP)))
+
+    def _before(self, item: Item, wanted: Kind, passed: tuple[Kind, ...]) -> list[Item]:
+        """The elements of a kind in front of an element, through divergences and convergences."""
+        found: list[Item] = []
+        seen: set[str] = set()
+        waiting = [wire.source for pin in reversed(item.inputs) for wire in reversed(pin.wires)]
+        while waiting and len(found) < BRANCHES:
+            name = waiting.pop()
+            other = self.items.get(name)
+            if other is None:
+                self._mistake(item.line, f"The {item} is connected to element {name[:30]}, which is not there")
+            elif name not in seen:
+                seen.add(name)
+                if other.kind is wanted:
+                    found.append(other)
+                elif other.kind in passed:
+                    waiting.extend(wire.source for pin in reversed(other.inputs) for wire in reversed(pin.wires))
+                else:
+                    self._mistake(item.line, f"The {item} follows the {other}", f"a {wanted.value} in front of it")
+        return found
+
+    # ---- conditions
+
+    def _condition(self, item: Item, condition: Condition | None) -> tree.Expression | None:
+        if condition is None:
+            self._mistake(item.line, "The transition has no condition")
+            return None
+        value = self._plain(item, condition)
+        if value is None or not condition.is_negated:
+            return value
+        return tree.Unary("NOT", value, place=tree.Place(condition.line, 1))
+
+    def _plain(self, item: Item, condition: Condition) -> tree.Expression | None:
+        if condition.name:
+            named = self.conditions.get(condition.name.casefold())
+            if named is not None and not named.name:
+                return self._condition(item, named)
+            return self.fragments.expression(condition.name, condition.line)
+        if condition.pin is not None:
+            assert self.values is not None
+            return self.values.pure(condition.pin, item)
+        drawn = condition.body
+        if drawn is None:
+            self._mistake(condition.line, "The transition has no condition")
+            return None
+        if drawn.language == "ST":
+            return self.fragments.expression(_expression_of(drawn.text), drawn.line)
+        if drawn.language == "IL":
+            return self._by_list(drawn)
+        return self._by_network(drawn)
+
+    def _by_network(self, drawn: Drawn) -> tree.Expression | None:
+        """A network whose one coil, variable or connector is the transition itself."""
+        ends = [
+            (network, end)
+            for network in drawn.networks
+            for end in network.items
+            if end.kind in (Kind.COIL, Kind.SINK, Kind.CONNECTOR)
+        ]
+        if len(ends) != 1:
+            self._mistake(drawn.line, f"The condition has {len(ends)} results", "one coil or variable")
+            return None
+        network, end = ends[0]
+        translation = Translation(network, self.fragments, self.hidden, self.kinds)
+        value = translation.pure(end.inputs[0] if end.inputs else Pin(), end)
+        if value is None:
+            return None
+        return tree.Unary("NOT", value, place=value.place) if end.is_negated else value
+
+    def _by_list(self, drawn: Drawn) -> tree.Expression | None:
+        body = self.fragments.body(drawn.text, drawn.line, "IL")
+        value = _accumulator(body.instructions) if isinstance(body, tree.IlBody) else None
+        if value is None:
+            self._mistake(
+                drawn.line,
+                "The condition does more than calculate",
+                "a list of LD, AND, OR, XOR, NOT and comparisons",
+                "Put the list into an action of the step, and test a variable that it sets.",
+            )
+        return value
+
+    # ---- steps
+
+    def _step(self, item: Item) -> tree.Step:
+        with self.fragments.report.inside(f"step {item.text[:60]}"):
+            self.fragments.is_name(item.text, item.line, "a step")
+            uses = [use for block in self._blocks(item) for use in self._uses(item, block)]
+            phases = {phase: _calling(name, item.line) for phase, name in item.phases.items() if name}
+            return tree.Step(
+                item.text,
+                item.is_initial,
+                tuple(uses),
+                phases.get("entry"),
+                phases.get("active"),
+                phases.get("exit"),
+                place=tree.Place(item.line, 1),
+            )
+
+    def _blocks(self, step: Item) -> list[Item]:
+        """Action blocks and variables that are connected to the step."""
+        assert self.values is not None
+        found = (item for item, _, _ in self.values.consumers.get(step.id, ()))
+        return list({item.id: item for item in found if item.kind in (Kind.ACTIONS, Kind.SINK)}.values())
+
+    def _uses(self, step: Item, block: Item) -> list[tree.ActionUse]:
+        if block.kind is Kind.SINK:
+            if not block.is_negated:
+                return [tree.ActionUse(block.text, "N", place=tree.Place(block.line, 1))]
+            self._mistake(block.line, f"The {block} takes the negated step", "the step itself, or an action")
+            return []
+        if block.is_negated:
+            self._mistake(block.line, "The action block is negated", "an action block that follows its step")
+        return [found for use in block.uses if (found := self._use(step, use)) is not None]
+
+    def _use(self, step: Item, use: Use) -> tree.ActionUse | None:
+        qualifier = use.qualifier.strip().upper() or "N"
+        if qualifier not in QUALIFIERS:
+            self._mistake(use.line, f"The qualifier {qualifier[:10]} is not known", ", ".join(sorted(QUALIFIERS)))
+            return None
+        time = self.fragments.expression(use.duration, use.line) if use.duration.strip() else None
+        if qualifier in TIMED and time is None:
+            self._mistake(use.line, f"The qualifier {qualifier} has no time", "a duration such as T#3s")
+            return None
+        name = use.name or self._own_action(step, use)
+        if not name:
+            self._mistake(use.line, "The action has neither a name nor a body")
+            return None
+        return tree.ActionUse(name, qualifier, time if qualifier in TIMED else None, place=tree.Place(use.line, 1))
+
+    def _own_action(self, step: Item, use: Use) -> str:
+        if use.body is None:
+            return ""
+        name = self.hidden.free(f"{step.text[:20]}_action{len(self.actions) + 1}")
+        self.actions.append(tree.Action(name, self.read(use.body), place=tree.Place(use.line, 1)))
+        return name
+
+    def _mistake(self, line: int, what: str, expected: str = "", hint: str = "") -> None:
+        self.fragments.report.mistake(line, what, expected, hint)
+
+
+def _calling(action: str, line: int) -> tree.Body:
+    place = tree.Place(line, 1)
+    call = tree.Call(tree.Name(action, place=place), (), place=place)
+    return tree.StBody((tree.CallStatement(call, place=place),), place=place)
+
+
+def _expression_of(text: str) -> str:
+    """The expression in a condition: tools write `expression`, `:= expression;` or `name := expression;`."""
+    stripped = text.rstrip().rstrip(";")
+    before, mark, behind = stripped.partition(":=")
+    if mark and not before.strip().strip("_").replace("_", "").isalnum() and before.strip():
+        return stripped
+    return "\n" * before.count("\n") + behind if mark else stripped
+
+
+_OPERATORS: Final[dict[str, str]] = {
+    "AND": "AND", "OR": "OR", "XOR": "XOR", "GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>",
+    "ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/",
+}  # fmt: skip
+
+
+def _accumulator(instructions: tuple[tree.IlInstruction, ...]) -> tree.Expression | None:
+    """The accumulator behind a list that only calculates; None for any other list."""
+    result: tree.Expression | None = None
+    for line in instructions:
+        if line.label or line.is_conditional or len(line.operands) > 1:
+            return None
+        operand = line.operands[0] if line.operands else _accumulator(line.deferred) if line.deferred else None
+        if line.operator == "NOT" and operand is None and result is not None:
+            result = _not(result)
+            continue
+        if operand is None:
+            return None
+        operand = _not(operand) if line.is_negated else operand
+        if line.operator == "LD":
+            result = operand
+        elif line.operator in _OPERATORS and result is not None:
+            result = tree.Binary(_OPERATORS[line.operator], result, operand, place=line.place)
+        elif line.operator != "ST":
+            return None
+    return result
+
+
+def _not(value: tree.Expression) -> tree.Expression:
+    return tree.Unary("NOT", value, place=value.place)

@@ -1,0 +1,149 @@
+"""Files of TwinCAT 3: POUs, types and global variables as XML around declarations and Structured Text.
+
+Source: files of builds 4020 to 4026 by their public form.  A `TcPlcObject` contains one POU, DUT, GVL, Itf or Task.
+The declaration has no closing keyword; the body, actions, methods and properties are elements of their own.  Bodies in
+LD, FBD, SFC and CFC are archives of the editor.
+"""
+
+import re
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.imports.pieces import Pieces
+from fieldrig_devices.iec.imports.report import Report
+from fieldrig_devices.iec.imports.xml import Element, attribute, element, elements, line_of, name_of, text_of
+from fieldrig_devices.iec.parser import parse
+
+_HEAD: Final = re.compile(r"\b(PROGRAM|FUNCTION_BLOCK|FUNCTION)\b", re.IGNORECASE)
+_ARCHIVES: Final = {"nwl": "LD or FBD", "sfc": "SFC", "cfc": "CFC", "uml": "UML", "il": "IL"}
+_OBJECTS: Final = ("Method", "Property")
+_US_A_MS: Final = 1_000
+
+
+def read_object(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
+    """The one object of a `TcPlcObject`."""
+    inner = next((e for e in elements(root) if name_of(e) in _READERS), None)
+    if inner is None:
+        names = ", ".join(name_of(e) for e in elements(root)) or "nothing"
+        report.mistake(line_of(root), f"The file contains {names[:80]}", "a POU, DUT, GVL or Task")
+        return tree.Unit(report.file, ())
+    with report.inside(f"{name_of(inner)} {attribute(inner, 'Name')[:60]}"):
+        return _READERS[name_of(inner)](inner, report, dialect)
+
+
+def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+    pieces = Pieces()
+    _declaration(of, pieces, report)
+    head = _HEAD.search(_without_comments(pieces.text()))
+    if head is None:
+        report.mistake(line_of(of), "The declaration has no header", "PROGRAM, FUNCTION_BLOCK or FUNCTION and a name")
+        return tree.Unit(report.file, ())
+    _implementation(of, pieces, report)
+    pieces.close(f"END_{head.group().upper()}")
+    for part in elements(of, "Action"):
+        with report.inside(f"action {attribute(part, 'Name')[:60]}"):
+            pieces.add(f"ACTION {attribute(part, 'Name')}:", line_of(part))
+            _implementation(part, pieces, report)
+            pieces.close("END_ACTION")
+    for part in elements(of, *_OBJECTS):
+        report.mistake(
+            line_of(part),
+            f"The {name_of(part).lower()} {attribute(part, 'Name')[:60]} is not supported",
+            "functions, function blocks and actions",
+            "Turn it into an action or into a function block of its own.",
+        )
+    for part in elements(of, "Transition"):
+        report.mistake(
+            line_of(part), f"The transition {attribute(part, 'Name')[:60]} belongs to an SFC body", hint=_EXPORT
+        )
+    return _parsed(pieces, report, dialect)
+
+
+def _declared(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+    """A type or a list of global variables."""
+    pieces = Pieces()
+    _declaration(of, pieces, report)
+    unit = _parsed(pieces, report, dialect)
+    if name_of(of) == "GVL":
+        for declaration in unit.declarations:
+            if isinstance(declaration, tree.Variables):
+                declaration.name = attribute(of, "Name")
+    return unit
+
+
+def _interface(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+    report.mistake(
+        line_of(of),
+        f"The interface {attribute(of, 'Name')[:60]} is not supported",
+        "functions, function blocks and actions",
+        "Declare variables with the type of the function block itself.",
+    )
+    return tree.Unit(report.file, ())
+
+
+def _task(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+    """A task with its programs; its cycle time is in microseconds."""
+    place = tree.Place(line_of(of), 1)
+    cycle, priority = (_number(of, name, report) for name in ("CycleTime", "Priority"))
+    name = re.sub(r"\W", "_", attribute(of, "Name"), flags=re.ASCII) or "Task"
+    interval = None
+    if cycle is not None:
+        if cycle % _US_A_MS:
+            report.note(place.line, f"The cycle time of {cycle} us is rounded up to whole milliseconds")
+        ms = -(-cycle // _US_A_MS)
+        interval = tree.Literal(tree.LiteralKind.TIME, ms, f"T#{ms}ms", place=place)
+    number = None
+    if priority is not None:
+        number = tree.Literal(tree.LiteralKind.INTEGER, priority, str(priority), place=place)
+    called = [text_of(element(call, "Name")).strip() for call in elements(of, "PouCall")]
+    programs = tuple(tree.ProgramInstance(called_name, name, called_name, place=place) for called_name in called)
+    task = tree.TaskDeclaration(name, number, interval, place=place)
+    return tree.Unit(report.file, (tree.Configuration(name, (), (task,), programs, place=place),))
+
+
+def _number(of: Element, name: str, report: Report) -> int | None:
+    found = element(of, name)
+    text = text_of(found).strip()
+    if text.isascii() and text.isdecimal() and len(text) < 10:
+        return int(text)
+    if found is not None:
+        report.mistake(line_of(found), f"{name} is {text[:30]}", "a whole number")
+    return None
+
+
+_EXPORT: Final = (
+    "Export the POU as PLCopen XML in TwinCAT (PLC project, context menu, Export PLCopenXML), and import that file."
+)
+_READERS: Final = {"POU": _pou, "DUT": _declared, "GVL": _declared, "Itf": _interface, "Task": _task}
+
+
+def _declaration(of: Element, pieces: Pieces, report: Report) -> None:
+    declaration = element(of, "Declaration")
+    if declaration is None:
+        report.mistake(line_of(of), "The <Declaration> is missing")
+    else:
+        pieces.add(text_of(declaration), line_of(declaration))
+
+
+def _implementation(of: Element, pieces: Pieces, report: Report) -> None:
+    body = next(iter(elements(element(of, "Implementation"))), None)
+    if body is None:
+        return
+    if name_of(body) == "ST":
+        pieces.add(text_of(body), line_of(body))
+        return
+    language = _ARCHIVES.get(name_of(body).casefold(), name_of(body)[:30])
+    report.mistake(
+        line_of(body), f"The body is in {language}, as an archive of TwinCAT's editor", "a body in ST", _EXPORT
+    )
+
+
+def _without_comments(text: str) -> str:
+    return re.sub(r"\(\*.*?\*\)|//[^\n]*|\{[^}]*\}", " ", text, flags=re.DOTALL)
+
+
+def _parsed(pieces: Pieces, report: Report, dialect: Dialect) -> tree.Unit:
+    unit, mistakes = parse(pieces.text(), report.file, dialect)
+    report.take(mistakes)
+    return unit

@@ -1,0 +1,146 @@
+"""XML from outside, read so that it can do no harm: no DOCTYPE, no entities, no network, limits of size.
+
+The limit of depth is that of lxml, 256 elements inside of one another.
+"""
+
+import re
+from typing import Final, cast
+
+from lxml import etree
+
+from fieldrig_devices.iec.imports.report import Report
+
+CHARACTERS: Final = 32 * 1024 * 1024
+"""The largest document."""
+
+_PROLOG: Final = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
+_DECLARATION: Final = re.compile(r"^\s*<\?xml[^>]*\?>")
+
+Element = etree._Element
+
+
+def read_xml(text: str, report: Report) -> Element | None:
+    """Return the root element, or None with a message."""
+    if len(text) > CHARACTERS:
+        report.mistake(1, f"The document has {len(text)} characters", f"at most {CHARACTERS}")
+        return None
+    text = text.lstrip("\ufeff")
+    if text.startswith("<!DOCTYPE", _PROLOG.match(text).end()):  # type: ignore[union-attr]  # the pattern matches anything
+        report.mistake(1, "The document has a document type declaration", "a document without DOCTYPE and entities")
+        return None
+    # The text is decoded already, so its declaration must not name another encoding.
+    text = _DECLARATION.sub(lambda found: "\n" * found.group().count("\n"), text, count=1)
+    parser = etree.XMLParser(
+        encoding="utf-8",
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        root = etree.fromstring(text.encode("utf-8", "replace"), parser)
+    except etree.XMLSyntaxError as fault:
+        report.mistake(max(1, fault.lineno or 1), f"The XML is damaged: {fault.msg}")
+        return None
+    return root
+
+
+def name_of(element: Element) -> str:
+    """The name without its namespace."""
+    tag = element.tag
+    return tag.rpartition("}")[2] if isinstance(tag, str) else ""
+
+
+def namespace_of(element: Element) -> str:
+    tag = element.tag
+    return tag[1:].partition("}")[0] if isinstance(tag, str) and tag.startswith("{") else ""
+
+
+def line_of(element: Element) -> int:
+    return cast("int | None", element.sourceline) or 1
+
+
+def elements(parent: Element | None, *names: str) -> list[Element]:
+    """The children with one of these names, in any namespace; all of them without a name.  Case does not matter."""
+    if parent is None:
+        return []
+    wanted = {name.casefold() for name in names}
+    children = [child for child in parent if isinstance(child.tag, str)]
+    return [child for child in children if name_of(child).casefold() in wanted] if wanted else children
+
+
+def element(parent: Element | None, *path: str) -> Element | None:
+    """The first child at the end of this path of names."""
+    for name in path:
+        parent = next(iter(elements(parent, name)), None)
+    return parent
+
+
+def attribute(of: Element | None, name: str, default: str = "") -> str:
+    """An attribute by its name without namespace."""
+    if of is None:
+        return default
+    plain = of.get(name)
+    if plain is not None:
+        return plain
+    return next((str(value) for key, value in of.attrib.items() if str(key).endswith(f"}}{name}")), default)
+
+
+def is_set(of: Element | None, name: str) -> bool:
+    return attribute(of, name).strip().casefold() in ("true", "1")
+
+
+def number(of: Element | None, name: str) -> float | None:
+    """A finite number from an attribute; None without one."""
+    try:
+        value = float(attribute(of, name))
+    except ValueError:
+        return None
+    return value if -1e12 < value < 1e12 else None
+
+
+def text_of(of: Element | None) -> str:
+    """All text in the element, in document order, unchanged: its first line is the line of the element."""
+    text = "" if of is None else "".join(map(str, of.itertext(with_tail=False)))
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def formatted_text(of: Element | None) -> tuple[str, int]:
+    """The text of an element with XHTML inside or without, and the line where it begins.
+
+    A break or the end of a paragraph ends a line, if the document does not do so itself.
+    """
+    if of is None:
+        return "", 1
+    parts: list[str] = [of.text or ""]
+    for event, child in etree.iterwalk(of, events=("start", "end")):
+        if child is of:
+            continue
+        if event == "start":
+            parts.append(child.text or "")
+            continue
+        is_line = name_of(child).casefold() in ("br", "p", "div")
+        if is_line and not _ends_line(parts[-1]) and not _begins_line(child.tail):
+            parts.append("\n")
+        parts.append(child.tail or "")
+    first = next(iter(elements(of)), None)
+    if first is not None and not (of.text or "").strip():
+        # The text begins in the paragraph; the line of an element is that of the end of its tag.
+        return "".join(parts[1:]).replace("\r\n", "\n").replace("\r", "\n"), line_of(first)
+    return "".join(parts).replace("\r\n", "\n").replace("\r", "\n"), line_of(of)
+
+
+def _ends_line(text: str) -> bool:
+    return "\n" in text[len(text.rstrip()) :]
+
+
+def _begins_line(text: str | None) -> bool:
+    return text is not None and "\n" in text[: len(text) - len(text.lstrip())]
+
+
+def comment_of(of: Element | None) -> tuple[str, ...]:
+    """Documentation as a comment of the program; () if it is empty."""
+    text = text_of(of).strip().replace("(*", "( *").replace("*)", "* )")
+    return (f"(* {text} *)",) if text else ()

@@ -1,0 +1,197 @@
+"""One thread of a loaded program: a POU that a task runs from its beginning to its end in each of its cycles."""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TYPE_CHECKING, Final
+
+from fieldrig_devices.iec.host import Pending
+from fieldrig_devices.iec.layout import stack_of
+from fieldrig_devices.iec.natives import NOTHING, Waiting
+from fieldrig_devices.iec.tasks.task import WorkState
+from fieldrig_devices.languages.faults import RunError
+from fieldrig_devices.languages.task import Task, TaskState
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.runtime import Runtime
+
+
+class Start(Enum):
+    COLD = "cold"
+    WARM = "warm"
+
+
+class Step(Enum):
+    INTO = auto()
+    """To the next line, also of a POU that is called."""
+    OVER = auto()
+    """To the next line of the same POU, or of its caller."""
+    OUT = auto()
+    """To the line of the caller after the call."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    pou: str
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.pou} ({self.file}:{self.line})"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault of the program: a division by zero, an index outside its array, a pointer to nothing, and so on."""
+
+    code: str
+    text: str
+    pou: str
+    file: str
+    line: int
+    calls: tuple[Place, ...]
+    """The calls that led there, innermost first."""
+
+    def __str__(self) -> str:
+        return f"{self.text} in {self.pou} ({self.file}:{self.line})"
+
+
+_STATES: Final = {
+    TaskState.IDLE: WorkState.ENDED,
+    TaskState.READY: WorkState.READY,
+    TaskState.STOPPED: WorkState.STOPPED,
+    TaskState.ENDED: WorkState.ENDED,
+    TaskState.TOO_DEEP: WorkState.FAULTED,
+    TaskState.FAULTED: WorkState.FAULTED,
+}
+
+
+class Thread:
+    def __init__(self, runtime: "Runtime", pou: str, task_number: int) -> None:
+        self._runtime, self.pou, self._stack = runtime, pou, stack_of(task_number)
+        self._waiting: Waiting = NOTHING
+        self._steps: tuple[Step, int, int, int] | None = None
+        """The kind of step in progress; and the depth, routine and line where it began."""
+        self._has_stepped = False
+        self.is_watched = runtime.has_breakpoints
+        """True if the thread stops at breakpoints."""
+        self._task = Task(runtime.code)
+
+    def reload(self) -> None:
+        """Use the code of the runtime after an online change; only between two cycles."""
+        self._task = Task(self._runtime.code)
+        self._waiting, self._steps = NOTHING, None
+
+    # ---- running
+
+    def start(self) -> None:
+        """Begin a cycle.  ValueError if the program is no longer there after an online change."""
+        runtime = self._runtime
+        pou = runtime.compiled.program.pous.get(self.pou.lower())
+        if pou is None or pou.instance is None:
+            raise ValueError(f"expected a program of the project, got {self.pou}")
+        runtime.write_forced()
+        self._waiting, self._steps = NOTHING, None
+        self._task.start(self.pou.lower(), self._stack, pou.instance.offset)
+
+    @property
+    def state(self) -> WorkState:
+        if self.wake is not None:
+            return WorkState.WAITING
+        return WorkState.STOPPED if self._has_stepped else _STATES[self._task.state]
+
+    @property
+    def wake(self) -> Pending | None:
+        """The answer that the thread waits for, if any."""
+        pending, _ = self._waiting
+        return pending if pending is not None and not pending.is_done else None
+
+    def run(self, budget_ns: int) -> int:
+        """Run for at most this processor time; return the rest, below 0 if a little more was used."""
+        if self.wake is not None or self._has_stepped:
+            return budget_ns
+        task, natives = self._task, self._runtime.natives
+        natives.waiting = self._waiting
+        task.is_watched = self.is_watched
+        left = task.run(budget_ns) if self._steps is None else self._run_steps(budget_ns)
+        self._waiting = natives.waiting
+        if task.has_waited and self.wake is not None:
+            left = max(left, task.unused)
+        if task.state is TaskState.ENDED:
+            self._runtime.write_forced()
+        return left
+
+    # ---- debugging
+
+    def go_on(self) -> None:
+        """Continue after a breakpoint or a step."""
+        self._steps, self._has_stepped = None, False
+        self._task.go_on()
+
+    def step(self, kind: Step) -> None:
+        """Continue, and stop again in front of another line; `run` does the work."""
+        self.go_on()
+        task = self._task
+        self._steps = (kind, len(task.stack), task.routine, task.line)
+
+    def _run_steps(self, budget_ns: int) -> int:
+        """Run one instruction after the other until the step is complete."""
+        assert self._steps is not None
+        kind, depth, routine, line = self._steps
+        task = self._task
+        task.has_waited = False
+        while budget_ns > 0:
+            before = (task.routine, task.pc, len(task.stack))
+            budget_ns -= task.step()
+            if not self._is_ready():
+                self._steps = None
+                break
+            if (task.routine, task.pc, len(task.stack)) == before and self._runtime.natives.is_waiting:
+                task.has_waited, task.unused = True, budget_ns
+                break
+            is_deeper = len(task.stack) > depth
+            is_done = len(task.stack) < depth or ((task.routine, task.line) != (routine, line) and not is_deeper)
+            if kind is Step.OUT:
+                is_done = len(task.stack) < depth
+            if is_done or (kind is Step.INTO and is_deeper):
+                self._steps, self._has_stepped = None, True
+                break
+        return budget_ns
+
+    def _is_ready(self) -> bool:
+        return self._task.state is TaskState.READY
+
+    @property
+    def stack(self) -> list[Place]:
+        """Where the thread is, then where its callers go on, innermost first."""
+        task = self._task
+        if task.state in (TaskState.IDLE, TaskState.ENDED):
+            return []
+        here = [(task.routine, task.pc), *((one.routine, one.pc - 1) for one in reversed(task.stack))]
+        return [self._place(routine, pc) for routine, pc in here]
+
+    def _place(self, routine: int, pc: int) -> Place:
+        lowered, code = self._runtime.compiled.code, self._runtime.code
+        name = code.names_of_routines[routine]
+        return Place(lowered.titles[name], lowered.files[name], code.line(routine, pc))
+
+    @property
+    def fault(self) -> Fault | None:
+        """Why the thread is FAULTED."""
+        if self.state is not WorkState.FAULTED:
+            return None
+        code, text = _reason(self._task.fault)
+        place, *calls = self.stack
+        return Fault(code, text, place.pou, place.file, place.line, tuple(calls))
+
+
+def _reason(cause: BaseException | None) -> tuple[str, str]:
+    match cause:
+        case None:
+            return "stack", "the stack has no room for another call"
+        case RunError():
+            return cause.code, cause.text
+        case ZeroDivisionError():
+            return "division", "a division by zero"
+        case IndexError():
+            return "pointer", "a pointer to no variable"
+    return "arithmetic", "a result outside the range of numbers"

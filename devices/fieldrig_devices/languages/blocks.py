@@ -1,0 +1,125 @@
+"""Divides the instructions of a routine into blocks, and finds the branches within a block.
+
+A block is entered at its first instruction, its leader, and nowhere else.  A branch whose arms fit into the block is a
+`Choice`, which becomes an `if` of Python; any other jump leaves the block, and its target is a leader.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from fieldrig_devices.languages.instructions import Branch, Call, Hold, Instruction, Jump, Pause, Switch
+
+LONGEST = 32  # instructions in a block, and so the most by which a slice may exceed its budget
+DEEPEST_CHOICE = 12  # CPython's parser allows 100 levels of indentation
+
+
+@dataclass(slots=True)
+class Choice:
+    """The branch at `pc` with its arms: `jumped` runs if its condition holds, `through` if not."""
+
+    pc: int
+    through: "list[Node]"
+    jumped: "list[Node]"
+    end: int
+    """The instruction after both arms."""
+
+
+Node = int | Choice
+"""A part of a block: one instruction by its number, or a branch with both arms."""
+
+
+@dataclass(slots=True)
+class Block:
+    first: int
+    end: int
+    nodes: list[Node]
+
+
+def blocks(instructions: Sequence[Instruction]) -> list[Block]:
+    """Return the blocks of a routine in order."""
+    leaders = _hard_leaders(instructions)
+    while True:
+        firm = sorted(leaders)
+        found = []
+        for first, end in zip(firm, [*firm[1:], len(instructions)], strict=True):
+            found += list(_divided(first, end, _Reader(instructions).read(first, end, 0)))
+        wanted = {target for block in found for target in _outside(instructions, block.nodes, block)}
+        if wanted <= leaders:
+            return found
+        leaders |= wanted
+
+
+def _hard_leaders(instructions: Sequence[Instruction]) -> set[int]:
+    """Return the instructions that must begin a block: those where a routine resumes, or a loop begins."""
+    found = {0}
+    for pc, instruction in enumerate(instructions):
+        match instruction:
+            case Branch(target=target) | Jump(target=target) if target <= pc:
+                found.add(target)
+            case Call() | Pause():
+                found.add(pc + 1)
+            case Hold():
+                found.add(pc)
+            case Switch(targets=targets, otherwise=otherwise):
+                found |= {pc + 1, otherwise, *targets.values()}
+    return {pc for pc in found if pc < len(instructions)}
+
+
+class _Reader:
+    """Reads a run of instructions without a leader in between as nodes."""
+
+    def __init__(self, instructions: Sequence[Instruction]) -> None:
+        self._instructions = instructions
+
+    def read(self, first: int, end: int, depth: int) -> list[Node]:
+        nodes: list[Node] = []
+        pc = first
+        while pc < end:
+            choice = self._choice(pc, end, depth)
+            nodes.append(pc if choice is None else choice)
+            pc = pc + 1 if choice is None else choice.end
+        return nodes
+
+    def _choice(self, pc: int, end: int, depth: int) -> Choice | None:
+        branch = self._instructions[pc]
+        if not isinstance(branch, Branch) or not pc < branch.target <= end or depth == DEEPEST_CHOICE:
+            return None
+        target = branch.target
+        last = self._instructions[target - 1]
+        if isinstance(last, Jump) and target - 1 > pc and target < last.target <= min(end, pc + LONGEST):
+            through = self.read(pc + 1, target - 1, depth + 1)
+            # An arm that is one choice again becomes `elif`, which is not nested more deeply.
+            is_chain = isinstance(self._instructions[target], Branch)
+            jumped = self.read(target, last.target, depth + (not is_chain))
+            return Choice(pc, through, jumped, last.target)
+        if target > pc + LONGEST:
+            return None
+        return Choice(pc, self.read(pc + 1, target, depth + 1), [], target)
+
+
+def _divided(first: int, end: int, nodes: list[Node]) -> Iterator[Block]:
+    """Yield blocks of at most LONGEST instructions."""
+    start, part = first, list[Node]()
+    for node in nodes:
+        pc, after = (node, node + 1) if isinstance(node, int) else (node.pc, node.end)
+        if part and after - start > LONGEST:
+            yield Block(start, pc, part)
+            start, part = pc, []
+        part.append(node)
+    yield Block(start, end, part)
+
+
+def _outside(instructions: Sequence[Instruction], nodes: list[Node], block: Block) -> Iterator[int]:
+    """Yield where the jumps lead that are no choices, and where the block ends."""
+    if block.end < len(instructions):
+        yield block.end
+    for node in nodes:
+        if isinstance(node, Choice):
+            yield from _outside(instructions, node.through, block)
+            yield from _outside(instructions, node.jumped, block)
+            continue
+        instruction = instructions[node]
+        if isinstance(instruction, Branch | Jump):
+            yield instruction.target
+        elif isinstance(instruction, Switch):
+            yield from (instruction.otherwise, *instruction.targets.values())

@@ -1,0 +1,6 @@
+"""The debugging service: one protocol for the programs of every language in this project.
+
+A device whose programs can be debugged gives a `Debuggee` (`debuggee.py`), and `DebugService` (`service.py`) answers
+the questions of editors and command lines about it.  They arrive as `debug` questions on the control service of the
+rig; `docs/debugging.md` documents them.  `recorder.py` records values for the trace.
+"""

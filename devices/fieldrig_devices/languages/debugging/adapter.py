@@ -1,0 +1,330 @@
+"""A debug adapter: it lets an editor that speaks the Debug Adapter Protocol debug a program in a running rig.
+
+Source: Debug Adapter Protocol, version 1.6x.  The adapter translates between the protocol and the questions of
+`service.py`, and knows no language: bytes come in by `feed`, events of the program by `poll`, and both return bytes for
+the editor.  Requests whose command begins with "fieldrig." reach the debugging service as they are, for what the
+protocol does not have, such as forcing, a download, and the trace.
+
+Left out on purpose: launching a rig (start it with `fieldrig up`), and breakpoints on functions and data.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import PurePath
+from typing import Any, Final
+
+from fieldrig.errors import RigError
+from fieldrig.untrusted import field, items, typed
+from fieldrig_devices.languages.debugging.framing import Framer, framed
+
+OWN: Final = "fieldrig."
+CAPABILITIES: Final = {
+    "supportsConfigurationDoneRequest": True,
+    "supportsConditionalBreakpoints": True,
+    "supportsEvaluateForHovers": True,
+    "supportsSetVariable": True,
+    "supportsSetExpression": True,
+    "supportsRestartRequest": True,
+}
+REASONS: Final = {"paused": "breakpoint", "failed": "exception"}
+MOST_BREAKPOINTS: Final = 1_000
+
+Ask = Callable[[Mapping[str, Any]], dict[str, Any]]
+"""Puts a question to the debugging service.  RigError or ValueError if it refuses."""
+
+
+class Adapter:
+    """One session of an editor."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+        self._framer = Framer()
+        self._sequence = 0
+        self._out: list[bytes] = []
+        self._folder = ""
+        self._stops = 0
+        self._is_attached = self.is_over = False
+        self._was_step = False
+        self._progress = ""
+        self._references: list[str] = []
+        """Paths of groups, by their reference minus 1."""
+        self._frames: list[dict[str, Any]] = []
+        """Frames by their id minus 1, of the last stack of each thread."""
+        self._commands: dict[str, Callable[[Mapping[str, Any]], dict[str, Any] | None]] = {
+            "initialize": self._initialize,
+            "attach": self._attach,
+            "configurationDone": lambda _: None,
+            "setBreakpoints": self._set_breakpoints,
+            "setExceptionBreakpoints": lambda _: None,
+            "threads": self._threads,
+            "stackTrace": self._stack_trace,
+            "scopes": self._scopes,
+            "variables": self._variables,
+            "setVariable": self._set_variable,
+            "setExpression": self._set_expression,
+            "evaluate": self._evaluate,
+            "source": self._source,
+            "loadedSources": self._loaded_sources,
+            "continue": self._continue,
+            "pause": lambda _: self._only("pause"),
+            "next": lambda arguments: self._step(arguments, "over"),
+            "stepIn": lambda arguments: self._step(arguments, "into"),
+            "stepOut": lambda arguments: self._step(arguments, "out"),
+            "restart": self._restart,
+            "disconnect": self._disconnect,
+        }
+
+    # ---- bytes
+
+    def feed(self, data: bytes) -> bytes:
+        """Take bytes of the editor, and return the responses and events for it."""
+        for message in self._framer.feed(data):
+            if isinstance(message, dict) and message.get("type") == "request":
+                self._request(message)
+        return self._taken()
+
+    def poll(self) -> bytes:
+        """Look at the program, and return the events that the editor has not seen."""
+        if self._is_attached and not self.is_over:
+            try:
+                self._look()
+            except (RigError, ValueError) as cause:
+                self._event("output", category="important", output=f"{cause}\n")
+                self._event("terminated")
+                self.is_over = True
+        return self._taken()
+
+    def _taken(self) -> bytes:
+        taken, self._out = b"".join(self._out), []
+        return taken
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._sequence += 1
+        self._out.append(framed({"seq": self._sequence, **message}))
+
+    def _event(self, name: str, **body: Any) -> None:
+        self._send({"type": "event", "event": name, "body": body})
+
+    def _request(self, message: Mapping[str, Any]) -> None:
+        command = message.get("command")
+        head = {"type": "response", "request_seq": message.get("seq", 0), "command": command}
+        try:
+            body = self._answer(typed(command, str, "command"), message.get("arguments") or {})
+        except (RigError, ValueError) as cause:
+            text = str(cause)
+            self._send({**head, "success": False, "message": text, "body": {"error": {"id": 1, "format": text}}})
+            return
+        self._send({**head, "success": True, "body": body or {}})
+        if command == "initialize":
+            self._event("initialized")
+        if command == "disconnect":
+            self.is_over = True
+
+    def _answer(self, command: str, arguments: Any) -> dict[str, Any] | None:
+        typed(arguments, dict, "arguments")
+        if command.startswith(OWN):
+            return self._ask({**arguments, "command": command.removeprefix(OWN)})
+        action = self._commands.get(command)
+        if action is None:
+            raise ValueError(f"the adapter has no request {command!r}")
+        return action(arguments)
+
+    # ---- the session
+
+    def _initialize(self, _: Mapping[str, Any]) -> dict[str, Any]:
+        return dict(CAPABILITIES)
+
+    def _attach(self, arguments: Mapping[str, Any]) -> None:
+        """Attach; `sources` is the folder that has the program's files."""
+        self._folder = typed(arguments.get("sources", ""), str, "sources")
+        self._stops = self._ask({"command": "state"})["stops"]
+        self._is_attached = True
+
+    def _disconnect(self, _: Mapping[str, Any]) -> None:
+        """Remove the breakpoints, and let a paused program continue."""
+        for name in self._ask({"command": "files"})["files"]:
+            self._ask({"command": "breakpoints", "file": name, "breakpoints": []})
+        if self._ask({"command": "state"})["state"] == "paused":
+            self._ask({"command": "continue"})
+
+    def _restart(self, _: Mapping[str, Any]) -> None:
+        self._ask({"command": "stop"})
+        self._ask({"command": "reset", "kind": "warm"})
+        self._ask({"command": "start"})
+
+    def _look(self) -> None:
+        state = self._ask({"command": "state"})
+        progress = state["progress"]
+        if progress != self._progress:
+            self._progress = progress
+            if progress:
+                self._event("output", category="console", output=f"{progress}\n")
+        if state["stops"] == self._stops:
+            return
+        self._stops = state["stops"]
+        for thread in state["threads"]:
+            reason = REASONS.get(thread["state"])
+            if reason is not None:
+                why = "step" if self._was_step and reason == "breakpoint" else reason
+                body = {"reason": why, "threadId": thread["number"], "allThreadsStopped": False}
+                self._event("stopped", **body, **({"text": thread["about"]} if thread["about"] else {}))
+        self._was_step = False
+
+    # ---- going on
+
+    def _only(self, command: str) -> None:
+        self._ask({"command": command})
+
+    def _continue(self, _: Mapping[str, Any]) -> dict[str, Any]:
+        self._was_step = False
+        self._only("continue")
+        return {"allThreadsContinued": True}
+
+    def _step(self, arguments: Mapping[str, Any], kind: str) -> None:
+        self._was_step = True
+        self._ask({"command": "step", "thread": field(arguments, "threadId", int), "kind": kind})
+
+    # ---- places
+
+    def _set_breakpoints(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        source = field(arguments, "source", dict)
+        wanted = items(arguments.get("breakpoints") or [], dict, MOST_BREAKPOINTS, "breakpoints")
+        places = [
+            {"line": field(place, "line", int), "condition": typed(place.get("condition") or "", str, "condition")}
+            for place in wanted
+        ]
+        name = self._file_of(source)
+        lines = self._ask({"command": "breakpoints", "file": name, "breakpoints": places})["lines"]
+        return {"breakpoints": [{"verified": place["line"] in lines, "line": place["line"]} for place in places]}
+
+    def _file_of(self, source: Mapping[str, Any]) -> str:
+        """Return the program's name of a source: the same path, or else the only one with the same last part."""
+        path = typed(source.get("path") or source.get("name") or "", str, "path")
+        files: list[str] = self._ask({"command": "files"})["files"]
+        last = PurePath(path.replace("\\", "/")).name
+        alike = [name for name in files if PurePath(name).name == last]
+        if path in files:
+            return path
+        if len(alike) != 1:
+            raise ValueError(f"the program has no file {last!r}; expected {', '.join(files) or 'a program'}")
+        return alike[0]
+
+    def _source_of(self, name: str) -> dict[str, Any]:
+        """Return where the editor finds a file: in the folder that it gave, or by asking for the text."""
+        if self._folder:
+            return {"name": name, "path": f"{self._folder.rstrip('/')}/{name}"}
+        return {"name": name, "sourceReference": self._ask({"command": "files"})["files"].index(name) + 1}
+
+    def _source(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        files: list[str] = self._ask({"command": "files"})["files"]
+        source = typed(arguments.get("source") or {}, dict, "source")
+        number = typed(source.get("sourceReference") or arguments.get("sourceReference") or 0, int, "sourceReference")
+        if number > len(files):
+            raise ValueError(f"there is no source {number}; expected 1 to {len(files)}")
+        name = files[number - 1] if number > 0 else self._file_of(source)
+        return {"content": self._ask({"command": "source", "file": name})["text"]}
+
+    def _loaded_sources(self, _: Mapping[str, Any]) -> dict[str, Any]:
+        return {"sources": [self._source_of(name) for name in self._ask({"command": "files"})["files"]]}
+
+    def _threads(self, _: Mapping[str, Any]) -> dict[str, Any]:
+        threads = self._ask({"command": "state"})["threads"]
+        return {"threads": [{"id": thread["number"], "name": thread["name"]} for thread in threads]}
+
+    def _stack_trace(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        thread = field(arguments, "threadId", int)
+        frames = self._ask({"command": "stack", "thread": thread})["frames"]
+        first = typed(arguments.get("startFrame") or 0, int, "startFrame")
+        most = typed(arguments.get("levels") or len(frames), int, "levels")
+        shown = []
+        for frame in frames[max(first, 0) :][: max(most, 0)]:
+            self._frames.append({**frame, "thread": thread})
+            shown.append(
+                {
+                    "id": len(self._frames),
+                    "name": frame["routine"],
+                    "line": frame["line"],
+                    "column": 1,
+                    "source": self._source_of(frame["file"]),
+                }
+            )
+        return {"stackFrames": shown, "totalFrames": len(frames)}
+
+    # ---- values
+
+    def _scopes(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Offer the variables of the frame's routine, if it has any by its name, and all variables."""
+        scopes = []
+        routine = self._frame(arguments)["routine"]
+        try:
+            self._ask({"command": "variables", "path": routine})
+        except (RigError, ValueError):
+            pass
+        else:
+            scopes.append({"name": routine, "variablesReference": self._reference(routine), "expensive": False})
+        return {"scopes": [*scopes, {"name": "All", "variablesReference": self._reference(""), "expensive": True}]}
+
+    def _frame(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        number = field(arguments, "frameId", int)
+        if not 1 <= number <= len(self._frames):
+            raise ValueError(f"there is no frame {number}")
+        return self._frames[number - 1]
+
+    def _reference(self, path: str) -> int:
+        if path not in self._references:
+            self._references.append(path)
+        return self._references.index(path) + 1
+
+    def _group(self, arguments: Mapping[str, Any]) -> str:
+        number = field(arguments, "variablesReference", int)
+        if not 1 <= number <= len(self._references):
+            raise ValueError(f"there is no group of variables {number}")
+        return self._references[number - 1]
+
+    def _variables(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        answer = self._ask({"command": "variables", "path": self._group(arguments)})
+        return {"variables": [self._variable(variable) for variable in answer["variables"]]}
+
+    def _variable(self, variable: Mapping[str, Any]) -> dict[str, Any]:
+        value = variable["value"]
+        return {
+            "name": variable["name"],
+            "value": variable["type"] if value is None else text_of(value),
+            "type": variable["type"],
+            "evaluateName": variable["path"],
+            "variablesReference": self._reference(variable["path"]) if value is None else 0,
+        }
+
+    def _set_variable(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        name, group = field(arguments, "name", str), self._group(arguments)
+        for variable in self._ask({"command": "variables", "path": group})["variables"]:
+            if variable["name"] == name:
+                return self._written(variable["path"], field(arguments, "value", str))
+        raise ValueError(f"{group or 'the program'} has no variable {name}")
+
+    def _set_expression(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        return self._written(field(arguments, "expression", str), field(arguments, "value", str))
+
+    def _written(self, path: str, text: str) -> dict[str, Any]:
+        variable = self._ask({"command": "write", "values": {path: text}})["variables"][0]
+        return {"value": text_of(variable["value"]), "type": variable["type"]}
+
+    def _evaluate(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        question: dict[str, Any] = {"command": "read", "names": [field(arguments, "expression", str)]}
+        if arguments.get("frameId") is not None:
+            question["thread"] = self._frame(arguments)["thread"]
+        variable = self._ask(question)["variables"][0]
+        if "error" in variable:
+            raise ValueError(variable["error"])
+        shown = self._variable(variable)
+        return {
+            "result": shown["value"],
+            "type": shown["type"],
+            "variablesReference": shown["variablesReference"],
+        }
+
+
+def text_of(value: Any) -> str:
+    """Return a value as the languages write it."""
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    return f"'{value}'" if isinstance(value, str) else str(value)

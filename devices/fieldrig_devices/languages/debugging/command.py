@@ -1,0 +1,41 @@
+"""The command `fieldrig debug-adapter`: a debug adapter for editors on standard input and output."""
+
+import sys
+from collections.abc import Mapping
+from typing import Annotated, Any, Final
+
+from fieldrig.cli import completion
+from fieldrig.cli.common import Endpoint, argument
+from fieldrig.net import DEFAULT_ENDPOINT
+
+MOMENT_S: Final = 0.1
+"""Interval at which the program is looked at, in seconds of real time."""
+
+
+def debug_adapter(
+    device: Annotated[
+        str, argument("DEVICE", "A device of the running rig whose program is debugged.", completion.ready_part)
+    ],
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Debug a program in a running rig from an editor.
+
+    Speaks the Debug Adapter Protocol on standard input and output, so that an editor starts it as its debug adapter
+    with the request `attach`. docs/debugging.md shows the settings for editors.
+    """
+    from fieldrig.control import Client
+    from fieldrig.stdio_stream import chunks
+    from fieldrig_devices.languages.debugging.adapter import Adapter
+
+    with Client(endpoint) as client:
+
+        def ask(message: Mapping[str, Any]) -> dict[str, Any]:
+            answer: dict[str, Any] = client.ask(f"device/{device}/debug", message)
+            return answer
+
+        adapter = Adapter(ask)
+        for data in chunks(MOMENT_S):
+            sys.stdout.buffer.write(adapter.feed(data) + adapter.poll())
+            sys.stdout.buffer.flush()
+            if adapter.is_over:
+                return

@@ -1,0 +1,135 @@
+"""The side of a device that the debugging service sees: its program, its threads, and its values."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from fieldrig.device import Value
+
+
+class ProgramState(Enum):
+    NONE = "none"
+    """There is no program."""
+    HELD = "held"
+    """Stopped before its first instruction, or between two cycles."""
+    RUNNING = "running"
+    PAUSED = "paused"
+    """At a breakpoint, after a step, or paused from outside; it can continue."""
+    ENDED = "ended"
+    FAILED = "failed"
+    """Stopped by a run-time fault."""
+
+
+class Step(Enum):
+    INTO = "into"
+    OVER = "over"
+    OUT = "out"
+
+
+class Reset(Enum):
+    """How far a reset goes; a language with one kind of reset treats them alike."""
+
+    WARM = "warm"
+    """Retained variables keep their values."""
+    COLD = "cold"
+    """All variables have their start values."""
+    ORIGIN = "origin"
+    """The program is deleted as well."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A place in the program: the routine, and the source line of its next instruction."""
+
+    routine: str
+    file: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class ThreadView:
+    """A task, or a program that runs by itself."""
+
+    number: int
+    name: str
+    state: ProgramState
+    about: str = ""
+    """Why it has stopped, such as the text of a fault."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A value of the program, or a group of values that has children."""
+
+    path: str
+    """Its name from the root; a child of `a.b` is `a.b.c` or `a.b[3]`."""
+    name: str
+    type: str
+    value: Value | None = None
+    """None for a group."""
+    is_writable: bool = False
+    is_forced: bool = False
+    about: str = ""
+
+
+class Debuggee(Protocol):
+    """A device with a program.  Methods raise ValueError, saying what was expected, for what is not possible now."""
+
+    language: str
+    """The name of the language, such as "ARP BASIC" or "IEC 61131-3"."""
+    on_stop: Callable[[], None]
+    """Called when a thread stops at a breakpoint, after a step, or because of a fault; set by the service."""
+    on_sample: Callable[[], None] | None
+    """Called at the end of every cycle of the program while it is set; set by the service for a trace."""
+
+    @property
+    def state(self) -> ProgramState: ...
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        """The source texts by file name."""
+
+    @property
+    def progress(self) -> str:
+        """The work in progress, such as compiling, with a percentage; empty if there is none."""
+
+    def threads(self) -> Sequence[ThreadView]: ...
+
+    def stack(self, thread: int) -> Sequence[Frame]:
+        """The place of a thread, then those of its callers, innermost first."""
+
+    def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
+        """Set the breakpoints of all files; return those lines that have an instruction to stop at."""
+
+    def start(self) -> None: ...
+
+    def stop(self) -> None: ...
+
+    def reset(self, kind: Reset) -> None: ...
+
+    def pause(self) -> None: ...
+
+    def go_on(self) -> None:
+        """Continue from a pause."""
+
+    def step(self, thread: int, kind: Step) -> None:
+        """Run to the next source line; `on_stop` is called when it is reached."""
+
+    def variables(self, path: str) -> Sequence[Variable]:
+        """Return the children of a group; the roots for an empty path.  ValueError for an unknown path."""
+
+    def evaluate(self, text: str, thread: int | None = None) -> Variable:
+        """Return a variable, or the value of an expression in the scope of a thread's place."""
+
+    def write(self, path: str, value: Value) -> None:
+        """Write a variable.  A text may be a literal of the language, as people type it: `T#5s`, `16#FF`, `TRUE`."""
+
+    def force(self, path: str, value: Value | None) -> None:
+        """Hold a variable at a value, as in `write`, until it is released with None."""
+
+    def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
+        """Load a program, as an online change if `is_online`.  ValueError with every mistake, one a line.
+
+        The compiler may need time: `progress` reports it, and a program that does not compile leaves the present one.
+        """

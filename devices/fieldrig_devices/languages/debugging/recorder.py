@@ -1,0 +1,105 @@
+"""The trace of a program: values in every n-th cycle, with a trigger, as an oscilloscope takes them.
+
+Without a trigger the recorder keeps the latest samples until it is stopped.  With one it keeps `before` samples, waits
+for the trigger, and stops by itself when its memory of `depth` samples is full.
+"""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+from fieldrig.device import Value
+
+MOST_SAMPLES: Final = 100_000
+MOST_VALUES: Final = 32
+
+
+class Edge(Enum):
+    RISING = "rising"
+    FALLING = "falling"
+    ANY = "any"
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    """A value that crosses `level`: rising from at most the level to above it, falling from above it to at most it."""
+
+    read: Callable[[], Value]
+    edge: Edge
+    level: float = 0.0
+    before: int = 0
+    """Samples to keep from before the trigger."""
+
+
+class RecorderState(Enum):
+    WAITING = "waiting"
+    RECORDING = "recording"
+    FULL = "full"
+
+
+class Recorder:
+    """One recording.  `sample` is called in every cycle."""
+
+    def __init__(
+        self,
+        reads: Sequence[Callable[[], Value]],
+        *,
+        every: int = 1,
+        depth: int = 1_000,
+        trigger: Trigger | None = None,
+    ) -> None:
+        """ValueError if a number is out of range; depth and `before` are in samples, `every` in cycles."""
+        if not 1 <= len(reads) <= MOST_VALUES:
+            raise ValueError(f"expected 1 to {MOST_VALUES} values to record, got {len(reads)}")
+        if not 1 <= depth <= MOST_SAMPLES:
+            raise ValueError(f"expected a depth of 1 to {MOST_SAMPLES} samples, got {depth}")
+        if every < 1:
+            raise ValueError(f"expected a sample in every cycle or less often, got every {every}")
+        if trigger is not None and not 0 <= trigger.before < depth:
+            raise ValueError(f"expected 0 to {depth - 1} samples before the trigger, got {trigger.before}")
+        self._reads, self._every, self._depth, self._trigger = tuple(reads), every, depth, trigger
+        self._until_next = 0
+        self._was_above: bool | None = None
+        self._samples: deque[tuple[int, tuple[Value, ...]]] = deque(maxlen=depth)
+        self.state = RecorderState.RECORDING if trigger is None else RecorderState.WAITING
+        self.triggered_ns: int | None = None
+        self.taken = 0
+        """Samples since the start, of which the latest `depth` are kept."""
+
+    def sample(self, now_ns: int) -> None:
+        """Look at the trigger, and take a sample if one is due."""
+        if self.state is RecorderState.FULL:
+            return
+        if self.state is RecorderState.WAITING:
+            self._look_at_trigger(now_ns)
+        self._until_next -= 1
+        if self._until_next > 0:
+            return
+        self._until_next = self._every
+        self._samples.append((now_ns, tuple(read() for read in self._reads)))
+        self.taken += 1
+        if self._trigger is None:
+            return
+        if self.state is RecorderState.WAITING:
+            while len(self._samples) > self._trigger.before:
+                self._samples.popleft()
+        elif len(self._samples) == self._depth:
+            self.state = RecorderState.FULL
+
+    def samples(self, after: int = 0) -> list[tuple[int, tuple[Value, ...]]]:
+        """Return the kept samples, as (time in ns, values), without the first `after` of all that were taken."""
+        first_kept = self.taken - len(self._samples)
+        return list(self._samples)[max(after - first_kept, 0) :]
+
+    def _look_at_trigger(self, now_ns: int) -> None:
+        trigger = self._trigger
+        assert trigger is not None
+        value = trigger.read()
+        is_above = not isinstance(value, str) and float(value) > trigger.level
+        was_above, self._was_above = self._was_above, is_above
+        if was_above is None or was_above is is_above:
+            return
+        if trigger.edge is Edge.ANY or (trigger.edge is Edge.RISING) is is_above:
+            self.state, self.triggered_ns = RecorderState.RECORDING, now_ns

@@ -1,0 +1,289 @@
+"""Answers to `debug` questions: what an editor or a command line asks about a program.
+
+A question is an object {"command": NAME, ...}, and the answer is an object.  The commands follow the Debug Adapter
+Protocol, so that an adapter for an editor only translates.  The asker waits by asking for `state`, which has a count of
+stops: it grows whenever a thread stops at a breakpoint, after a step, or because of a fault.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any, Final
+
+from fieldrig.clock import Clock
+from fieldrig.device import Value
+from fieldrig.untrusted import MalformedError, field, items, shown, typed
+from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, Variable
+from fieldrig_devices.languages.debugging.recorder import Edge, Recorder, RecorderState, Trigger
+
+MOST_NAMES: Final = 1_000
+MOST_BREAKPOINTS: Final = 1_000
+MOST_FILES: Final = 1_000
+MOST_SAMPLES_IN_ANSWER: Final = 5_000
+LONGEST_DOWNLOAD: Final = 8 << 20
+"""Longest source of a download in characters, over all of its parts."""
+
+Answer = dict[str, Any]
+
+
+class DebugService:
+    """The debugging service of one device."""
+
+    def __init__(self, clock: Clock, debuggee: Debuggee) -> None:
+        self._clock, self._debuggee = clock, debuggee
+        self._stops = 0
+        self._conditions: dict[tuple[str, int], str] = {}
+        self._recorder: Recorder | None = None
+        self._names: list[str] = []
+        self._parts: dict[str, str] = {}
+        debuggee.on_stop = self._on_stop
+        self._commands: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
+            "state": self._state,
+            "files": self._files,
+            "source": self._source,
+            "breakpoints": self._breakpoints,
+            "start": lambda _: self._do(debuggee.start),
+            "stop": lambda _: self._do(debuggee.stop),
+            "reset": self._reset,
+            "pause": lambda _: self._do(debuggee.pause),
+            "continue": lambda _: self._do(debuggee.go_on),
+            "step": self._step,
+            "stack": self._stack,
+            "variables": self._variables,
+            "read": self._read,
+            "write": self._write,
+            "force": self._force,
+            "release": self._release,
+            "part": self._part,
+            "download": self._download,
+            "record": self._record,
+            "samples": self._samples,
+        }
+
+    def answer(self, message: Any) -> Answer:
+        """Answer one question.  ValueError, saying what was expected, if it is not understood or not possible now."""
+        command = field(message, "command", str)
+        action = self._commands.get(command)
+        if action is None:
+            raise ValueError(f"there is no command {shown(command)}\nexpected {', '.join(self._commands)}")
+        return action(message)
+
+    # ---- the program
+
+    def _state(self, _: Mapping[str, Any]) -> Answer:
+        debuggee = self._debuggee
+        return {
+            "language": debuggee.language,
+            "state": debuggee.state.value,
+            "stops": self._stops,
+            "progress": debuggee.progress,
+            "now_ns": self._clock.now_ns(),
+            "threads": [{**asdict(thread), "state": thread.state.value} for thread in debuggee.threads()],
+        }
+
+    def _files(self, _: Mapping[str, Any]) -> Answer:
+        return {"files": list(self._debuggee.files)}
+
+    def _source(self, message: Mapping[str, Any]) -> Answer:
+        name = field(message, "file", str)
+        text = self._debuggee.files.get(name)
+        if text is None:
+            raise ValueError(
+                f"there is no file {shown(name)}\nexpected {', '.join(self._debuggee.files) or 'a program'}"
+            )
+        return {"text": text}
+
+    def _reset(self, message: Mapping[str, Any]) -> Answer:
+        kind = _choice(Reset, message.get("kind", Reset.WARM.value), "kind")
+        return self._do(lambda: self._debuggee.reset(kind))
+
+    def _do(self, action: Callable[[], None]) -> Answer:
+        action()
+        return {"state": self._debuggee.state.value}
+
+    # ---- places
+
+    def _breakpoints(self, message: Mapping[str, Any]) -> Answer:
+        """Replace the breakpoints of one file.  A line without an instruction is not in the answer."""
+        name = field(message, "file", str)
+        wanted: dict[int, str] = {}
+        for entry in items(field(message, "breakpoints", list), dict, MOST_BREAKPOINTS, "breakpoints"):
+            condition = typed(entry.get("condition", ""), str, "condition")
+            wanted[field(entry, "line", int)] = condition
+        self._conditions = {place: text for place, text in self._conditions.items() if place[0] != name}
+        self._conditions |= {(name, line): condition for line, condition in wanted.items()}
+        places: dict[str, set[int]] = {}
+        for file, line in self._conditions:
+            places.setdefault(file, set()).add(line)
+        found = self._debuggee.break_at(places)
+        lines = found.get(name, set())
+        self._conditions = {
+            (file, line): text for (file, line), text in self._conditions.items() if line in found[file]
+        }
+        return {"lines": sorted(lines)}
+
+    def _step(self, message: Mapping[str, Any]) -> Answer:
+        kind = _choice(Step, message.get("kind", Step.INTO.value), "kind")
+        thread = self._thread(message)
+        return self._do(lambda: self._debuggee.step(thread, kind))
+
+    def _stack(self, message: Mapping[str, Any]) -> Answer:
+        return {"frames": [asdict(frame) for frame in self._debuggee.stack(self._thread(message))]}
+
+    def _thread(self, message: Mapping[str, Any]) -> int:
+        """Return the thread that a question is about: the one that is paused, if the question names none."""
+        threads = self._debuggee.threads()
+        numbers = [thread.number for thread in threads]
+        if "thread" in message:
+            number = field(message, "thread", int)
+            if number not in numbers:
+                raise ValueError(f"there is no thread {number}\nexpected {', '.join(map(str, numbers)) or 'a program'}")
+            return number
+        stopped = [thread.number for thread in threads if thread.state in (ProgramState.PAUSED, ProgramState.FAILED)]
+        if not stopped and not numbers:
+            raise ValueError("there is no program\nexpected a download first")
+        return (stopped or numbers)[0]
+
+    def _on_stop(self) -> None:
+        """Count the stop, unless it is a breakpoint whose condition does not hold."""
+        debuggee = self._debuggee
+        paused = [thread for thread in debuggee.threads() if thread.state is ProgramState.PAUSED]
+        if len(paused) == 1:
+            thread = paused[0].number
+            frame = debuggee.stack(thread)[0]
+            condition = self._conditions.get((frame.file, frame.line), "")
+            if condition and not self._holds(condition, thread):
+                debuggee.go_on()
+                return
+        self._stops += 1
+
+    def _holds(self, condition: str, thread: int) -> bool:
+        """A condition that can't be evaluated stops the program, so that its author notices."""
+        try:
+            return self._debuggee.evaluate(condition, thread).value is not False
+        except ValueError:
+            return True
+
+    # ---- values
+
+    def _variables(self, message: Mapping[str, Any]) -> Answer:
+        path = typed(message.get("path", ""), str, "path")
+        return {"variables": [_shown(variable) for variable in self._debuggee.variables(path)]}
+
+    def _read(self, message: Mapping[str, Any]) -> Answer:
+        """Read variables or expressions; one that can't be read has an `error` instead of a value."""
+        names = items(field(message, "names", list), str, MOST_NAMES, "names")
+        thread = self._thread(message) if "thread" in message else None
+        return {"variables": [self._value_of(name, thread) for name in names]}
+
+    def _value_of(self, name: str, thread: int | None) -> Answer:
+        try:
+            return _shown(self._debuggee.evaluate(name, thread))
+        except ValueError as wrong:
+            return {"path": name, "name": name, "error": str(wrong)}
+
+    def _write(self, message: Mapping[str, Any]) -> Answer:
+        return self._each_value(message, self._debuggee.write)
+
+    def _force(self, message: Mapping[str, Any]) -> Answer:
+        return self._each_value(message, self._debuggee.force)
+
+    def _release(self, message: Mapping[str, Any]) -> Answer:
+        names = items(field(message, "names", list), str, MOST_NAMES, "names")
+        for name in names:
+            self._debuggee.force(name, None)
+        return {"variables": [self._value_of(name, None) for name in names]}
+
+    def _each_value(self, message: Mapping[str, Any], action: Callable[[str, Value], None]) -> Answer:
+        values = field(message, "values", dict)
+        if len(values) > MOST_NAMES:
+            raise MalformedError(f"values: {len(values)}, expected at most {MOST_NAMES}")
+        for name, value in values.items():
+            if not isinstance(value, bool | int | float | str):
+                raise MalformedError(f"{shown(name)}: expected a number, a text, true or false, got {shown(value)}")
+            action(name, value)
+        return {"variables": [self._value_of(name, None) for name in values]}
+
+    # ---- download
+
+    def _part(self, message: Mapping[str, Any]) -> Answer:
+        """Take a part of a file; `is_first` begins the file again, and without a file all parts are forgotten."""
+        if "file" not in message:
+            self._parts.clear()
+            return {"files": 0}
+        name, text = field(message, "file", str), field(message, "text", str)
+        before = "" if message.get("is_first", False) else self._parts.get(name, "")
+        if sum(map(len, self._parts.values())) + len(text) > LONGEST_DOWNLOAD or len(self._parts) >= MOST_FILES:
+            self._parts.clear()
+            raise ValueError(
+                f"the program is too long\nexpected at most {LONGEST_DOWNLOAD} characters in {MOST_FILES} files"
+            )
+        self._parts[name] = before + text
+        return {"files": len(self._parts)}
+
+    def _download(self, message: Mapping[str, Any]) -> Answer:
+        """Load the files whose parts have arrived."""
+        is_online = typed(message.get("online", False), bool, "online")
+        if not self._parts:
+            raise ValueError("there is nothing to download\nexpected `part` before it")
+        files, self._parts = self._parts, {}
+        return self._do(lambda: self._debuggee.download(files, is_online=is_online))
+
+    # ---- trace
+
+    def _record(self, message: Mapping[str, Any]) -> Answer:
+        """Begin a trace of `names`, or end it if there are none."""
+        names = items(field(message, "names", list), str, MOST_NAMES, "names")
+        if not names:
+            self._debuggee.on_sample, self._recorder = None, None
+            return {"names": []}
+        trigger = self._trigger(message["trigger"]) if message.get("trigger") is not None else None
+        recorder = Recorder(
+            [self._reader(name) for name in names],
+            every=typed(message.get("every", 1), int, "every"),
+            depth=typed(message.get("depth", 1_000), int, "depth"),
+            trigger=trigger,
+        )
+        self._recorder, self._names = recorder, names
+        self._debuggee.on_sample = lambda: recorder.sample(self._clock.now_ns())
+        return {"names": names}
+
+    def _trigger(self, wanted: Any) -> Trigger:
+        edge = _choice(Edge, wanted.get("edge", Edge.RISING.value) if isinstance(wanted, dict) else None, "edge")
+        level = typed(wanted.get("level", 0.0), float, "level")
+        before = typed(wanted.get("before", 0), int, "before")
+        return Trigger(self._reader(field(wanted, "name", str)), edge, level, before)
+
+    def _reader(self, name: str) -> Callable[[], Value]:
+        def read() -> Value:
+            value = self._debuggee.evaluate(name).value
+            return 0 if value is None else value
+
+        if self._debuggee.evaluate(name).value is None:
+            raise ValueError(f"{shown(name)} is a group of values\nexpected a single value")
+        return read
+
+    def _samples(self, message: Mapping[str, Any]) -> Answer:
+        recorder = self._recorder
+        if recorder is None:
+            raise ValueError("no trace was begun\nexpected `record` before it")
+        after = typed(message.get("after", 0), int, "after")
+        samples = recorder.samples(after)[:MOST_SAMPLES_IN_ANSWER]
+        return {
+            "names": self._names,
+            "state": recorder.state.value,
+            "is_full": recorder.state is RecorderState.FULL,
+            "triggered_ns": recorder.triggered_ns,
+            "taken": recorder.taken,
+            "samples": [[now_ns, *values] for now_ns, values in samples],
+        }
+
+
+def _shown(variable: Variable) -> Answer:
+    return asdict(variable)
+
+
+def _choice(choices: Any, value: Any, name: str) -> Any:
+    known = {choice.value: choice for choice in choices}
+    if not isinstance(value, str) or value not in known:
+        raise MalformedError(f"{name}: expected {', '.join(known)}, got {shown(value)}")
+    return known[value]

@@ -1,0 +1,23 @@
+"""The end of a single step: where a program that was told to step stops again."""
+
+from fieldrig_devices.languages.debugging.debuggee import Step
+
+
+class Goal:
+    """A step that has begun at a source line, inside `depth` calls."""
+
+    def __init__(self, kind: Step, line: int, depth: int) -> None:
+        self._kind, self._line, self._depth = kind, line, depth
+
+    def is_reached(self, line: int, depth: int) -> bool:
+        """Return whether a program that stands in front of this line, inside `depth` calls, has made the step.
+
+        A step over a call ends at the next line of the same routine, or in its caller; a step out ends in the caller.
+        """
+        match self._kind:
+            case Step.INTO:
+                return (line, depth) != (self._line, self._depth)
+            case Step.OVER:
+                return depth < self._depth or (depth == self._depth and line != self._line)
+            case Step.OUT:
+                return depth < self._depth

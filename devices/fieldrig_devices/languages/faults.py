@@ -1,0 +1,41 @@
+"""Run-time faults: what a user's program did that stops its task, and where."""
+
+from types import FrameType, TracebackType
+from typing import Final
+
+from fieldrig_devices.languages.resumable import Activation, Code, file_name
+from fieldrig_devices.languages.writer import Build
+
+
+class RunError(Exception):
+    """Raised by the functions that generated code calls, for a fault of the program itself."""
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(text)
+        self.code, self.text = code, text
+
+
+CAUGHT: Final = (RunError, ZeroDivisionError, IndexError, OverflowError, ValueError)
+"""What generated code may raise because of the program; everything else is a fault of ours."""
+
+
+def places(code: Code, build: Build, fault: BaseException) -> tuple[list[Activation], int]:
+    """Return the routines that were running, outermost first, and the budget that was left.
+
+    Each place is the instruction that was running, a call for all but the last.
+    """
+    files = {file_name(number): number for number in range(len(code.routines))}
+    found, budget = [], 0
+    trace: TracebackType | None = fault.__traceback__
+    while trace is not None:
+        number = files.get(trace.tb_frame.f_code.co_filename)
+        if number is not None:
+            found.append(_place(code, build, number, trace.tb_lineno, trace.tb_frame))
+            budget = trace.tb_frame.f_locals["n"]
+        trace = trace.tb_next
+    return found, budget
+
+
+def _place(code: Code, build: Build, number: int, line: int, frame: FrameType) -> Activation:
+    pc = code.lines(number, build)[line - 1].pc
+    return Activation(number, pc, frame.f_locals["frame"], frame.f_locals["base"])

@@ -1,0 +1,65 @@
+"""The program file DEFAULT.PRG: the sources of a project, which the controller compiles when it loads them.
+
+The manual does not describe the file; ours is JSON: {"format": "IEC sources", "dialect": NAME, "files": [{"name": NAME,
+"text": TEXT}, ...]}.  The code of the controller is generated from it at each boot, so it needs no format of its own.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Self
+
+from fieldrig.untrusted import MalformedError, field, items, read_json
+
+FORMAT: Final = "IEC sources"
+LONGEST: Final = 16 << 20
+"""Largest file in bytes."""
+MOST_FILES: Final = 1_000
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One file of the project."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Container:
+    """The content of DEFAULT.PRG."""
+
+    files: tuple[Source, ...]
+    dialect: str
+
+    def encode(self) -> bytes:
+        files = [{"name": source.name, "text": source.text} for source in self.files]
+        return json.dumps({"format": FORMAT, "dialect": self.dialect, "files": files}, indent=1).encode()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Return the content of a file.  ValueError, saying what was expected, for any other bytes."""
+        try:
+            found = read_json(data, longest=LONGEST, deepest=4)
+            if field(found, "format", str) != FORMAT:
+                raise MalformedError(f"expected the format {FORMAT!r}")
+            files = tuple(
+                Source(field(file, "name", str), field(file, "text", str))
+                for file in items(field(found, "files", list), dict, MOST_FILES, "files")
+            )
+            return cls(files, field(found, "dialect", str))
+        except MalformedError as cause:
+            raise ValueError(f"not a program file: {cause}") from cause
+
+
+def container_of(paths: Sequence[Path], dialect: str) -> Container:
+    """Read the sources of a project.  A text that is not UTF-8 is read as Latin-1, as EPAS-4 exports it."""
+    return Container(tuple(Source(path.name, _text(path.read_bytes())) for path in paths), dialect)
+
+
+def _text(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")

@@ -1,0 +1,80 @@
+"""The trace of a program: samples, trigger, and limits."""
+
+import pytest
+
+from fieldrig_devices.languages.debugging.recorder import Edge, Recorder, RecorderState, Trigger
+
+
+class Ramp:
+    """A value that the test sets before each sample."""
+
+    value: float = 0.0
+
+    def read(self) -> float:
+        return self.value
+
+
+def record(recorder: Recorder, ramp: Ramp, values: list[float]) -> None:
+    for cycle, value in enumerate(values):
+        ramp.value = value
+        recorder.sample(cycle * 10)
+
+
+def test_without_a_trigger_the_latest_samples_are_kept() -> None:
+    ramp = Ramp()
+    recorder = Recorder([ramp.read], depth=3)
+    record(recorder, ramp, [1, 2, 3, 4, 5])
+    assert recorder.samples() == [(20, (3,)), (30, (4,)), (40, (5,))]
+    assert recorder.taken == 5
+    assert recorder.samples(after=4) == [(40, (5,))]
+    assert recorder.samples(after=5) == []
+
+
+def test_every_second_cycle() -> None:
+    ramp = Ramp()
+    recorder = Recorder([ramp.read], every=2)
+    record(recorder, ramp, [1, 2, 3, 4, 5])
+    assert [values for _, values in recorder.samples()] == [(1,), (3,), (5,)]
+
+
+@pytest.mark.parametrize(
+    ("edge", "kept", "at_ns"),
+    [
+        (Edge.RISING, [0, 3, 4, 1], 10),
+        (Edge.FALLING, [4, 1, 5, 0], 30),
+        (Edge.ANY, [0, 3, 4, 1], 10),
+    ],
+)
+def test_a_trigger_keeps_samples_before_it_and_stops_when_full(edge: Edge, kept: list[float], at_ns: int) -> None:
+    ramp = Ramp()
+    recorder = Recorder([ramp.read], depth=4, trigger=Trigger(ramp.read, edge, level=2.0, before=1))
+    record(recorder, ramp, [0, 3, 4, 1, 5, 0, 9, 9])
+    assert [values[0] for _, values in recorder.samples()] == kept
+    assert recorder.state is RecorderState.FULL
+    assert recorder.triggered_ns == at_ns
+
+
+def test_a_value_that_is_above_from_the_start_is_no_edge() -> None:
+    ramp = Ramp()
+    recorder = Recorder([ramp.read], depth=4, trigger=Trigger(ramp.read, Edge.RISING, level=2.0))
+    record(recorder, ramp, [5, 5, 5])
+    assert recorder.state is RecorderState.WAITING
+    assert recorder.samples() == []
+
+
+@pytest.mark.parametrize(
+    ("count", "every", "depth", "before", "expected"),
+    [
+        (0, 1, 10, 0, "expected 1 to 32 values"),
+        (33, 1, 10, 0, "expected 1 to 32 values"),
+        (1, 0, 10, 0, "expected a sample in every cycle"),
+        (1, 1, 0, 0, "expected a depth of 1 to 100000"),
+        (1, 1, 100_001, 0, "expected a depth of 1 to 100000"),
+        (1, 1, 10, 10, "expected 0 to 9 samples before"),
+    ],
+)
+def test_numbers_out_of_range_are_refused(count: int, every: int, depth: int, before: int, expected: str) -> None:
+    ramp = Ramp()
+    trigger = Trigger(ramp.read, Edge.ANY, before=before)
+    with pytest.raises(ValueError, match=expected):
+        Recorder([ramp.read] * count, every=every, depth=depth, trigger=trigger)
