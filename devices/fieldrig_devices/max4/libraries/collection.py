@@ -16,7 +16,7 @@ from fieldrig_devices.max4.libraries.motion import Motion
 
 
 def motion_libraries(controller: MotionController) -> list[Library]:
-    """The libraries for one boot of a controller.  When their instances begin anew, their profiles are forgotten."""
+    """The libraries for one boot of a controller.  When their instances are initialised, their profiles are forgotten."""
     motion = Motion(controller)
     cam_block = cam.cam_block(motion)
     motion.on_clear(cam_block.forget)
