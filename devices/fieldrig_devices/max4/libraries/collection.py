@@ -16,7 +16,7 @@ from fieldrig_devices.max4.libraries.motion import Motion
 
 
 def motion_libraries(controller: MotionController) -> list[Library]:
-    """The libraries for one boot of a controller.  When their instances are initialised, their profiles are forgotten."""
+    """Return the libraries for one boot of a controller; they forget their profiles when the program is initialised."""
     motion = Motion(controller)
     cam_block = cam.cam_block(motion)
     motion.on_clear(cam_block.forget)
