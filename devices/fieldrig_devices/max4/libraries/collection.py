@@ -3,7 +3,6 @@
 from fieldrig_devices.iec.host import Library, NativeBlock
 from fieldrig_devices.max4.libraries import (
     cam,
-    enabling,
     loading,
     multi_cam,
     positioning,
@@ -27,7 +26,6 @@ def motion_libraries(controller: MotionController) -> list[Library]:
     }
     vario_cam = cam.TEXT + slave_cam.TEXT + multi_cam.TEXT + loading.PROFILES_TEXT + scaling.TEXT
     return [
-        Library("MAx-4 axes", enabling.TEXT, enabling.functions(controller), {}),
         Library("Basic.lib", positioning.TEXT, positioning.functions(motion), {}),
         Library("VarioCam.lib", vario_cam, {**loading.profile_functions(motion), **scaling.FUNCTIONS}, blocks),
         Library("CSpline.lib", loading.SPLINE_TEXT, loading.spline_functions(motion), {}),
