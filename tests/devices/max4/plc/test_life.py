@@ -178,20 +178,35 @@ def test_a_download_stops_the_program_and_waits_for_its_start(bench: PlcBench) -
 
 @pytest.mark.manual("PD-033")
 def test_a_download_that_does_not_compile_leaves_the_running_program(bench: PlcBench) -> None:
-    before, bad = bench.log(), COUNTER.replace("lCount + 1", "lCuont + 1")
-    bench.write(bad + TASK)
-    with pytest.raises(ControlError, match="the program does not compile") as caught:
-        bench.do("download")
-    assert "plc.st:7:" in str(caught.value)
-    bench.run(8_000)
+    for words in ("download", "online change"):
+        bad = COUNTER.replace("lCount + 1", "lCuont + 1").replace("lKept + 1", "TRUE")
+        bench.write(bad + TASK).do(words).run(1_000)
+        first, second = (line for line in str(bench.get("plc/problem")).splitlines() if "hint" not in line)
+        assert first.startswith("plc.st:7:")
+        assert second.startswith("plc.st:8:")
+        assert bench.log()[0].split("\t")[3:7] == ["LZS", "LZS", "8198", first.partition(": ")[0]]
+    bench.run(6_000)
     assert (bench.get("plc/state"), bench.value("PLC_PRG.lCount")) == ("running", 910)
-    assert bench.log() == before
-    with pytest.raises(ControlError, match="the program does not compile"):
-        bench.do("online change")
-    bench.write(COUNTER)
+    assert 8010 not in bench.codes()
+    assert bench.get("DiagCode") == 0
     bench.file.unlink()
     with pytest.raises(ControlError, match="a source cannot be read"):
         bench.do("download")
+
+
+def test_compiling_shows_its_progress_and_a_later_download_replaces_it(bench: PlcBench) -> None:
+    bench.write(COUNTER + "(*" + 20_000 * "x" + "*)" + TASK).do("download").run(50)
+    assert bench.get("plc/state") == "running"
+    assert str(bench.get("plc/progress")).endswith("%")
+    bench.write(COUNTER.replace(":= 100", ":= 700") + TASK).do("download").run(50)
+    assert (bench.get("plc/state"), bench.get("plc/progress")) == ("ready", "")
+    bench.run(500)
+    assert bench.value("PLC_PRG.lCount") == 700
+
+
+def test_a_reset_of_the_system_ends_a_download(bench: PlcBench) -> None:
+    bench.write(COUNTER.replace(":= 100", ":= 700") + TASK).do("download").do("system reset").run(8_000)
+    assert bench.value("PLC_PRG.lCount") == 891
 
 
 def test_a_changed_source_in_the_rig_file_begins_with_start_values(tmp_path: Path) -> None:
@@ -235,10 +250,9 @@ def test_an_online_change_waits_for_the_end_of_the_cycle(tmp_path: Path) -> None
 
 @pytest.mark.manual("PD-225")
 def test_a_changed_task_configuration_needs_a_download(bench: PlcBench) -> None:
-    bench.write(COUNTER + task_of("PLC_PRG", 20))
-    with pytest.raises(ControlError, match="the task configuration has changed: expected a download"):
-        bench.do("online change")
-    assert bench.run(10).value("PLC_PRG.lCount") == 111
+    bench.write(COUNTER + task_of("PLC_PRG", 20)).do("online change").run(10)
+    assert "the task configuration has changed: expected a download" in str(bench.get("plc/problem"))
+    assert bench.value("PLC_PRG.lCount") == 111
 
 
 # ---- wrong files
