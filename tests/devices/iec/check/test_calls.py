@@ -52,7 +52,8 @@ def test_a_function_may_be_called_for_its_effects() -> None:
 
 
 def test_a_function_call_is_an_operand() -> None:
-    assert messages("FUNCTION Fct : INT VAR_INPUT i : INT; END_VAR Fct := i; END_FUNCTION", program("Result : INT;", "Result := Fct(7) + 3;")) == []  # PD-L49  # fmt: skip
+    function = "FUNCTION Fct : INT VAR_INPUT i : INT; END_VAR Fct := i; END_FUNCTION"
+    assert messages(function, program("Result : INT;", "Result := Fct(7) + 3;")) == []  # PD-L49
 
 
 BLOCK = """FUNCTION_BLOCK Counter
@@ -176,7 +177,9 @@ def test_inputs_are_copies_so_an_instance_cannot_be_one() -> None:
 @pytest.mark.manual("PD-025")
 @pytest.mark.manual("PD-353")
 def test_an_object_of_the_configuration_is_passed_by_reference() -> None:
-    block = "FUNCTION_BLOCK Procedure VAR_INPUT r_MC_4 : MC_4; END_VAR ControllerEnableSet(r_MC_4.logAdr); END_FUNCTION_BLOCK"
+    block = """FUNCTION_BLOCK Procedure VAR_INPUT r_MC_4 : MC_4; END_VAR
+ControllerEnableSet(r_MC_4.logAdr);
+END_FUNCTION_BLOCK"""
     (call,) = body(block, program("p : Procedure;", "p(r_MC_4 := Axis_10);"))  # PD-L50
     assert isinstance(call, CallBlock)
     ((_, value),) = call.inputs

@@ -25,7 +25,8 @@ def tasks(inside: str) -> dict[str, Task]:
 
 def test_the_three_kinds_of_tasks() -> None:
     found = tasks(
-        "TASK Cyclic(INTERVAL := T#10ms, PRIORITY := 30); TASK Free(PRIORITY := 31); TASK Event(SINGLE := start, PRIORITY := 0);"
+        "TASK Cyclic(INTERVAL := T#10ms, PRIORITY := 30); TASK Free(PRIORITY := 31);"
+        "TASK Event(SINGLE := start, PRIORITY := 0);"
         "PROGRAM a WITH Cyclic : Belt; PROGRAM b WITH Free : Lamp; PROGRAM c WITH Event : Belt;"
     )
     assert [(task.kind, task.priority, task.interval_ms) for task in found.values()] == [
@@ -54,19 +55,30 @@ def test_a_task_configuration_that_names_no_program_is_an_error() -> None:
 @pytest.mark.parametrize(
     ("inside", "expected"),
     [
-        ("TASK T(INTERVAL := T#10ms, PRIORITY := 32); PROGRAM a WITH T : Belt;", "2:40 the priority 32; 0 (highest) to 31 (PD-061)"),
-        ("TASK T(INTERVAL := T#10ms, PRIORITY := -1); PROGRAM a WITH T : Belt;", "2:40 the priority -1; 0 (highest) to 31 (PD-061)"),
+        (
+            "TASK T(INTERVAL := T#10ms, PRIORITY := 32); PROGRAM a WITH T : Belt;",
+            "2:40 the priority 32; 0 (highest) to 31 (PD-061)",
+        ),
+        (
+            "TASK T(INTERVAL := T#10ms, PRIORITY := -1); PROGRAM a WITH T : Belt;",
+            "2:40 the priority -1; 0 (highest) to 31 (PD-061)",
+        ),
         ("TASK T(INTERVAL := 10); PROGRAM a WITH T : Belt;", "2:20 the number 10 is no TIME; TIME"),
-        ("TASK T(INTERVAL := T#0ms); PROGRAM a WITH T : Belt;",
-         "2:20 the interval is 0; a TIME such as T#10ms, or no INTERVAL for a free-running task"),
-        ("TASK T(SINGLE := count); PROGRAM a WITH T : Belt;", "2:18 count starts an event task; a global BOOL behind SINGLE"),
+        (
+            "TASK T(INTERVAL := T#0ms); PROGRAM a WITH T : Belt;",
+            "2:20 the interval is 0; a TIME such as T#10ms, or no INTERVAL for a free-running task",
+        ),
+        (
+            "TASK T(SINGLE := count); PROGRAM a WITH T : Belt;",
+            "2:18 count starts an event task; a global BOOL behind SINGLE",
+        ),
         ("TASK T(SINGLE := nix); PROGRAM a WITH T : Belt;", "2:18 nix is not declared; a global BOOL behind SINGLE"),
         ("TASK T(); TASK t(); PROGRAM a WITH T : Belt;", "2:11 the task t is declared twice; another name"),
         ("TASK T(); PROGRAM a WITH T : Belt; PROGRAM b WITH U : Lamp;", "2:36 there is no task U; the name of a TASK"),
         ("TASK T(); PROGRAM a WITH T : Bell;", "2:11 the program Bell is not declared; the name of a PROGRAM"),
         ("TASK T(); PROGRAM a WITH T : TON;", "2:11 TON is a FUNCTION_BLOCK; the name of a PROGRAM"),
     ],
-)  # fmt: skip
+)
 def test_a_task_is_refused_with_one_message(inside: str, expected: str) -> None:
     assert messages(PROGRAMS, configuration(inside)) == [expected]
 
@@ -94,7 +106,10 @@ def test_several_programs_without_a_configuration_are_a_mistake() -> None:
 
 
 def test_global_variables_of_the_configuration_are_known_everywhere() -> None:
-    text = "CONFIGURATION C VAR_GLOBAL g : INT; END_VAR RESOURCE R ON PLC TASK T(); PROGRAM a WITH T : PLC_PRG; END_RESOURCE END_CONFIGURATION"
+    text = (
+        "CONFIGURATION C VAR_GLOBAL g : INT; END_VAR RESOURCE R ON PLC "
+        "TASK T(); PROGRAM a WITH T : PLC_PRG; END_RESOURCE END_CONFIGURATION"
+    )
     assert messages(program("x : INT;", "x := g;"), text) == []
 
 
@@ -131,13 +146,26 @@ def test_addresses_are_indexed_by_the_unit_of_access(address: str, kind: str, pl
         ("x AT %MW3 : DINT;", "the address %MW3 does not have the size of DINT; %MD"),
         ("x AT %MX3.0 : INT;", "the address %MX3.0 does not have the size of INT; %MW"),
         ("x AT %MB3 : BOOL;", "the address %MB3 does not have the size of BOOL; %MX"),
-        ("x AT %MX5.16 : BOOL;",
-         "the address %MX5.16 does not exist in the control configuration; %MX with a word and a bit of 0 to 15, or one number"),
-        ("x AT %IW2.5.7.1 : WORD;",
-         "the address %IW2.5.7.1 does not exist in the control configuration; %MX with a word and a bit of 0 to 15, or one number"),
-        ("x AT %MB3 : STRING;", "a variable of type STRING cannot have an address; an elementary type or an array of them"),
+        (
+            "x AT %MX5.16 : BOOL;",
+            (
+                "the address %MX5.16 does not exist in the control configuration; "
+                "%MX with a word and a bit of 0 to 15, or one number"
+            ),
+        ),
+        (
+            "x AT %IW2.5.7.1 : WORD;",
+            (
+                "the address %IW2.5.7.1 does not exist in the control configuration; "
+                "%MX with a word and a bit of 0 to 15, or one number"
+            ),
+        ),
+        (
+            "x AT %MB3 : STRING;",
+            "a variable of type STRING cannot have an address; an elementary type or an array of them",
+        ),
     ],
-)  # fmt: skip
+)
 def test_addresses_that_are_refused(declaration: str, expected: str) -> None:
     assert [message.partition(" ")[2] for message in messages(program(declaration))] == [expected]
 
