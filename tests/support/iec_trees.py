@@ -81,23 +81,23 @@ def _more(of: st.SearchStrategy[tree.Expression]) -> st.SearchStrategy[tree.Expr
 
 EXPRESSIONS: st.SearchStrategy[tree.Expression] = st.recursive(_LEAVES, _more, max_leaves=8)
 _NAMED: st.SearchStrategy[tree.Expression] = NAMES.map(tree.Name)
-PLACES: st.SearchStrategy[tree.Expression] = st.recursive(
+_VARIABLES: st.SearchStrategy[tree.Expression] = st.recursive(
     _NAMED,
     lambda of: st.one_of(
         st.builds(tree.Member, of, NAMES),
-        st.builds(tree.BitOf, of, st.integers(0, 31)),
         st.builds(tree.Index, of, many(EXPRESSIONS, 1, 2)),
         st.builds(tree.Dereference, of),
     ),
     max_leaves=3,
 )
+PLACES = st.one_of(_VARIABLES, st.builds(tree.BitOf, _VARIABLES, st.integers(0, 31)))
 
 # ---- statements
 
 _COMMENT = st.text(st.sampled_from("ab c\n*x"), max_size=8).map(lambda text: f"(* {text.replace('*', ':')} *)")
 _COMMENTS = many(_COMMENT, 0, 1)
 _EXTRAS = {"comments": _COMMENTS, "remark": st.just("") | _COMMENT, "is_spaced": st.booleans()}
-_CALLS = st.builds(tree.Call, PLACES.filter(lambda of: not isinstance(of, tree.BitOf)), many(_arguments(EXPRESSIONS)))
+_CALLS = st.builds(tree.Call, _VARIABLES, many(_arguments(EXPRESSIONS)))
 _SIMPLE = st.one_of(
     st.builds(tree.Assign, PLACES, EXPRESSIONS, st.sampled_from(tree.AssignKind), **_EXTRAS),
     st.builds(tree.Assign, DIRECTS, EXPRESSIONS, **_EXTRAS),

@@ -18,6 +18,7 @@ _RESERVED_TEXT = """
     """
 RESERVED: Final = frozenset(_RESERVED_TEXT.split())
 """Names of types, which nothing else can have."""
+_LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
 _UNKNOWN: Final = {
     "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
     "UNION": "Overlapping data are variables AT the same address.",
@@ -51,7 +52,8 @@ class Declarations(Bodies):
         variables = self._variables(is_path=section is tree.Section.CONFIG)
         if self.kinds[self.i] == "END_VAR":
             self.i += 1
-            self.accept(";")
+            if not self.is_next_line():
+                self.accept(";")
         else:
             self.say(self.i, f"got {self.shown(self.i)}", f"END_VAR for the {word} in line {self.places[at].line}")
             if self.kinds[self.i] in _ENDS:
@@ -149,10 +151,15 @@ class Declarations(Bodies):
         self._end_of_declaration(spec)
         return [tree.Variable(name, spec, initial, location, place=place) for name, place in names]
 
+    def _is_reserved(self, name: str) -> bool:
+        """True for the name of an elementary type; LINT is a name where that type is not known (manual 1284)."""
+        upper = name.upper()
+        return upper in RESERVED and (self.dialect.has_long_types or upper not in _LONG)
+
     def _declared_name(self, is_path: bool) -> tuple[str, tree.Place]:
         at = self.i
         name = self.name("the name of a variable")
-        if name.upper() in RESERVED:
+        if self._is_reserved(name):
             self.say(at, f"{name} is the name of a type", "another name for the variable")
         parts = [name]
         while is_path and self.accept("."):
@@ -428,7 +435,7 @@ class Declarations(Bodies):
     def _type_declaration(self) -> tree.TypeDeclaration:
         at = self.i
         name = self.name("the name of a type")
-        if name.upper() in RESERVED:
+        if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")
         if self.is_word("EXTENDS"):
             raise self.unexpected(":", _UNKNOWN["EXTENDS"])
