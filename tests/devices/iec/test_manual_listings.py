@@ -22,8 +22,8 @@ LISTINGS: list[tuple[str, str, str, Results]] = [
         "",
         {
             **{f"arr1[{number}]": number for number in range(1, 6)},
-            **{"arr2[1,3]": 1, "arr2[1,4]": 7, "arr2[2,3]": 7, "arr2[2,4]": 7},
-            **{"arr3[1,2,3]": 0, "arr3[1,3,3]": 4, "arr3[2,2,4]": 4, "arr3[2,3,3]": 2, "arr3[2,3,4]": 3},
+            "arr2[1,3]": 1, "arr2[1,4]": 7, "arr2[2,3]": 7, "arr2[2,4]": 7,
+            "arr3[1,2,3]": 0, "arr3[1,3,3]": 4, "arr3[2,2,4]": 4, "arr3[2,3,3]": 2, "arr3[2,3,4]": 3,
         },
     ),
     (
@@ -61,8 +61,8 @@ LISTINGS: list[tuple[str, str, str, Results]] = [
     ("PD-L22", "temp : INT := 16; heating : BOOL;", "IF temp < 17 THEN heating := TRUE; ELSE heating := FALSE; END_IF;",
      {"heating": True}),
     ("PD-L23", "INT1 : INT := 5; BOOL1, BOOL2, BOOL3 : BOOL;",
-     "CASE INT1 OF 1, 5: BOOL1 := TRUE; BOOL3 := FALSE; 2: BOOL2 := FALSE; BOOL3 := TRUE;"
-     " ELSE BOOL1 := NOT BOOL1; BOOL2 := BOOL1 OR BOOL2; END_CASE;",
+     ("CASE INT1 OF 1, 5: BOOL1 := TRUE; BOOL3 := FALSE; 2: BOOL2 := FALSE; BOOL3 := TRUE;"
+     " ELSE BOOL1 := NOT BOOL1; BOOL2 := BOOL1 OR BOOL2; END_CASE;"),
      {"BOOL1": True, "BOOL2": False, "BOOL3": False}),
     ("PD-L24", "Counter : INT; Var1 : INT := 1; Erg : INT;",
      "FOR Counter:=1 TO 5 BY 1 DO Var1:=Var1*2; END_FOR; Erg:=Var1;", {"Erg": 32, "Counter": 6}),
@@ -84,15 +84,15 @@ LISTINGS: list[tuple[str, str, str, Results]] = [
     ("PD-L32", "l, r : BYTE; v : BYTE := 2#1001_0011;", "l := ROL(v, 3); r := ROR(v, 3);",
      {"l": 0b1001_1100, "r": 0b0111_0010}),
     ("PD-L33", "s, t, a, i, l, m : INT;",
-     "s := SEL(TRUE, 3, 4); t := SEL(FALSE, 3, 4); a := MAX(90, MAX(30, MAX(40, 77))); i := MIN(90, 30, 40, 77);"
-     " l := LIMIT(30, 90, 80); m := MUX(0, 30, 40, 50, 60, 70, 80);",
+     ("s := SEL(TRUE, 3, 4); t := SEL(FALSE, 3, 4); a := MAX(90, MAX(30, MAX(40, 77))); i := MIN(90, 30, 40, 77);"
+     " l := LIMIT(30, 90, 80); m := MUX(0, 30, 40, 50, 60, 70, 80);"),
      {"s": 4, "t": 3, "a": 90, "i": 30, "l": 80, "m": 30}),
     ("PD-L34", "a, b, c, d, e, f : BOOL; x : INT := 20; y : INT := 30;",
      "a := x > y; b := x < y; c := x <= y; d := x >= 20; e := x = 20; f := x <> 20;",
      {"a": False, "b": True, "c": True, "d": True, "e": True, "f": False}),
     ("PD-L37", "i : INT; s : STRING; t : TIME; o : TOD; d : DATE; dt1 : DT;",
-     "i := BOOL_TO_INT(TRUE); s := BOOL_TO_STRING(TRUE); t := BOOL_TO_TIME(TRUE); o := BOOL_TO_TOD(TRUE);"
-     " d := BOOL_TO_DATE(FALSE); dt1 := BOOL_TO_DT(TRUE);",
+     ("i := BOOL_TO_INT(TRUE); s := BOOL_TO_STRING(TRUE); t := BOOL_TO_TIME(TRUE); o := BOOL_TO_TOD(TRUE);"
+     " d := BOOL_TO_DATE(FALSE); dt1 := BOOL_TO_DT(TRUE);"),
      {"i": 1, "s": "TRUE", "t": 1, "o": 1, "d": 0, "dt1": 1}),
     ("PD-L38", "a, b, c, d : BOOL;",
      "a := BYTE_TO_BOOL(2#11010101); b := INT_TO_BOOL(0); c := TIME_TO_BOOL(T#5ms); d := STRING_TO_BOOL('TRUE');",
@@ -105,8 +105,8 @@ LISTINGS: list[tuple[str, str, str, Results]] = [
      "s := TIME_TO_STRING(T#12ms); d := TIME_TO_DWORD(T#5m); si := TOD_TO_SINT(TOD#00:00:00.012);",
      {"s": "T#12ms", "d": 300_000, "si": 12}),
     ("PD-L42", "b : BOOL; i : INT; y : BYTE; s : STRING;",
-     "b := DATE_TO_BOOL(D#1970-01-01); i := DATE_TO_INT(D#1970-01-15); y := DT_TO_BYTE(DT#1970-01-15-05:05:05);"
-     " s := DT_TO_STRING(DT#1998-02-13-14:20);",
+     ("b := DATE_TO_BOOL(D#1970-01-01); i := DATE_TO_INT(D#1970-01-15); y := DT_TO_BYTE(DT#1970-01-15-05:05:05);"
+     " s := DT_TO_STRING(DT#1998-02-13-14:20);"),
      {"b": False, "i": 29_952, "y": 129, "s": "DT#1998-02-13-14:20"}),
     ("PD-L43", "b : BOOL; w : WORD; t : TIME;",
      "b := STRING_TO_BOOL('TRUE'); w := STRING_TO_WORD('abc34'); t := STRING_TO_TIME('T#127ms');",

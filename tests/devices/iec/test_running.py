@@ -380,7 +380,12 @@ class Library1:
 def test_native_functions_and_blocks() -> None:
     native = Library1()
     host = PlainHost([native.library])
-    bench = IecBench(program("t, u : Tally; n : INT; b : BOOL;", "t(step := 4, big => b); u(step := 1); n := Plus(t.sum, Plus(1, 2));"), host=host)  # fmt: skip
+    bench = IecBench(
+        program(
+            "t, u : Tally; n : INT; b : BOOL;", "t(step := 4, big => b); u(step := 1); n := Plus(t.sum, Plus(1, 2));"
+        ),
+        host=host,
+    )
     bench.cycle(3)
     assert (bench["t.sum"], bench["u.sum"], bench["b"], bench["n"]) == (12, 3, True, 15)
 
@@ -419,8 +424,14 @@ def test_parameters_of_configuration_objects() -> None:
     speed := r_MC_4.Speed;
     END_FUNCTION_BLOCK
     """
-    bench = IecBench(text + program("d : Drive; n : DINT;",
-        "d(r_MC_4 := Axis_1); Axis_1.Speed := d.speed * 2; n := Axis_1.Name + 1; Axis_1.Name := n;"), host=host)  # fmt: skip
+    bench = IecBench(
+        text
+        + program(
+            "d : Drive; n : DINT;",
+            "d(r_MC_4 := Axis_1); Axis_1.Speed := d.speed * 2; n := Axis_1.Name + 1; Axis_1.Name := n;",
+        ),
+        host=host,
+    )
     thread = bench.thread
     thread.start()
     thread.run(ENOUGH_NS)
