@@ -96,7 +96,7 @@ Instruction = Do | Branch | Jump | Switch | Call | End | Pause | Hold
 
 
 class ForDebugging(NamedTuple):
-    """What breakpoints and single steps need of one routine, made in advance."""
+    """The builds and leaders of one routine that breakpoints and single steps need, made in advance."""
 
     watched: bytes
     stepped: bytes
@@ -154,7 +154,9 @@ def _unpickled(
     lines: bytes,
 ) -> Routine:
     routine = Routine((), frame_size)
-    routine.lines, routine.targets = tuple(array("q", lines)), targets
+    numbers = array("q")
+    numbers.frombytes(lines)
+    routine.lines, routine.targets = tuple(numbers), targets
     routine.fast, routine.for_debugging = fast, for_debugging
     routine.postpone(packed)
     return routine

@@ -19,7 +19,7 @@ NS_PER_OCTET: Final = 5_000
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What is left of `Lowered`."""
+    """The part of `Lowered` that a running program needs."""
 
     routines: dict[str, Routine]
     texts: list[str]

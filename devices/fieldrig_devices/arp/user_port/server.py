@@ -51,7 +51,7 @@ SILENCE_NS: Final = 10 * S
 """Silence after which the PC counts as gone: a partial download is dropped, trace and events end.  Breakpoints stay."""
 AHEAD_NS: Final = 5 * MS
 """Unsolicited messages are sent if the line has at most this much left to carry."""
-PROGRESS_NS: Final = 500 * MS
+PROGRESS_NS: Final = 50 * MS
 """Shortest time between two reports of progress."""
 
 
@@ -135,9 +135,7 @@ class UserPort:
             self._send(answer)
 
     def _answer(self, request: Message, status: Status, data: bytes) -> bytes:
-        return Message(
-            self._card.number, request.sequence, request.command | ANSWER, bytes((status,)) + data
-        ).encode()
+        return Message(self._card.number, request.sequence, request.command | ANSWER, bytes((status,)) + data).encode()
 
     def _on_outcome(self, refusal: RequestError | None) -> None:
         """Answer the request that was not answered at once."""
