@@ -6,6 +6,36 @@ from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.parser import parse, parse_body
 from fieldrig_devices.languages.mistakes import Mistake
 
+LISTING_57 = """<?xml version="1.0" encoding="ISO-8859-1"?>
+<pou>
+  <accesslevels> rw,rw,r,rw,r,rw,rw,rw </accesslevels>
+  <path> \\/languages </path>
+  <name> ST_EXAMPLE </name>
+  <flags> 4 </flags>
+  <interface>
+    <![CDATA[PROGRAM ST_EXAMPLE
+VAR
+  YVAL: INT := -250;
+  BOTTOM: INT := -250;
+  RUN_STRING: STRING(20) := 'Start';
+        OFFSET: INT := 2;
+    END_VAR
+]]>
+</interface>
+<st>
+  <body>
+    <![CDATA[RUN_STRING:='Start';
+    IF (YVAL < 0) THEN
+      YVAL := YVAL + OFFSET;
+    BOTTOM := YVAL + OFFSET;
+    END_IF;
+    ]]>
+  </body>
+</st>
+</pou>
+"""
+"""Lines 6300 to 6333 of the PacDrive manual: an object of the ENI."""
+
 
 def tc6(content: str, *, version: str = "0201", instances: str = "") -> str:
     """A project of PLCopen TC6 with this content of `types`."""

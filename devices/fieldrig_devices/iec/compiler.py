@@ -14,6 +14,7 @@ from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
+from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
@@ -86,7 +87,7 @@ def compile_project(
     libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
     libraries += [_library(one.text, one.name, dialect) for one in host.libraries]
     for number, file in enumerate(files):
-        unit, found = parse(file.text, file.name, dialect)
+        unit, found = read_source(file.name, file.text, dialect)
         units.append(unit)
         mistakes += found
         on_progress("parse", number + 1, len(files))

@@ -114,7 +114,7 @@ def test_a_bit_has_no_address() -> None:
     text = program("b AT %MX5.0 : BOOL; x : INT; d : DWORD;", "d := ADR(b); d := ADR(x.3); d := ADR(%MW5);")
     assert messages(text) == [
         "3:10 b has no address of its own; a variable",
-        "3:23 x.3 has no address of its own; a variable",
+        "3:24 x.3 has no address of its own; a variable",
     ]
 
 

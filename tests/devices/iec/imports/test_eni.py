@@ -1,40 +1,11 @@
 """Objects of the ENI: the manual's example (6296 to 6333), and what is not in it."""
 
 import pytest
-from exchange_documents import messages, unit_of
+from exchange_documents import LISTING_57, messages, unit_of
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.iec.imports import read_source
-
-LISTING_57 = """<?xml version="1.0" encoding="ISO-8859-1"?>
-<pou>
-  <accesslevels> rw,rw,r,rw,r,rw,rw,rw </accesslevels>
-  <path> \\/languages </path>
-  <name> ST_EXAMPLE </name>
-  <flags> 4 </flags>
-  <interface>
-    <![CDATA[PROGRAM ST_EXAMPLE
-VAR
-  YVAL: INT := -250;
-  BOTTOM: INT := -250;
-  RUN_STRING: STRING(20) := 'Start';
-        OFFSET: INT := 2;
-    END_VAR
-]]>
-</interface>
-<st>
-  <body>
-    <![CDATA[RUN_STRING:='Start';
-    IF (YVAL < 0) THEN
-      YVAL := YVAL + OFFSET;
-    BOTTOM := YVAL + OFFSET;
-    END_IF;
-    ]]>
-  </body>
-</st>
-</pou>
-"""
 
 
 @pytest.mark.manual("PD-345")

@@ -1,4 +1,4 @@
-"""Slave cams, MultiCam3, torque cams, positioning functions, ControllerEnableSet, splines, and a whole controller."""
+"""Slave cams, MultiCam3, torque cams, positioning functions, splines, and a whole controller."""
 
 from math import pi, sin
 
@@ -107,7 +107,7 @@ def test_the_torque_follows_the_master(bench: CamBench) -> None:
     assert bench.axes["belt"].mode is Mode.POSITION
 
 
-# ---- positioning, enable
+# ---- positioning
 
 
 @pytest.mark.manual("PD-203")
@@ -142,16 +142,6 @@ def test_positioning_refuses_what_no_axis_can_do(bench: CamBench) -> None:
     assert bench.call("PosAbsolute", address, 50.0, 0.0, 1000.0, 1000.0) == -4
     assert bench.call("PosStop", address, -5.0) == -4
     assert not bench.call("PosDone", 1)
-
-
-@pytest.mark.manual("PD-163")
-def test_controller_enable_set_enables_an_axis_by_its_logical_address(bench: CamBench) -> None:
-    axis, seen = bench.axes["belt"], []
-    for function in ("ControllerEnableReset", "ControllerEnableSet"):
-        assert bench.call(function, axis.log_adr)
-        seen.append(axis.is_enabled)
-    assert seen == [False, True]
-    assert not bench.call("ControllerEnableSet", 99)
 
 
 # ---- own profiles
