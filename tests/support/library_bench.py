@@ -23,10 +23,14 @@ class Bench:
 
     def call(self, at_ms: int) -> None:
         """Run the program once, at this time since the start of the controller."""
+        assert self.run(at_ms) is WorkState.ENDED, self._thread.fault
+
+    def run(self, at_ms: int) -> WorkState:
+        """Run the program once, and return how that ended."""
         self._clock.advance_to(at_ms * MS)
         self._thread.start()
         self._thread.run(BUDGET_NS)
-        assert self._thread.state is WorkState.ENDED, self._thread.fault
+        return self._thread.state
 
     def read(self, path: str) -> Value:
         return self._runtime.read(self._runtime.find(path))

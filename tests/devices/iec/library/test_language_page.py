@@ -15,6 +15,7 @@ from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.library.conversions import convert
 from fieldrig_devices.iec.library.intrinsics import OPERATORS, formal_names, is_standard
 from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import Elementary, StringType
 
 PAGES = [ROOT / "docs" / f"iec-{name}.md" for name in ("language", "types", "functions")]
@@ -128,3 +129,28 @@ def test_choices_of_the_last_table(
     assert convert(value, source, target) == result
     if isinstance(result, str):
         assert f"`{result}`" in TEXT
+
+
+FAULTS = [
+    ("a : INT; b : INT := 1;", "b := b / a;"),
+    ("a : INT; b : INT := 1;", "b := b MOD a;"),
+    ("a : REAL; b : REAL := 1.0;", "b := b / a;"),
+    ("a : INT; b : ARRAY[1..3] OF INT;", "b[a] := 1;"),
+    ("a : INT; b : INT(1..3) := 1;", "b := a;"),
+    ("a : INT := 7; b : Color;", "b := a;"),
+    ("a : INT; b : POINTER TO INT;", "a := b^;"),
+    ("a : INT;", "a := Deep(a);"),
+]
+AROUND = """TYPE Color : (red, green); END_TYPE
+
+FUNCTION Deep : INT
+VAR_INPUT x : INT; END_VAR
+Deep := Deep(x);
+END_FUNCTION
+"""
+
+
+@pytest.mark.parametrize(("variables", "statement"), FAULTS)
+def test_faults_that_stop_a_task(variables: str, statement: str) -> None:
+    bench = Bench(f"{AROUND}PROGRAM PLC_PRG\nVAR {variables} END_VAR\n{statement}\nEND_PROGRAM\n")
+    assert bench.run(0) is WorkState.FAULTED
