@@ -110,16 +110,18 @@ class Plc:
             task.renew()
         self._functions.end()
 
-    def download(self, container: Container) -> None:
-        """Stop the program and load this one, whose variables have their start values; it is not stored.
+    def download(self, container: Container, write: Callable[[], None] = lambda: None) -> None:
+        """Stop the program and load this one, whose variables have their start values.
 
-        ValueError, with every mistake on a line, for sources that do not compile: the present program goes on.
+        `write` stores the program before, and may refuse with a ValueError.  ValueError, with every mistake on a line,
+        for sources that do not compile.  Either way the present program goes on.
         """
         host = self._host()
         try:
             compiled = self._compile(container, host)
         except CompileError as cause:
             raise ValueError(f"the program does not compile\n{text_of(cause.mistakes)}") from cause
+        write()
         self._load(compiled, is_cold=True)
         self._controller.renew_points()
 
