@@ -300,9 +300,19 @@ def test_counters_and_bistables(
         check(bench, number * 10, named, outputs)
 
 
-@pytest.mark.parametrize(("dialect", "greatest"), [(EPAS_4, 65_535), (EDITION_3, 32_767)], ids=["epas-4", "edition-3"])
-def test_a_counter_stops_at_the_end_of_its_type(dialect: Dialect, greatest: int) -> None:
-    bench = bench_for("CTU", dialect)
+@pytest.mark.parametrize(
+    ("dialect", "block", "greatest"),
+    [
+        (EPAS_4, "CTU", 65_535),
+        (EDITION_3, "CTU", 32_767),
+        (EDITION_3, "CTU_DINT", 2**31 - 1),
+        (EDITION_3, "CTUD_UDINT", 2**32 - 1),
+        (EDITION_3, "CTU_LINT", 2**63 - 1),
+        (EDITION_3, "CTUD_ULINT", 2**64 - 1),
+    ],
+)
+def test_a_counter_stops_at_the_end_of_its_type(dialect: Dialect, block: str, greatest: int) -> None:
+    bench = bench_for(block, dialect)
     bench.write("PLC_PRG.b.CV", greatest - 1)
     for number in range(4):
         check(bench, number, {"CU": True}, {})

@@ -93,7 +93,9 @@ def pins(dialect: str) -> dict[str, dict[str, set[str]]]:
 def test_table_of_blocks_has_every_block_with_its_pins() -> None:
     ours, standard = pins(EPAS_4.name), pins(EDITION_3.name)
     said = list(rows_of("Standard function blocks", "block"))
-    assert {name for row in said for name in code_in(row.cells[0])} == set(ours) == set(standard)
+    large = {name for name in standard if re.fullmatch(r"CT\w+_(U?[DL]INT)", name)}
+    assert {name for row in said for name in code_in(row.cells[0])} == set(ours) == set(standard) - large
+    assert large == {f"{name}_{kind}" for name in ("CTU", "CTD", "CTUD") for kind in ("DINT", "UDINT", "LINT", "ULINT")}
     for row in said:
         inputs = [code_in(part) for part in row.cells[1].split(",")]
         for name in code_in(row.cells[0]):
