@@ -90,7 +90,7 @@ def compile_project(
         units.append(unit)
         mistakes += found
         on_progress("parse", number + 1, len(files))
-    program, found = check([*libraries, *units], host, dialect)
+    program, found = check([*libraries, *units], host, dialect, library_files=[unit.file for unit in libraries])
     mistakes += found
     on_progress("check", 1, 1)
     if any(not mistake.is_note for mistake in mistakes):

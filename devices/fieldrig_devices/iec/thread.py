@@ -95,9 +95,13 @@ class Thread:
 
     @property
     def state(self) -> WorkState:
-        if self.wake is not None:
+        if self.is_waiting:
             return WorkState.WAITING
         return WorkState.STOPPED if self._has_stepped else _STATES[self._task.state]
+
+    @property
+    def is_waiting(self) -> bool:
+        return self.wake is not None
 
     @property
     def wake(self) -> Pending | None:
@@ -107,14 +111,14 @@ class Thread:
 
     def run(self, budget_ns: int) -> int:
         """Run for at most this processor time; return the rest, below 0 if a little more was used."""
-        if self.wake is not None or self._has_stepped:
+        if self.is_waiting or self._has_stepped:
             return budget_ns
         task, natives = self._task, self._runtime.natives
         natives.waiting = self._waiting
         task.is_watched = self.is_watched
         left = task.run(budget_ns) if self._steps is None else self._run_steps(budget_ns)
         self._waiting = natives.waiting
-        if task.has_waited and self.wake is not None:
+        if task.has_waited and natives.is_waiting:
             left = max(left, task.unused)
         if task.state is TaskState.ENDED:
             self._runtime.write_forced()
