@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from random import Random
 from typing import Any
 
+from fieldrig.background import Background, VirtualBackground
 from fieldrig.clock import Clock, VirtualClock
 from fieldrig.config import DeviceEntry, described
 from fieldrig.device import Device
@@ -15,8 +16,13 @@ from fieldrig.store import MemoryStore, Store
 Links = Mapping[str, Link[Any] | list[Link[Any]]]
 
 
-def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store, seed: int) -> Device:
-    """Return the device.  ConfigError, naming it, if it refuses its settings or the files that they name."""
+def build_device(
+    entry: DeviceEntry, *, clock: Clock, links: Links, store: Store, seed: int, background: Background | None = None
+) -> Device:
+    """Return the device.  ConfigError, naming it, if it refuses its settings or the files that they name.
+
+    Without `background` it does its long work as under virtual time.
+    """
     offered = {
         **{name: None for name, link in link_parameters(entry.cls).items() if not link.required},
         "clock": clock,
@@ -24,6 +30,7 @@ def build_device(entry: DeviceEntry, *, clock: Clock, links: Links, store: Store
         "settings": entry.settings,
         "store": store,
         "random": Random(f"{seed}/{entry.name}"),
+        "background": background or VirtualBackground(clock),
         **links,
     }
     asked = constructor_parameters(entry.cls)

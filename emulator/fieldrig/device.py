@@ -8,6 +8,7 @@ of its own.  The rig builds it by the names of its constructor's parameters:
     settings: MySettings      a `Settings` model of the keys its `kind` has in the rig file
     store: Store              its non-volatile memory
     random: Random            seeded from the rig's seed and the device's name
+    background: Background    for work that takes longer than a reaction may
 
 Every other parameter is a link, `can: Link[CanFrame]`, and is named under `links:` in the rig file; with the
 default None it may be left out, as `list[Link[M]]` it takes one bus or several.  A device asks for what it uses.

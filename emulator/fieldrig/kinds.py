@@ -23,7 +23,7 @@ from fieldrig.settings import Settings
 BUSES = "fieldrig.buses"
 DEVICES = "fieldrig.devices"
 
-INJECTED = frozenset({"clock", "name", "settings", "store", "random"})
+INJECTED = frozenset({"clock", "name", "settings", "store", "random", "background"})
 """The parameters of a device that are not links."""
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.attach import RemoteLink
+from fieldrig.background_process import BackgroundProcesses
 from fieldrig.blame import blame, blamed
 from fieldrig.build import build_device
 from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
@@ -83,6 +84,7 @@ class DeviceProcess:
         self._attachments: list[RemoteLink] = []
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
+        self.background = BackgroundProcesses(clock)
 
     def path(self, name: str) -> Path:
         path = self._run / name
@@ -145,6 +147,7 @@ class DeviceProcess:
                     links=_links(entry, self._ends.get(entry.name, {})),
                     store=store,
                     seed=self.config.seed,
+                    background=self.background.of(entry.name),
                 )
         for name, device in self.devices.items():
             step(f"starting {name}")
@@ -156,6 +159,7 @@ class DeviceProcess:
             wait.cancel()
         while self.devices:
             self.clock.handle(self.devices.popitem()[1].stop)
+        self.background.close()
         for link in self._attachments:
             await link.close()
         for bus, member in self._direct:

@@ -18,6 +18,7 @@ from report import Report, progress
 
 from fieldrig.clock import MS
 from fieldrig_devices.arp.fixed import SCALE
+from fieldrig_devices.arp.language.compiler import Compiled
 from fieldrig_devices.arp.parameters import GENERAL, PARAMETERS, Par
 from fieldrig_devices.arp.runtime.slices import Costs, Slices
 
@@ -214,7 +215,9 @@ def slice_size() -> int:
 def measure(case: Case, slice_: int) -> Taken:
     """The four take turns, and the fastest of each counts."""
     fast, sliced, watched = ArpBench(case.source), ArpBench(case.source), ArpBench(case.source)
-    routine = watched.program.compiled.program.routines[0]
+    compiled = watched.program.compiled
+    assert isinstance(compiled, Compiled)
+    routine = compiled.program.routines[0]
     assert watched.program.break_at({routine.end_number})  # where none of them ever comes
     total = case.statements * ROUNDS
     taken: list[list[float]] = [[], [], [], []]

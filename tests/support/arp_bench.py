@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
 from fieldrig.node import read_point, write_point
@@ -93,6 +94,7 @@ class CardBench:
                 "card1",
                 ArpSettings.model_validate(data),
                 self.store,
+                VirtualBackground(self.clock),
                 wires=self.wires,
                 can=self.can if with_can else None,
                 user=self.user,
@@ -113,6 +115,16 @@ class CardBench:
 
     def run_for(self, ms: float) -> "CardBench":
         self.clock.advance_to(self.clock.now_ns() + round(ms * MS))
+        return self
+
+    def load(self, data: bytes) -> "CardBench":
+        """Load an object file, and wait for the outcome; raise the reason if it is refused."""
+        outcomes: list[Exception | None] = []
+        self.access.load(data, outcomes.append)
+        while not outcomes:
+            self.run_for(1)
+        if (reason := outcomes[0]) is not None:
+            raise reason
         return self
 
     def drive(self, terminal: str, value: bool | float) -> "CardBench":

@@ -6,6 +6,7 @@ from typing import Any
 
 from canopen_bench import parse, show
 
+from fieldrig.background import Job
 from fieldrig.clock import MS, Clock, VirtualClock
 from fieldrig.device import Device
 from fieldrig.link import Link
@@ -14,7 +15,7 @@ from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.can.face import CanFace
-from fieldrig_devices.arp.card_access import CardState
+from fieldrig_devices.arp.card_access import CardState, OnLoaded, Progress
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.language.instructions import WRITABLE
 from fieldrig_devices.arp.parameters import Parameters, ParameterValues
@@ -35,7 +36,8 @@ class OutsideCard:
         self.errors = CardErrors(lambda code: None)
         self.state = CardState.RUN
         self.program: ArpProgram | None = None
-        self.program_name = "WINDER"
+        self.program_name, self.program_object = "WINDER", b""
+        self.loading: Progress | None = None
         self.positions, self.speeds, self.tracking_errors = {1: 0, 2: 0}, {1: 0, 2: 0}, {1: 0, 2: 0}
         self.adc, self.dac = dict.fromkeys(range(1, 7), 0), {1: 0, 2: 0}
         self.asked: list[str] = []
@@ -98,8 +100,8 @@ class OutsideCard:
     def reset(self) -> None:
         self._command("reset")
 
-    def load(self, data: bytes) -> None:
-        self.asked.append("load")
+    def load(self, data: bytes, on_loaded: OnLoaded) -> Job:
+        raise NotImplementedError("CAN loads no program")
 
     def _command(self, what: str) -> bool:
         self.asked.append(what)

@@ -98,7 +98,17 @@ class PortBench(CardBench):
         self.ok(0x30, struct.pack("<II", len(data), zlib.crc32(data)))
         for offset in range(0, len(data), 240):
             self.ok(0x31, struct.pack("<I", offset) + data[offset : offset + 240])
-        return self.ask(0x32)
+        return self.commit()
+
+    def commit(self, data: bytes = b"") -> tuple[int, bytes]:
+        """Status and text of the answer to COMMIT, which the card gives when it has compiled the program."""
+        answers = self.send(0x32, data)
+        while not (found := [body for body in answers if body[3] == 0xB2]):
+            self.run_for(1)
+            answers = self.heard()
+        [answer] = found
+        assert answer[:3] == bytes((1, 1, self.sequence)), answer.hex(" ")
+        return answer[4], answer[5:]
 
 
 class BenchLine:

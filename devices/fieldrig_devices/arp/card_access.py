@@ -4,12 +4,14 @@ Source: digest chapters 10 and 17.  Values are raw integers.  Nothing here raise
 `load`; a request that is not allowed returns False.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from enum import IntEnum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
+from fieldrig.background import Job
 from fieldrig_devices.arp.card_errors import CardErrors
+from fieldrig_devices.arp.language.files import ObjectError
 from fieldrig_devices.arp.parameters import Parameters, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram
 
@@ -29,6 +31,22 @@ class RefusedError(Exception):
     """A request that is not possible now.  The message gives the reason and the remedy."""
 
 
+OnLoaded = Callable[[RefusedError | ObjectError | None], None]
+"""Called with the reason why a program was not loaded, or None if it is loaded."""
+
+
+class Progress(NamedTuple):
+    """How far the card is with the program that it loads."""
+
+    what: str
+    done: int
+    steps: int
+
+    @property
+    def percent(self) -> int:
+        return 100 * self.done // max(self.steps, 1)
+
+
 class CardAccess(Protocol):
     number: int
     """Communication address of the system, nn: 0 to 99."""
@@ -45,6 +63,13 @@ class CardAccess(Protocol):
     def program(self) -> ArpProgram | None: ...
     @property
     def program_name(self) -> str: ...
+    @property
+    def program_object(self) -> bytes:
+        """The object file of the program, in canonical form; empty without a program."""
+
+    @property
+    def loading(self) -> Progress | None:
+        """The progress of the program that is being loaded; None if there is none."""
 
     def position(self, axis: int) -> int: ...
     def speed(self, axis: int) -> int: ...
@@ -86,9 +111,10 @@ class CardAccess(Protocol):
     def reset(self) -> None:
         """Reset the card, as Ctrl-F2 does."""
 
-    def load(self, data: bytes) -> None:
-        """Put a program, an object file, into permanent memory, held at its first instruction.
+    def load(self, data: bytes, on_loaded: OnLoaded) -> Job:
+        """Compile a program, an object file, beside the running card; then put it into permanent memory, held at its
+        first instruction.
 
-        Raises RefusedError while the program runs, and ObjectError for data that are not an object or are for another
-        card.  Either way the old program is kept.
+        The program is refused with RefusedError if one runs, now or then, and with ObjectError for data that are not
+        an object or are for another card.  Either way the old program is kept, as it is if the job is cancelled.
         """

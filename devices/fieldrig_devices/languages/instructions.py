@@ -7,8 +7,10 @@ until the end of the instruction.
 """
 
 import pickle
+from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,11 +95,20 @@ class Hold:
 Instruction = Do | Branch | Jump | Switch | Call | End | Pause | Hold
 
 
+class ForDebugging(NamedTuple):
+    """The builds and leaders of one routine that breakpoints and single steps need, made in advance."""
+
+    watched: bytes
+    stepped: bytes
+    leaders: frozenset[int]
+
+
 class Routine:
     """The instructions of one routine, and the size of its frame on the stack of the task.
 
     The instructions of a routine that came from another process stay packed until they are needed for debugging, so
-    that loading a large program takes little time.
+    that loading a large program takes little time.  Its builds are left out of the pickled bytes, so that nothing
+    copies them (`fieldrig.background`).
     """
 
     def __init__(self, instructions: Sequence[Instruction], frame_size: int = 1) -> None:
@@ -105,8 +116,16 @@ class Routine:
         self.lines = tuple(instruction.line for instruction in instructions)
         self.fast = b""
         """The FAST build, if it has been made in advance."""
+        self.for_debugging = b""
+        """A pickled `ForDebugging`, if it has been made in advance."""
+        self.targets = {pc: one.targets for pc, one in enumerate(instructions) if isinstance(one, Switch)}
+        """The table of each Switch."""
         self._instructions: tuple[Instruction, ...] | None = tuple(instructions)
         self._packed = b""
+
+    def postpone(self, packed: bytes) -> None:
+        """Take the instructions in pickled form, and unpickle them when they are needed."""
+        self._packed, self._instructions = packed, None
 
     @property
     def instructions(self) -> tuple[Instruction, ...]:
@@ -114,10 +133,30 @@ class Routine:
             self._instructions = pickle.loads(self._packed)
         return self._instructions
 
-    def __getstate__(self) -> tuple[int, tuple[int, ...], bytes, bytes]:
-        packed = self._packed or pickle.dumps(self._instructions)
-        return self.frame_size, self.lines, self.fast, packed
+    def debugging(self) -> ForDebugging | None:
+        """Return what has been made in advance for breakpoints and single steps."""
+        return pickle.loads(self.for_debugging) if self.for_debugging else None
 
-    def __setstate__(self, state: tuple[int, tuple[int, ...], bytes, bytes]) -> None:
-        self.frame_size, self.lines, self.fast, self._packed = state
-        self._instructions = None
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        packed = self._packed or pickle.dumps(self._instructions)
+        lines = array("q", self.lines).tobytes()
+        large = (self.fast, self.for_debugging, packed, lines)
+        parts = tuple(bytes(part) if protocol < 5 else pickle.PickleBuffer(part) for part in large)
+        return _unpickled, (self.frame_size, self.targets, *parts)
+
+
+def _unpickled(
+    frame_size: int,
+    targets: dict[int, Mapping[int, int]],
+    fast: bytes,
+    for_debugging: bytes,
+    packed: bytes,
+    lines: bytes,
+) -> Routine:
+    routine = Routine((), frame_size)
+    numbers = array("q")
+    numbers.frombytes(lines)
+    routine.lines, routine.targets = tuple(numbers), targets
+    routine.fast, routine.for_debugging = fast, for_debugging
+    routine.postpone(packed)
+    return routine

@@ -17,13 +17,14 @@ Each routine has three builds, made when they are first needed:
 """
 
 import marshal
+import pickle
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 from fieldrig import sandbox
 from fieldrig_devices.languages.blocks import Block, blocks
-from fieldrig_devices.languages.instructions import Instruction, Routine, Switch
+from fieldrig_devices.languages.instructions import ForDebugging, Instruction, Routine
 from fieldrig_devices.languages.writer import Build, Callee, Line, Writer
 
 Function = Callable[[int, int, int, int], tuple[int, int, int]]
@@ -57,9 +58,24 @@ class Texts:
         self.rules = rules
         self.blocks: Callable[[int], list[Block]] = cache(lambda number: blocks(routines[number].instructions))
 
-        self.leaders: Callable[[int], frozenset[int]] = cache(
-            lambda number: frozenset(block.first for block in self.blocks(number))
-        )
+        self.leaders: Callable[[int], frozenset[int]] = cache(self._leaders)
+        self._debugging: Callable[[int], ForDebugging | None] = cache(lambda number: routines[number].debugging())
+
+    def _leaders(self, number: int) -> frozenset[int]:
+        ready = self._debugging(number)
+        return ready.leaders if ready else frozenset(block.first for block in self.blocks(number))
+
+    def in_advance(self, number: int, build: Build) -> bytes:
+        """Return a build that was made in advance, or nothing."""
+        if build is Build.FAST:
+            return self.routines[number].fast
+        ready = self._debugging(number)
+        return b"" if ready is None else ready.watched if build is Build.WATCHED else ready.stepped
+
+    def for_debugging(self, number: int, names: Collection[str]) -> bytes:
+        """Make what breakpoints and single steps need in advance."""
+        watched, stepped = (self.compiled(number, build, names) for build in (Build.WATCHED, Build.STEPPED))
+        return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number)))
 
     def lines(self, number: int, build: Build) -> list[Line]:
         routine = self.routines[number]
@@ -70,8 +86,7 @@ class Texts:
 
     def tables(self, number: int) -> dict[str, object]:
         """Return the tables that the routine uses besides the program's."""
-        found = enumerate(self.routines[number].instructions)
-        return {f"targets_{number}_{pc}": one.targets for pc, one in found if isinstance(one, Switch)}
+        return {f"targets_{number}_{pc}": targets for pc, targets in self.routines[number].targets.items()}
 
     def compiled(self, number: int, build: Build, names: Collection[str]) -> bytes:
         """Return a checked build of one routine."""
@@ -93,12 +108,20 @@ def prepare(
     names: Collection[str],
     rules: sandbox.Rules | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    is_debugged: bool = False,
 ) -> None:
-    """Make the FAST builds in advance, for example in another process than the one that runs them."""
+    """Make the FAST builds in advance, for example in another process than the one that runs them.
+
+    With `is_debugged` the others as well, so that no breakpoint stops the process for the time of a compilation.
+    """
     texts = Texts(list(routines.values()), {name: number for number, name in enumerate(routines)}, rules)
+    steps = len(routines) * (2 if is_debugged else 1)
     for number, routine in enumerate(routines.values()):
         routine.fast = routine.fast or texts.compiled(number, Build.FAST, names)
-        on_progress(number + 1, len(routines))
+        on_progress(number + 1, steps)
+    for number, routine in enumerate(routines.values() if is_debugged else ()):
+        routine.for_debugging = texts.for_debugging(number, names)
+        on_progress(len(routines) + number + 1, steps)
 
 
 class Code:
@@ -108,16 +131,14 @@ class Code:
         self,
         routines: Mapping[str, Sequence[Instruction] | Routine],
         names: Mapping[str, object],
-        deepest: int,
+        stack_size: int,
         rules: sandbox.Rules | None = None,
     ) -> None:
-        """`deepest` is the size of a task's stack beyond the frame of its first routine: the number of nested calls
-        for languages with frames of size 1.
-        """
+        """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1."""
         self.routines = [one if isinstance(one, Routine) else Routine(one) for one in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
         self.names_of_routines = list(routines)
-        self.deepest = deepest
+        self.stack_size = stack_size
         self.limit = [0]
         """Where the stack of the running task ends; set by the task."""
         self.left: list[Left] = []
@@ -158,10 +179,9 @@ class Code:
         return lambda pc, n, frame, base: self._load(number, build)(pc, n, frame, base)
 
     def _load(self, number: int, build: Build) -> Function:
-        routine, scope = self.routines[number], self._scopes[build]
+        scope = self._scopes[build]
         scope |= {**self._texts.tables(number), f"stops_{number}": self.stops[number]}
-        is_ready = build is Build.FAST and routine.fast
-        code = routine.fast if is_ready else self._texts.compiled(number, build, self.names)
+        code = self._texts.in_advance(number, build) or self._texts.compiled(number, build, self.names)
         function = sandbox.bind(marshal.loads(code), scope)[f"routine_{number}"]
         self._functions[build][number] = function
         return function

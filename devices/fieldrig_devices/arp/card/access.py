@@ -7,7 +7,7 @@ from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.parts import Parts
 from fieldrig_devices.arp.card.permanent import COUNT
 from fieldrig_devices.arp.card.states import HELD
-from fieldrig_devices.arp.card_access import CardState
+from fieldrig_devices.arp.card_access import CardState, Progress
 from fieldrig_devices.arp.language.instructions import WRITABLE, numbers
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.runtime.program import ArpProgram
@@ -41,6 +41,14 @@ class Access:
     @property
     def program_name(self) -> str:
         return self._operation.program_name
+
+    @property
+    def program_object(self) -> bytes:
+        return self._operation.program_object
+
+    @property
+    def loading(self) -> Progress | None:
+        return self._operation.loading
 
     def analog_output(self, channel: int) -> int:
         return round(self._parts.analog_outputs.volts(channel) * 1_000)

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
@@ -47,6 +48,7 @@ class ArpCard(Device):
         name: str,
         settings: ArpSettings,
         store: Store,
+        background: Background,
         wires: Link[Signal] | None = None,
         can: Link[CanFrame] | None = None,
         user: Link[SerialMessage] | None = None,
@@ -70,7 +72,7 @@ class ArpCard(Device):
             shared.share() if shared is not None and settings.terminal else None,
             CardErrors(self._on_blocking),
         )
-        self.operation = Operation(self.parts, settings.parameters, program)
+        self.operation = Operation(self.parts, settings.parameters, program, background)
         self.access = Access(self.parts, self.operation)
         self._face: CanFace | None = None
         if shared is not None:

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
 
+from fieldrig.background import Background, Failure, Job
 from fieldrig.store import StoreError
 from fieldrig_devices.arp import card_errors as codes
 from fieldrig_devices.arp.card.memory import MemoryFaultError
@@ -21,27 +22,35 @@ from fieldrig_devices.arp.card.permanent import Ram
 from fieldrig_devices.arp.card.program_side import ProgramSide
 from fieldrig_devices.arp.card.settings import ParameterSettings
 from fieldrig_devices.arp.card.states import HELD, Event, States
-from fieldrig_devices.arp.card_access import CardState, RefusedError
+from fieldrig_devices.arp.card_access import CardState, OnLoaded, Progress, RefusedError
 from fieldrig_devices.arp.fixed import MEMORY_BLANK
-from fieldrig_devices.arp.language.files import ArpObject, ObjectError, decode
+from fieldrig_devices.arp.language.files import ArpObject, ObjectError, decode, encode
+from fieldrig_devices.arp.language.loading import NS_PER_OCTET, Loaded, Unusable
+from fieldrig_devices.arp.language.loading import load as load_object
 from fieldrig_devices.arp.parameters import PARAMETERS, ParameterValues
 from fieldrig_devices.arp.runtime.program import ArpProgram, ProgramState
 
 log = logging.getLogger(__name__)
 
+_RUNNING: Final = "the program is running: stop it or open Enable, then load"
 KEYS: Final = slice(225, 257)
 """Flags of the terminal's keys, which the card does not clear."""
 
 
 class Operation:
-    def __init__(self, parts: Parts, first_parameters: ParameterSettings, program: bytes | None) -> None:
-        """`program` is the object file that the rig file names."""
+    def __init__(
+        self, parts: Parts, first_parameters: ParameterSettings, program: bytes | None, background: Background
+    ) -> None:
+        """`program` is the object file that the rig file names; `background` compiles downloaded programs."""
+        self._background = background
         self._parts, self._first_parameters, self._first_program = parts, first_parameters, program
         self._states = States(self._on_change)
         self._side = ProgramSide(parts)
         self._is_enabled: bool | None = None
         self.program: ArpProgram | None = None
         self.program_name = ""
+        self.program_object = b""
+        self.loading: Progress | None = None
 
     @property
     def state(self) -> CardState:
@@ -105,9 +114,13 @@ class Operation:
         if not text:
             return
         try:
-            self._take(self._decoded(text.encode()))
+            found = self._decoded(text.encode())
         except ObjectError as cause:
             log.warning("the program in memory cannot be run: %s", cause)
+            return
+        # Before the card runs, the time that this takes does not matter.
+        self.program, self.program_name = ArpProgram(found.compiled, self._side), found.name
+        self.program_object = encode(found.compiled, found.name, found.system)
 
     # ---- events
 
@@ -259,17 +272,41 @@ class Operation:
             tables[group][number] = raw
         return before
 
-    def load(self, data: bytes) -> None:
+    def load(self, data: bytes, on_loaded: OnLoaded) -> Job:
         """See `CardAccess.load`."""
         if self.state in (CardState.INIT, CardState.RUN):
-            raise RefusedError("the program is running: stop it or open Enable, then load")
-        loaded = self._decoded(data)
+            on_loaded(RefusedError(_RUNNING))
+            return _NoJob()
+
+        def on_progress(what: str, done: int, steps: int) -> None:
+            self.loading = Progress(what, done, steps)
+
+        def on_done(found: Loaded | Unusable | Failure) -> None:
+            self.loading = None
+            on_loaded(self._loaded(data, found))
+
+        self.loading = Progress("starting", 0, 1)
+        job = self._background.run(
+            load_object, (data, self._parts.number), on_done, on_progress, virtual_ns=len(data) * NS_PER_OCTET
+        )
+        return _LoadJob(self, job)
+
+    def _loaded(self, data: bytes, found: Loaded | Unusable | Failure) -> RefusedError | ObjectError | None:
+        """Replace the program, and return None; or return the reason why not."""
+        if isinstance(found, Failure):
+            return RefusedError(f"the card could not compile the program: {found.why}")
+        if isinstance(found, Unusable):
+            return ObjectError(found.why)
+        if self.state in (CardState.INIT, CardState.RUN):  # it was started meanwhile
+            return RefusedError(_RUNNING)
         content = self._parts.memory.content
         before, content.program = content.program, data.decode()
         if not self._write():
             content.program = before
-            raise RefusedError("the memory cannot be written: E03")
-        self._take(loaded)
+            return RefusedError("the memory cannot be written: E03")
+        self.program, self.program_name = ArpProgram(found, self._side), found.name
+        self.program_object = bytes(found.text.data)
+        return None
 
     def on_memory_fault(self) -> None:
         self._parts.errors.fail(codes.EEPROM)
@@ -289,8 +326,21 @@ class Operation:
             raise ObjectError(f"the object is for card {loaded.system:02}, and this is card {self._parts.number:02}")
         return loaded
 
-    def _take(self, loaded: ArpObject) -> None:
-        self.program, self.program_name = ArpProgram(loaded.compiled, self._side), loaded.name
+
+class _NoJob:
+    """The job of a program that was refused at once."""
+
+    def cancel(self) -> None:
+        """Do nothing."""
+
+
+class _LoadJob:
+    def __init__(self, operation: Operation, job: Job) -> None:
+        self._operation, self._job = operation, job
+
+    def cancel(self) -> None:
+        self._operation.loading = None
+        self._job.cancel()
 
 
 def _mark(data: bytes) -> str:

@@ -45,6 +45,10 @@ def _states(card: CardAccess) -> Iterator[tuple[str, Point]]:
     yield "warning", Point(lambda: card.errors.warning, about="code of the last warning, 201 to 204")
     yield "program", Point(lambda: card.program_name, about="name of the program")
     yield "program.state", Point(partial(_program_state, card))
+    yield (
+        "program.loading",
+        Point(lambda: 0 if card.loading is None else card.loading.percent, unit="%", about="compiled of a new program"),
+    )
     yield "program.line", Point(partial(_program_line, card), about="source line of the next instruction")
 
 

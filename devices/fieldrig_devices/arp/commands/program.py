@@ -42,7 +42,7 @@ def download(
         data = data or read_program(file, number)
         _ensure_stopped(found, stop_first)
         with _bar(f"to card {number:02}", len(data)) as on_progress:
-            found.download(data, on_progress)
+            found.download(data, on_progress, lambda _what, done, steps: on_progress(done, steps))
         if run_after:
             found.run()
     typer.echo(f"{file}: {len(data)} bytes in card {number:02}{', which runs it' if run_after else ''}")

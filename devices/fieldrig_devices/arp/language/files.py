@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from fieldrig.background import Report
 from fieldrig_devices.arp.language.compiler import Compiled, compile_lines
 from fieldrig_devices.arp.language.printer import argument_text, routine_lines
 from fieldrig_devices.languages.mistakes import CompileError
@@ -51,8 +52,11 @@ def encode(compiled: Compiled, name: str, system: int) -> bytes:
     return body + f"CRC {zlib.crc32(body):08X}\n".encode()
 
 
-def decode(data: bytes) -> ArpObject:
-    """Decode an object file.  Raises ObjectError, which says what is wrong, if the data are not an object."""
+def decode(data: bytes, report: Report = lambda _what, _done, _steps: None) -> ArpObject:
+    """Decode an object file.  Raises ObjectError, which says what is wrong, if the data are not an object.
+
+    `report` is called with the number of lines that have been read.
+    """
     if len(data) > LARGEST_OBJECT:
         raise ObjectError(f"{len(data)} bytes are more than an object may have")
     body, mark, check = data.rpartition(b"CRC ")
@@ -66,17 +70,19 @@ def decode(data: bytes) -> ArpObject:
     if found is None or int(found[1]) != _VERSION:
         raise ObjectError(f"this is no object of version {_VERSION}: {head[:60]!r}")
     try:
-        return ArpObject(found[3], int(found[2]), compile_lines(_numbered(lines), LONGEST_OBJECT_LINE))
+        return ArpObject(found[3], int(found[2]), compile_lines(_numbered(lines, report), LONGEST_OBJECT_LINE))
     except CompileError as cause:
         raise ObjectError(f"the object holds no program: {cause.mistakes[0]}") from cause
 
 
-def _numbered(lines: list[str]) -> Iterator[tuple[int, str]]:
-    for line in lines:
+def _numbered(lines: list[str], report: Report) -> Iterator[tuple[int, str]]:
+    for place, line in enumerate(lines):
+        report("reading", place, len(lines))
         found = _LINE.fullmatch(line)
         if found is None:
             raise ObjectError(f"a line of the object has no number: {line[:60]!r}")
         yield int(found[1]), found[2]
+    report("checking", 0, 1)
 
 
 def binary(text: bytes, system: int) -> bytes:

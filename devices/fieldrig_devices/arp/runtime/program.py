@@ -6,19 +6,19 @@ and after each routine, even while the main program waits or is held on a busy a
 program stops, and so do events; outputs keep their state.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Final
+from typing import Final, Protocol
 
 from fieldrig_devices.arp.language.check import DEEPEST_CALL
-from fieldrig_devices.arp.language.compiler import Compiled
 from fieldrig_devices.arp.runtime.card import Card
 from fieldrig_devices.arp.runtime.events import Events
 from fieldrig_devices.arp.runtime.instructions import Instructions
 from fieldrig_devices.arp.runtime.timers import Timers
 from fieldrig_devices.languages.debugging.debuggee import Step
 from fieldrig_devices.languages.debugging.stepping import Goal
+from fieldrig_devices.languages.instructions import Instruction, Routine
 from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task, TaskState
 
@@ -49,14 +49,30 @@ class _Thread:
         self.wake_ns = 0
 
 
+class Lowering(Protocol):
+    @property
+    def routines(self) -> Mapping[str, Sequence[Instruction] | Routine]: ...
+    @property
+    def texts(self) -> Sequence[str]: ...
+
+
+class Executable(Protocol):
+    """A compiled program: that of the compiler, or one that another process has prepared."""
+
+    @property
+    def main(self) -> str: ...
+    @property
+    def lowered(self) -> Lowering: ...
+
+
 class ArpProgram:
     """A compiled program, bound to the tables and instructions of one card."""
 
-    def __init__(self, compiled: Compiled, card: Card) -> None:
+    def __init__(self, compiled: Executable, card: Card) -> None:
         self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
-        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL)
+        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL + 1)
         self.code.compile()
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)

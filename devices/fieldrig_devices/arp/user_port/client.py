@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
+from fieldrig.background import Report
 from fieldrig.errors import RefusedError
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.user_port import messages
@@ -33,6 +34,7 @@ from fieldrig_devices.arp.user_port.messages import (
     MOST_VARIABLES,
     QUANTITY,
     SAMPLES,
+    STEPS,
     TRACE,
     UNNUMBERED,
     WHOLE,
@@ -46,7 +48,7 @@ from fieldrig_devices.arp.user_port.messages import (
 from fieldrig_devices.arp.user_port.quantities import GROUPS, Kind
 
 LOAD_S: Final = 60.0
-"""Time that a card may take to check a downloaded program, in seconds."""
+"""Time that a card may take between two reports while it compiles a program, in seconds."""
 
 OnProgress = Callable[[int, int], None]
 """Called with the number of bytes done and the total."""
@@ -119,10 +121,19 @@ class ArpPort:
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
         self.close()
 
-    def request(self, command: Command, data: bytes = b"", patience_s: float = 0.0) -> bytes:
-        """Send a request and return the data of the answer, for commands without a method; it may take `patience_s`."""
+    def request(
+        self,
+        command: Command,
+        data: bytes = b"",
+        patience_s: float = 0.0,
+        on_progress: Callable[[bytes], None] | None = None,
+    ) -> bytes:
+        """Send a request and return the data of the answer, for commands without a method.
+
+        It may take `patience_s`, and as long again after each PROGRESS, whose data `on_progress` is called with.
+        """
         self._sequence = self._sequence % 255 + 1
-        return _checked(self._line.ask(Message(self._number, self._sequence, command, data), patience_s))
+        return _checked(self._line.ask(Message(self._number, self._sequence, command, data), patience_s, on_progress))
 
     # ---- the card
 
@@ -225,14 +236,27 @@ class ArpPort:
 
     # ---- the program
 
-    def download(self, data: bytes, on_progress: OnProgress = lambda _done, _all: None) -> None:
-        """Download an object file.  The card keeps its old program until this returns."""
+    def download(
+        self,
+        data: bytes,
+        on_progress: OnProgress = lambda _done, _all: None,
+        on_compiling: Report = lambda _what, _done, _steps: None,
+    ) -> None:
+        """Download an object file, and wait until the card has compiled it.
+
+        The card keeps its old program until this returns.
+        """
+
+        def on_report(report: bytes) -> None:
+            done, steps = STEPS.unpack_from(report)
+            on_compiling(report[STEPS.size :].decode(errors="replace"), done, steps)
+
         self.request(Command.DOWNLOAD_BEGIN, WHOLE.pack(len(data), zlib.crc32(data)))
         for offset in range(0, len(data), LARGEST_BLOCK):
             on_progress(offset, len(data))
             self.request(Command.DOWNLOAD_BLOCK, BLOCK.pack(offset) + data[offset : offset + LARGEST_BLOCK])
         on_progress(len(data), len(data))
-        self.request(Command.DOWNLOAD_COMMIT, patience_s=LOAD_S)
+        self.request(Command.DOWNLOAD_COMMIT, patience_s=LOAD_S, on_progress=on_report)
 
     def upload(self, on_progress: OnProgress = lambda _done, _all: None) -> bytes:
         """Read the object file of the card's program."""

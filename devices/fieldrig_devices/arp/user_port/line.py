@@ -12,7 +12,7 @@ from serial import serialutil
 
 from fieldrig.errors import BusError
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
-from fieldrig_devices.arp.user_port.messages import ANSWER, ANY_CARD, EVENT, LARGEST_DATA, SAMPLES, Message
+from fieldrig_devices.arp.user_port.messages import ANSWER, ANY_CARD, EVENT, LARGEST_DATA, PROGRESS, SAMPLES, Message
 
 # pyserial has no types
 _Timeout: Final[Any] = serialutil.Timeout
@@ -36,22 +36,34 @@ class CardLine:
         self._line, self._timeout_s, self._retries = line, timeout_s, retries
         self._deframer = Deframer()
         self._kept: dict[int, deque[Message]] = {EVENT: deque(maxlen=KEPT), SAMPLES: deque(maxlen=KEPT)}
+        self._kept[PROGRESS] = deque(maxlen=KEPT)
         self._answers: deque[Message] = deque(maxlen=KEPT)
         self._quiet = _Timeout(KEEP_S)
 
     def close(self) -> None:
         self._line.close()
 
-    def ask(self, request: Message, patience_s: float = 0.0) -> Message:
-        """Send a request and return the answer; `patience_s` extends the time for retries beyond the usual."""
+    def ask(
+        self, request: Message, patience_s: float = 0.0, on_progress: Callable[[bytes], None] | None = None
+    ) -> Message:
+        """Send a request and return the answer; `patience_s` extends the time for retries beyond the usual.
+
+        It begins again with each PROGRESS, whose data `on_progress` is called with.
+        """
         self._answers.clear()
+        self._kept[PROGRESS].clear()
         self._quiet = _Timeout(KEEP_S)
         wire = encode(request.encode())
-        for _ in range(max(1 + self._retries, int(patience_s / self._timeout_s))):
+        tries = left = max(1 + self._retries, int(patience_s / self._timeout_s))
+        while left > 0:
+            left -= 1
             self._on_port(lambda: self._line.write(wire))
             timeout = _Timeout(self._timeout_s)
             while not timeout.expired():
                 self._read()
+                while on_progress is not None and self._kept[PROGRESS]:
+                    on_progress(self._kept[PROGRESS].popleft().data)
+                    left = tries
                 if (answer := self._answer_to(request)) is not None:
                     return answer
         what = "no card answers" if request.address == ANY_CARD else f"card {request.address:02} does not answer"

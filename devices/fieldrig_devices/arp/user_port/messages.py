@@ -56,6 +56,8 @@ EVENT: Final = 0xE0
 """Unsolicited: the state of the card or of the program has changed."""
 SAMPLES: Final = 0xE1
 """Unsolicited: samples of a trace."""
+PROGRESS: Final = 0xE2
+"""Unsolicited: how far the card is with the program of a COMMIT that it has not answered yet."""
 
 
 class Status(IntEnum):
@@ -177,6 +179,8 @@ WHOLE: Final = struct.Struct("<II")
 """Length and CRC-32 (that of zlib and IEEE 802.3) of an object file."""
 TRACE: Final = struct.Struct("<H")
 """Head of TRACE_START: the number of control loops between samples; quantities follow."""
+STEPS: Final = struct.Struct("<II")
+"""Head of PROGRESS: how many steps of how many are done; what is being done follows as a text."""
 LOST: Final = struct.Struct("<I")
 """Head of SAMPLES: the number of samples lost since the trace began, up to the last one here; samples follow.
 

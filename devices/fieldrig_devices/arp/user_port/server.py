@@ -19,7 +19,7 @@ from fieldrig.clock import MS, Clock, S
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.serial.message import Format, SerialMessage
-from fieldrig_devices.arp.card_access import CardAccess
+from fieldrig_devices.arp.card_access import CardAccess, Progress
 from fieldrig_devices.arp.user_port.debugging import DebugRequests, condition, news
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
 from fieldrig_devices.arp.user_port.handlers import Handlers, bare
@@ -31,7 +31,9 @@ from fieldrig_devices.arp.user_port.messages import (
     HIGHEST_REQUEST,
     LARGEST_DATA,
     LONGEST_TEXT,
+    PROGRESS,
     SAMPLES,
+    STEPS,
     UNNUMBERED,
     VERSION,
     Command,
@@ -49,6 +51,8 @@ SILENCE_NS: Final = 10 * S
 """Silence after which the PC counts as gone: a partial download is dropped, trace and events end.  Breakpoints stay."""
 AHEAD_NS: Final = 5 * MS
 """Unsolicited messages are sent if the line has at most this much left to carry."""
+PROGRESS_NS: Final = 50 * MS
+"""Shortest time between two reports of progress."""
 
 
 class UserPortSettings(Settings):
@@ -66,7 +70,7 @@ class UserPort:
         self._character_ns = self._format.bits_per_character * S // self._format.baud
         self._free_ns = 0  # time at which the line has carried all data sent so far
         self._deframer = Deframer()
-        self._transfer, self._trace = TransferRequests(card), Trace(card)
+        self._transfer, self._trace = TransferRequests(card, self._on_outcome), Trace(card)
         debugging = DebugRequests(card, self._report_again)
         self._handlers: Handlers = {
             Command.HELLO: bare(self._hello),
@@ -78,6 +82,9 @@ class UserPort:
         }
         self._last_request: Message | None = None
         self._last_answer = b""
+        self._unanswered: Message | None = None  # request whose answer comes later
+        self._reported_progress: Progress | None = None
+        self._next_progress_ns = 0
         self._heard_ns: int | None = None  # time of the last valid request; None without a PC
         self._has_events = False
         self._reported: object = None
@@ -117,16 +124,32 @@ class UserPort:
         self._heard_ns = self._clock.now_ns()
         if request.sequence == UNNUMBERED or request != self._last_request:
             status, data = self._outcome(request)
-            answer = Message(
-                self._card.number, request.sequence, request.command | ANSWER, bytes((status,)) + data
-            ).encode()
+            answer = b"" if data is None else self._answer(request, status, data)
+            if data is None:
+                self._unanswered = request
             if request.sequence != UNNUMBERED:
                 self._last_request, self._last_answer = request, answer
         else:
             answer = self._last_answer
+        if answer:
+            self._send(answer)
+
+    def _answer(self, request: Message, status: Status, data: bytes) -> bytes:
+        return Message(self._card.number, request.sequence, request.command | ANSWER, bytes((status,)) + data).encode()
+
+    def _on_outcome(self, refusal: RequestError | None) -> None:
+        """Answer the request that was not answered at once."""
+        request, self._unanswered, self._reported_progress = self._unanswered, None, None
+        assert request is not None, "the card has accepted a program that was not committed"
+        if refusal is None:
+            answer = self._answer(request, Status.OK, b"")
+        else:
+            answer = self._answer(request, refusal.status, refusal.text.encode()[:LONGEST_TEXT])
+        if request == self._last_request:
+            self._last_answer = answer
         self._send(answer)
 
-    def _outcome(self, request: Message) -> tuple[Status, bytes]:
+    def _outcome(self, request: Message) -> tuple[Status, bytes | None]:
         if request.version != VERSION:
             return Status.VERSION, b""
         handler = self._handlers.get(request.command)
@@ -152,6 +175,7 @@ class UserPort:
         self._has_events = False
         self._trace.stop()
         self._transfer.drop()
+        self._unanswered = None
 
     # ---- unsolicited messages
 
@@ -168,6 +192,8 @@ class UserPort:
 
     def _report(self) -> None:
         """Send at most one unsolicited message."""
+        if self._unanswered is not None and self._report_progress():
+            return
         if self._has_events:
             now = news(self._card)
             if now != self._reported:
@@ -176,6 +202,15 @@ class UserPort:
                 return
         if samples := self._trace.take():
             self._send_unasked(SAMPLES, samples)
+
+    def _report_progress(self) -> bool:
+        """Report the progress of a program that is being loaded, if it is time for that."""
+        now_ns, progress = self._clock.now_ns(), self._card.loading
+        if progress is None or progress == self._reported_progress or now_ns < self._next_progress_ns:
+            return False
+        self._reported_progress, self._next_progress_ns = progress, now_ns + PROGRESS_NS
+        self._send_unasked(PROGRESS, STEPS.pack(progress.done, progress.steps) + progress.what.encode())
+        return True
 
     def _send_unasked(self, what: int, data: bytes) -> None:
         self._unasked = self._unasked + 1 & 0xFF

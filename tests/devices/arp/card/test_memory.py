@@ -363,7 +363,7 @@ def test_a_program_is_loaded_while_nothing_runs(state: CardState) -> None:
         case CardState.STOPPED:
             bench.access.stop_program()
     assert bench.state is state
-    bench.access.load(an_object("V7 == 7"))
+    bench.load(an_object("V7 == 7"))
     assert (bench.state, bench.access.program_name, bench.line) == (state, "winder", 2)
     bench.drive("I108", False).run_for(20).drive("I108", True).run_for(20)
     assert bench.variable(7) == 7
@@ -373,7 +373,7 @@ def test_a_program_is_loaded_while_nothing_runs(state: CardState) -> None:
 def test_a_program_that_runs_is_not_replaced() -> None:
     bench = CardBench(LOOP).run_for(20)
     with pytest.raises(RefusedError, match="is running"):
-        bench.access.load(an_object("V7 == 7"))
+        bench.load(an_object("V7 == 7"))
     assert (bench.state, bench.access.program_name) == (CardState.RUN, "program")
 
 
@@ -383,7 +383,7 @@ def test_what_is_no_object_of_this_card_leaves_the_old_program(data: bytes) -> N
     bench = CardBench(LOOP).run_for(20)
     bench.access.stop_program()
     with pytest.raises(ObjectError):
-        bench.access.load(data)
+        bench.load(data)
     assert (bench.access.program_name, bench.access.run_program()) == ("program", True)
     assert CardBench(store=bench.store).run_for(20).access.program_name == "program"
 
@@ -392,7 +392,7 @@ def test_a_program_that_cannot_be_saved_leaves_the_old_one() -> None:
     bench = CardBench(LOOP, store=FailingStore(saves=1)).run_for(20)
     bench.access.stop_program()
     with pytest.raises(RefusedError, match="E03"):
-        bench.access.load(an_object("V7 == 7"))
+        bench.load(an_object("V7 == 7"))
     assert (bench.access.program_name, bench.error) == ("program", 103)
 
 
@@ -400,7 +400,7 @@ def test_what_was_downloaded_stays_until_the_file_changes() -> None:
     store = MemoryStore()
     bench = CardBench(LOOP, store=store).run_for(20)
     bench.access.stop_program()
-    bench.access.load(an_object("V7 == 7"))
+    bench.load(an_object("V7 == 7"))
     assert CardBench(LOOP, store=store).run_for(20).access.program_name == "winder"
     assert CardBench(LOOP + "\nV9 == 9", store=store).run_for(20).access.program_name == "program"
 

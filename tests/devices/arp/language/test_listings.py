@@ -4,6 +4,7 @@ import pytest
 from arp_card import ArpBench, RecordedCard
 from arp_listings import EXAMPLE2, EXEMPLE1, TEST_PID
 
+from fieldrig_devices.arp.language.compiler import Compiled
 from fieldrig_devices.arp.runtime.card import CamSwitch
 from fieldrig_devices.arp.runtime.program import ProgramState
 
@@ -188,7 +189,9 @@ end""")
     bench.card.V[22] = 5_000
     bench.run()
     assert (bench.card.V[100], bench.card.O[101]) == (6_000, 1)
-    assert [note.line for note in bench.program.compiled.notes] == [3, 4]
+    compiled = bench.program.compiled
+    assert isinstance(compiled, Compiled)
+    assert [note.line for note in compiled.notes] == [3, 4]
 
 
 @pytest.mark.manual("ARP-086")

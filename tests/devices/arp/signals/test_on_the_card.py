@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.store import MemoryStore
 from fieldrig.testing import RecordedLink
@@ -23,7 +24,7 @@ class Bench:
         parameters = {"general": {1: 1, 16: 10, **(general or {})}, "axis1": axis1 or {}}
         settings = ArpSettings.model_validate({"program": program, "parameters": parameters, "inputs": {"I108": True}})
         self.clock, self.wires = VirtualClock(), RecordedLink[Signal]()
-        self.card = ArpCard(self.clock, "c", settings, MemoryStore(), self.wires)
+        self.card = ArpCard(self.clock, "c", settings, MemoryStore(), VirtualBackground(self.clock), self.wires)
         self.card.start()
 
     def run(self, ms: int) -> "Bench":

@@ -119,7 +119,7 @@ def test_a_download_is_refused_while_the_program_runs() -> None:
     bench = PortBench(COUNT, is_enabled=True)
     assert bench.ask(BEGIN, announced(OTHER))[0] == REFUSED
     assert bench.ask(BLOCK, bytes(4) + OTHER[:240])[0] == ORDER
-    assert bench.ask(COMMIT)[0] == ORDER
+    assert bench.commit()[0] == ORDER
     assert does_the_old_program_run(bench)
 
 
@@ -128,7 +128,7 @@ def test_a_program_that_was_started_meanwhile_is_not_replaced() -> None:
     bench.ok(BEGIN, announced(OTHER))
     bench.ok(BLOCK, bytes(4) + OTHER)
     bench.enable()
-    assert bench.ask(COMMIT)[0] == REFUSED
+    assert bench.commit()[0] == REFUSED
     assert does_the_old_program_run(bench)
 
 
@@ -152,11 +152,11 @@ def test_an_incomplete_or_damaged_download_leaves_the_old_program() -> None:
     bench = PortBench(COUNT)
     bench.ok(BEGIN, announced(OTHER))
     bench.ok(BLOCK, bytes(4) + OTHER[:-10])
-    assert bench.ask(COMMIT)[0] == DAMAGED
-    assert bench.ask(COMMIT)[0] == ORDER
+    assert bench.commit()[0] == DAMAGED
+    assert bench.commit()[0] == ORDER
     bench.ok(BEGIN, announced(OTHER))
     bench.ok(BLOCK, bytes(4) + OTHER.replace(b"V2", b"V3"))
-    assert bench.ask(COMMIT)[0] == DAMAGED
+    assert bench.commit()[0] == DAMAGED
     assert does_the_old_program_run(bench)
 
 

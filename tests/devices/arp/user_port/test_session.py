@@ -37,7 +37,7 @@ def test_the_examples_of_the_page_are_what_is_on_the_line(bench: PortBench) -> N
 
 def test_the_tables_of_the_page_are_complete() -> None:
     commands = re.findall(r"^\| `([0-9A-F]{2})` \| ([A-Z_]+) \|", PAGE, re.MULTILINE)
-    unsolicited = {"EVENT": 0xE0, "SAMPLES": 0xE1}
+    unsolicited = {"EVENT": 0xE0, "SAMPLES": 0xE1, "PROGRESS": 0xE2}
     assert {name: int(code, 16) for code, name in commands} == {
         command.name: command.value for command in Command
     } | unsolicited
