@@ -65,6 +65,10 @@ class IecDebuggee:
     def progress(self) -> str:
         return ""
 
+    @property
+    def problem(self) -> str:
+        return ""
+
     @abstractmethod
     def start(self) -> None: ...
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
@@ -56,6 +57,7 @@ class Max4(Device):
         name: str,
         settings: Max4Settings,
         store: Store,
+        background: Background,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
@@ -103,7 +105,7 @@ class Max4(Device):
         self.can = None if can is None else SharedLink(can)
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
-        self.plc = Plc(clock, self)
+        self.plc = Plc(clock, self, background)
         self._debugging = DebugService(clock, PlcDebuggee(self))
         self._field_buses.add_objects(self.tree)
         self.plc.check_settings()

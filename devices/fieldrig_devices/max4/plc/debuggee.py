@@ -45,6 +45,14 @@ class PlcDebuggee(IecDebuggee):
         if self._sample is not None:
             self._sample()
 
+    @property
+    def progress(self) -> str:
+        return self._plc.progress
+
+    @property
+    def problem(self) -> str:
+        return self._plc.problem
+
     def start(self) -> None:
         self._powered().operations.do("start")
 
@@ -67,13 +75,14 @@ class PlcDebuggee(IecDebuggee):
         sources = tuple(Source(name, text) for name, text in files.items())
         container = Container(sources, controller.settings.dialect)
 
-        def write() -> None:
-            controller.project.store_program(container.encode())
+        def on_done(problem: str) -> None:
+            if not problem:
+                controller.operations.write_program(container.encode())
 
         if is_online:
-            controller.plc.change(container, write)
+            controller.plc.change(container, on_done)
         else:
-            controller.plc.download(container, write)
+            controller.plc.download(container, on_done)
 
     def _powered(self) -> "Max4":
         if not self._controller.is_on:
