@@ -18,6 +18,7 @@ from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
+from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
@@ -30,6 +31,7 @@ from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
@@ -57,6 +59,7 @@ class Max4(Device):
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
+        opcua: Link[OpcUaMessage] | None = None,
     ) -> None:
         """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -99,6 +102,8 @@ class Max4(Device):
         self.can = None if can is None else SharedLink(can)
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
+        self.opcua = None if opcua is None else OpcUaNodes(self, opcua)
+        """The nodes for OPC UA, or None without a link to such a bus."""
 
     # ---- power, boot, reset
 
