@@ -145,6 +145,7 @@ class OpcUaPort(Port):
         for device in self._settings.order:
             await self._namespace(device)
         self._changes = await server.get_event_generator(ua.ObjectIds.GeneralModelChangeEventType)
+        self._changes.event.data_types["Changes"] = ua.VariantType.ExtensionObject
         try:
             await server.start()
         except OSError as cause:
