@@ -27,7 +27,7 @@ PINS = {
 
 
 class CamBench:
-    """Also the `MotionController` of the libraries."""
+    """The bench, which is also the `MotionController` of the libraries."""
 
     cycle_ns = CYCLE_NS
 

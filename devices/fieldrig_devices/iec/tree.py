@@ -142,6 +142,8 @@ class Statement(Node):
     """Comments in front of the statement, with their brackets."""
     remark: str = field(default="", compare=False, repr=False, kw_only=True)
     """A comment behind the statement in its last line."""
+    is_spaced: bool = field(default=False, compare=False, repr=False, kw_only=True)
+    """True if an empty line stands in front of it."""
     after: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
     """Comments behind the last statement of a block, in lines of their own."""
 

@@ -131,16 +131,14 @@ class Code:
         self,
         routines: Mapping[str, Sequence[Instruction] | Routine],
         names: Mapping[str, object],
-        deepest: int,
+        stack_size: int,
         rules: sandbox.Rules | None = None,
     ) -> None:
-        """`deepest` is the size of a task's stack beyond the frame of its first routine: the number of nested calls
-        for languages with frames of size 1.
-        """
+        """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1."""
         self.routines = [one if isinstance(one, Routine) else Routine(one) for one in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
         self.names_of_routines = list(routines)
-        self.deepest = deepest
+        self.stack_size = stack_size
         self.limit = [0]
         """Where the stack of the running task ends; set by the task."""
         self.left: list[Left] = []

@@ -49,7 +49,7 @@ class Task:
     def start(self, routine: str, frame: int = 0, base: int = 0) -> None:
         """Start from the beginning of a routine, with the stack at `frame`."""
         self.routine, self.pc, self.frame, self.base = self._code.numbers[routine], 0, frame, base
-        self._limit = frame + self._code.routines[self.routine].frame_size + self._code.deepest
+        self._limit = frame + self._code.stack_size
         self.stack.clear()
         self.state, self._is_between, self._passed = TaskState.READY, False, None
         self.fault = None

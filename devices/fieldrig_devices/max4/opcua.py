@@ -4,7 +4,7 @@ Source: PacDrive manual 6873-6887, 6941-6943 (digest PD-284): OPC gives direct a
 The manual's server speaks OPC DA on a PC; ours is OPC UA, with a node for each parameter and variable.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +13,7 @@ from fieldrig_bus.opcua.message import AnyValue, Kind, Node, OpcUaMessage
 from fieldrig_devices.max4.configuration.tree import Object, ObjectTree, Parameter, Type
 from fieldrig_devices.opcua.face import OpcUaFace
 from fieldrig_devices.opcua.methods import Method, MethodsTree
+from fieldrig_devices.opcua.symbols import SymbolsTree
 from fieldrig_devices.opcua.tree import NodeTree, Trees, UnknownNodeError
 
 if TYPE_CHECKING:
@@ -108,7 +109,6 @@ class OpcUaNodes:
 
     def __init__(self, max4: "Max4", link: Link[OpcUaMessage]) -> None:
         self._max4 = max4
-        self.program: Callable[[], NodeTree | None] = lambda: None
         methods = {word: Method(about, partial(max4.operations.do, word)) for word, about in METHODS.items()}
         self._methods = MethodsTree(methods)
         self._face = OpcUaFace(max4.name, max4.about, link, self._nodes)
@@ -119,9 +119,13 @@ class OpcUaNodes:
         """Offer the nodes again: after a boot, a download and an online change."""
         self._face.offer()
 
+    def _program(self) -> NodeTree | None:
+        program = self._max4.plc.program
+        return None if program is None else SymbolsTree(program.runtime.symbols, program.runtime)
+
     def _nodes(self) -> NodeTree:
         tree = self._max4.tree
         if self._objects is None or self._objects[0] is not tree:
             self._objects = tree, ObjectNodes(tree)
-        program = self.program()
+        program = self._program()
         return Trees([*([program] if program is not None else []), self._objects[1], self._methods])

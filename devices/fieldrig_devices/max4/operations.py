@@ -16,6 +16,7 @@ from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.version import goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
+from fieldrig_devices.max4.plc.container import Container
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WORDS: Final = (
-    "login [VERSION]", "logout", "start", "stop", "reset", "system reset", "download", "quit",
+    "login [VERSION]", "logout", "start", "stop", "reset", "cold start", "online change", "system reset", "download",
+    "quit",
     "add mc_4 NAME ADDRESS", "add encoder NAME", "delete NAME", "save parameters",
     "save log FILE", "save and reset log FILE", "reset log", "delete log FILE",
 )  # fmt: skip
@@ -64,8 +66,10 @@ class Operations:
             "login": ((0, 1), self._login),
             "logout": ((0,), lambda: controller.report(Code.LOGOUT, LZS)),
             "start": ((0,), self._start),
-            "stop": ((0,), self._stop),
-            "reset": ((0,), self._stop),
+            "stop": ((0,), controller.plc.stop),
+            "reset": ((0,), controller.plc.reset),
+            "cold start": ((0,), self._cold_start),
+            "online change": ((0,), self._online_change),
             "system reset": ((0,), controller.reset),
             "download": ((0,), self._download),
             "quit": ((0,), controller.quit_all),
@@ -88,18 +92,34 @@ class Operations:
         controller.report(Code.LOGIN, LZS)
 
     def _start(self) -> None:
-        controller = self._controller
-        if not controller.project.has_program:
-            raise ValueError("there is no program to start: expected a download first")
-        controller.is_program_running = True
-        controller.report(Code.PROGRAM_STARTED, LZS)
+        self._controller.plc.start()
 
-    def _stop(self) -> None:
-        self._controller.is_program_running = False
+    def _cold_start(self) -> None:
+        """Start the program anew, with the start values of all variables (PD-051)."""
+        plc = self._controller.plc
+        plc.reset(is_cold=True)
+        plc.start()
+
+    def _online_change(self) -> None:
+        """Change the running program to the present sources of the project (PD-225)."""
+        controller = self._controller
+        container = self._sources()
+        controller.plc.change(container, lambda: controller.project.store_program(container.encode()))
+
+    def _sources(self) -> Container:
+        container = self._controller.plc.project()
+        if container is None:
+            raise ValueError("the rig file names no sources: expected program: FILE at this device")
+        return container
 
     def _download(self) -> None:
+        """Write the files of the project, the program first, which is loaded at once and waits for its start."""
         controller = self._controller
-        files = controller.project.files(controller.system.stored_values())
+        container = controller.plc.project()
+        if container is not None:
+            controller.plc.download(container)
+        program = controller.project.program if container is None else container.encode()
+        files = controller.project.files(controller.system.stored_values(), program)
         self.cancel()
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
 

@@ -6,10 +6,11 @@ NodeId has the case of the declaration.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Final, Protocol, overload
+from typing import Final, overload
 
-from fieldrig.device import Value
 from fieldrig_bus.opcua.message import MOST_ELEMENTS, AnyValue, Kind, Node
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.types import (
     ArrayType,
     Elementary,
@@ -25,38 +26,9 @@ from fieldrig_devices.opcua.tree import UnknownNodeError
 _UNITS: Final = {Elementary.TIME: "ms"}
 
 
-class SymbolLike(Protocol):
-    """A `Symbol` of `iec.symbols`."""
-
-    @property
-    def path(self) -> str: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def type(self) -> Type: ...
-    @property
-    def comment(self) -> str: ...
-    @property
-    def is_writable(self) -> bool: ...
-
-
-class SymbolTable(Protocol):
-    """The `Symbols` of a program."""
-
-    def children(self, path: str = "") -> Sequence[SymbolLike]: ...
-    def find(self, path: str) -> SymbolLike | None: ...
-
-
-class Accessor(Protocol):
-    """Reads and writes the value of a symbol; `write` raises ValueError for a value that it can't have."""
-
-    def read(self, symbol: SymbolLike) -> Value: ...
-    def write(self, symbol: SymbolLike, value: Value) -> None: ...
-
-
 class SymbolsTree:
-    def __init__(self, symbols: SymbolTable, memory: Accessor) -> None:
-        self._symbols, self._memory = symbols, memory
+    def __init__(self, symbols: Symbols, runtime: Runtime) -> None:
+        self._symbols, self._runtime = symbols, runtime
 
     def children(self, path: str) -> Sequence[Node]:
         symbol = self._symbols.find(path) if path else None
@@ -71,41 +43,41 @@ class SymbolsTree:
     def read(self, path: str) -> AnyValue:
         symbol = self._symbol(path)
         if not isinstance(symbol.type, ArrayType):
-            return self._memory.read(symbol)
-        return [self._memory.read(element) for element in self._elements(symbol, symbol.type)]
+            return self._runtime.read(symbol)
+        return [self._runtime.read(element) for element in self._elements(symbol, symbol.type)]
 
     def write(self, path: str, value: AnyValue) -> None:
         symbol = self._symbol(path)
         if isinstance(symbol.type, ArrayType) != isinstance(value, list):
             raise TypeError(f"{path} is {symbol.type}")
         if not isinstance(value, list):
-            self._memory.write(symbol, value)
+            self._runtime.write(symbol, value)
             return
         assert isinstance(symbol.type, ArrayType)
         if len(value) != symbol.type.count:
             raise ValueError(f"expected {symbol.type.count} elements, got {len(value)}")
         for element, one in zip(self._elements(symbol, symbol.type), value, strict=True):
-            self._memory.write(element, one)
+            self._runtime.write(element, one)
 
     def call(self, path: str) -> None:
         raise UnknownNodeError(path)
 
-    def _symbol(self, path: str) -> SymbolLike:
+    def _symbol(self, path: str) -> Symbol:
         symbol = self._symbols.find(path)
         if symbol is None or self._node(symbol).kind is not Kind.VARIABLE:
             raise UnknownNodeError(path)
         return symbol
 
-    def _elements(self, symbol: SymbolLike, kind: ArrayType) -> Iterator[SymbolLike]:
+    def _elements(self, symbol: Symbol, kind: ArrayType) -> Iterator[Symbol]:
         return (self._element(symbol, index) for index in range(kind.low, kind.high + 1))
 
-    def _element(self, symbol: SymbolLike, index: int) -> SymbolLike:
+    def _element(self, symbol: Symbol, index: int) -> Symbol:
         found = self._symbols.find(f"{symbol.path}[{index}]")
         if found is None:
             raise UnknownNodeError(f"{symbol.path}[{index}]")
         return found
 
-    def _node(self, symbol: SymbolLike) -> Node:
+    def _node(self, symbol: Symbol) -> Node:
         kind = symbol.type
         node = Node(symbol.path, _parent(symbol.path), symbol.name, about=symbol.comment)
         if isinstance(kind, ArrayType):
@@ -156,7 +128,7 @@ def _value_type(kind: Type) -> str | None:
             return None
 
 
-def _described(node: Node, kind: Type, symbol: SymbolLike, length: int | None) -> Node:
+def _described(node: Node, kind: Type, symbol: Symbol, length: int | None) -> Node:
     type_name = _value_type(kind)
     return Node(
         node.path,

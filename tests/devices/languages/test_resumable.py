@@ -51,7 +51,7 @@ class World:
         self.done: list[int] = []
         self._turns = 0
         names = {"log": self.done.append, "chance": self.chance}
-        self.code = Code(routines, names, DEEPEST)
+        self.code = Code(routines, names, DEEPEST + 1)
         self.task = Task(self.code)
         self.task.start("A")
 

@@ -72,7 +72,7 @@ class ArpProgram:
         self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
-        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL)
+        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL + 1)
         self.code.compile()
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)

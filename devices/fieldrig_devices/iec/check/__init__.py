@@ -23,6 +23,7 @@ from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.tasks import Tasks
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.program import Program
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -32,14 +33,17 @@ def check(
     host: Host,
     dialect: Dialect = EPAS_4,
     *,
-    library_files: Collection[str] = (),
+    library_files: Collection[str] | None = None,
     limits: Limits = MAX_4,
 ) -> tuple[Program, list[Mistake]]:
     """Check the files of a project with those of its libraries.
 
-    `library_files` are the names of units that belong to libraries; the project may declare their names anew.  The
-    program may be used if no mistake is more than a note.  Mistakes are in the order of files and lines.
+    `library_files` are the names of units that belong to libraries, by default the standard library's and the host's;
+    the project may declare their names anew.  The program may be used if no mistake is more than a note.  Mistakes are
+    in the order of files and lines.
     """
+    if library_files is None:
+        library_files = [*(name for name, _ in sources(dialect.name)), *(known.name for known in host.libraries)]
     project = Project(host, dialect, limits)
     declarations = Declarations(project, frozenset(library_files))
     declarations.declare(units)

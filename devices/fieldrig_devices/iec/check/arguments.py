@@ -72,7 +72,7 @@ def _parameter(
             if context.key(variable.name) == context.key(argument.name):
                 return variable
         names = {context.key(variable.name): variable.name for variable in inputs}
-        hint = context.project.reports.closest(argument.name, names)
+        hint = context.project.reports.closest(argument.name, names.values())
         context.say(
             argument, f"{pou.name} has no input {argument.name}", ", ".join(names.values()) or "no argument", hint
         )

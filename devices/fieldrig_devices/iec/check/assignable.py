@@ -17,6 +17,7 @@ from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
     Family,
+    ObjectType,
     PointerType,
     StringType,
     SubrangeType,
@@ -73,7 +74,7 @@ def _elementary(context: Context, value: Expression, kind: Elementary, at: tree.
         return constants.converted(value, kind)
     if not isinstance(source, Elementary):
         return _no(context, value, kind, at)
-    allowed = implicit.WIDENS if context.project.dialect.mixes_integers else implicit.STRICT
+    allowed = implicit.WIDENS if context.mixes_integers else implicit.STRICT
     if (source, kind) not in allowed:
         return _no(context, value, kind, at)
     if kind is Elementary.REAL and not implicit.is_exact(source, kind) and not isinstance(value, Constant):
@@ -190,7 +191,11 @@ def _hint(source: Type, kind: Type, at: tree.Node) -> str:
             if isinstance(source, ArrayType)
             else f"{text(at) or 'p'}^ is what it points to"
         )
+    if isinstance(source, ObjectType) and isinstance(kind, Elementary):
+        return f"{text(at)}.logAdr is its logical address"
     before, after = _conversion_name(source), _conversion_name(kind)
+    if isinstance(source, EnumType) and isinstance(kind, EnumType):
+        return f"write a value of {kind}"
     if not before or not after:
         return ""
     shown = f"{before}_TO_{after}({text(at) or '...'})"

@@ -159,7 +159,7 @@ def _outputs(
         if is_negated and value is not None:
             value = of.negate(Operator.NOT, value, given)
         if target is not None and value is not None:
-            value = of.convert(value, target.type, given)
+            value = of.convert(value, target.type, tree.Name(variable.name, place=given.place))
         if target is None or value is None:
             is_whole = False
         else:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
-from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
@@ -76,7 +76,7 @@ def called_function(context: Context, name: str) -> Pou | None:
 
 def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
     if context.pou is not None:
-        context.project.calls.setdefault(context.pou, {}).setdefault(pou, node.place)
+        context.project.calls.setdefault(context.pou, {}).setdefault(pou, place_of(node))
 
 
 def call(of: "Expressions", pou: Pou, node: tree.Call) -> CallFunction | None:
@@ -189,7 +189,7 @@ def _operator_call(
     """ADD(a, b, c) is a + b + c, and GT(a, b, c) is a > b AND b > c."""
     if operator is Operator.NOT and len(values) == 1:
         return of.negate(operator, values[0], at)
-    is_binary = operator in intrinsics.BINARY_ONLY
+    is_binary = operator.name in intrinsics.BINARY_ONLY
     if operator is Operator.NOT or len(values) < 2 or (is_binary and len(values) != 2):
         expected = (
             "one argument" if operator is Operator.NOT else "two arguments" if is_binary else "two arguments or more"
@@ -224,7 +224,7 @@ def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | N
         of.context.say(
             at,
             f"{text(at)} has no address of its own",
-            "a variable that is not a bit or a parameter",
+            "a variable",
             "copy it into a variable first",
         )
         return None
@@ -239,7 +239,7 @@ def has_cell(place: Place) -> bool:
 def _adr(of: "Expressions", node: tree.Call) -> Expression | None:
     given = _one_argument(of, node)
     place = _cell_of(of, given) if given is not None else None
-    return address_of(of, place, node.arguments[0]) if place is not None else None
+    return address_of(of, place, given) if place is not None and given is not None else None
 
 
 def _cell_of(of: "Expressions", node: tree.Expression) -> Place | None:

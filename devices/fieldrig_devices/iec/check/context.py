@@ -2,8 +2,13 @@
 
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
-from fieldrig_devices.iec.tree import Node, PouKind, Section
+from fieldrig_devices.iec.tree import Call, Node, Place, PouKind, Section
 from fieldrig_devices.iec.types import Type
+
+
+def place_of(node: Node) -> Place:
+    """Return the place that a message points to; for a call it is what is called, not the bracket."""
+    return node.called.place if isinstance(node, Call) else node.place
 
 
 class Context:
@@ -13,6 +18,9 @@ class Context:
         self.pou = pou if pou is not None else source.pou if source is not None else None
         """The POU or action whose body is checked."""
         self.names: dict[str, Variable] = source.names if source is not None else {}
+        is_library = source is not None and source.is_library
+        self.mixes_integers = project.dialect.mixes_integers or is_library
+        """True if integers and bit strings go into one another; libraries are written for EPAS-4."""
         self._unknown: set[str] = set()
         self._hidden = 0
 
@@ -26,17 +34,18 @@ class Context:
         return self.names.get(wanted) or self.project.find(wanted)
 
     def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
-        self.project.reports.say(self.file, node.place, what, expected, hint)
+        self.project.reports.say(self.file, place_of(node), what, expected, hint)
 
     def note(self, node: Node, what: str, hint: str = "") -> None:
-        self.project.reports.note(self.file, node.place, what, hint)
+        self.project.reports.note(self.file, place_of(node), what, hint)
 
     def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""
         if self.key(name) in self._unknown:
             return
         self._unknown.add(self.key(name))
-        known = [*self.names, *self.project.names]
+        entities = [*self.names.items(), *self.project.names.items()]
+        known = [getattr(entity, "name", name) for name, entity in entities]
         hint = self.project.reports.closest(name, known)
         self.say(node, f"{name} is not declared", expected or ("" if hint else "a name from a declaration"), hint)
 

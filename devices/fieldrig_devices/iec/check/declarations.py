@@ -160,8 +160,7 @@ class Declarations:
     def _starts(self) -> None:
         starts: list[Start] = list(self._project.starts.values())
         for start in starts:
-            if start.variable.initial is None:
-                self._project.compute(start)
+            self._project.compute(start)
 
     # ---- sizes
 

@@ -25,9 +25,9 @@ from fieldrig_devices.iec.check.places import Meaning
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
-from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou
+from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
-from fieldrig_devices.iec.types import Elementary, StringType, Type
+from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, ObjectType, StringType, Type
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,
@@ -50,7 +50,7 @@ class Expressions:
 
     def expression_as(self, node: tree.Expression, kind: Type) -> Expression | None:
         found = _EXPRESSIONS[type(node)](self, node, kind)
-        if found is None or (found.type is kind and type(found) is not Untyped):
+        if found is None or (found.type is kind and type(found) is not Untyped and type(kind) is not BlockType):
             return found
         return assignable.convert(self.context, found, kind, node)
 
@@ -84,8 +84,17 @@ class Expressions:
         if isinstance(found, Place):
             return found if found.type is not UNKNOWN and places.is_writable(self.context, found, node) else None
         if found is not None:
-            self.context.say(node, f"{text(node)} cannot be assigned to", "a variable")
+            self.context.say(node, f"{text(node)} is {self._kind(found, node)}", "a variable that may be written here")
         return None
+
+    def _kind(self, found: Constant | Pou | EnumType, node: tree.Expression) -> str:
+        if isinstance(found, Pou):
+            return f"a {found.kind.value}" if found.owner is None else "an action"
+        if isinstance(found, Constant) and isinstance(found.type, ObjectType):
+            return "a configuration object"
+        named = self.context.find(node.text) if isinstance(node, tree.Name) else None
+        is_value = isinstance(found, Constant) and isinstance(found.type, EnumType) and not isinstance(named, Variable)
+        return "a value of an enumeration" if is_value else "a type" if isinstance(found, EnumType) else "a constant"
 
     # ---- constants
 
@@ -155,6 +164,9 @@ def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expre
         return None if found.type is UNKNOWN else Load(found)
     if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
         return Load(Cell(found.instance, found.instance.type))
+    if isinstance(found, Pou) and found.owner is not None:
+        of.context.say(node, f"{found.name} is an action", "a value", f"call it as a statement: {text(node)};")
+        return None
     if isinstance(found, Pou):
         hints = {PouKind.FUNCTION: f"{found.name}(...) calls it", PouKind.FUNCTION_BLOCK: f"declare x : {found.name};"}
         of.context.say(node, f"{found.name} is {a(found.kind.value)}", "a value", hints.get(found.kind, ""))

@@ -21,12 +21,14 @@ from fieldrig_devices.iec.types import (
 
 def compute(start: Start, context: Context) -> None:
     """Work out the start value of one variable, once."""
+    if start.is_done:
+        return
     if start.is_busy:
         context.say(start.initial, f"{start.variable.name} is defined by itself", "a constant")
         return
     start.is_busy = True
     start.variable.initial = value(start.initial, start.variable.type, context)
-    start.is_busy = False
+    start.is_done = True
 
 
 def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | None:

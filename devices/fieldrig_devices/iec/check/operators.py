@@ -90,7 +90,7 @@ def _arithmetic(
     if family in TIMES:
         made = times.of_the_same_type(operator, left, right, kind)
         return made or _no(context, operator, left, right, at, "an operation for times, such as TIME + TIME")
-    if family is Family.BOOL or (family is Family.BITS and not context.project.dialect.mixes_integers):
+    if family is Family.BOOL or (family is Family.BITS and not context.mixes_integers):
         return _no(context, operator, left, right, at, "two numbers")
     if operator is Operator.MOD and family is Family.REAL:
         return _no(context, operator, left, right, at, "two integers", "MOD is for integers only")
@@ -104,7 +104,7 @@ def _logic(
 ) -> Expression | None:
     if kind is BOOL:
         return constants.binary(operator, left, right, BOOL)
-    is_allowed = kind.family is Family.BITS or (kind.is_integer and context.project.dialect.mixes_integers)
+    is_allowed = kind.family is Family.BITS or (kind.is_integer and context.mixes_integers)
     if operator in SHORT_CIRCUIT or not is_allowed:
         expected = "two BOOL" if operator in SHORT_CIRCUIT else "two BOOL or two bit strings"
         return _no(context, operator, left, right, at, expected)
@@ -128,7 +128,7 @@ def _meet(
     if operator in COMPARISONS:
         kind = implicit.compared(first, second)
     else:
-        kind = implicit.common(first, second, not context.project.dialect.mixes_integers)
+        kind = implicit.common(first, second, not context.mixes_integers)
     if kind is None:
         return _no(context, operator, left, right, at, _expected(operator), _bool_hint(operator, first, second, at))
     return constants.converted(left, kind), constants.converted(right, kind)
@@ -228,7 +228,7 @@ def unary(context: Context, operator: Operator, operand: Expression, at: tree.No
     if not isinstance(kind, Elementary):
         return _no_operand(context, operator, kind, at)
     if operator is Operator.NOT:
-        is_integer = kind.is_integer and context.project.dialect.mixes_integers
+        is_integer = kind.is_integer and context.mixes_integers
         if kind is BOOL or kind.family is Family.BITS or is_integer:
             return constants.unary(operator, operand, kind)
         return _no_operand(context, operator, kind, at)

@@ -150,7 +150,8 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         action = pou.actions.get(context.key(node.name))
         if action is not None:
             return action
-        pins = [name for name, pin in pou.variables.items() if pin.section in (Section.INPUT, Section.OUTPUT)]
+        known = [pin for pin in pou.variables.values() if pin.section in (Section.INPUT, Section.OUTPUT)]
+        pins = [pin.name for pin in known]
         hint = context.project.reports.closest(node.name, pins) or f"it has {', '.join(pins[:8])}"
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
@@ -231,8 +232,10 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if not isinstance(kind, ArrayType):
             what = f"{text(node.of)} is {a(kind)}, not an array"
             if position:
-                what = f"{len(node.indices)} indices for the array {text(node.of)} of {position} dimensions"
-            of.context.say(node, what, f"{position} indices" if position else "an array")
+                what = f"the array {text(node.of)} has {position} dimension{'s' * (position > 1)}"
+            of.context.say(
+                node, what, f"{position} {'indices' if position > 1 else 'index'}" if position else "an array"
+            )
             return None
         made = _subscript(of.context, value, kind, index) if value is not None else None
         if made is None:

@@ -60,6 +60,7 @@ class Start:
     source: PouSource | None
     file: str
     is_busy: bool = False
+    is_done: bool = False
 
 
 def start_of(kind: Type) -> Value | None:

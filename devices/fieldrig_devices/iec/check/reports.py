@@ -41,6 +41,7 @@ class Reports:
         if self._searches > MOST_SEARCHES:
             return ""
         wanted = name.casefold()
-        candidates = {other for other in known if abs(len(other) - len(wanted)) <= 2 and not other.startswith("$")}
-        found = get_close_matches(wanted, sorted(candidates), n=1, cutoff=0.7)
-        return f"the closest known name is {found[0]}" if found else ""
+        close = [other for other in known if abs(len(other) - len(wanted)) <= 2 and not other.startswith("$")]
+        candidates = {other.casefold(): other for other in close}
+        found = get_close_matches(wanted, sorted(candidates), n=1, cutoff=0.6)
+        return f"the closest known name is {candidates[found[0]]}" if found else ""

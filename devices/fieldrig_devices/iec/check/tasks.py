@@ -24,6 +24,7 @@ class Tasks:
     def __init__(self, project: Project) -> None:
         self._project = project
         self._tasks: dict[str, Task] = {}
+        self._places: dict[str, tree.Place] = {}
 
     def configure(self, configurations: Sequence[tuple[tree.Configuration, str]]) -> None:
         found = [(node, file) for node, file in configurations if node.tasks or node.programs]
@@ -35,7 +36,7 @@ class Tasks:
                 self._task(task, context)
             for instance in node.programs:
                 self._program(instance, context)
-        self._check(found)
+        self._check()
         self._project.tasks = list(self._tasks.values())
 
     def _without_configuration(self) -> None:
@@ -64,7 +65,7 @@ class Tasks:
                 place,
                 f"no task runs any of the programs {names}",
                 "a task configuration",
-                "name one PLC_PRG or write CONFIGURATION",
+                "name one of them PLC_PRG, or write CONFIGURATION",
             )
 
     # ---- tasks
@@ -74,6 +75,7 @@ class Tasks:
         if name in self._tasks:
             context.say(node, f"the task {node.name} is declared twice", "another name")
             return
+        self._places[name] = node.place
         priority = self._priority(node, context)
         interval = self._interval(node, context)
         event = self._event(node.single, context) if node.single is not None else None
@@ -133,20 +135,20 @@ class Tasks:
     def _free(self, node: tree.ProgramInstance, context: Context) -> Task:
         """A program without WITH runs free, at the lowest priority (IEC 61131-3)."""
         task = Task(node.name, TaskKind.FREE, LOWEST_PRIORITY, 0.0, None, [], context.file, node.place.line)
-        self._tasks[context.key(node.name)] = task
+        name = context.key(node.name)
+        self._tasks[name], self._places[name] = task, node.place
         return task
 
-    def _check(self, configurations: Sequence[tuple[tree.Configuration, str]]) -> None:
+    def _check(self) -> None:
         reports, limit = self._project.reports, self._project.limits.tasks
         if len(self._tasks) > limit:
-            last = list(self._tasks.values())[limit]
-            place = tree.Place(last.line, 1)
-            reports.say(last.file, place, f"{len(self._tasks)} tasks", f"at most {limit} (PD-310)")
-        for task in self._tasks.values():
+            name, last = list(self._tasks.items())[limit]
+            reports.say(last.file, self._places[name], f"{len(self._tasks)} tasks", f"at most {limit} (PD-310)")
+        for name, task in self._tasks.items():
             if not task.programs:
                 reports.say(
                     task.file,
-                    tree.Place(task.line, 1),
+                    self._places[name],
                     f"the task {task.name} names no program",
                     f"PROGRAM ... WITH {task.name} : ...; (PD-033)",
                 )

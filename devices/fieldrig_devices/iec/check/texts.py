@@ -3,6 +3,7 @@
 from fieldrig_devices.iec import tree
 
 LONGEST = 40
+SPOKEN_WITH_A_VOWEL = ("A", "E", "I", "O", "a", "e", "i", "o", "LREAL", "LWORD", "LINT", "MC_")
 
 
 def text(node: tree.Node) -> str:
@@ -40,4 +41,4 @@ def _text(node: tree.Node) -> str:
 def a(kind: object) -> str:
     """Return the name of a type with its article."""
     shown = str(kind)
-    return f"{'an' if shown[:1] in 'AEIOaeio' else 'a'} {shown}"
+    return f"{'an' if shown.startswith(SPOKEN_WITH_A_VOWEL) else 'a'} {shown}"

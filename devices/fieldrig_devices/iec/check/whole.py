@@ -63,6 +63,8 @@ def _lists(project: Project, sizes: Sizes, lists: Sequence[tuple[list[Variable],
 def _instances(project: Project) -> None:
     limit = project.limits.variable
     for pou, source in project.sources.items():
+        if any(variable.type.size > limit for variable in pou.variables.values()):
+            continue  # the variable has its message
         if pou.kind is PouKind.FUNCTION_BLOCK and pou.type is not None and pou.type.size > limit:
             project.reports.say(
                 pou.file,

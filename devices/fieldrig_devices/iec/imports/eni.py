@@ -42,6 +42,6 @@ def read_object(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
             pieces.add(text_of(part if body is None else body), line_of(part if body is None else body))
         if kind is not None:
             pieces.close(f"END_{kind.group().upper()}")
-    unit, mistakes = parse(pieces.text(), report.file, dialect)
-    report.take(mistakes)
+        unit, mistakes = parse(pieces.text(), report.file, dialect)
+        report.take(mistakes)
     return unit

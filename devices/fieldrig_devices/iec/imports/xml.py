@@ -137,7 +137,7 @@ def _ends_line(text: str) -> bool:
 
 
 def _begins_line(text: str | None) -> bool:
-    return text is None or "\n" in text[: len(text) - len(text.lstrip())]
+    return text is not None and "\n" in text[: len(text) - len(text.lstrip())]
 
 
 def comment_of(of: Element | None) -> tuple[str, ...]:

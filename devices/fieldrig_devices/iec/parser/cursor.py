@@ -30,6 +30,8 @@ class Cursor:
         self._is_cut = found.is_cut
         self._reported = -1
         """The last token that a mistake was reported for; a second one for the same token follows from the first."""
+        self._ends: dict[int, int] = {}
+        """The line in which the remark in front of a token ends."""
         self._pending: list[str] = []
         """Comments that no statement has yet."""
 
@@ -111,6 +113,15 @@ class Cursor:
         """True if the present token is in another line than the one before it."""
         return self.i == 0 or self.places[self.i].line != self.places[self.i - 1].line
 
+    def is_spaced(self, at: int) -> bool:
+        """True if an empty line is in front of a token and its comments."""
+        places = self.places
+        if not at or places[at].line - places[at - 1].line < 2:
+            return False
+        last = self._ends.get(at, places[at - 1].line)
+        found = self.comments.get(at)
+        return (found[0][0] if found else places[at].line) - last > 1
+
     def is_adjacent(self, at: int) -> bool:
         """True if there is nothing between a token and the one in front of it."""
         line, column = self.places[at - 1]
@@ -163,4 +174,5 @@ class Cursor:
             self.comments[self.i] = rest
         else:
             del self.comments[self.i]
+        self._ends[self.i] = line + sum(text.count("\n") for text in remarks)
         return " ".join(remarks)

@@ -12,12 +12,12 @@ from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.sections import Bodies
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
-_STRINGS: Final = frozenset({"STRING", "WSTRING"})
 _RESERVED_TEXT = """
     BOOL BYTE WORD DWORD LWORD SINT INT DINT LINT USINT UINT UDINT ULINT REAL LREAL TIME DATE TOD DT TIME_OF_DAY
     DATE_AND_TIME STRING
     """
-_RESERVED: Final = frozenset(_RESERVED_TEXT.split())
+RESERVED: Final = frozenset(_RESERVED_TEXT.split())
+"""Names of types, which nothing else can have."""
 _UNKNOWN: Final = {
     "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
     "UNION": "Overlapping data are variables AT the same address.",
@@ -74,6 +74,7 @@ class Declarations(Bodies):
         found: list[tree.Variable] = []
         while self.kinds[self.i] not in _ENDS:
             at = self.i
+            is_spaced = self.is_spaced(at)
             self.gather()
             if self._is_outside(at):
                 break
@@ -85,7 +86,7 @@ class Declarations(Bodies):
                 self._synchronise_declaration(at)
                 continue
             self.gather_from(at)
-            declared[0].comments = front + self.taken()
+            declared[0].comments, declared[0].is_spaced = front + self.taken(), is_spaced
             declared[-1].remark = self.remark()
             found += declared
         self.gather()
@@ -151,7 +152,7 @@ class Declarations(Bodies):
     def _declared_name(self, is_path: bool) -> tuple[str, tree.Place]:
         at = self.i
         name = self.name("the name of a variable")
-        if name.upper() in _RESERVED:
+        if name.upper() in RESERVED:
             self.say(at, f"{name} is the name of a type", "another name for the variable")
         parts = [name]
         while is_path and self.accept("."):
@@ -191,7 +192,7 @@ class Declarations(Bodies):
         is_array = isinstance(first, tree.Repeated) or isinstance(spec, tree.ArraySpec)
         if self.kinds[self.i] != "," and not is_array:
             return self._one([first], at)
-        if self.kinds[self.i] == "," and isinstance(spec, tree.NamedType) and spec.name.upper() in _RESERVED:
+        if self.kinds[self.i] == "," and isinstance(spec, tree.NamedType) and spec.name.upper() in RESERVED:
             self._decimal_comma(spec)
         if self.kinds[self.i] != "," and isinstance(first, tree.ArrayInitial):
             return first
@@ -427,7 +428,7 @@ class Declarations(Bodies):
     def _type_declaration(self) -> tree.TypeDeclaration:
         at = self.i
         name = self.name("the name of a type")
-        if name.upper() in _RESERVED:
+        if name.upper() in RESERVED:
             self.say(at, f"{name} is an elementary type", "another name for the type")
         if self.is_word("EXTENDS"):
             raise self.unexpected(":", _UNKNOWN["EXTENDS"])

@@ -45,7 +45,7 @@ class Units(Configurations):
         if kind in ("CONFIGURATION", "RESOURCE"):
             return [self.configuration()]
         if kind == "ACTION":
-            action = self._action()
+            action = self.action()
             pou = before[-1] if before else None
             if isinstance(pou, tree.Pou):
                 pou.actions += (action,)
@@ -113,12 +113,13 @@ class Units(Configurations):
         self.i += 1
         name, result = self._pou_header(kind)
         blocks = self.blocks()
+        self.actions = []
         body = self.body()
-        actions = []
+        actions = self.actions
         self.gather()
         rest = self.taken()
         while self.kinds[self.i] == "ACTION":
-            actions.append(self._action())
+            actions.append(self.action())
         word = f"END_{kind.value}"
         end = self.places[self.i]
         self.gather()
@@ -167,19 +168,3 @@ class Units(Configurations):
                 self.i += 1
             return self.texts[at] if self.kinds[at] == token.NAME else "", None
         return name, result if kind is tree.PouKind.FUNCTION else None
-
-    def _action(self) -> tree.Action:
-        opening = self.i
-        self.gather()
-        front = self.taken()
-        self.enter()
-        self.i += 1
-        name = self.name("the name of the action")
-        if not self.accept(":"):
-            self.missing(":", "An action begins with ACTION name:")
-        body = self.body()
-        self._end("END_ACTION", opening, "ACTION")
-        self.depth -= 1
-        found = tree.Action(name, body, place=self.places[opening])
-        found.comments, found.remark = front + self.taken(), self.remark()
-        return found

@@ -1,15 +1,37 @@
-"""Bodies of POUs, actions and steps, in the language that their first line shows.
+"""Bodies of POUs, actions and steps, in the language that their first line shows; and Sequential Function Charts.
 
 A body is SFC if it begins with a step, Instruction List if it begins with a line of IL, and Structured Text otherwise.
+The text of SFC is that of IEC 61131-3.  The simple steps of the manual (1725 to 1767), which have actions of their own
+instead of named ones, have no text in any standard; theirs is this:
+
+    STEP Fill:
+        ENTRY   valve := TRUE;       END_ENTRY     (* once when the step becomes active *)
+        ACTIVE  level := level + 1;  END_ACTIVE    (* in each cycle *)
+        EXIT    valve := FALSE;      END_EXIT      (* once before it becomes inactive *)
+    END_STEP
 """
+
+from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.parser.statements import Statements
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.parser.cursor import UnexpectedError
+from fieldrig_devices.iec.parser.instructions import Instructions
+from fieldrig_devices.iec.parser.statements import OUTER
+
+QUALIFIERS: Final = frozenset({"N", "R", "S", "L", "D", "P", "SD", "DS", "SL", "P0", "P1"})
+TIMED: Final = frozenset({"L", "D", "SD", "DS", "SL"})
+"""Qualifiers with a time."""
 
 
-class Bodies(Statements):
+class Bodies(Instructions):
     """Reads bodies."""
+
+    def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
+        super().__init__(found, file, dialect)
+        self.actions: list[tree.Action] = []
+        """Actions among the steps of a chart, which belong to its POU."""
 
     def body(self, language: str = "") -> tree.Body:
         """Read a body up to a token that ends it."""
@@ -18,4 +40,186 @@ class Bodies(Statements):
             self.i += 1
             self.accept(";")
             return tree.NativeBody(place=place)
+        if language == "SFC" or (not language and self._is_chart()):
+            return self._chart(place)
+        if language == "IL" or (not language and self.begins_with_instruction()):
+            return tree.IlBody(self.instructions(), place=place)
         return tree.StBody(self.statements(), place=place)
+
+    # ---- charts
+
+    def _is_chart(self) -> bool:
+        return self.kinds[self.i] in ("INITIAL_STEP", "TRANSITION") or self._is_step()
+
+    def _is_step(self) -> bool:
+        following = self.i + 1
+        if not self.is_word("STEP"):
+            return self.kinds[self.i] == "INITIAL_STEP"
+        return self.kinds[following] == token.NAME and self.kinds[following + 1] == ":"
+
+    def _chart(self, place: tree.Place) -> tree.SfcBody:
+        steps: list[tree.Step] = []
+        transitions: list[tree.Transition] = []
+        self.enter()
+        last: tree.Step | tree.Transition | None = None
+        while True:
+            at = self.i
+            is_spaced = self.is_spaced(at)
+            self.gather()
+            front = self.taken()
+            try:
+                if self._is_step():
+                    last = self._step_of_chart()
+                    steps.append(last)
+                elif self.kinds[at] == "TRANSITION":
+                    last = self._transition()
+                    transitions.append(last)
+                elif self.kinds[at] == "ACTION":
+                    self._pending[:0] = front
+                    self.actions.append(self.action())
+                    continue
+                elif self.kinds[at] in OUTER:
+                    break
+                else:
+                    raise self.unexpected("STEP, TRANSITION or ACTION")
+            except UnexpectedError:
+                self._pending[:0] = front
+                self._next_part(at)
+                continue
+            self.gather_from(at)
+            last.comments, last.remark, last.is_spaced = front + self.taken(), self.remark(), is_spaced
+        self.depth -= 1
+        if last is not None:
+            last.after = front
+        else:
+            self._pending[:0] = front
+        return tree.SfcBody(tuple(steps), tuple(transitions), place=place)
+
+    def _next_part(self, start: int) -> None:
+        """Go on at the next part of the chart."""
+        if self.i == start and self.kinds[self.i] != token.END:
+            self.i += 1
+        while self.kinds[self.i] not in OUTER and not self._is_step():
+            self.i += 1
+        if self.kinds[self.i] in ("END_STEP", "END_TRANSITION", "END_ENTRY", "END_ACTIVE", "END_EXIT"):
+            self.i += 1
+            self.accept(";")
+        self.gather_from(start)
+        self.height = 0
+
+    def action(self) -> tree.Action:
+        """Read ACTION name: ... END_ACTION."""
+        opening = self.i
+        self.gather()
+        front = self.taken()
+        self.enter()
+        self.i += 1
+        name = self.name("the name of the action")
+        if not self.accept(":"):
+            self.missing(":", "An action begins with ACTION name:")
+        body = self.body()
+        self._end("END_ACTION", opening, "ACTION")
+        self.depth -= 1
+        self.gather_from(opening)
+        return tree.Action(name, body, place=self.places[opening], comments=front + self.taken(), remark=self.remark())
+
+    # ---- steps
+
+    def _step_of_chart(self) -> tree.Step:
+        opening = self.i
+        found = tree.Step("", self.kinds[opening] == "INITIAL_STEP", place=self.places[opening])
+        self.i += 1
+        found.name = self.name("the name of the step")
+        self.expect(":")
+        while self.kinds[self.i] not in OUTER:
+            if not self._section(found):
+                found.uses += (self._use(),)
+        self._end("END_STEP", opening, "STEP")
+        return found
+
+    def _section(self, found: tree.Step) -> bool:
+        """Read ENTRY ... END_ENTRY and the like.  False if something else follows."""
+        at = self.i
+        word = self.texts[at].upper()
+        if word not in ("ENTRY", "ACTIVE", "EXIT") or self.kinds[at + 1] in ("(", ";"):
+            return False
+        field = word.lower()
+        if getattr(found, field) is not None:
+            self.say(at, f"step {found.name} has a second {word}", "one")
+        self.i += 1
+        setattr(found, field, self.body())
+        self._end(f"END_{word}", at, word)
+        return True
+
+    def _use(self) -> tree.ActionUse:
+        at = self.i
+        found = tree.ActionUse(self.name("the name of an action, or END_STEP"), place=self.places[at])
+        opening = self.i
+        if self.accept("("):
+            if self.kinds[self.i] != ")":
+                self._qualifier(found)
+            self.close(")", opening)
+        if not self.accept(";"):
+            self.missing(";")
+        return found
+
+    def _qualifier(self, found: tree.ActionUse) -> None:
+        at = self.i
+        found.qualifier = self.texts[at].upper()
+        if found.qualifier not in QUALIFIERS:
+            raise self.unexpected("a qualifier: N, R, S, L, D, P, SD, DS, SL, P0 or P1")
+        self.i += 1
+        if self.accept(","):
+            found.time = self.expression()
+            if found.qualifier not in TIMED:
+                self.say(at, f"the qualifier {found.qualifier} has a time", "a time with L, D, SD, DS and SL only")
+        elif found.qualifier in TIMED:
+            self.missing(", and a time", f"The qualifier {found.qualifier} has a time: ({found.qualifier}, T#5s).")
+
+    # ---- transitions
+
+    def _transition(self) -> tree.Transition:
+        opening = self.i
+        self.i += 1
+        name = ""
+        if not self.is_word("FROM") and self.kinds[self.i] == token.NAME:
+            name = self.name("the name of the transition")
+        priority = self._priority()
+        self.expect_word("FROM")
+        sources = self._steps()
+        self.expect("TO")
+        targets = self._steps()
+        condition: tree.Expression
+        if self.accept(":="):
+            condition = self._no_assignment(self.expression())
+            if not self.accept(";") and self.kinds[self.i] != "END_TRANSITION":
+                raise self.unexpected(";")
+        elif self.accept(":"):
+            condition = self.condition_in_il()
+        else:
+            raise self.unexpected(":= and the condition")
+        self._end("END_TRANSITION", opening, "TRANSITION")
+        return tree.Transition(sources, targets, condition, name, priority, place=self.places[opening])
+
+    def _priority(self) -> int:
+        opening = self.i
+        if not self.accept("("):
+            return 0
+        self.expect_word("PRIORITY")
+        self.expect(":=")
+        text = self.texts[self.i]
+        if self.kinds[self.i] != token.INTEGER or not text.isdecimal() or len(text) > 9:
+            raise self.unexpected("a number")
+        self.i += 1
+        self.close(")", opening)
+        return int(text)
+
+    def _steps(self) -> tuple[str, ...]:
+        opening = self.i
+        if not self.accept("("):
+            return (self.name("the name of a step"),)
+        found = [self.name("the name of a step")]
+        while self.accept(","):
+            found.append(self.name("the name of a step"))
+        self.close(")", opening)
+        return tuple(found)

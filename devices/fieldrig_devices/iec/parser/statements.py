@@ -72,6 +72,7 @@ class Statements(Expressions):
         while True:
             at = self.i
             kind = kinds[at]
+            is_spaced = self.is_spaced(at)
             if at in comments:
                 self.gather()
             if kind in OUTER or (kind in _BLOCK_ENDS and self._ends_block(kind)):
@@ -88,6 +89,8 @@ class Statements(Expressions):
             if statement is None:
                 self._pending[:0] = front
                 continue
+            if is_spaced:
+                statement.is_spaced = True
             if comments:
                 self._decorate(statement, front, at)
             found.append(statement)

@@ -1,4 +1,4 @@
-"""What the motion libraries need from the controller, and the same of a MAx-4."""
+"""The controller as the motion libraries see it, and a MAx-4 as such a controller."""
 
 from typing import Final, Protocol
 

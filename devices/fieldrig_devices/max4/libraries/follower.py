@@ -2,7 +2,7 @@
 
 One cam moves the axis, and one more can wait.  A waiting cam begins exactly where the present one reaches its limit:
 the way that the master has gone beyond the limit within the cycle already belongs to it, so neither position nor speed
-jumps whatever the cycle.  If no cam waits at the limit, the axis stands there, and the next cam begins at its call
+jumps whatever the cycle.  If no cam waits at the limit, the axis stops, and the next cam begins at its call
 (PD-193).  A cam without a limit on the master's way is replaced at once.
 
 A slave cam adds its way to the cams of the axis; it can only begin while one of them is active (PD-186).  What it has
@@ -74,7 +74,7 @@ class CamFollower:
         return Result.TAKEN
 
     def overlay(self, cam: Cam, scale: float) -> Result:
-        """Begin a slave cam, in place of the one before it."""
+        """Begin a slave cam instead of the one before it."""
         if not self.is_active or self.axis.set_values is not self:
             return Result.NO_MASTER_CAM
         master, added = cam.master.position, 0.0

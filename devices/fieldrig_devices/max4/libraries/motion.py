@@ -1,4 +1,4 @@
-"""What the blocks and functions of these libraries share: profiles by number, and the follower of each axis."""
+"""The state that blocks and functions share: the profiles by number, and the follower of each axis."""
 
 from collections.abc import Callable
 from math import isfinite
@@ -14,7 +14,7 @@ from fieldrig_devices.max4.libraries.spline import profile_of_file
 
 MOST_PROFILES: Final = 1024
 SUFFIX: Final = ".CAM"
-"""Of a file of support points, if the program does not give one."""
+"""The suffix of a file of support points, if the program does not give one."""
 SMALLEST_FACTOR: Final = 1e-9
 LARGEST: Final = 1e12
 """Beyond this the positions of an axis are not whole increments any more."""
@@ -99,7 +99,7 @@ class Motion:
         return self._followers[axis.log_adr]
 
     def on_clear(self, action: Callable[[], None]) -> None:
-        """Call `action` when the program begins anew."""
+        """Call `action` when the program is initialised."""
         self._clearings.append(action)
 
     def clear(self) -> None:

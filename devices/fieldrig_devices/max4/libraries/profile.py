@@ -25,7 +25,7 @@ class Profile:
         before = Piece(0.0, (first.at(0.0), first.slope(0.0)))
         behind = Piece(0.0, (last.at(last.length), last.slope(last.length)))
         self.starts = (0.0, *accumulate(piece.length for piece in pieces[:-1]), 1.0)
-        """Where the pieces behind the first one begin."""
+        """The z at which the pieces behind the first one begin."""
         self.pieces = (before, *pieces, behind)
 
     def index(self, z: float) -> int:

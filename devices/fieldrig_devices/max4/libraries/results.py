@@ -1,4 +1,4 @@
-"""What functions and blocks of these libraries return in lResult.
+"""The values of lResult.
 
 The manual gives only 0: the cam was taken (PD-191).  The other numbers are ours; below zero they are errors, and
 calling again does not help.

@@ -56,7 +56,7 @@ class TorqueFollower:
             return 0
 
     def end(self) -> None:
-        """Without a cam there is no torque."""
+        """Drop the cam; without one there is no torque."""
         track, self._track = self._track, None
         if track is not None and track.cam.stage is Stage.ACTIVE:
             track.cam.stage = Stage.DROPPED

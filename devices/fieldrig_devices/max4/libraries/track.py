@@ -88,11 +88,11 @@ class Track:
         self.at: Callable[[float], float] = _ZERO
         self.is_over = False
         self.end = 0.0
-        """Where the master reached the limit, once the cam is over."""
+        """The position at which the master reached the limit, once the cam is over."""
         x = master - x_shift
         near = 1e-9 * (1 + abs(x))
         self._ends = x > cam.x_low + near, x < cam.x_high - near
-        """Whether the lower and the upper limit end the cam."""
+        """True for the lower and the upper limit if it ends the cam."""
 
     def enter(self, master: float) -> None:
         """Prepare the closed form for this position of the master and its surroundings."""

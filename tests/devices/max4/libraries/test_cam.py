@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from math import cos, inf, nan, pi
+from typing import Any
 
 import pytest
 from cam_bench import ABSOLUTE, CYCLE_NS, NO_SETPOS, RELATIVE, CamBench
@@ -108,7 +109,7 @@ def test_without_reset_a_job_is_not_begun_twice(bench: CamBench) -> None:
 
 def test_wrong_pins_give_results_below_zero(bench: CamBench) -> None:
     profile = bench.call("ProfilLoad", "straight")
-    wrong = [
+    wrong: list[tuple[int, dict[str, Any]]] = [
         (-1, {"lAxisId": 12345}), (-2, {"lEncId": 0}), (-3, {"lProfilId": 99}), (-3, {"lProfilId": -1}),
         (-4, {"lrXFactor": 0.0}), (-4, {"lrYFactor": nan}), (-4, {"lrXOffset": inf}), (-4, {"lrYSetposPos": 1e300}),
         (-4, {"bXLimMinOn": True, "bXLimMaxOn": True}), (-4, {"bXLimMaxOn": True, "lrXLimMax": nan}),
@@ -192,7 +193,7 @@ def test_set_position_modes_say_what_the_coordinates_are(bench: CamBench) -> Non
     bench.run(1)
     assert bench.place() - begin == pytest.approx(10.0, abs=1e-3)
     # x goes on at 40 and becomes 30, y goes on at 40 and becomes 30: nothing moves
-    shifted = {"lrXSetposPos": -10.0, "lrYSetposPos": -10.0}
+    shifted: dict[str, Any] = {"lrXSetposPos": -10.0, "lrYSetposPos": -10.0}
     bench.cam(profile, iXSetposMode=RELATIVE, iYSetposMode=RELATIVE, **shifted)
     bench.run(1)
     assert bench.place() - begin == pytest.approx(10.0, abs=1e-3)

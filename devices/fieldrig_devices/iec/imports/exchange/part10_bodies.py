@@ -1,7 +1,7 @@
 """Bodies of IEC 61131-10: networks and rungs of typed objects, whose wires refer to numbered output points.
 
 Source: the schema of edition 1.0 (2019) by its public facts, and documents of tools that follow it.  The schema itself
-is not free, and no document with an SFC body is public: charts are read by analogy with TC6, from which part 10 descends.
+is not free, and no document with an SFC body is public: charts are read by analogy with TC6, its ancestor.
 """
 
 from dataclasses import dataclass, field
@@ -61,7 +61,8 @@ def type_of(of: Element | None) -> str:
 
 def read_bodies(of: Element, report: Report) -> list[Drawn]:
     """The contents of a body, in the order in which they are evaluated."""
-    contents = sorted(of.iter("{*}BodyContent"), key=lambda content: number(content, "evaluationOrder") or 0)
+    found = elements(of, "BodyContent") or [inner for child in elements(of) for inner in elements(child, "BodyContent")]
+    contents = sorted(found, key=lambda content: number(content, "evaluationOrder") or 0)
     return [drawn for content in contents if (drawn := _content(content, report)) is not None]
 
 
@@ -95,6 +96,7 @@ class Reader:
     points: list[tuple[Pin, Element]] = field(default_factory=list)
     """Consuming points, to be connected when all outputs are known."""
     items: list[Item] = field(default_factory=list)
+    identifiers: set[str] = field(default_factory=set)
 
     def network(self, of: Element) -> Network:
         for found in elements(of, *_OBJECTS):
@@ -132,10 +134,9 @@ class Reader:
                 what = f"The object of type {type_of(of)[:40] or 'nothing'} is known only to the tool that wrote it"
                 self.report.mistake(line, what, hint="Replace it by standard elements in the tool, and export again.")
             return
-        identifier = attribute(of, "globalId").strip() or f"of line {line}"
         item = Item(
             kind,
-            identifier if all(other.id != identifier for other in self.items) else f"{identifier} #{len(self.items)}",
+            self._unique(attribute(of, "globalId").strip() or f"of line {line}"),
             line,
             self._text(of, kind),
             is_negated=is_set(of, "negated") or self._is_negated_by_vendor(of),
@@ -158,6 +159,12 @@ class Reader:
                 self._transition(of, item)
             case Kind.ACTIONS:
                 item.uses = [self._use(action) for action in elements(of, "Action", "ActionAssociation")]
+
+    def _unique(self, identifier: str) -> str:
+        """The identifier, with a number behind it if several elements have it or stand in one line."""
+        found = identifier if identifier not in self.identifiers else f"{identifier} #{len(self.items)}"
+        self.identifiers.add(found)
+        return found
 
     def _text(self, of: Element, kind: Kind) -> str:
         if kind is Kind.COMMENT:

@@ -8,7 +8,7 @@ from fieldrig_devices.iec.imports.networks.chart import Chart
 from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Kind
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
 from fieldrig_devices.iec.imports.networks.kinds import Kinds
-from fieldrig_devices.iec.imports.networks.order import divide
+from fieldrig_devices.iec.imports.networks.order import divide, join_connectors
 from fieldrig_devices.iec.imports.networks.translate import translate
 
 
@@ -30,6 +30,8 @@ class Bodies:
             case "SFC" if drawn.networks:
                 return self._chart(drawn)
             case "LD" | "FBD":
+                for network in drawn.networks:
+                    join_connectors(network.items)
                 networks = drawn.networks if drawn.is_divided else [p for n in drawn.networks for p in divide(n)]
                 return tree.StBody(translate(networks, self.fragments, self.hidden, self.kinds), place=place)
         return tree.StBody((), place=place)

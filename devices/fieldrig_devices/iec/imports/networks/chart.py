@@ -217,12 +217,9 @@ class Chart:
 
     def _blocks(self, step: Item) -> list[Item]:
         """Action blocks and variables that are connected to the step."""
-        return [
-            item
-            for item in self.network.items
-            if item.kind in (Kind.ACTIONS, Kind.SINK)
-            and any(wire.source == step.id for pin in item.inputs for wire in pin.wires)
-        ]
+        assert self.values is not None
+        found = (item for item, _, _ in self.values.consumers.get(step.id, ()))
+        return list({item.id: item for item in found if item.kind in (Kind.ACTIONS, Kind.SINK)}.values())
 
     def _uses(self, step: Item, block: Item) -> list[tree.ActionUse]:
         if block.kind is Kind.SINK:

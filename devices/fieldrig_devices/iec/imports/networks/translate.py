@@ -10,7 +10,6 @@ Source: PacDrive manual 4.4 (lines 1844 to 1913), PD-380; IEC 61131-3 for edges,
 - A rising edge is TRUE for one execution.  The first execution after the start compares with FALSE.
 """
 
-from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -26,6 +25,8 @@ IN_A_ROW: Final = 120
 """Elements that one expression may consist of, one behind the other."""
 
 _ACTORS: Final = (Kind.SINK, Kind.THROUGH, Kind.COIL, Kind.BLOCK, Kind.LABEL, Kind.JUMP, Kind.RETURN)
+_PASSIVE: Final = (Kind.RIGHT_RAIL, Kind.CONNECTOR)
+"""What takes a wire without consuming its value."""
 
 
 def translate(
@@ -61,12 +62,14 @@ class Translation:
     kinds: Kinds
     out: list[tree.AnyStatement] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
-    uses: Counter[str] = field(default_factory=Counter)
-    """How many pins consume the outputs of an element; right rails do not count."""
+    consumers: dict[str, list[tuple[Item, Pin, Wire]]] = field(default_factory=dict)
+    """What consumes the outputs of an element; right rails do not count."""
     values: dict[Wire, tree.Expression] = field(default_factory=dict)
     """Values that are calculated once."""
     started: set[str] = field(default_factory=set)
     finished: set[str] = field(default_factory=set)
+    written: set[str] = field(default_factory=set)
+    """Variables that a block with EN has written in its condition."""
     loops: dict[Wire, tree.Name] = field(default_factory=dict)
     """Hidden variables for values of the previous cycle."""
     depth: int = 0
@@ -79,9 +82,10 @@ class Translation:
             if item.id in self.items:
                 self._mistake(item.line, f"Element {item.id} is there twice", "a unique identifier")
             self.items[item.id] = item
-            pins = [*item.pins(), *([item.condition.pin] if item.condition and item.condition.pin else [])]
-            if item.kind is not Kind.RIGHT_RAIL:
-                self.uses.update(wire.source for pin in pins for wire in pin.wires)
+            if item.kind not in _PASSIVE:
+                for pin in _consuming(item):
+                    for wire in pin.wires:
+                        self.consumers.setdefault(wire.source, []).append((item, pin, wire))
 
     def statements(self) -> list[tree.AnyStatement]:
         if self.network.label and self.fragments.is_name(self.network.label, self.network.line, "a label"):
@@ -92,12 +96,12 @@ class Translation:
             self.order = item.order
             self.execute(item)
         for item in self.network.items:
-            if item.kind is Kind.CONTACT and not self.uses[item.id]:
+            if item.kind is Kind.CONTACT and item.id not in self.consumers:
                 self.fragments.report.note(item.line, f"The {item} leads to nothing")
         return self.out
 
     def _is_demanded(self, item: Item) -> bool:
-        return item.kind is Kind.BLOCK and not item.instance and self.uses[item.id] > 0
+        return item.kind is Kind.BLOCK and not item.instance and item.id in self.consumers
 
     def pure(self, pin: Pin, owner: Item) -> tree.Expression | None:
         """The value at a pin as an expression alone, for the condition of a transition; None with a message."""
@@ -148,7 +152,7 @@ class Translation:
     def _assign(self, item: Item) -> None:
         target = self.fragments.place(item.text, item.line)
         value = self.power(item)
-        if target is None or value is None:
+        if target is None or value is None or item.id in self.written:
             return
         if item.is_negated:
             value = _negated(value)
@@ -248,7 +252,7 @@ class Translation:
             self.started.discard(item.id)
         if power is None:
             return None
-        if self.uses[item.id] > 1 and not isinstance(power, tree.Literal):
+        if len(self.consumers.get(item.id, ())) > 1 and not isinstance(power, tree.Literal):
             return self._shared(Wire(item.id), "Power", power, BOOL, item)
         return power
 
@@ -350,7 +354,7 @@ class Translation:
         call = self._call(item, arguments, extra)
         if call is None:
             return
-        if result is None or self._is_unused(item, outputs):
+        if result is None or not (self._consumers(item) or any(pin.expression for pin in outputs)):
             if not functions.is_standard(item.text):
                 self._guarded(enable, self._call_statement(item, call, result), item)
             return
@@ -363,6 +367,7 @@ class Translation:
             self.values[wire] = _negated(call) if result.is_negated else call
         elif (sink := self._only_sink(item)) is not None and enable is not None:
             self.started.add(sink.id)
+            self.written.add(sink.id)
             target = self.fragments.place(sink.text, sink.line)
             value = _negated(call) if result.is_negated != sink.is_negated else call
             if target is not None:
@@ -375,14 +380,10 @@ class Translation:
             return [tree.CallStatement(call, place=_place(item))]
         return []
 
-    def _is_unused(self, item: Item, outputs: list[Pin]) -> bool:
-        return not any(pin.expression for pin in outputs) and not any(
-            wire.source == item.id and wire.pin.casefold() != "eno"
-            for other in self.network.items
-            if other.kind is not Kind.RIGHT_RAIL
-            for pin in [*other.pins(), *([other.condition.pin] if other.condition and other.condition.pin else [])]
-            for wire in pin.wires
-        )
+    def _consumers(self, item: Item) -> list[tuple[Item, Pin]]:
+        """What consumes the outputs of a block, besides ENO."""
+        found = self.consumers.get(item.id, [])
+        return [(other, pin) for other, pin, wire in found if wire.pin.casefold() != "eno"]
 
     def _call(
         self, item: Item, arguments: list[tuple[Pin, tree.Expression | None]], extra: list[Pin]
@@ -429,20 +430,13 @@ class Translation:
 
     def _is_inline(self, item: Item, wire: Wire, enable: tree.Expression | None, extra: list[Pin]) -> bool:
         """True if the call can stand where its result is used."""
-        return enable is None and not extra and self.uses[item.id] <= 1 and wire not in self.loops
+        return enable is None and not extra and len(self._consumers(item)) <= 1 and wire not in self.loops
 
     def _only_sink(self, item: Item) -> Item | None:
         """The one plain variable that takes the result."""
-        found = [
-            other
-            for other in self.network.items
-            if other.kind is not Kind.RIGHT_RAIL
-            for pin in other.pins()
-            for wire in pin.wires
-            if wire.source == item.id and wire.pin.casefold() != "eno"
-        ]
-        sink = found[0] if len(found) == 1 else None
-        if sink is None or sink.kind is not Kind.SINK or sink.id in self.started or len(sink.inputs[0].wires) != 1:
+        found = self._consumers(item)
+        sink = found[0][0] if len(found) == 1 else None
+        if sink is None or sink.kind is not Kind.SINK or sink.id in self.finished or len(sink.inputs[0].wires) != 1:
             return None
         return sink if sink.storage is Storage.NONE and sink.edge is Edge.NONE else None
 
@@ -479,13 +473,12 @@ class Translation:
 
     def _wanted(self, item: Item, pin: str) -> tree.TypeSpec | None:
         """The type that a consumer of this output has."""
-        for other in self.network.items:
-            for consumer in other.pins():
-                if not any(wire.source == item.id and wire.pin in ("", pin) for wire in consumer.wires):
-                    continue
-                operand = self.fragments.expression(other.text, other.line) if other.kind is Kind.SINK else None
-                if (of := consumer_type(self.kinds, other, consumer, operand)) is not None:
-                    return of
+        for other, consumer, wire in self.consumers.get(item.id, ()):
+            if wire.pin not in ("", pin):
+                continue
+            operand = self.fragments.expression(other.text, other.line) if other.kind is Kind.SINK else None
+            if (of := consumer_type(self.kinds, other, consumer, operand)) is not None:
+                return of
         return None
 
     def _output(self, item: Item, wire: Wire) -> tree.Expression | None:
@@ -562,6 +555,12 @@ class Translation:
 
     def _mistake(self, line: int, what: str, expected: str = "", hint: str = "") -> None:
         self.fragments.report.mistake(line, what, expected, hint)
+
+
+def _consuming(item: Item) -> list[Pin]:
+    """The pins that take values, the condition of a transition among them."""
+    condition = item.condition.pin if item.condition else None
+    return [*item.pins(), *([condition] if condition else [])]
 
 
 def _place(item: Item) -> tree.Place:

@@ -27,4 +27,4 @@ LAWS: Final[dict[str, Law]] = {
     "moditrap": modified_trapezoid.LAW,
     "poly5": polynomial_5.LAW,
 }
-"""By the name for `ProfilLoad`, in small letters."""
+"""The laws by their names for `ProfilLoad`, in small letters."""

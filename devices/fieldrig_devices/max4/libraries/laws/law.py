@@ -1,4 +1,4 @@
-"""What a motion law is made of."""
+"""A motion law: the pieces of its accelerating half, and its coefficients."""
 
 from dataclasses import dataclass
 

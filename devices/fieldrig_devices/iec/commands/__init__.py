@@ -1,0 +1,23 @@
+"""`fieldrig iec`: commands for programs of IEC 61131-3."""
+
+from fieldrig.cli.common import command_group
+from fieldrig_devices.iec.commands.checking import check
+from fieldrig_devices.iec.commands.formatting import fmt
+
+app = command_group()
+
+
+@app.callback()
+def iec() -> None:
+    """Check, format and run programs of IEC 61131-3, and debug them in a running rig.
+
+    \b
+    Files are Structured Text or Instruction List (.st, .il, .exp), PLCopen XML, or files of TwinCAT 3:
+        fieldrig iec check conveyor.st
+        fieldrig iec run traffic-light.st
+        fieldrig iec fmt *.st
+    """
+
+
+app.command()(check)
+app.command()(fmt)

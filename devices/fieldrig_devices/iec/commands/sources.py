@@ -1,0 +1,62 @@
+"""The source files that a command is given, and the dialect that they are written in."""
+
+import codecs
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from fieldrig.cli.common import argument, reading
+from fieldrig.errors import UsageError
+from fieldrig_devices.iec.dialect import DIALECTS
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.compiler import SourceFile
+    from fieldrig_devices.iec.dialect import Dialect
+
+LONGEST: Final = 16 << 20
+"""Longest source file in bytes."""
+_MARKS: Final = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+
+Files = Annotated[list[Path], argument("FILE...", "The source files of the program; a folder means all files in it.")]
+DialectOption = Annotated[
+    str,
+    typer.Option("--dialect", metavar="DIALECT", help=f"The language rules that apply: {', '.join(DIALECTS)}."),
+]
+SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut")
+
+
+def dialect_named(name: str) -> "Dialect":
+    """Return the dialect of an option.  BadParameter for an unknown name."""
+    if name not in DIALECTS:
+        raise typer.BadParameter(f"expected {' or '.join(DIALECTS)}, got {name!r}", param_hint="--dialect")
+    return DIALECTS[name]
+
+
+def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
+    """Return the texts of files, and of all source files in folders.  UsageError if there are none."""
+    from fieldrig_devices.iec.compiler import SourceFile
+
+    found: list[SourceFile] = []
+    for path in paths:
+        inside = sorted(inner for inner in path.rglob("*") if inner.suffix.lower() in SUFFIXES) if path.is_dir() else [path]
+        found += [SourceFile(str(file), read_text(file)) for file in inside]
+    if not found:
+        raise UsageError("there are no source files", f"expected files that end in {', '.join(SUFFIXES)}")
+    return found
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file in UTF-8, UTF-16 with its mark, or else Latin-1, as older tools write it."""
+    with reading(path):
+        data = path.read_bytes()
+    if len(data) > LONGEST:
+        raise UsageError(f"{path} is too long: {len(data)} bytes", f"expected at most {LONGEST}")
+    for mark, encoding in _MARKS:
+        if data.startswith(mark):
+            return data.decode(encoding, errors="replace")
+    try:
+        return data.decode()
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")

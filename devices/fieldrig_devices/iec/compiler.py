@@ -1,0 +1,149 @@
+"""From source files to a compiled program: parse, check, place, lower, and compile the Python.
+
+The result can be pickled, so that another process can do the work (PD-032 to PD-034: what does not compile is never
+loaded).  All mistakes of all files are reported at once.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Final
+
+from fieldrig_devices.iec import layout
+from fieldrig_devices.iec.check import check
+from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.iec.dialect import EPAS_4, Dialect
+from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
+from fieldrig_devices.iec.imports import read_source
+from fieldrig_devices.iec.layout import Layout
+from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.lower.names import names_of, rules_of
+from fieldrig_devices.iec.lower.routines import Lowered, lower
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.program import Program, Task
+from fieldrig_devices.iec.symbols import Symbols
+from fieldrig_devices.iec.tree import Unit
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.resumable import prepare
+
+MOST_CODE: Final = 2 * 2**20  # PD-311
+MOST_DATA: Final = 2 * 2**20 - 3 * layout.AREA_SIZE  # PD-313
+
+Progress = Callable[[str, int, int], None]
+"""Called with the present stage, the number of things that are done, and their total."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceFile:
+    name: str
+    text: str
+
+
+@dataclass(slots=True)
+class Compiled:
+    program: Program
+    """What was declared; the bodies of the POUs are only in the code."""
+    code: Lowered
+    layout: Layout
+    files: tuple[SourceFile, ...] = ()
+    notes: tuple[Mistake, ...] = ()
+    costs: Costs = field(default_factory=Costs)
+
+    @property
+    def code_size(self) -> int:
+        """Bytes of machine code by the model in `costs.py` (PD-311)."""
+        return self.code.code_size
+
+    @property
+    def data_size(self) -> int:
+        """Bytes of the variables (PD-312)."""
+        return self.layout.data_size
+
+    @property
+    def tasks(self) -> Sequence[Task]:
+        return self.program.tasks
+
+    @property
+    def symbols(self) -> Symbols:
+        return Symbols(self.program)
+
+
+def compile_project(
+    files: Sequence[SourceFile],
+    host: Host,
+    dialect: Dialect = EPAS_4,
+    *,
+    previous: Compiled | None = None,
+    costs: Costs | None = None,
+    on_progress: Progress = lambda stage, done, total: None,
+) -> Compiled:
+    """Compile a project; CompileError with all mistakes if it has any.
+
+    With `previous`, the program that is running, variables of the same name and type keep their places, so that the
+    result can be loaded as an online change.
+    """
+    units, mistakes = [], list[Mistake]()
+    libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
+    libraries += [_library(one.text, one.name, dialect) for one in host.libraries]
+    for number, file in enumerate(files):
+        unit, found = read_source(file.name, file.text, dialect)
+        units.append(unit)
+        mistakes += found
+        on_progress("parse", number + 1, len(files))
+    program, found = check([*libraries, *units], host, dialect, library_files=[unit.file for unit in libraries])
+    mistakes += found
+    on_progress("check", 1, 1)
+    if any(not mistake.is_note for mistake in mistakes):
+        raise CompileError(sorted(mistakes, key=lambda one: (one.file, one.line, one.column)))
+    return build(program, host, costs or Costs(), previous, tuple(files), tuple(mistakes), on_progress)
+
+
+def build(
+    program: Program,
+    host: Host,
+    costs: Costs,
+    previous: Compiled | None = None,
+    files: tuple[SourceFile, ...] = (),
+    notes: tuple[Mistake, ...] = (),
+    on_progress: Progress = lambda stage, done, total: None,
+) -> Compiled:
+    """Place and lower a checked program, and compile its Python."""
+    placed = layout.place(program, previous.layout if previous is not None else None)
+    natives: dict[str, NativeFunction | NativeBlock] = {}
+    for library in host.libraries:
+        natives |= {**library.functions, **library.blocks}
+    lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total))
+    compiled = Compiled(program, lowered, placed, files, notes, costs)
+    _check_limits(compiled)
+    for pou in program.pous.values():
+        pou.body = []
+        for action in pou.actions.values():
+            action.body = []
+    names = names_of(len(lowered.constants), len(lowered.natives))
+    rules = rules_of(len(lowered.constants))
+    prepare(lowered.routines, names, rules, lambda done, total: on_progress("compile", done, total))
+    return compiled
+
+
+@cache
+def _library(text: str, name: str, dialect: Dialect) -> Unit:
+    unit, mistakes = parse(text, name, dialect)
+    if mistakes:  # a library is ours
+        raise CompileError(mistakes)
+    return unit
+
+
+def _check_limits(compiled: Compiled) -> None:
+    found = []
+    if compiled.code_size > MOST_CODE:
+        what = f"the program has {compiled.code_size} bytes of code"
+        found.append(Mistake(1, 1, what, f"at most {MOST_CODE}", file=_first(compiled)))
+    if compiled.data_size > MOST_DATA:
+        what = f"the variables take {compiled.data_size} bytes"
+        found.append(Mistake(1, 1, what, f"at most {MOST_DATA}", file=_first(compiled)))
+    if found:
+        raise CompileError(found)
+
+
+def _first(compiled: Compiled) -> str:
+    return compiled.files[0].name if compiled.files else ""

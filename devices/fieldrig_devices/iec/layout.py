@@ -1,0 +1,270 @@
+"""Where everything is in memory, and what it contains at first.
+
+Memory is a list with a cell for each byte; a value is in the cell of its first byte.  From the bottom: a page that
+nothing is in, so that 0 points to nothing; the addresses of %I, %Q and %M, whose contents are elsewhere; the stacks of
+the tasks; and the data area with the global variables, among them all instances.
+
+In an online change a variable of the same name and type keeps its address.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from fieldrig_devices.iec.program import Pou, Program, Space, Variable
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    Elementary,
+    EnumType,
+    InitialValue,
+    ObjectType,
+    PointerType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+    Value,
+)
+
+AREA_SIZE: Final = 0x10000  # PD-314
+AREAS: Final = {"I": 0x10000, "Q": 0x20000, "M": 0x30000}
+"""The addresses of the areas, as ADR gives them."""
+STACKS: Final = 0x40000
+STACK_SIZE: Final = 10_240  # PD-317
+MOST_STACKS: Final = 65  # PD-310, and one for a program that runs by itself
+DATA: Final = STACKS + MOST_STACKS * STACK_SIZE
+REFERENCE_SIZE: Final = 4
+CALL_SIZE: Final = 20
+"""Bytes on the stack for each call: return address, frame, instance, and two saved registers."""
+
+KINDS: Final = {kind: number for number, kind in enumerate(Elementary, 1)}
+"""Numbers of the elementary types in the table of kinds, which has a byte per cell.  0 is not the start of a value."""
+STRING_KIND: Final = 32
+
+
+def storage(kind: Type) -> Elementary | StringType | None:
+    """The type whose values are in a cell of this type; None for a type with several cells."""
+    match kind:
+        case Elementary() | StringType():
+            return kind
+        case EnumType():
+            return Elementary.INT
+        case SubrangeType(base=base):
+            return base
+        case PointerType():
+            return Elementary.DWORD
+        case ObjectType():
+            return Elementary.DINT
+    return None
+
+
+def kind_number(kind: Elementary | StringType) -> int:
+    return STRING_KIND if isinstance(kind, StringType) else KINDS[kind]
+
+
+def variable_size(variable: Variable) -> int:
+    if variable.location is not None:
+        return 0
+    return REFERENCE_SIZE if variable.is_reference else variable.type.size
+
+
+def members(kind: BlockType) -> list[Variable]:
+    """The variables of an instance that have a cell."""
+    found = kind.pou.variables.values() if kind.pou is not None else ()
+    return [one for one in found if one.space is Space.INSTANCE and one.location is None]
+
+
+@dataclass(slots=True)
+class Slot:
+    """The place of one global variable."""
+
+    address: int
+    size: int
+    form: str
+    """What a variable must be like to keep the place in an online change."""
+
+
+@dataclass(slots=True)
+class Layout:
+    slots: dict[str, Slot] = field(default_factory=dict)
+    """By the name of the global variable in small letters."""
+    end: int = DATA
+
+    @property
+    def data_size(self) -> int:
+        return sum(slot.size for slot in self.slots.values())
+
+
+def place(program: Program, previous: Layout | None = None) -> Layout:
+    """Set the offsets of all variables and the sizes of frames and instances."""
+    for pou in program.pous.values():
+        _place_locals(pou)
+    forms = Forms()
+    placed = [one for one in program.globals.items() if one[1].location is None]
+    layout = Layout()
+    for name, variable in placed:
+        form = forms.of(variable.type)
+        slot = previous.slots.get(name) if previous is not None else None
+        if slot is not None and slot.form == form:
+            layout.slots[name] = slot
+    gaps = _Gaps(layout.slots.values())
+    for name, variable in placed:
+        if name not in layout.slots:
+            layout.slots[name] = Slot(gaps.take(variable.type.size), variable.type.size, forms.of(variable.type))
+        variable.offset = layout.slots[name].address
+    layout.end = max([DATA, *(slot.address + slot.size for slot in layout.slots.values())])
+    return layout
+
+
+def _place_locals(pou: Pou) -> None:
+    offset, frame = 0, 0
+    if pou.result is not None:
+        pou.result.offset, frame = 0, variable_size(pou.result)
+    for variable in pou.variables.values():
+        if variable.location is not None or variable is pou.result:
+            continue
+        if variable.space is Space.INSTANCE:
+            variable.offset = offset
+            offset += variable_size(variable)
+        elif variable.space is Space.FRAME:
+            variable.offset = frame
+            frame += variable_size(variable)
+    pou.frame_size = frame
+    if pou.type is not None:
+        pou.type.size = offset
+    for action in pou.actions.values():
+        action.frame_size = frame
+
+
+class _Gaps:
+    """Free places between the variables that stay where they are."""
+
+    def __init__(self, kept: Iterable[Slot]) -> None:
+        self._free: list[tuple[int, int]] = []
+        self._end = DATA
+        for slot in sorted(kept, key=lambda one: one.address):
+            if slot.address > self._end:
+                self._free.append((self._end, slot.address))
+            self._end = max(self._end, slot.address + slot.size)
+
+    def take(self, size: int) -> int:
+        for number, (start, end) in enumerate(self._free):
+            if end - start >= size:
+                self._free[number] = (start + size, end)
+                return start
+        start, self._end = self._end, self._end + size
+        return start
+
+
+class Forms:
+    """The forms of types as text: equal for types of two compilations that have the same cells with the same names."""
+
+    def __init__(self) -> None:
+        self._known: dict[StructType | BlockType, str] = {}
+
+    def of(self, kind: Type) -> str:
+        match kind:
+            case ArrayType(low=low, high=high, element=element):
+                return f"[{low}..{high}]{self.of(element)}"
+            case StructType() | BlockType():
+                if kind not in self._known:
+                    self._known[kind] = f"{kind.name}{{{','.join(self._members(kind))}}}"
+                return self._known[kind]
+            case EnumType():
+                return f"{kind.name}({kind.values})"
+            case PointerType(to=to):
+                return f"^{to}"
+        return f"{kind}:{kind.size}"
+
+    def _members(self, kind: StructType | BlockType) -> list[str]:
+        if isinstance(kind, StructType):
+            return [f"{name}:{self.of(one.type)}" for name, one in kind.fields.items()]
+        return [f"{one.name.lower()}:{'&' * one.is_reference}{self.of(one.type)}" for one in members(kind)]
+
+
+class Images:
+    """What variables contain at first, cell by cell, and the kinds of their cells."""
+
+    def __init__(self) -> None:
+        self._cells: dict[Type, list[Value]] = {}
+        self._kinds: dict[Type, bytes] = {}
+
+    def cells(self, kind: Type, initial: InitialValue | None = None) -> list[Value]:
+        if initial is None:
+            if kind not in self._cells:
+                self._cells[kind] = self._made(kind, None)
+            return self._cells[kind]
+        return self._made(kind, initial)
+
+    def _made(self, kind: Type, initial: InitialValue | None) -> list[Value]:
+        match kind:
+            case ArrayType(element=element, count=count):
+                given = initial if isinstance(initial, list) else []
+                cells = [cell for one in given for cell in self.cells(element, one)]
+                return cells + self.cells(element) * (count - len(given))
+            case StructType():
+                own = initial if isinstance(initial, dict) else {}
+                parts = [(one.type, own.get(name, one.initial)) for name, one in kind.fields.items()]
+                return [cell for part, start in parts for cell in self.cells(part, start)]
+            case BlockType():
+                own = initial if isinstance(initial, dict) else {}
+                return [cell for one in members(kind) for cell in self.variable(one, own.get(one.name.lower()))]
+        padding: list[Value] = [0] * (kind.size - 1)
+        return [start_value(kind, initial), *padding]
+
+    def variable(self, variable: Variable, initial: InitialValue | None = None) -> list[Value]:
+        """Return the cells of a variable; `initial` is from the declaration of its instance."""
+        if variable.is_reference:
+            return [0] * REFERENCE_SIZE
+        return self.cells(variable.type, variable.initial if initial is None else initial)
+
+    def kinds(self, kind: Type) -> bytes:
+        if kind not in self._kinds:
+            self._kinds[kind] = self._kinds_of(kind)
+        return self._kinds[kind]
+
+    def _kinds_of(self, kind: Type) -> bytes:
+        match kind:
+            case ArrayType(element=element, count=count):
+                return self.kinds(element) * count
+            case StructType():
+                return b"".join(self.kinds(one.type) for one in kind.fields.values())
+            case BlockType():
+                return b"".join(_REFERENCE if one.is_reference else self.kinds(one.type) for one in members(kind))
+        stored = storage(kind)
+        assert stored is not None, kind
+        return bytes([kind_number(stored)]).ljust(kind.size, b"\0")
+
+
+_REFERENCE: Final = bytes([KINDS[Elementary.DWORD]]).ljust(REFERENCE_SIZE, b"\0")
+
+
+def start_value(kind: Type, initial: InitialValue | None) -> Value:
+    """Return the start value of a type with one cell.
+
+    Without a declared one it is 0 (PD-056), or what is nearest to it in a subrange, or the first value of an
+    enumeration that has no 0.
+    """
+    if initial is not None:
+        assert not isinstance(initial, list | dict)
+        return initial[: kind.length] if isinstance(kind, StringType) and isinstance(initial, str) else initial
+    match kind:
+        case Elementary():
+            return kind.initial
+        case StringType():
+            return ""
+        case SubrangeType(low=low, high=high):
+            return min(max(low, 0), high)
+        case EnumType(values=values):
+            return 0 if 0 in values.values() else next(iter(values.values()), 0)
+    return 0
+
+
+def stack_of(task_number: int) -> int:
+    """Return where the stack of a task begins."""
+    return STACKS + task_number * STACK_SIZE
+
+
+def globals_of(program: Program) -> Mapping[str, Variable]:
+    return {name: one for name, one in program.globals.items() if one.location is None}

@@ -1,0 +1,79 @@
+"""Instructions with labels, which become numbers when a routine is complete."""
+
+from collections.abc import Callable, Sequence
+
+from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.iec.lower.emitter import Emitter
+from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Hold, Instruction, Jump, Switch
+
+Label = int
+
+
+class Assembler:
+    def __init__(self, costs: Costs) -> None:
+        self._costs = costs
+        self._made: list[Callable[[dict[Label, int]], Instruction]] = []
+        self._labels: dict[Label, int] = {}
+        self._next = 0
+        self._is_deep = True
+        self.calls: set[str] = set()
+        """The routines that are called."""
+        self.line = 0
+        """The source line of what is added."""
+        self.cost = 0
+        """Costs of all instructions, for the model of the size of the code."""
+
+    def label(self) -> Label:
+        self._next += 1
+        return self._next
+
+    def place(self, label: Label) -> None:
+        self._labels[label] = len(self._made)
+
+    def emitter(self) -> Emitter:
+        return Emitter(self._costs)
+
+    def _scaled(self, cost_ns: int) -> int:
+        self.cost += cost_ns
+        return self._costs.scaled(cost_ns)
+
+    def _add(self, instruction: Instruction) -> None:
+        self._made.append(lambda labels: instruction)
+
+    def do(self, emitter: Emitter) -> None:
+        if emitter.lines:
+            self._add(Do(self.line, tuple(emitter.lines), self._scaled(emitter.cost)))
+
+    def branch(self, emitter: Emitter, condition: str, target: Label) -> None:
+        line, python = self.line, tuple(emitter.lines)
+        cost = self._scaled(emitter.cost + self._costs.jump)
+        self._made.append(lambda labels: Branch(line, python, condition, labels[target], cost))
+
+    def jump(self, target: Label) -> None:
+        line, cost = self.line, self._scaled(self._costs.jump)
+        self._made.append(lambda labels: Jump(line, labels[target], cost))
+
+    def switch(self, emitter: Emitter, selector: str, targets: dict[int, Label], otherwise: Label) -> None:
+        line, python = self.line, tuple(emitter.lines)
+        cost = self._scaled(emitter.cost + 2 * self._costs.jump)
+        self._made.append(
+            lambda labels: Switch(
+                line, python, selector, {value: labels[one] for value, one in targets.items()}, labels[otherwise], cost
+            )
+        )
+
+    def call(self, routine: str, base: str) -> None:
+        line, cost = self.line, self._scaled(self._costs.call)
+        self.calls.add(routine)
+        self._made.append(lambda labels: Call(line, routine, base, cost, self._is_deep))
+
+    def hold(self, condition: str) -> None:
+        self._add(Hold(self.line, condition, self._costs.scaled(0)))
+
+    def end(self) -> None:
+        self._add(End(self.line, self._scaled(self._costs.end)))
+
+    def finished(self, *, is_deep: bool) -> Sequence[Instruction]:
+        """Return the instructions; calls look whether the stack has room if `is_deep`."""
+        self._is_deep = is_deep
+        return [make(self._labels) for make in self._made]

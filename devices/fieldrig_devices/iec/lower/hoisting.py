@@ -1,0 +1,124 @@
+"""Calls in expressions: they become instructions of their own, in front of the statement, from left to right.
+
+`Hoisting.out_of` returns an expression without calls, in which each call is replaced by its result.  A result is read
+where the callee left it, or from an intermediate cell of the frame if another call follows before it is used.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Protocol, TypeVar
+
+from fieldrig_devices.iec.program import (
+    AddressOf,
+    Binary,
+    Bit,
+    CallFunction,
+    Cell,
+    Component,
+    Constant,
+    Convert,
+    Element,
+    Expression,
+    Intrinsic,
+    Load,
+    Operator,
+    Parameter,
+    Place,
+    Target,
+    Unary,
+)
+
+SHORT_CIRCUIT = frozenset({Operator.AND_THEN, Operator.OR_ELSE})
+Part = TypeVar("Part")
+
+
+def has_call(node: Expression | Place) -> bool:
+    """True if a call, or a parameter that is read slowly, is in an expression or a place."""
+    match node:
+        case CallFunction():
+            return True
+        case Binary(_, left, right):
+            return has_call(left) or has_call(right)
+        case Load(place) | AddressOf(place):
+            return (isinstance(place, Parameter) and place.is_slow) or has_call(place)
+        case Unary(operand=operand) | Convert(operand=operand):
+            return has_call(operand)
+        case Intrinsic(arguments=arguments):
+            return any(map(has_call, arguments))
+        case Element(of, index):
+            return has_call(of) or has_call(index)
+        case Component(of) | Bit(of):
+            return has_call(of)
+        case Target(pointer):
+            return has_call(pointer)
+        case Parameter(object=outer):
+            return has_call(outer)
+    return False
+
+
+class Caller(Protocol):
+    """What hoisting needs of the statements."""
+
+    def call(self, call: CallFunction) -> Cell:
+        """Make the call; return where its result is until the next call."""
+
+    def read_slowly(self, place: Parameter) -> Cell: ...
+
+    def keep(self, value: Expression) -> Load:
+        """Store a value in an intermediate cell."""
+
+    def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
+        """Evaluate `second` into the cell of `first` unless its value decides."""
+
+
+class Hoisting:
+    def __init__(self, caller: Caller) -> None:
+        self._caller = caller
+
+    def out_of(self, expression: Expression) -> Expression:
+        if not has_call(expression):
+            return expression
+        match expression:
+            case CallFunction():
+                return Load(self._caller.call(expression))
+            case Binary(operator, left, right) if operator in SHORT_CIRCUIT:
+                first = self._caller.keep(self.out_of(left))
+                self._caller.choose(first, operator is Operator.AND_THEN, lambda: self.out_of(right))
+                return first
+            case Binary():
+                left, right = self.all_out_of((expression.left, expression.right))
+                return replace(expression, left=left, right=right)
+            case Intrinsic():
+                return replace(expression, arguments=tuple(self.all_out_of(expression.arguments)))
+            case Unary() | Convert():
+                return replace(expression, operand=self.out_of(expression.operand))
+            case Load(Parameter() as place) if place.is_slow:
+                return Load(self._caller.read_slowly(place))
+            case Load() | AddressOf():
+                return replace(expression, place=self.out_of_place(expression.place))
+        raise AssertionError(f"{expression} has no parts")
+
+    def all_out_of(self, expressions: Sequence[Expression]) -> list[Expression]:
+        """Hoist from several expressions; each that precedes a call is evaluated before it."""
+        calls = [number for number, one in enumerate(expressions) if has_call(one)]
+        last = calls[-1] if calls else 0
+        found = []
+        for number, one in enumerate(expressions):
+            free = self.out_of(one)
+            is_kept = number < last and not isinstance(free, Constant | AddressOf)
+            found.append(self._caller.keep(free) if is_kept else free)
+        return found
+
+    def out_of_place(self, place: Place) -> Place:
+        if not has_call(place):
+            return place
+        match place:
+            case Element():
+                return replace(place, of=self.out_of_place(place.of), index=self._caller.keep(self.out_of(place.index)))
+            case Component() | Bit():
+                return replace(place, of=self.out_of_place(place.of))
+            case Target():
+                return replace(place, pointer=self._caller.keep(self.out_of(place.pointer)))
+            case Parameter():
+                return replace(place, object=self._caller.keep(self.out_of(place.object)))
+        raise AssertionError(f"{place} has no parts")

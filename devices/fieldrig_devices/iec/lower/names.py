@@ -1,0 +1,44 @@
+"""The names that generated Python may use besides its own variables, `frame` and `base`.
+
+`M` is the memory and `K` the kinds of its cells (`layout.py`).  `F` rounds to single precision: a value that has been
+stored in it is read back as a REAL, exactly as IEEE 754 prescribes, with infinities and subnormal numbers.
+"""
+
+from typing import Final
+
+from fieldrig.sandbox import Values
+from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
+from fieldrig_devices.iec.types import Elementary, Family
+
+REALS: Final = 64  # elements of F
+CUTS: Final = {
+    kind: f"as_{kind.name}" for kind in Elementary if kind.family in (Family.SIGNED, Family.UNSIGNED, Family.BITS)
+}
+"""Functions that cut an integer to a type, for those types where that is no simple mask."""
+AREA_TABLES: Final = {"I": "I", "Q": "Q", "M": "X"}
+
+TABLES: Final = frozenset({"M", "K", "F", *AREA_TABLES.values(), "INFINITY", "NAN"})
+CHECKS: Final = frozenset({"outside_array", "outside_range", "null_reference"})
+POINTERS: Final = frozenset({"peek", "poke", "peek_cells", "poke_cells", "of_form", "mark"})
+AREAS: Final = frozenset({"fetch", "put", "on_output"})
+PARAMETERS: Final = frozenset({"parameter", "set_parameter", "begin_read", "begin_write"})
+WAITING: Final = frozenset({"is_waiting", "taken", "finish"})
+NATIVE: Final = "native_{}"
+BEGIN: Final = "begin_{}"
+
+_VALUES: Final = frozenset(name for name, one in IMPLEMENTATIONS.items() if not callable(one))
+FIXED: Final = (
+    TABLES | CHECKS | POINTERS | AREAS | PARAMETERS | WAITING | frozenset(IMPLEMENTATIONS) | {*CUTS.values(), "now_ms"}
+)
+
+
+def names_of(images: int, natives: int) -> frozenset[str]:
+    """Return all names of a program with so many constant images and native POUs."""
+    own = {f"image_{number}" for number in range(images)}
+    own |= {name.format(number) for number in range(natives) for name in (NATIVE, BEGIN)}
+    return FIXED | own
+
+
+def rules_of(images: int) -> Values:
+    """Return the rules under which generated code runs."""
+    return Values(TABLES | _VALUES | {f"image_{number}" for number in range(images)})

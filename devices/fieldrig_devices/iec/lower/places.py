@@ -1,0 +1,316 @@
+"""Addresses, and reading and writing what is there.
+
+A place is an `Address` in memory or an `AreaAddress` in %I, %Q or %M.  An address that came from a pointer is `raw`:
+what is there is compared with the type that is wanted, and read or written byte by byte if it is something else.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from fieldrig_devices.iec.layout import AREAS, kind_number, storage
+from fieldrig_devices.iec.lower.emitter import INDENT, Emitter
+from fieldrig_devices.iec.lower.names import AREA_TABLES
+from fieldrig_devices.iec.lower.values import Value, constant, of_type
+from fieldrig_devices.iec.program import (
+    Bit,
+    Cell,
+    Component,
+    Element,
+    Expression,
+    Located,
+    Parameter,
+    Place,
+    Pou,
+    Space,
+    Target,
+    Variable,
+)
+from fieldrig_devices.iec.types import Elementary, Family, StringType, Type
+from fieldrig_devices.iec.types import Value as PlainValue
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """The sum of `terms` and `offset`."""
+
+    terms: tuple[str, ...]
+    offset: int
+    is_raw: bool = False
+    is_frame: bool = False
+    """True for a part of the stack."""
+
+    def __str__(self) -> str:
+        if not self.terms:
+            return str(self.offset)
+        first = f"{self.terms[0]} + {self.offset}" if self.offset else self.terms[0]
+        return " + ".join([first, *self.terms[1:]])
+
+    def plus(self, offset: int, *terms: str) -> "Address":
+        return replace(self, terms=(*self.terms, *terms), offset=self.offset + offset)
+
+
+@dataclass(frozen=True, slots=True)
+class AreaAddress:
+    area: str
+    terms: tuple[str, ...]
+    byte: int
+    bit: int
+
+    def __str__(self) -> str:
+        return str(Address(self.terms, self.byte))
+
+    def plus(self, offset: int, *terms: str) -> "AreaAddress":
+        return replace(self, terms=(*self.terms, *terms), byte=self.byte + offset)
+
+
+class Places:
+    """The places as one POU sees them."""
+
+    value_of: Callable[[Expression, Emitter], Value]
+
+    def __init__(self, pou: Pou, form_of: Callable[[Type], int]) -> None:
+        """`form_of` numbers types that a pointer may point to, for checks at run time."""
+        owner = pou.owner or pou
+        self._base = owner.instance.offset if owner.instance is not None else None
+        self._form_of = form_of
+
+    # ---- addresses
+
+    def address(self, place: Place, emitter: Emitter) -> Address | AreaAddress:
+        match place:
+            case Cell(variable):
+                return self._of_variable(variable)
+            case Element():
+                return self._element(place, emitter)
+            case Component(of, offset, _, variable):
+                outer = self.address(of, emitter)
+                if variable is None:
+                    return outer.plus(offset)
+                if variable.location is not None:
+                    return _located(variable.location)
+                inner = outer.plus(variable.offset)
+                return Address((f"M[{inner}]",), 0) if variable.is_reference else inner
+            case Target(pointer):
+                emitter.charge(emitter.costs.access)
+                return Address((emitter.atom(self.value_of(pointer, emitter)).text,), 0, is_raw=True)
+            case Located():
+                return _located(place)
+        raise AssertionError(f"{place} has no address")
+
+    def _of_variable(self, variable: Variable) -> Address | AreaAddress:
+        if variable.location is not None:
+            return _located(variable.location)
+        cell = self.cell(variable)
+        return Address((f"M[{cell}]",), 0) if variable.is_reference else cell
+
+    def cell(self, variable: Variable) -> Address:
+        """Return where the cell of a variable is, also of a VAR_IN_OUT, whose cell contains an address."""
+        assert variable.offset >= 0, variable.name
+        if variable.space is Space.GLOBAL:
+            return Address((), variable.offset)
+        if variable.space is Space.FRAME:
+            return Address(("frame",), variable.offset, is_frame=True)
+        if self._base is not None:
+            return Address((), self._base + variable.offset)
+        return Address(("base",), variable.offset)
+
+    def _element(self, place: Element, emitter: Emitter) -> Address | AreaAddress:
+        outer = self.address(place.of, emitter)
+        index = self.value_of(place.index, emitter)
+        emitter.charge(emitter.costs.access)
+        low, high, stride = place.low, place.high, place.stride
+        if not (low <= index.low and index.high <= high):
+            index = emitter.atom(index)
+            emitter.add(f"if not {low} <= {index.text} <= {high}:")
+            emitter.add(f"{INDENT}outside_array({index.text}, {low}, {high})")
+        if index.low == index.high:
+            return outer.plus((index.low - low) * stride)
+        text = index.text if index.is_atom else f"({index.text})"
+        return outer.plus(-low * stride, text if stride == 1 else f"{stride} * {text}")
+
+    def reference(self, place: Place, emitter: Emitter) -> Value:
+        """Return the address of a place as a number, for ADR."""
+        if isinstance(place, Bit | Parameter):
+            raise AssertionError(f"{place} has no address")
+        where = self.address(place, emitter)
+        emitter.charge(emitter.costs.operation)
+        if isinstance(where, AreaAddress):
+            text = str(Address(where.terms, AREAS[where.area] + where.byte))
+        elif where.is_frame and not where.is_raw:
+            text = f"mark({where}, {self._form_of(place.type)})"
+        else:
+            text = str(where)
+        return of_type(text if text.isdigit() else f"({text})", Elementary.DWORD)
+
+    def instance(self, place: Place, emitter: Emitter) -> Address:
+        """Return the address of an instance of a function block."""
+        where = self.address(place, emitter)
+        assert isinstance(where, Address)
+        if where.is_raw:
+            return Address((emitter.new(f"of_form({where}, {self._form_of(place.type)})"),), 0)
+        return where
+
+    # ---- reading
+
+    def load(self, place: Place, emitter: Emitter) -> Value:
+        """Return the value of a place with one cell."""
+        if isinstance(place, Bit):
+            value = self.load(place.of, emitter)
+            return Value(f"({value.text} & {1 << place.number} != 0)", Elementary.BOOL)
+        kind = storage(place.type)
+        assert kind is not None, place
+        if isinstance(place, Parameter):
+            emitter.charge(emitter.costs.parameter)
+            return of_type(emitter.new(f"parameter({self.parameter(place, emitter)}, {kind_number(kind)})"), kind)
+        where = self.address(place, emitter)
+        if isinstance(where, AreaAddress):
+            emitter.charge(emitter.costs.access if where.area == "M" else emitter.costs.io)
+            return self._load_area(where, kind, emitter)
+        emitter.charge(emitter.costs.text if isinstance(kind, StringType) else emitter.costs.access)
+        if where.is_raw:
+            at = emitter.new(str(where))
+            number = kind_number(kind)
+            return of_type(emitter.new(f"M[{at}] if K[{at}] == {number} else peek({at}, {number})"), kind)
+        return of_type(f"M[{where}]", kind)
+
+    def _load_area(self, where: AreaAddress, kind: Elementary | StringType, emitter: Emitter) -> Value:
+        table = AREA_TABLES[where.area]
+        if kind is Elementary.BOOL:
+            mask = 255 if where.bit < 0 else 1 << where.bit
+            return Value(f"({table}[{where}] & {mask} != 0)", kind)
+        if kind in (Elementary.BYTE, Elementary.USINT):
+            return of_type(f"{table}[{where}]", kind)
+        if kind in (Elementary.WORD, Elementary.UINT) and not where.terms:
+            return of_type(f"({table}[{where.byte}] + {table}[{where.byte + 1}] * 256)", kind)
+        return of_type(f"fetch({AREAS[where.area]} + {where}, {kind_number(kind)})", kind)
+
+    def parameter(self, place: Parameter, emitter: Emitter) -> str:
+        """Return the logical address of a parameter."""
+        outer = self.value_of(place.object, emitter)
+        if outer.low == outer.high:
+            return str(outer.low + place.number)
+        return f"{outer.text} + {place.number}"
+
+    def cells(self, place: Place, emitter: Emitter) -> str:
+        """Return all cells of a structure or an array."""
+        where, size = self.address(place, emitter), place.type.size
+        emitter.charge(emitter.costs.copy * size)
+        if isinstance(where, AreaAddress):
+            return emitter.new(f"peek_cells({AREAS[where.area]} + {where}, {self._form_of(place.type)})")
+        if where.is_raw:
+            return emitter.new(f"peek_cells({where}, {self._form_of(place.type)})")
+        return f"M[{_slice(where, size, emitter)}]"
+
+    # ---- writing
+
+    def store(self, place: Place, value: Value, emitter: Emitter) -> None:
+        """Add the lines that write a value of one cell."""
+        kind = storage(place.type)
+        assert kind is not None, place
+        value = emitter.cut(value)
+        if isinstance(place, Bit):
+            self._store_bit(place, value, emitter)
+            return
+        if isinstance(place, Parameter):
+            emitter.charge(emitter.costs.parameter)
+            emitter.add(f"set_parameter({self.parameter(place, emitter)}, {value.text})")
+            return
+        where = self.address(place, emitter)
+        if isinstance(where, AreaAddress):
+            emitter.charge(emitter.costs.access if where.area == "M" else emitter.costs.io)
+            self._store_area(where, kind, value, emitter)
+            return
+        self.store_at(where, place.type, value, emitter)
+
+    def store_at(self, where: Address, wanted: Type, value: Value, emitter: Emitter) -> None:
+        """Add the lines that write a value of one cell to an address."""
+        kind = storage(wanted)
+        assert kind is not None
+        text = _cut_to(wanted, emitter.cut(value), emitter)
+        emitter.charge(emitter.costs.text if isinstance(kind, StringType) else emitter.costs.access)
+        if where.is_raw:
+            number, at = kind_number(kind), emitter.new(str(where))
+            emitter.add(f"if K[{at}] == {number}:")
+            emitter.add(f"{INDENT}M[{at}] = {text}")
+            emitter.add("else:")
+            emitter.add(f"{INDENT}poke({at}, {number}, {text})")
+        else:
+            emitter.add(f"M[{where}] = {text}")
+
+    def _store_bit(self, place: Bit, value: Value, emitter: Emitter) -> None:
+        whole = storage(place.of.type)
+        assert isinstance(whole, Elementary)
+        before = emitter.atom(self.load(place.of, emitter))
+        mask = 1 << place.number
+        emitter.charge(emitter.costs.operation)
+        is_sign = whole.family is Family.SIGNED and place.number == whole.bits - 1
+        one = f"{before.text} | {mask}" if not is_sign else f"{before.text} | {-mask}"
+        none = f"{before.text} & {~mask}" if not is_sign else f"{before.text} & {mask - 1}"
+        self.store(place.of, of_type(emitter.new(f"{one} if {value.text} else {none}"), whole), emitter)
+
+    def _store_area(self, where: AreaAddress, kind: Elementary | StringType, value: Value, emitter: Emitter) -> None:
+        table = AREA_TABLES[where.area]
+        is_output = where.area == "Q"
+        if kind is Elementary.BOOL and where.bit >= 0:
+            mask = 1 << where.bit
+            emitter.add(
+                f"{table}[{where}] = {table}[{where}] | {mask} if {value.text} else {table}[{where}] & {255 - mask}"
+            )
+        elif kind is Elementary.BOOL:
+            emitter.add(f"{table}[{where}] = 1 if {value.text} else 0")
+        elif kind in (Elementary.BYTE, Elementary.USINT):
+            emitter.add(f"{table}[{where}] = {value.text}")
+        else:
+            emitter.add(f"put({AREAS[where.area]} + {where}, {kind_number(kind)}, {value.text})")
+            return
+        if is_output:
+            emitter.add(f"on_output({where})")
+
+    def store_cells(self, place: Place, cells: str, emitter: Emitter) -> None:
+        """Add the lines that write a structure or an array."""
+        where = self.address(place, emitter)
+        if isinstance(where, AreaAddress):
+            emitter.add(
+                f"poke_cells({AREAS[where.area]} + {where}, {self._form_of(place.type)}, {_kept(cells, emitter)})"
+            )
+        else:
+            self.store_cells_at(where, place.type, cells, emitter)
+
+    def store_cells_at(self, where: Address, kind: Type, cells: str, emitter: Emitter) -> None:
+        if where.is_raw:
+            emitter.add(f"poke_cells({where}, {self._form_of(kind)}, {_kept(cells, emitter)})")
+        else:
+            emitter.add(f"M[{_slice(where, kind.size, emitter)}] = {cells}")
+
+
+def _kept(cells: str, emitter: Emitter) -> str:
+    return cells if cells.isidentifier() else emitter.new(cells)
+
+
+def _located(place: Located) -> AreaAddress:
+    return AreaAddress(place.area, (), place.byte, place.bit)
+
+
+def _slice(where: Address, size: int, emitter: Emitter) -> str:
+    if not where.terms:
+        return f"{where.offset}:{where.offset + size}"
+    if len(where.terms) == 1:
+        return f"{where}:{where.plus(size)}"
+    start = emitter.new(str(where))
+    return f"{start}:{start} + {size}"
+
+
+def _cut_to(kind: Type, value: Value, emitter: Emitter) -> str:
+    """Return the text of a value; a string is cut to the length of the target."""
+    if not isinstance(kind, StringType) or not isinstance(value.type, StringType):
+        return value.text
+    if value.type.length <= kind.length:
+        return value.text
+    name = value.text if value.text.isidentifier() else emitter.new(value.text)
+    return f"{name}[:{kind.length}]"
+
+
+def constant_of(value: PlainValue, kind: Type) -> Value:
+    stored = storage(kind)
+    assert stored is not None
+    return constant(value, stored)

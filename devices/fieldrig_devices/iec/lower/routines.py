@@ -1,0 +1,108 @@
+"""A routine for the body of each POU and action, and the lowered program as a whole."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+
+from fieldrig_devices.iec.costs import CODE_PER_NS, CODE_PER_ROUTINE, Costs
+from fieldrig_devices.iec.host import NativeBlock, NativeFunction
+from fieldrig_devices.iec.layout import STACK_SIZE
+from fieldrig_devices.iec.lower.context import Context
+from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
+from fieldrig_devices.iec.lower.statements import Statements
+from fieldrig_devices.iec.program import Pou, Program
+from fieldrig_devices.iec.tree import PouKind
+from fieldrig_devices.iec.types import Type, Value
+from fieldrig_devices.languages.instructions import Routine
+
+Natives = Mapping[str, NativeFunction | NativeBlock]
+
+
+@dataclass(slots=True)
+class Lowered:
+    routines: dict[str, Routine] = field(default_factory=dict)
+    files: dict[str, str] = field(default_factory=dict)
+    """The source file of each routine."""
+    titles: dict[str, str] = field(default_factory=dict)
+    """The name of the POU of each routine, as declared."""
+    forms: list[Type] = field(default_factory=list)
+    constants: list[list[Value]] = field(default_factory=list)
+    natives: list[str] = field(default_factory=list)
+    """The native POUs that are called, by number."""
+    code_size: int = 0
+    deep: list[Pou] = field(default_factory=list)
+    """Programs that need more than the stack even without recursion."""
+
+
+def lower(
+    program: Program,
+    natives: Natives,
+    costs: Costs,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Lowered:
+    """Lower all POUs.  Their offsets must have been set by `layout.place`."""
+    context, lowered = Context(costs), Lowered()
+    bodies = [body for pou in program.pous.values() for body in (pou, *pou.actions.values())]
+    parts: dict[str, tuple[Statements, Pou]] = {}
+    for number, pou in enumerate(bodies):
+        name = context.routine(pou)
+        parts[name] = (_native(pou, natives, context, lowered) if pou.is_native else _routine(pou, context)), pou
+        lowered.files[name], lowered.titles[name] = pou.file, pou.name
+        on_progress(number + 1, len(bodies))
+    need = _stack_needs(parts)
+    is_deep = False
+    for name, (_, pou) in parts.items():
+        if pou.kind is PouKind.PROGRAM and need(name) > STACK_SIZE:
+            is_deep = True
+    for name, (part, _) in parts.items():
+        assembler = part.assembler
+        lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size)
+        lowered.code_size += CODE_PER_ROUTINE + round(assembler.cost * CODE_PER_NS)
+    lowered.forms, lowered.constants = context.forms, context.constants
+    return lowered
+
+
+def _routine(pou: Pou, context: Context) -> Statements:
+    part = _attempt(pou, context, 0)
+    return part if part.used == 0 else _attempt(pou, context, part.used)
+
+
+def _attempt(pou: Pou, context: Context, intermediate: int) -> Statements:
+    """Lower a body with so many bytes for intermediate results in its frame."""
+    part = Statements(context, pou, intermediate)
+    part.assembler.line = pou.body[0].line if pou.body else 0
+    part.prologue()
+    part.body(pou.body)
+    part.assembler.end()
+    return part
+
+
+def _native(pou: Pou, natives: Natives, context: Context, lowered: Lowered) -> Statements:
+    part = Statements(context, pou, 0)
+    number = len(lowered.natives)
+    lowered.natives.append(pou.name.lower())
+    known = natives.get(pou.name.lower())
+    part.native(
+        (NATIVE if known is None or not known.is_slow else BEGIN).format(number),
+        is_block=pou.kind is not PouKind.FUNCTION,
+        is_slow=known is not None and known.is_slow,
+        cost_ns=known.cost_ns if known is not None else 0,
+    )
+    return part
+
+
+def _stack_needs(parts: Mapping[str, tuple[Statements, Pou]]) -> Callable[[str], float]:
+    """Return a function for the bytes that a routine needs with all that it calls; infinite for a recursion."""
+    busy: set[str] = set()
+
+    @cache
+    def need(name: str) -> float:
+        if name in busy:
+            return float("inf")
+        busy.add(name)
+        part, _ = parts[name]
+        deepest = max((need(called) for called in part.assembler.calls), default=0.0)
+        busy.discard(name)
+        return part.frame_size + deepest
+
+    return need

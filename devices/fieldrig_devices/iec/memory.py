@@ -1,0 +1,279 @@
+"""The memory of a loaded program, and what generated code cannot do inline: pointers to another type, areas, checks.
+
+A pointer that is used with another type than that of the cells that it points to reads or writes their bytes, as on the
+controller, which is little-endian.
+"""
+
+import struct
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.layout import (
+    AREA_SIZE,
+    AREAS,
+    DATA,
+    STACKS,
+    STRING_KIND,
+    Images,
+    kind_number,
+    storage,
+)
+from fieldrig_devices.iec.library.integers import cut
+from fieldrig_devices.iec.lower.names import CUTS, REALS
+from fieldrig_devices.iec.types import Elementary, Family, StringType, Type, Value
+from fieldrig_devices.languages.faults import RunError
+
+_LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
+_SINGLE: Final = struct.Struct("<f")
+BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
+_LONGEST_VALUE: Final = 256
+
+
+def _wire(kind: Elementary) -> struct.Struct:
+    if kind.is_real:
+        return struct.Struct("<f" if kind is Elementary.REAL else "<d")
+    return struct.Struct("<" + _LETTERS[kind.size][kind.family is Family.SIGNED])
+
+
+_WIRES: Final = {number: _wire(kind) for number, kind in BY_NUMBER.items()}
+
+
+def encoded(value: Value, number: int) -> bytes:
+    """Return the bytes of an elementary value of the kind with this number."""
+    if BY_NUMBER[number] is Elementary.REAL:
+        cell = array("f", [float(value)])  # unlike struct, this turns what is too large into infinity
+        return _SINGLE.pack(cell[0]) if abs(cell[0]) != float("inf") else cell.tobytes()
+    return _WIRES[number].pack(value)
+
+
+def decoded(data: bytes, number: int) -> Value:
+    (value,) = _WIRES[number].unpack(data)
+    kind = BY_NUMBER[number]
+    if kind is Elementary.BOOL:
+        return bool(value)
+    return value % (kind.high + 1) if kind is Elementary.TOD else value  # type: ignore[no-any-return]
+
+
+def limited(value: Value, kind: Type) -> Value:
+    """Return a value from the host as one of the type; numbers are cut, strings shortened."""
+    stored = storage(kind)
+    if isinstance(stored, StringType):
+        return str(value).encode("latin-1", "replace").decode("latin-1")[: stored.length]
+    assert stored is not None
+    if stored is Elementary.BOOL:
+        return bool(value)
+    if stored.is_real:
+        return array("f" if stored is Elementary.REAL else "d", [float(value)])[0]
+    return cut(int(value), stored)
+
+
+class Memory:
+    def __init__(self, host: Host, areas: Mapping[str, bytearray], images: Images, forms: Sequence[Type]) -> None:
+        """`areas` are the contents of %I, %Q and %M; `forms` are the types that generated code names by number."""
+        self._host, self._areas, self._images, self._forms = host, areas, images, forms
+        self.cells: list[Value] = [0] * DATA
+        self.kinds = bytearray(DATA)
+        """The kinds of values that begin at a cell (`layout.KINDS`); 0 where none begins."""
+
+    def grow(self, end: int) -> None:
+        missing = end - len(self.cells)
+        if missing > 0:
+            self.cells += [0] * missing
+            self.kinds += bytes(missing)
+
+    def put_image(self, address: int, cells: Sequence[Value], kinds: bytes) -> None:
+        self.cells[address : address + len(cells)] = cells
+        self.kinds[address : address + len(kinds)] = kinds
+
+    def use_forms(self, forms: Sequence[Type]) -> None:
+        self._forms = forms
+
+    # ---- pointers
+
+    def peek(self, address: int, number: int) -> Value:
+        """Read a value through a pointer whose target begins otherwise."""
+        if number == STRING_KIND:
+            return self._string(address)
+        kind = BY_NUMBER[number]
+        if self._is_unmarked(address):
+            return limited(self.cells[address] if not isinstance(self.cells[address], str) else 0, kind)
+        return decoded(self._bytes(address, kind.size), number)
+
+    def poke(self, address: int, number: int, value: Value) -> None:
+        if self._is_unmarked(address):
+            self.cells[address] = value
+            return
+        if number == STRING_KIND:
+            assert isinstance(value, str)
+            self._put_bytes(address, value.encode("latin-1") + b"\0")
+        else:
+            self._put_bytes(address, encoded(value, number))
+
+    def peek_cells(self, address: int, form: int) -> list[Value]:
+        kinds, size = self._form(form)
+        if self.kinds[address : address + size] == kinds:
+            return self.cells[address : address + size]
+        found: list[Value] = [0] * size
+        for offset, number in enumerate(kinds):
+            if number:
+                found[offset] = self.peek(address + offset, number)
+        return found
+
+    def poke_cells(self, address: int, form: int, cells: list[Value]) -> None:
+        kinds, size = self._form(form)
+        if self.kinds[address : address + size] == kinds:
+            self.cells[address : address + size] = cells
+            return
+        for offset, number in enumerate(kinds):
+            if number:
+                self.poke(address + offset, number, cells[offset])
+
+    def of_form(self, address: int, form: int) -> int:
+        """Return the address if something of this type is there."""
+        kinds, size = self._form(form)
+        if self.kinds[address : address + size] != kinds:
+            raise RunError("pointer", f"the pointer does not point to {self._forms[form]}")
+        return address
+
+    def mark(self, address: int, form: int) -> int:
+        """Note the kinds of a variable on the stack, because a pointer to it is made."""
+        kinds, size = self._form(form)
+        self.kinds[address : address + size] = kinds
+        return address
+
+    def _form(self, form: int) -> tuple[bytes, int]:
+        kinds = self._images.kinds(self._forms[form])
+        return kinds, len(kinds)
+
+    def _is_unmarked(self, address: int) -> bool:
+        return STACKS <= address < DATA and not self.kinds[address]
+
+    def _area(self, address: int, size: int) -> tuple[bytearray, int, str] | None:
+        """Return the area, the number of the byte in it, and its letter, if the address is in %I, %Q or %M."""
+        for letter, start in AREAS.items():
+            if start <= address <= start + AREA_SIZE - size and address - start + size <= len(self._areas[letter]):
+                return self._areas[letter], address - start, letter
+        return None
+
+    def _check(self, address: int, size: int) -> None:
+        if address < AREAS["I"]:
+            raise RunError("pointer", "a pointer to nothing" if address == 0 else "a pointer to no variable")
+        if not STACKS <= address <= len(self.cells) - size:
+            raise RunError("pointer", "a pointer to no variable")
+
+    def _bytes(self, address: int, size: int) -> bytes:
+        area = self._area(address, size)
+        if area is not None:
+            table, byte, _ = area
+            return bytes(table[byte : byte + size])
+        self._check(address, size)
+        found = bytearray(size)
+        for start, data in self._values(address, size):
+            for offset, one in enumerate(data, start - address):
+                if 0 <= offset < size:
+                    found[offset] = one
+        return bytes(found)
+
+    def _put_bytes(self, address: int, data: bytes) -> None:
+        area = self._area(address, len(data))
+        if area is not None:
+            table, byte, letter = area
+            table[byte : byte + len(data)] = data
+            if letter == "Q":
+                for one in range(byte, byte + len(data)):
+                    self._host.on_output(one)
+            return
+        self._check(address, len(data))
+        for start, old in self._values(address, len(data)):
+            new = bytearray(old)
+            for offset in range(len(new)):
+                if 0 <= start + offset - address < len(data):
+                    new[offset] = data[start + offset - address]
+            self.cells[start] = self._decoded(bytes(new), self.kinds[start])
+
+    def _values(self, address: int, size: int) -> list[tuple[int, bytes]]:
+        """Return the values that have a byte from `address` on, with their addresses."""
+        start = address
+        while start > max(STACKS, address - _LONGEST_VALUE) and not self.kinds[start]:
+            start -= 1
+        found = []
+        while start < address + size:
+            if self.kinds[start]:
+                found.append((start, self._encoded(start)))
+            start += 1
+        return found
+
+    def _encoded(self, address: int) -> bytes:
+        number, value = self.kinds[address], self.cells[address]
+        if number != STRING_KIND:
+            return encoded(value, number)
+        return str(value).encode("latin-1").ljust(self._room(address), b"\0")
+
+    def _decoded(self, data: bytes, number: int) -> Value:
+        return data.split(b"\0")[0].decode("latin-1") if number == STRING_KIND else decoded(data, number)
+
+    def _room(self, address: int) -> int:
+        """Return the size of the string at an address."""
+        end = address + 1
+        while end < min(len(self.kinds), address + _LONGEST_VALUE) and not self.kinds[end]:
+            end += 1
+        return end - address
+
+    def _string(self, address: int) -> str:
+        if self._area(address, 1) is None:
+            self._check(address, 1)
+            if self.kinds[address] == STRING_KIND:
+                return str(self.cells[address])
+        found = bytearray()
+        while len(found) < _LONGEST_VALUE - 1:
+            (byte,) = self._bytes(address + len(found), 1)
+            if not byte:
+                break
+            found.append(byte)
+        return found.decode("latin-1")
+
+    # ---- what generated code calls
+
+    def names(self) -> dict[str, Any]:
+        """Return the names of generated code that belong to the memory."""
+        return {
+            "M": self.cells,
+            "K": self.kinds,
+            "F": array("f", [0.0] * REALS),
+            "I": self._areas["I"],
+            "Q": self._areas["Q"],
+            "X": self._areas["M"],
+            "INFINITY": float("inf"),
+            "NAN": float("nan"),
+            "peek": self.peek,
+            "poke": self.poke,
+            "peek_cells": self.peek_cells,
+            "poke_cells": self.poke_cells,
+            "of_form": self.of_form,
+            "mark": self.mark,
+            "fetch": self.peek,
+            "put": self.poke,
+            "on_output": self._host.on_output,
+            "outside_array": outside_array,
+            "outside_range": outside_range,
+            "null_reference": null_reference,
+            **{name: _cutter(kind) for kind, name in CUTS.items()},
+        }
+
+
+def _cutter(kind: Elementary) -> Callable[[int], int]:
+    return lambda value: cut(value, kind)
+
+
+def outside_array(index: int, low: int, high: int) -> None:
+    raise RunError("array bounds", f"the index {index} is outside {low}..{high}")
+
+
+def outside_range(value: int, low: int, high: int) -> None:
+    raise RunError("subrange", f"the value {value} is outside {low}..{high}")
+
+
+def null_reference() -> None:
+    raise RunError("pointer", "a VAR_IN_OUT that has never been given")

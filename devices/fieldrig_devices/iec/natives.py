@@ -1,0 +1,148 @@
+"""What the host implements for programs: native functions and blocks, parameters of objects, and waiting for them."""
+
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction, Pending, Results
+from fieldrig_devices.iec.layout import STRING_KIND, storage
+from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
+from fieldrig_devices.iec.memory import BY_NUMBER, Memory, limited
+from fieldrig_devices.iec.program import Pou, Variable
+from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import StringType, Type, Value
+from fieldrig_devices.languages.faults import RunError
+
+Waiting = tuple[Pending | None, Callable[[Results], None]]
+
+
+def ignore(results: Results) -> None:
+    """Store nothing."""
+
+
+NOTHING: Waiting = (None, ignore)
+
+
+class Natives:
+    def __init__(self, host: Host, memory: Memory, compiled: Compiled) -> None:
+        self._host, self._memory = host, memory
+        self._functions: dict[str, NativeFunction | NativeBlock] = {}
+        for library in host.libraries:
+            self._functions |= {**library.functions, **library.blocks}
+        self._pous = [compiled.program.pous[name] for name in compiled.code.natives]
+        self.wake: Pending | None = None
+        """What the running thread waits for; the thread keeps it while others run."""
+        self._store: Callable[[Results], None] = ignore
+
+    def forget(self) -> None:
+        """Tell all native blocks that their instances begin anew."""
+        for one in self._functions.values():
+            if isinstance(one, NativeBlock):
+                one.forget()
+
+    def names(self) -> dict[str, Any]:
+        names: dict[str, Any] = {
+            "parameter": self._parameter,
+            "set_parameter": self._set_parameter,
+            "begin_read": lambda address: self._begin(self._host.read_slowly, address),
+            "begin_write": lambda address, value: self._begin(self._host.write_slowly, address, value),
+            "is_waiting": lambda: self.is_waiting,
+            "taken": self._taken,
+            "finish": self._finish,
+        }
+        for number, pou in enumerate(self._pous):
+            names[NATIVE.format(number)] = names[BEGIN.format(number)] = self._caller(pou)
+        return names
+
+    # ---- calls
+
+    def _caller(self, pou: Pou) -> Callable[[int], None]:
+        """Return a function that calls a native POU with its arguments at an address, and stores what it returns."""
+        known = self._functions.get(pou.name.lower())
+        if known is None:
+            return lambda base: _missing(pou.name)
+        inputs = [one for one in pou.variables.values() if one.section in (Section.INPUT, Section.IN_OUT)]
+        outputs = [one for one in pou.variables.values() if one.section is Section.OUTPUT]
+        if pou.result is not None:
+            outputs = [pou.result, *(one for one in outputs if one is not pou.result)]
+        is_block, cells = isinstance(known, NativeBlock), self._memory.cells
+
+        def call(base: int) -> None:
+            arguments = [self._argument(one, base) for one in inputs]
+            answer = _asked(known.run, base, *arguments) if is_block else _asked(known.run, *arguments)
+
+            def store(results: Results) -> None:
+                for variable, value in zip(outputs, results, strict=False):
+                    cells[base + variable.offset] = limited(value, variable.type)
+
+            if isinstance(answer, Pending):
+                self.wake, self._store = answer, store
+            else:
+                self.wake = None
+                store(answer)
+
+        return call
+
+    def _argument(self, variable: Variable, base: int) -> Any:
+        """Return an argument: a value, the address for a VAR_IN_OUT, or all cells of a structure or array."""
+        address = base + variable.offset
+        if variable.is_reference or storage(variable.type) is not None:
+            return self._memory.cells[address]
+        return tuple(self._memory.cells[address : address + variable.type.size])
+
+    # ---- waiting
+
+    def _begin(self, ask: Callable[..., Pending], *arguments: Value) -> None:
+        self.wake, self._store = _asked(ask, *arguments), ignore
+
+    @property
+    def waiting(self) -> Waiting:
+        """What the running thread waits for, and what to do with it; a thread sets it again before it goes on."""
+        return self.wake, self._store
+
+    @waiting.setter
+    def waiting(self, waiting: Waiting) -> None:
+        self.wake, self._store = waiting
+
+    @property
+    def is_waiting(self) -> bool:
+        return self.wake is not None and not self.wake.is_done
+
+    def _taken(self, number: int) -> Value:
+        """Return the value of a parameter that has been read slowly."""
+        pending, self.wake = self.wake, None
+        if pending is None or not pending.values:
+            raise RunError("native", "the parameter could not be read")
+        return limited(pending.values[0], _kind(number))
+
+    def _finish(self) -> None:
+        """Store the results of a slow call."""
+        pending, self.wake = self.wake, None
+        if pending is not None:
+            self._store(pending.values)
+
+    # ---- parameters
+
+    def _parameter(self, address: int, number: int) -> Value:
+        return limited(_asked(self._host.read, address), _kind(number))
+
+    def _set_parameter(self, address: int, value: Value) -> None:
+        _asked(self._host.write, address, value)
+
+
+def _kind(number: int) -> Type:
+    return StringType(255) if number == STRING_KIND else BY_NUMBER[number]
+
+
+def _asked(ask: Callable[..., Any], *arguments: Any) -> Any:
+    """Call the host; what it refuses is a fault of the program."""
+    try:
+        return ask(*arguments)
+    except KeyError as cause:
+        raise RunError("native", f"expected the logical address of a parameter, got {arguments[0]}") from cause
+    except ValueError as cause:
+        raise RunError("native", str(cause)) from cause
+
+
+def _missing(name: str) -> None:
+    raise RunError("native", f"{name} is not implemented on this controller")

@@ -1,0 +1,196 @@
+"""Bodies in Instruction List: one instruction in each line.
+
+Source: PacDrive manual 1264 to 1363 and the examples of 2010 to 2813.  An instruction may follow a closing bracket in
+the same line (1362), and the arguments of CAL may go over several lines.
+"""
+
+from typing import Final
+
+from fieldrig_devices.iec import tokens as token
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.instructions import BRACKETS, SPELLINGS, SYMBOLS
+from fieldrig_devices.iec.parser.cursor import UnexpectedError
+from fieldrig_devices.iec.parser.statements import OUTER, Statements
+
+_KEYWORDS: Final = frozenset({"AND", "OR", "XOR", "MOD", "NOT", "&"})
+_NO_OPERATOR: Final = frozenset({":=", "=", ".", "[", "^", ";", ":", "=>", "("})
+"""What follows a name in ST."""
+
+
+class Instructions(Statements):
+    """Reads Instruction List."""
+
+    def begins_with_instruction(self) -> bool:
+        """True if the text from the present token on is IL: a line with an operator, perhaps behind labels."""
+        i = self.i
+        while self.kinds[i] == token.NAME and self.kinds[i + 1] == ":":
+            i += 2
+        if self.kinds[i] in OUTER:
+            return i > self.i
+        if self.kinds[i] in _KEYWORDS:
+            return True
+        if self.kinds[i] != token.NAME or self.texts[i].upper() not in SPELLINGS:
+            return False
+        if self.places[i + 1].line != self.places[i].line:
+            return self.kinds[i + 1] not in (":=", "=")
+        if self.kinds[i + 1] in _NO_OPERATOR:
+            return False
+        return self.kinds[i + 1] == token.END or self.kinds[i + 2] != ";"
+
+    def instructions(self, is_deferred: bool = False) -> tuple[tree.IlInstruction, ...]:
+        """Read lines up to the end of the body, or to a closing bracket."""
+        found: list[tree.IlInstruction] = []
+        while True:
+            at = self.i
+            is_spaced = self.is_spaced(at)
+            self.gather()
+            if self.kinds[at] in OUTER or (is_deferred and self.kinds[at] == ")"):
+                break
+            front = self.taken()
+            try:
+                instruction = self._instruction()
+            except UnexpectedError:
+                self._next_line(at)
+                self._pending[:0] = front
+                continue
+            self.gather_from(at)
+            instruction.comments = front + self.taken()
+            instruction.remark, instruction.is_spaced = self.remark(), is_spaced
+            found.append(instruction)
+        if found:
+            found[-1].after += self.taken()
+        return tuple(found)
+
+    def _next_line(self, start: int) -> None:
+        """Go on in the line behind a wrong instruction."""
+        if self.i == start and self.kinds[self.i] != token.END:
+            self.i += 1
+        while not self.is_next_line() and self.kinds[self.i] not in OUTER:
+            self.i += 1
+        self.gather_from(start)
+        self.height = 0
+
+    def _instruction(self) -> tree.IlInstruction:
+        at = self.i
+        place = self.places[at]
+        label = ""
+        if self.kinds[at] == token.NAME and self.kinds[at + 1] == ":":
+            label = self.texts[at]
+            self.i += 2
+            is_label_next = self.kinds[self.i] == token.NAME and self.kinds[self.i + 1] == ":"
+            if is_label_next or self.kinds[self.i] in OUTER or self.kinds[self.i] == ")":
+                return tree.IlInstruction("", label=label, place=place)
+        spelling = self._operator()
+        operator, is_negated, is_conditional = SPELLINGS.get(spelling.upper(), (spelling, False, False))
+        found = tree.IlInstruction(operator, (), label, is_negated, is_conditional, place=place)
+        self._operands(found, self.i - 1)
+        self._end_of_line(found)
+        return found
+
+    def _operator(self) -> str:
+        at = self.i
+        if self.kinds[at] == token.NAME or self.kinds[at] in _KEYWORDS:
+            self.i += 1
+            if self.kinds[self.i] == ":=":
+                raise self.unexpected(
+                    "an operand", "An assignment in IL is LD value, and ST variable in the next line."
+                )
+            return self.texts[at]
+        if self.kinds[at] == ")":
+            raise self.unexpected("an operator of IL", "There is one closing bracket more than opening ones.")
+        raise self.unexpected("an operator of IL, such as LD, ST or AND")
+
+    def _operands(self, found: tree.IlInstruction, at: int) -> None:
+        """Read what follows the operator in its line."""
+        if self.is_next_line() or self.kinds[self.i] in (")", ";") or self.kinds[self.i] in OUTER:
+            return
+        if self.kinds[self.i] == "(" and found.operator in BRACKETS:
+            found.deferred = self._deferred()
+        elif found.operator == "CAL":
+            found.operands = (self._called(),)
+        elif found.operator == "JMP":
+            found.operands = (tree.Name(self.name("a label"), place=self.places[self.i - 1]),)
+        elif self.kinds[self.i] == "(" and found.operator not in ("LD", "ST", "S", "R", "NOT", "RET"):
+            name = tree.Name(found.operator, place=self.places[at])
+            found.operator = "LD"
+            found.operands = (tree.Call(name, self.arguments(), place=self.places[at]),)
+        else:
+            operands = [self._operand()]
+            while self.accept(","):
+                operands.append(self._operand())
+            found.operands = tuple(operands)
+
+    def _operand(self) -> tree.Expression:
+        return self._unary()
+
+    def _called(self) -> tree.Expression:
+        if self.kinds[self.i] != token.NAME:
+            raise self.unexpected("an instance, a program or an action")
+        place = self.places[self.i]
+        called = self.place_or_call()
+        return called if isinstance(called, tree.Call) else tree.Call(called, (), place=place)
+
+    def _deferred(self) -> tuple[tree.IlInstruction, ...]:
+        """Read the lines in brackets; an operand behind the opening bracket is loaded first."""
+        opening = self.i
+        self.enter()
+        self.i += 1
+        first: tuple[tree.IlInstruction, ...] = ()
+        if not self.is_next_line() and self.kinds[self.i] != ")" and not self.begins_with_instruction():
+            place = self.places[self.i]
+            load = tree.IlInstruction("LD", (self._operand(),), place=place)
+            load.remark = self.remark()
+            first = (load,)
+            if not self.is_next_line() and self.kinds[self.i] != ")":
+                raise self.unexpected("the end of the line, or )")
+        found = first + self.instructions(is_deferred=True)
+        self.close(")", opening)
+        self.depth -= 1
+        return found
+
+    def _end_of_line(self, found: tree.IlInstruction) -> None:
+        kind = self.kinds[self.i]
+        if kind == ";":
+            self.say(self.i, "got ;", "the end of the line", "A line of IL ends without a semicolon.")
+            self.i += 1
+        elif found.deferred is None and not self.is_next_line() and kind not in OUTER and kind != ")":
+            hint = "Operands are separated by commas." if found.operands else ""
+            raise self.unexpected("the end of the line", hint)
+
+    # ---- conditions
+
+    def condition_in_il(self) -> tree.Expression:
+        """Read IL whose accumulator at the end is the condition of a transition, as an expression."""
+        at = self.i
+        found = self._folded(self.instructions())
+        if found is None:
+            self.say(at, "the condition has no result", "LD in the first line")
+            return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE")
+        return found
+
+    def _folded(self, lines: tuple[tree.IlInstruction, ...]) -> tree.Expression | None:
+        accumulator: tree.Expression | None = None
+        for line in lines:
+            accumulator = self._step(accumulator, line)
+        return accumulator
+
+    def _step(self, accumulator: tree.Expression | None, line: tree.IlInstruction) -> tree.Expression | None:
+        operands = list(line.operands)
+        if line.deferred is not None:
+            inner = self._folded(line.deferred)
+            operands = [inner] if inner is not None else []
+        if line.is_negated:
+            operands = [tree.Unary("NOT", operand, place=line.place) for operand in operands]
+        if line.operator == "LD" and len(operands) == 1:
+            return operands[0]
+        if accumulator is not None and line.operator == "NOT" and not operands:
+            return tree.Unary("NOT", accumulator, place=line.place)
+        if accumulator is not None and line.operator in SYMBOLS and operands:
+            for operand in operands:
+                accumulator = tree.Binary(SYMBOLS[line.operator], accumulator, operand, place=line.place)
+            return accumulator
+        if accumulator is not None and line.operator not in SPELLINGS:
+            arguments = tuple(tree.Argument(operand) for operand in (accumulator, *operands))
+            return tree.Call(tree.Name(line.operator, place=line.place), arguments, place=line.place)
+        self.say_at(line.place, f"{line.operator} cannot be in a condition", "LD, AND, OR and the like")
+        return accumulator

@@ -1,0 +1,264 @@
+"""Declarations, POUs, charts and configurations as text."""
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.parser.declarations import RESERVED
+from fieldrig_devices.iec.printer import statements
+from fieldrig_devices.iec.printer.expressions import direct_text
+from fieldrig_devices.iec.printer.expressions import expression_text as text_of
+from fieldrig_devices.iec.printer.lines import INDENT, Lines
+
+
+def declaration(lines: Lines, of: tree.Declaration) -> None:
+    lines.front(of)
+    match of:
+        case tree.Pou():
+            _pou(lines, of)
+            if of.remark:
+                lines.append(f" {of.remark}")
+            return
+        case tree.Variables():
+            variables(lines, of)
+            return
+        case tree.TypeDeclaration():
+            _type(lines, of)
+        case tree.Configuration():
+            _configuration(lines, of)
+            if of.remark:
+                lines.append(f" {of.remark}")
+
+
+# ---- variables and types
+
+
+def variables(lines: Lines, block: tree.Variables) -> None:
+    words = [block.section.value]
+    words += ["RETAIN"] * block.is_retain + ["PERSISTENT"] * block.is_persistent + ["CONSTANT"] * block.is_constant
+    lines.add(" ".join(words))
+    with lines.indented():
+        for number, variable in enumerate(block.variables):
+            lines.front(variable, number == 0)
+            _variable(lines, variable)
+            lines.behind(variable)
+    lines.add("END_VAR")
+    lines.behind(block)
+
+
+def _variable(lines: Lines, variable: tree.Variable) -> None:
+    at = f" AT {direct_text(variable.location)}" if variable.location is not None else ""
+    lines.add(f"{variable.name}{at} : ")
+    _spec(lines, variable.type)
+    lines.append(f"{_initial(variable.initial, variable.type)};")
+
+
+def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
+    """Append a type to the last line, and further lines if it needs them."""
+    match spec:
+        case tree.NamedType(name):
+            lines.append(name)
+        case tree.StringSpec(length):
+            lines.append("STRING" if length is None else f"STRING({text_of(length)})")
+        case tree.SubrangeSpec(base, low, high):
+            lines.append(f"{base.name}({text_of(low)}..{text_of(high)})")
+        case tree.ArraySpec(dimensions, element):
+            lines.append(f"ARRAY[{', '.join(map(statements.label_text, dimensions))}] OF ")
+            _spec(lines, element)
+        case tree.PointerSpec(to):
+            lines.append("POINTER TO ")
+            _spec(lines, to)
+        case tree.EnumSpec():
+            _enumeration(lines, spec)
+        case tree.StructSpec(fields):
+            lines.append("STRUCT")
+            with lines.indented():
+                for number, field in enumerate(fields):
+                    lines.front(field, number == 0)
+                    _variable(lines, field)
+                    lines.behind(field)
+            lines.add("END_STRUCT")
+
+
+def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
+    texts = [value.name if value.value is None else f"{value.name} := {text_of(value.value)}" for value in spec.values]
+    if not any(value.comments or value.remark for value in spec.values):
+        lines.append(f"({', '.join(texts)})")
+        return
+    lines.append("(")
+    with lines.indented():
+        for value, text in zip(spec.values, texts, strict=True):
+            lines.comments(value.comments)
+            lines.add(text if value is spec.values[-1] else f"{text},")
+            if value.remark:
+                lines.append(f" {value.remark}")
+    lines.add(")")
+
+
+def _type(lines: Lines, of: tree.TypeDeclaration) -> None:
+    lines.add(f"TYPE {of.name} : ")
+    _spec(lines, of.type)
+    initial = _initial(of.initial, of.type)
+    is_struct = isinstance(of.type, tree.StructSpec) and not initial
+    lines.append(initial if is_struct else f"{initial};")
+    lines.behind(of)
+    lines.add("END_TYPE")
+
+
+# ---- start values
+
+
+def _initial(initial: tree.Initial | None, spec: tree.TypeSpec) -> str:
+    if initial is None:
+        return ""
+    if isinstance(initial, tree.ArrayInitial) and _is_open(initial, spec):
+        return f" := {', '.join(map(_element, initial.elements))}"
+    return f" := {_element(initial)}"
+
+
+def _is_open(initial: tree.ArrayInitial, spec: tree.TypeSpec) -> bool:
+    """True if the values of an array need no brackets, as the manual writes them."""
+    elements = initial.elements
+    is_list = len(elements) > 1 or any(isinstance(element, tree.Repeated) for element in elements)
+    if isinstance(spec, tree.ArraySpec):
+        return is_list or (len(elements) == 1 and not isinstance(elements[0], tree.ArrayInitial))
+    return is_list and isinstance(spec, tree.NamedType) and spec.name.upper() not in RESERVED
+
+
+def _element(element: tree.Initial | tree.Repeated) -> str:
+    match element:
+        case tree.Repeated(count, value):
+            return f"{text_of(count)}({_element(value)})"
+        case tree.ArrayInitial(elements):
+            return f"[{', '.join(map(_element, elements))}]"
+        case tree.StructInitial(fields):
+            return f"({', '.join(f'{field.name} := {_element(field.value)}' for field in fields)})"
+    return text_of(element)
+
+
+# ---- POUs
+
+
+def _pou(lines: Lines, pou: tree.Pou) -> None:
+    lines.add(f"{pou.kind.value} {pou.name}")
+    if pou.result is not None:
+        lines.append(" : ")
+        _spec(lines, pou.result)
+    for block in pou.blocks:
+        lines.front(block)
+        variables(lines, block)
+    if pou.blocks:
+        lines.add("")
+    body(lines, pou.body)
+    for action in pou.actions:
+        lines.add("")
+        lines.front(action)
+        lines.add(f"ACTION {action.name}:")
+        with lines.indented():
+            body(lines, action.body)
+        lines.add("END_ACTION")
+        lines.behind(action)
+    lines.comments(pou.after)
+    lines.add(f"END_{pou.kind.value}")
+
+
+def body(lines: Lines, of: tree.Body) -> None:
+    match of:
+        case tree.StBody(block):
+            statements.statements(lines, block)
+        case tree.IlBody(block_of_il):
+            statements.instructions(lines, block_of_il)
+        case tree.SfcBody():
+            _chart(lines, of)
+        case tree.NativeBody():
+            lines.add("{native}")
+
+
+# ---- charts
+
+
+def _chart(lines: Lines, chart: tree.SfcBody) -> None:
+    parts: list[tree.Step | tree.Transition] = [*chart.steps, *chart.transitions]
+    for number, part in enumerate(parts):
+        lines.front(part, number == 0)
+        if isinstance(part, tree.Step):
+            _step(lines, part)
+        else:
+            _transition(lines, part)
+        lines.behind(part)
+
+
+def _step(lines: Lines, step: tree.Step) -> None:
+    lines.add(f"{'INITIAL_STEP' if step.is_initial else 'STEP'} {step.name}:")
+    with lines.indented():
+        for use in step.uses:
+            time = f", {text_of(use.time)}" if use.time is not None else ""
+            lines.add(f"{use.name}({use.qualifier}{time});")
+        for word, section in (("ENTRY", step.entry), ("ACTIVE", step.active), ("EXIT", step.exit)):
+            if section is not None:
+                lines.add(word)
+                with lines.indented():
+                    body(lines, section)
+                lines.add(f"END_{word}")
+    lines.add("END_STEP")
+
+
+def _transition(lines: Lines, transition: tree.Transition) -> None:
+    words = ["TRANSITION"]
+    words += [transition.name] if transition.name else []
+    words += [f"(PRIORITY := {transition.priority})"] if transition.priority else []
+    lines.add(f"{' '.join(words)} FROM {_steps(transition.sources)} TO {_steps(transition.targets)}")
+    lines.add(f"{INDENT}:= {text_of(transition.condition)};")
+    lines.add("END_TRANSITION")
+
+
+def _steps(names: tuple[str, ...]) -> str:
+    return names[0] if len(names) == 1 else f"({', '.join(names)})"
+
+
+# ---- configurations
+
+
+def _configuration(lines: Lines, of: tree.Configuration) -> None:
+    if of.name:
+        lines.add(f"CONFIGURATION {of.name}")
+        with lines.indented():
+            _blocks(lines, of)
+            if of.resource:
+                _resource(lines, of)
+            else:
+                _parts(lines, of)
+            lines.comments(of.after)
+        lines.add("END_CONFIGURATION")
+    else:
+        _resource(lines, of)
+
+
+def _blocks(lines: Lines, of: tree.Configuration) -> None:
+    for block in of.blocks:
+        lines.front(block)
+        variables(lines, block)
+
+
+def _resource(lines: Lines, of: tree.Configuration) -> None:
+    lines.add(f"RESOURCE {of.resource}")
+    if of.processor:
+        lines.append(f" ON {of.processor}")
+    with lines.indented():
+        if not of.name:
+            _blocks(lines, of)
+        _parts(lines, of)
+        if not of.name:
+            lines.comments(of.after)
+    lines.add("END_RESOURCE")
+
+
+def _parts(lines: Lines, of: tree.Configuration) -> None:
+    for task in of.tasks:
+        lines.front(task)
+        pairs = (("SINGLE", task.single), ("INTERVAL", task.interval), ("PRIORITY", task.priority))
+        settings = [f"{word} := {text_of(value)}" for word, value in pairs if value is not None]
+        lines.add(f"TASK {task.name}({', '.join(settings)});")
+        lines.behind(task)
+    for program in of.programs:
+        lines.front(program)
+        task_text = f" WITH {program.task}" if program.task else ""
+        lines.add(f"PROGRAM {program.name}{task_text} : {program.type};")
+        lines.behind(program)

@@ -1,0 +1,87 @@
+"""Expressions as text, with the brackets that their precedence needs."""
+
+from fieldrig_devices.iec import literals, tree
+from fieldrig_devices.iec.parser.expressions import RANKS
+from fieldrig_devices.iec.tree import LiteralKind
+
+_SIGN = max(RANKS.values()) + 1
+_PLACES = (tree.Name, tree.Member, tree.Index, tree.Dereference, tree.Call)
+
+
+def expression_text(of: tree.Expression, weakest: int = 0) -> str:
+    """Return an expression as text, in brackets if its operator is weaker than a rank."""
+    match of:
+        case tree.Name(text):
+            return text
+        case tree.Literal():
+            return _literal(of)
+        case tree.Binary(operator, left, right):
+            rank = RANKS[operator]
+            text = f"{expression_text(left, rank)} {operator} {expression_text(right, rank + 1)}"
+            return f"({text})" if rank < weakest else text
+        case tree.Unary(operator, operand):
+            inner = expression_text(operand, _SIGN)
+            if operator == "NOT":
+                return f"NOT {inner}"
+            return f"{operator}({inner})" if inner[0] in "+-" else f"{operator}{inner}"
+        case tree.Member(inner_of, name):
+            return f"{_place(inner_of)}.{name}"
+        case tree.BitOf(inner_of, number):
+            return f"{_place(inner_of)}.{number}"
+        case tree.Index(inner_of, indices):
+            return f"{_place(inner_of)}[{', '.join(map(expression_text, indices))}]"
+        case tree.Dereference(inner_of):
+            return f"{_place(inner_of)}^"
+        case tree.Call(called, arguments):
+            return f"{_place(called)}({', '.join(map(argument_text, arguments))})"
+        case tree.Direct():
+            return direct_text(of)
+
+
+def _place(of: tree.Expression) -> str:
+    """Return what a point, an index or ^ follows."""
+    text = expression_text(of)
+    return text if isinstance(of, _PLACES) else f"({text})"
+
+
+def argument_text(argument: tree.Argument) -> str:
+    value = "" if argument.value is None else f" {expression_text(argument.value)}"
+    if argument.is_output:
+        return f"{'NOT ' if argument.is_negated else ''}{argument.name} =>{value}"
+    if argument.name:
+        return f"{argument.name} :={value}"
+    return value[1:]
+
+
+def direct_text(direct: tree.Direct) -> str:
+    return f"%{direct.area}{direct.size}{'.'.join(map(str, direct.numbers)) or '*'}"
+
+
+def _literal(literal: tree.Literal) -> str:
+    value = literal.value
+    if literal.kind is LiteralKind.BOOL and (not literal.text or literal.text.upper() in ("TRUE", "FALSE")):
+        text = "TRUE" if value else "FALSE"
+    elif literal.text:
+        return literal.text
+    elif isinstance(value, str):
+        text = literals.string_text(value)
+    elif isinstance(value, float):
+        text = literals.real_text(value)
+    else:
+        text = _number(literal.kind, int(value))
+    return f"{literal.type_name}#{text}" if literal.type_name else text
+
+
+def _number(kind: LiteralKind, value: int) -> str:
+    match kind:
+        case LiteralKind.TIME:
+            return literals.time_text(value)
+        case LiteralKind.DATE:
+            return f"D#{literals.day_text(value)}"
+        case LiteralKind.TOD:
+            return f"TOD#{literals.clock_text(value)}"
+        case LiteralKind.DT:
+            return f"DT#{literals.day_text(value)}-{literals.clock_text(value % 86_400 * 1_000)}"
+        case LiteralKind.REAL:
+            return literals.real_text(float(value))
+    return str(value)

@@ -1,0 +1,294 @@
+"""A loaded program: its memory, its code, and the values of its variables.
+
+    runtime = Runtime(compile_project(files, host), host)
+    thread = runtime.thread(pou, task_number=0)
+    thread.start()
+    thread.run(250_000)        what is left of the nanoseconds
+
+Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variables their start values, a warm start all
+but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, STACK_SIZE, Images, Layout, kind_number, storage
+from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
+from fieldrig_devices.iec.lower.names import rules_of
+from fieldrig_devices.iec.memory import Memory, limited
+from fieldrig_devices.iec.natives import Natives
+from fieldrig_devices.iec.program import Pou, Variable
+from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.thread import Start, Thread
+from fieldrig_devices.iec.types import Elementary, EnumType, StringType, SubrangeType, Type, Value
+from fieldrig_devices.languages.resumable import Code
+
+__all__ = ["Runtime", "Start", "Thread"]
+
+
+class Runtime:
+    def __init__(self, compiled: Compiled, host: Host) -> None:
+        self._host = host
+        self._images = Images()
+        self.markers = bytearray(AREA_SIZE)
+        """The area %M."""
+        self._areas = {"I": host.inputs, "Q": host.outputs, "M": self.markers}
+        self._memory = Memory(host, self._areas, self._images, ())
+        self.memory = self._memory.cells
+        self._forced: dict[str, tuple[Symbol, Value]] = {}
+        self._stops: dict[str, set[int]] = {}
+        self.threads: list[Thread] = []
+        self._use(compiled)
+        self.initialise(Start.COLD)
+
+    def _use(self, compiled: Compiled) -> None:
+        self.compiled, self.symbols = compiled, compiled.symbols
+        lowered = compiled.code
+        self._memory.grow(compiled.layout.end)
+        self._memory.use_forms(lowered.forms)
+        self.natives = Natives(self._host, self._memory, compiled)
+        names: dict[str, Any] = {
+            **IMPLEMENTATIONS,
+            **self._memory.names(),
+            **self.natives.names(),
+            **{f"image_{number}": cells for number, cells in enumerate(lowered.constants)},
+            "now_ms": self._host.now_ms,
+        }
+        self.code = Code(lowered.routines, names, STACK_SIZE, rules_of(len(lowered.constants)))
+        self.routines: Mapping[str, int] = self.code.numbers
+
+    # ---- starting
+
+    def initialise(self, kind: Start) -> None:
+        """Give variables their start values; a warm start leaves retained ones as they are."""
+        kept = self._retained() if kind is Start.WARM else []
+        values = [self.read(symbol) for symbol in kept]
+        for variable in self.compiled.program.globals.values():
+            if variable.location is None:
+                self._initialise(variable)
+            elif variable.initial is not None:
+                self._write(self._root(variable), variable.initial)  # type: ignore[arg-type]
+        for symbol, value in zip(kept, values, strict=True):
+            self._write(symbol, value)
+        self.natives.forget()
+
+    def _initialise(self, variable: Variable) -> None:
+        cells = self._images.variable(variable)
+        self._memory.put_image(variable.offset, cells, self._images.kinds(variable.type))
+
+    def thread(self, pou: Pou, task_number: int = 0) -> Thread:
+        """Return a thread that runs a program with the stack of a task."""
+        thread = Thread(self, pou.name, task_number)
+        self.threads.append(thread)
+        return thread
+
+    # ---- values
+
+    def find(self, path: str) -> Symbol:
+        """Return the symbol with a path; ValueError if there is none."""
+        symbol = self.symbols.find(path)
+        if symbol is None:
+            raise ValueError(f"expected the path of a variable, got {path!r}")
+        return symbol
+
+    def read(self, symbol: Symbol) -> Value:
+        """Return the value of a symbol; ValueError for a group, and for a VAR_IN_OUT that has not been given."""
+        kind = storage(symbol.type)
+        if kind is None:
+            raise ValueError(f"{symbol.path} is a {symbol.type}; expected one of its parts")
+        if symbol.location is not None:
+            return self._read_area(symbol)
+        return self.memory[self._address(symbol)]
+
+    def write(self, symbol: Symbol, value: Value) -> None:
+        """Set a variable; ValueError if it cannot have this value."""
+        if not symbol.is_writable:
+            raise ValueError(f"{symbol.path} is a constant; expected a variable")
+        self._write(symbol, checked(value, symbol))
+
+    def force(self, symbol: Symbol, value: Value | None) -> None:
+        """Hold a variable at a value: it is written at the start and at the end of each cycle.  None releases it."""
+        if value is None:
+            self._forced.pop(symbol.path.lower(), None)
+            return
+        self.write(symbol, value)
+        self._forced[symbol.path.lower()] = (symbol, checked(value, symbol))
+
+    @property
+    def forced(self) -> Mapping[str, Value]:
+        """The values of forced variables by path."""
+        return {symbol.path: value for symbol, value in self._forced.values()}
+
+    def write_forced(self) -> None:
+        """Write all forced values; threads call this at both ends of a cycle."""
+        for symbol, value in self._forced.values():
+            self._write(symbol, value)
+
+    def _address(self, symbol: Symbol) -> int:
+        address = symbol.steps[0]
+        for step in symbol.steps[1:]:
+            reference = self.memory[address]
+            if not isinstance(reference, int) or not reference:
+                raise ValueError(f"{symbol.path} refers to nothing yet")
+            address = reference + step
+        return address
+
+    def _write(self, symbol: Symbol, value: Value) -> None:
+        if symbol.location is not None:
+            self._write_area(symbol, value)
+        else:
+            self.memory[self._address(symbol)] = value
+
+    def _read_area(self, symbol: Symbol) -> Value:
+        where, kind = symbol.location, storage(symbol.type)
+        assert where is not None
+        assert kind is not None
+        if kind is Elementary.BOOL and where.bit >= 0:
+            return bool(self._areas[where.area][where.byte] & 1 << where.bit)
+        return self._memory.peek(AREAS[where.area] + where.byte, kind_number(kind))
+
+    def _write_area(self, symbol: Symbol, value: Value) -> None:
+        where, kind = symbol.location, storage(symbol.type)
+        assert where is not None
+        assert kind is not None
+        if kind is Elementary.BOOL and where.bit >= 0:
+            rest = self._areas[where.area][where.byte] & ~(1 << where.bit)
+            self._areas[where.area][where.byte] = rest | bool(value) << where.bit
+            if where.area == "Q":
+                self._host.on_output(where.byte)
+        else:
+            self._memory.poke(AREAS[where.area] + where.byte, kind_number(kind), value)
+
+    def _root(self, variable: Variable) -> Symbol:
+        return self.find(variable.name)
+
+    # ---- retained data
+
+    def _retained(self) -> list[Symbol]:
+        return [symbol for symbol in self.symbols.values() if symbol.is_retain and len(symbol.steps) == 1]
+
+    @property
+    def retain_size(self) -> int:
+        """Bytes of the retained variables (PD-315)."""
+        return sum(symbol.type.size for symbol in self._retained())
+
+    def retained(self) -> bytes:
+        """Return all retained variables with their names and types, as text."""
+        found = [(symbol.path.lower(), str(symbol.type), self.read(symbol)) for symbol in self._retained()]
+        return json.dumps(found, separators=(",", ":")).encode("ascii")
+
+    def restore(self, data: bytes) -> None:
+        """Set the retained variables that still have the same name and type; ValueError for data of another form."""
+        values = {}
+        for row in _rows(data):
+            values[row[0], row[1]] = row[2]
+        for symbol in self._retained():
+            value = values.get((symbol.path.lower(), str(symbol.type)))
+            if value is not None:
+                self._write(symbol, checked(value, symbol))
+
+    # ---- online change
+
+    def change(self, compiled: Compiled) -> None:
+        """Go on with another program, compiled with the present one as `previous`, between two cycles.
+
+        Variables of the same name and type keep their values.  Threads of programs that are no longer there stay ended.
+        """
+        old, before = self.compiled, self._snapshot(compiled.layout)
+        self._use(compiled)
+        for name, variable in compiled.program.globals.items():
+            if variable.location is None and _has_moved(name, old.layout, compiled.layout):
+                self._initialise(variable)
+                self._copy(self._root(variable), before)
+        for thread in self.threads:
+            thread.reload()
+        self._forced = {
+            path: (symbol, value)
+            for path, (old_symbol, value) in self._forced.items()
+            if (symbol := self.symbols.find(path)) is not None and str(symbol.type) == str(old_symbol.type)
+        }
+        self.break_at(self._stops)
+
+    def _snapshot(self, new: Layout) -> dict[tuple[str, str], Value]:
+        """Return the values of the variables that do not stay where they are."""
+        found = {}
+        for name, variable in self.compiled.program.globals.items():
+            if variable.location is None and _has_moved(name, new, self.compiled.layout):
+                for symbol in self.symbols.values(self._root(variable)):
+                    if len(symbol.steps) == 1:
+                        found[symbol.path.lower(), str(symbol.type)] = self.read(symbol)
+        return found
+
+    def _copy(self, root: Symbol, values: Mapping[tuple[str, str], Value]) -> None:
+        for symbol in self.symbols.values(root):
+            value = values.get((symbol.path.lower(), str(symbol.type)))
+            if value is not None and symbol.location is None and len(symbol.steps) == 1:
+                self._write(symbol, value)
+
+    # ---- debugging
+
+    def break_at(self, places: Mapping[str, set[int]]) -> dict[str, set[int]]:
+        """Set the breakpoints of all files; return the lines that have an instruction, by file."""
+        self._stops = {file: set(lines) for file, lines in places.items()}
+        found: dict[str, set[int]] = {file: set() for file in places}
+        for name, number in self.code.numbers.items():
+            file = self.compiled.code.files[name]
+            lines = self.code.stop_in(number, self._stops.get(file, set()))
+            if lines:
+                found[file] |= lines
+        for thread in self.threads:
+            thread.is_watched = any(found.values())
+        return found
+
+    @property
+    def has_breakpoints(self) -> bool:
+        return any(self._stops.values())
+
+
+def _has_moved(name: str, first: Layout, second: Layout) -> bool:
+    """True if a variable has no place or another place in the first layout."""
+    slot = first.slots.get(name)
+    other = second.slots[name]
+    return slot is None or (slot.address, slot.form) != (other.address, other.form)
+
+
+def checked(value: Value, symbol: Symbol) -> Value:
+    """Return a value as the type of a symbol stores it; ValueError if it cannot have it."""
+    kind = symbol.type
+    stored = storage(kind)
+    if isinstance(stored, StringType):
+        if not isinstance(value, str) or len(value) > stored.length or any(ord(letter) > 255 for letter in value):
+            raise ValueError(f"{symbol.path}: expected a text of at most {stored.length} characters, got {value!r}")
+        return value
+    if stored is None or isinstance(value, str):
+        raise ValueError(f"{symbol.path}: expected a value of type {kind}, got {value!r}")
+    if stored.is_real:
+        return limited(value, stored)
+    low, high = _ends(kind, stored)
+    if value != value or not low <= value <= high or value != int(value):
+        raise ValueError(f"{symbol.path}: expected {low} to {high}, got {value!r}")
+    return bool(value) if stored is Elementary.BOOL else int(value)
+
+
+def _ends(kind: Type, stored: Elementary) -> tuple[int, int]:
+    if isinstance(kind, SubrangeType):
+        return kind.low, kind.high
+    if isinstance(kind, EnumType) and kind.values:
+        return min(kind.values.values()), max(kind.values.values())
+    return stored.low, stored.high
+
+
+def _rows(data: bytes) -> Iterator[tuple[str, str, Value]]:
+    try:
+        rows = json.loads(data)
+    except (ValueError, RecursionError) as cause:
+        raise ValueError("expected retained variables as JSON") from cause
+    for row in rows if isinstance(rows, list) else [None]:
+        match row:
+            case [str(path), str(kind), (bool() | int() | float() | str()) as value]:
+                yield path, kind, value
+            case _:
+                raise ValueError(f"expected [path, type, value], got {row!r:.80}")

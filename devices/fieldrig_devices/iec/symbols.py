@@ -1,0 +1,138 @@
+"""The variables of a program by name: for OPC UA, watch windows, forcing, retained data, and the symbol list.
+
+A path is as an engineer writes it, `PLC_PRG.belt.axis[3].pos`, in any case of letters; the elements of an array of two
+dimensions are `[1,2]` or `[1][2]`.  Global variables and programs are the roots.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Final
+
+from fieldrig_devices.iec.layout import members, storage
+from fieldrig_devices.iec.program import Located, Program, Variable
+from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
+
+_PART: Final = re.compile(r"\.?([A-Za-z_]\w*)|\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]")
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    path: str
+    name: str
+    type: Type
+    comment: str = ""
+    is_writable: bool = True
+    is_retain: bool = False
+    steps: tuple[int, ...] = (0,)
+    """Its address; with more than one number, each but the last leads to a cell with an address to add the next to."""
+    location: Located | None = None
+    """Where a variable with AT is; it has no cell."""
+
+    @property
+    def is_value(self) -> bool:
+        """True if it has a value of its own, and no children."""
+        return storage(self.type) is not None
+
+
+class Symbols:
+    def __init__(self, program: Program) -> None:
+        self._roots = {name: _of_variable(one) for name, one in program.globals.items()}
+
+    def children(self, path: str = "") -> list[Symbol]:
+        """Return the parts of a symbol, the roots for an empty path, and nothing for an unknown one."""
+        if not path:
+            return list(self._roots.values())
+        symbol = self.find(path)
+        return parts(symbol) if symbol is not None else []
+
+    def find(self, path: str) -> Symbol | None:
+        symbol, at = None, 0
+        for match in _PART.finditer(path):
+            if match.start() != at:
+                return None
+            at = match.end()
+            if symbol is None:
+                symbol = self._roots.get((match[1] or "").lower())
+            elif match[1]:
+                symbol = _part(symbol, match[1].lower())
+            else:
+                for index in match[2].split(","):
+                    symbol = _element(symbol, int(index)) if symbol is not None else None
+            if symbol is None:
+                return None
+        return symbol if at == len(path) else None
+
+    def values(self, symbol: Symbol | None = None) -> Iterator[Symbol]:
+        """Yield all symbols that have a value of their own, below one symbol or of the whole program."""
+        if symbol is not None and symbol.is_value:
+            yield symbol
+            return
+        for part in parts(symbol) if symbol is not None else self.children():
+            yield from self.values(part)
+
+
+def parts(symbol: Symbol) -> list[Symbol]:
+    kind = symbol.type
+    if isinstance(kind, ArrayType):
+        found = (_element(symbol, index) for index in range(kind.low, kind.high + 1))
+        return [one for one in found if one is not None]
+    if isinstance(kind, StructType):
+        return [_part(symbol, name) or symbol for name in kind.fields]
+    if isinstance(kind, BlockType) and kind.pou is not None:
+        return [one for name in kind.pou.variables if (one := _part(symbol, name)) is not None]
+    return []
+
+
+def _of_variable(variable: Variable) -> Symbol:
+    return Symbol(
+        variable.name,
+        variable.name,
+        variable.type,
+        variable.comment,
+        not variable.is_constant,
+        variable.is_retain,
+        (variable.offset,),
+        variable.location,
+    )
+
+
+def _part(symbol: Symbol, name: str) -> Symbol | None:
+    kind = symbol.type
+    if isinstance(kind, StructType):
+        field = kind.fields.get(name)
+        if field is None:
+            return None
+        path = f"{symbol.path}.{field.name}"
+        part = replace(symbol, path=path, name=field.name, type=field.type, comment=field.comment)
+        return _moved(part, field.offset)
+    if not isinstance(kind, BlockType) or kind.pou is None:
+        return None
+    variable = kind.pou.variables.get(name)
+    if variable is None or (variable.location is None and variable not in members(kind)):
+        return None
+    own = _of_variable(variable)
+    steps = (*symbol.steps[:-1], symbol.steps[-1] + max(variable.offset, 0))
+    return replace(
+        own,
+        path=f"{symbol.path}.{variable.name}",
+        is_writable=own.is_writable and symbol.is_writable,
+        is_retain=own.is_retain or symbol.is_retain,
+        steps=(*steps, 0) if variable.is_reference else steps,
+    )
+
+
+def _element(symbol: Symbol, index: int) -> Symbol | None:
+    kind = symbol.type
+    if not isinstance(kind, ArrayType) or not kind.low <= index <= kind.high:
+        return None
+    inner = symbol.path.endswith("]") and not symbol.name.isidentifier()
+    path = f"{symbol.path[:-1]},{index}]" if inner else f"{symbol.path}[{index}]"
+    part = replace(symbol, path=path, name=f"[{path.rpartition('[')[2]}", type=kind.element)
+    return _moved(part, (index - kind.low) * kind.element.size)
+
+
+def _moved(symbol: Symbol, offset: int) -> Symbol:
+    if symbol.location is not None:
+        return replace(symbol, location=replace(symbol.location, byte=symbol.location.byte + offset))
+    return replace(symbol, steps=(*symbol.steps[:-1], symbol.steps[-1] + offset))

@@ -1,0 +1,198 @@
+"""One thread of a loaded program: a POU that a task runs from its beginning to its end in each of its cycles."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Final
+
+from fieldrig_devices.iec.host import Pending
+from fieldrig_devices.iec.layout import stack_of
+from fieldrig_devices.iec.natives import NOTHING, Waiting
+from fieldrig_devices.iec.tasks.task import WorkState
+from fieldrig_devices.languages.debugging.debuggee import Step
+from fieldrig_devices.languages.debugging.stepping import Goal
+from fieldrig_devices.languages.faults import RunError
+from fieldrig_devices.languages.task import Task, TaskState
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.runtime import Runtime
+
+
+class Start(Enum):
+    COLD = "cold"
+    WARM = "warm"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    pou: str
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.pou} ({self.file}:{self.line})"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault of the program: a division by zero, an index outside its array, a pointer to nothing, and so on."""
+
+    code: str
+    text: str
+    pou: str
+    file: str
+    line: int
+    calls: tuple[Place, ...]
+    """The calls that led there, innermost first."""
+
+    def __str__(self) -> str:
+        return f"{self.text} in {self.pou} ({self.file}:{self.line})"
+
+
+_STATES: Final = {
+    TaskState.IDLE: WorkState.ENDED,
+    TaskState.READY: WorkState.READY,
+    TaskState.STOPPED: WorkState.STOPPED,
+    TaskState.ENDED: WorkState.ENDED,
+    TaskState.TOO_DEEP: WorkState.FAULTED,
+    TaskState.FAULTED: WorkState.FAULTED,
+}
+
+
+class Thread:
+    def __init__(self, runtime: "Runtime", pou: str, task_number: int) -> None:
+        self._runtime, self.pou, self._stack = runtime, pou, stack_of(task_number)
+        self._waiting: Waiting = NOTHING
+        self._goal: Goal | None = None
+        """The end of the step in progress."""
+        self._has_stepped = False
+        self.is_watched = runtime.has_breakpoints
+        """True if the thread stops at breakpoints."""
+        self._task = Task(runtime.code)
+
+    def reload(self) -> None:
+        """Use the code of the runtime after an online change; only between two cycles."""
+        self._task = Task(self._runtime.code)
+        self._waiting, self._goal = NOTHING, None
+
+    # ---- running
+
+    def start(self) -> None:
+        """Begin a cycle.  ValueError if the program is no longer there after an online change."""
+        runtime = self._runtime
+        pou = runtime.compiled.program.pous.get(self.pou.lower())
+        if pou is None or pou.instance is None:
+            raise ValueError(f"expected a program of the project, got {self.pou}")
+        runtime.write_forced()
+        self._waiting, self._goal = NOTHING, None
+        self._task.start(self.pou.lower(), self._stack, pou.instance.offset)
+
+    @property
+    def state(self) -> WorkState:
+        if self.is_waiting:
+            return WorkState.WAITING
+        return WorkState.STOPPED if self._has_stepped else _STATES[self._task.state]
+
+    @property
+    def is_waiting(self) -> bool:
+        return self.wake is not None
+
+    @property
+    def wake(self) -> Pending | None:
+        """The answer that the thread waits for, if any."""
+        pending, _ = self._waiting
+        return pending if pending is not None and not pending.is_done else None
+
+    def run(self, budget_ns: int) -> int:
+        """Run for at most this processor time; return the rest, below 0 if a little more was used."""
+        if self.is_waiting or self._has_stepped:
+            return budget_ns
+        task, natives = self._task, self._runtime.natives
+        natives.waiting = self._waiting
+        task.is_watched = self.is_watched
+        left = task.run(budget_ns) if self._goal is None else self._run_to_goal(self._goal, budget_ns)
+        self._waiting = natives.waiting
+        if task.has_waited and natives.is_waiting:
+            left = max(left, task.unused)
+        if task.state is TaskState.ENDED:
+            self._runtime.write_forced()
+        return left
+
+    # ---- debugging
+
+    def go_on(self) -> None:
+        """Continue after a breakpoint or a step."""
+        self._goal, self._has_stepped = None, False
+        self._task.go_on()
+
+    def step(self, kind: Step) -> None:
+        """Continue, and stop again in front of another line; `run` does the work."""
+        self.go_on()
+        task = self._task
+        self._goal = Goal(kind, task.line, len(task.stack))
+
+    def _run_to_goal(self, goal: Goal, budget_ns: int) -> int:
+        """Run one instruction after the other until the step is complete."""
+        task = self._task
+        task.has_waited = False
+        while budget_ns > 0:
+            before = (task.routine, task.pc, len(task.stack))
+            budget_ns -= task.step()
+            if not self._is_ready():
+                self._goal = None
+                break
+            if (task.routine, task.pc, len(task.stack)) == before and self._runtime.natives.is_waiting:
+                task.has_waited, task.unused = True, budget_ns
+                break
+            if goal.is_reached(task.line, len(task.stack)):
+                self._goal, self._has_stepped = None, True
+                break
+        return budget_ns
+
+    def _is_ready(self) -> bool:
+        return self._task.state is TaskState.READY
+
+    @property
+    def base(self) -> int:
+        """The address of the instance whose code runs next."""
+        return self._task.base
+
+    @property
+    def frame(self) -> int:
+        """The address of the stack frame of the routine that runs next."""
+        return self._task.frame
+
+    @property
+    def stack(self) -> list[Place]:
+        """Where the thread is, then where its callers go on, innermost first."""
+        task = self._task
+        if task.state in (TaskState.IDLE, TaskState.ENDED):
+            return []
+        here = [(task.routine, task.pc), *((one.routine, one.pc - 1) for one in reversed(task.stack))]
+        return [self._place(routine, pc) for routine, pc in here]
+
+    def _place(self, routine: int, pc: int) -> Place:
+        lowered, code = self._runtime.compiled.code, self._runtime.code
+        name = code.names_of_routines[routine]
+        return Place(lowered.titles[name], lowered.files[name], code.line(routine, pc))
+
+    @property
+    def fault(self) -> Fault | None:
+        """Why the thread is FAULTED."""
+        if self.state is not WorkState.FAULTED:
+            return None
+        code, text = _reason(self._task.fault)
+        place, *calls = self.stack
+        return Fault(code, text, place.pou, place.file, place.line, tuple(calls))
+
+
+def _reason(cause: BaseException | None) -> tuple[str, str]:
+    match cause:
+        case None:
+            return "stack", "the stack has no room for another call"
+        case RunError():
+            return cause.code, cause.text
+        case ZeroDivisionError():
+            return "division", "a division by zero"
+        case IndexError():
+            return "pointer", "a pointer to no variable"
+    return "arithmetic", "a result outside the range of numbers"

@@ -1,0 +1,172 @@
+"""Imported programs run, and do the same as the same program in Structured Text."""
+
+import pytest
+from exchange_documents import LISTING_57, block, coil, contact, pou, rail, sink, source, tc6
+from hypothesis import given
+from hypothesis import strategies as st
+from iec_program import IecBench, program
+
+BOOLS = dict.fromkeys(("start", "stop", "motor", "lamp", "done"), "BOOL")
+
+
+def bench(document: str, main: str = "P") -> IecBench:
+    return IecBench(document, main=main)
+
+
+@pytest.mark.manual("PD-345")
+def test_listing_57_counts_up_to_zero() -> None:
+    running = IecBench(LISTING_57, main="ST_EXAMPLE")
+    seen = []
+    for _ in range(126):
+        running.cycle()
+        seen.append(running["YVAL"])
+    assert seen == [*range(-248, 1, 2), 0]
+    assert (running["BOTTOM"], running["RUN_STRING"]) == (2, "Start")
+
+
+LADDER = tc6(
+    pou(
+        f"<LD>{rail()}"
+        + contact("1", "start", "0", attributes='edge="rising"')
+        + contact("2", "motor", "0")
+        + contact("3", "stop", "1", "2", attributes='negated="true"')
+        + coil("4", "motor", "3")
+        + contact("5", "motor", "0")
+        + coil("6", "lamp", "5", attributes='negated="true"')
+        + coil("7", "done", "5", attributes='storage="set"')
+        + "</LD>",
+        variables=BOOLS,
+    )
+)
+SAME_IN_ST = program(
+    "start, stop, motor, lamp, done : BOOL; before, rising : BOOL;",
+    """
+    rising := start AND NOT before;
+    before := start;
+    motor := (rising OR motor) AND NOT stop;
+    lamp := NOT motor;
+    IF motor THEN done := TRUE; END_IF""",
+)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12))
+def test_ladder_does_the_same_as_structured_text(inputs: list[tuple[bool, bool]]) -> None:
+    drawn, written = bench(LADDER), IecBench(SAME_IN_ST)
+    for start, stop in inputs:
+        for running in (drawn, written):
+            running["start"], running["stop"] = start, stop
+            running.cycle()
+        for name in ("motor", "lamp", "done"):
+            assert drawn[name] == written[name]
+
+
+BLOCKS = tc6(
+    pou(
+        "<FBD>"
+        + source("1", "a")
+        + source("2", "b")
+        + block("3", "GT", {"IN1": "1", "IN2": "2"})
+        + block("4", "SEL", {"G": "3.OUT", "IN0": "2", "IN1": "1"})
+        + sink("5", "larger", "4.OUT")
+        + block("6", "MOVE", {"EN": "3.OUT", "IN": "1"}, "ENO OUT")
+        + sink("7", "kept", "6.OUT")
+        + sink("8", "moved", "6.ENO")
+        + block("9", "ADD", {"IN1": "4.OUT", "IN2": "9.OUT"})
+        + sink("10", "total", "9.OUT")
+        + "</FBD>",
+        variables={"a": "INT", "b": "INT", "larger": "INT", "kept": "INT", "moved": "BOOL", "total": "INT"},
+    )
+)
+SMALL = st.integers(-2_000, 2_000)
+
+
+@given(st.lists(st.tuples(SMALL, SMALL), max_size=8))
+def test_blocks_do_what_their_functions_say(inputs: list[tuple[int, int]]) -> None:
+    running = bench(BLOCKS)
+    kept = total = 0
+    for a, b in inputs:
+        running["a"], running["b"] = a, b
+        running.cycle()
+        kept = a if a > b else kept
+        total += max(a, b)
+        assert [running[name] for name in ("larger", "kept", "moved", "total")] == [max(a, b), kept, a > b, total]
+
+
+def test_a_timer_in_a_rung_switches_after_its_time() -> None:
+    running = bench(
+        tc6(
+            pou(
+                f"<LD>{rail()}{contact('1', 'start', '0')}"
+                + source("2", "T#3s")
+                + block("3", "TON", {"IN": "1", "PT": "2"}, "Q ET", 'instanceName="t1"')
+                + coil("4", "lamp", "3.Q")
+                + "</LD>",
+                variables={**BOOLS, "t1": '<derived name="TON"/>'},
+            )
+        )
+    )
+    running["start"] = True
+    lamp = {}
+    for ms in (1_000, 2_000, 3_999, 4_000, 4_001):
+        running.host.ms = ms
+        running.cycle()
+        lamp[ms] = running["lamp"]
+    assert lamp == {1_000: False, 2_000: False, 3_999: False, 4_000: True, 4_001: True}
+
+
+def test_a_jump_passes_over_a_network() -> None:
+    jump = '<jump localId="2" label="end"><connectionPointIn><connection refLocalId="1"/></connectionPointIn></jump>'
+    running = bench(
+        tc6(
+            pou(
+                f"<LD>{rail()}{contact('1', 'start', '0')}{jump}{coil('3', 'motor', '0')}"
+                f'<label localId="4" label="end"/>{coil("5", "lamp", "0")}</LD>',
+                variables=BOOLS,
+            )
+        )
+    )
+    running["start"] = True
+    running.cycle()
+    assert (running["motor"], running["lamp"]) == (False, True)
+    running["start"] = False
+    running.cycle()
+    assert running["motor"] is True
+
+
+WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
+
+
+def step(id: str, name: str, *before: str, attributes: str = "") -> str:
+    return f'<step localId="{id}" name="{name}" {attributes}>{"".join(map(WIRE.format, before))}</step>'
+
+
+def transition(id: str, condition: str, before: str) -> str:
+    text = f'<inline name=""><ST><xhtml:p>{condition}</xhtml:p></ST></inline>'
+    return f'<transition localId="{id}">{WIRE.format(before)}<condition>{text}</condition></transition>'
+
+
+def action(id: str, step: str, text: str) -> str:
+    body = f"<inline><ST><xhtml:p>{text}</xhtml:p></ST></inline>"
+    return f'<actionBlock localId="{id}">{WIRE.format(step)}<action localId="0">{body}</action></actionBlock>'
+
+
+def test_parallel_branches_of_a_chart_meet_again() -> None:
+    chart = (
+        step("1", "Idle", "9", attributes='initialStep="true"')
+        + transition("2", "start", "1")
+        + f'<simultaneousDivergence localId="3">{WIRE.format(2)}</simultaneousDivergence>'
+        + step("4", "Heat", "3")
+        + step("5", "Stir", "3")
+        + action("6", "4", "heated := heated + 1;")
+        + action("7", "5", "stirred := stirred + 1;")
+        + f'<simultaneousConvergence localId="8">{WIRE.format(4)}{WIRE.format(5)}</simultaneousConvergence>'
+        + transition("9", "heated &gt;= 3 AND stirred &gt;= 3", "8")
+    )
+    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "stirred": "INT"})))
+    running.cycle(2)
+    assert (running["heated"], running["stirred"]) == (0, 0)
+    running["start"] = True
+    running.cycle()
+    running["start"] = False
+    running.cycle(10)
+    assert (running["heated"], running["stirred"]) == (3, 3)

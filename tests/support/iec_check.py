@@ -1,0 +1,138 @@
+"""Checking a source text, for tests of the language: its program, its messages, the type of an expression."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import check
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.declarations import Declarations
+from fieldrig_devices.iec.check.expressions import Expressions
+from fieldrig_devices.iec.check.limits import MAX_4, Limits
+from fieldrig_devices.iec.check.project import Project
+from fieldrig_devices.iec.dialect import EPAS_4, Dialect
+from fieldrig_devices.iec.host import Library, NativeFunction, Pending
+from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.program import ConfiguredObject, Program, Variable
+from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Type, Value
+from fieldrig_devices.languages.mistakes import Mistake
+
+MC_4 = ObjectType(
+    "MC_4",
+    (
+        ObjectParameter("AxisState", 3, Elementary.DINT),
+        ObjectParameter("Enable", 4, Elementary.BOOL, is_writable=True),
+    ),
+)
+CONTROLLER = ObjectType("PacDriveM", (ObjectParameter("Timer1", 7, Elementary.DINT),))
+LIBRARY = """
+FUNCTION ControllerEnableSet : DINT
+VAR_INPUT lAxis : DINT; END_VAR
+{native}
+END_FUNCTION
+"""
+
+
+@dataclass
+class ConfiguredHost:
+    """A controller with an axis and its own parameters; programs are only checked against it."""
+
+    libraries: Sequence[Library] = (
+        Library("MAx-4.lib", LIBRARY, {"controllerenableset": NativeFunction(lambda axis: (0,))}, {}),
+    )
+    object_types: Mapping[str, ObjectType] = field(default_factory=lambda: {"mc_4": MC_4, "pacdrivem": CONTROLLER})
+    objects: Mapping[str, ConfiguredObject] = field(
+        default_factory=lambda: {
+            "axis_10": ConfiguredObject("Axis_10", MC_4, 0x5000),
+            "pacdrivem": ConfiguredObject("PacDriveM", CONTROLLER, 0x100),
+        }
+    )
+    inputs: bytearray = field(default_factory=bytearray)
+    outputs: bytearray = field(default_factory=bytearray)
+
+    def read(self, address: int) -> Value:
+        raise KeyError(address)
+
+    def write(self, address: int, value: Value) -> None:
+        raise KeyError(address)
+
+    def read_slowly(self, address: int) -> Pending:
+        raise KeyError(address)
+
+    def write_slowly(self, address: int, value: Value) -> Pending:
+        raise KeyError(address)
+
+    def on_output(self, byte: int) -> None:
+        pass
+
+    def now_ms(self) -> int:
+        return 0
+
+
+@cache
+def parsed(text: str, name: str, dialect: Dialect) -> tree.Unit:
+    """Parse a text, which must have no mistakes."""
+    unit, mistakes = parse(text, name, dialect)
+    assert not mistakes, mistakes
+    return unit
+
+
+def checked(
+    *texts: str, dialect: Dialect = EPAS_4, limits: Limits = MAX_4, host: ConfiguredHost | None = None
+) -> tuple[Program, list[Mistake]]:
+    """Check texts, which must have no mistakes for the parser, together with the libraries."""
+    host = host or ConfiguredHost()
+    files = [*sources(dialect.name), *((library.name, library.text) for library in host.libraries)]
+    units = [parsed(text, name, dialect) for name, text in files]
+    units += [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
+    return check(units, host, dialect, limits=limits)
+
+
+def messages(
+    *texts: str,
+    dialect: Dialect = EPAS_4,
+    limits: Limits = MAX_4,
+    notes: bool = False,
+    host: ConfiguredHost | None = None,
+) -> list[str]:
+    """Return the messages about the texts as `line:column what; expected`."""
+    _, mistakes = checked(*texts, dialect=dialect, limits=limits, host=host)
+    return [
+        f"{found.line}:{found.column} {found.what}" + (f"; {found.expected}" if found.expected else "")
+        for found in mistakes
+        if notes or not found.is_note
+    ]
+
+
+def hints(*texts: str) -> list[str]:
+    return [found.hint for found in checked(*texts)[1] if not found.is_note]
+
+
+def program(declarations: str, statements: str = "", before: str = "") -> str:
+    """A PROGRAM with its statements in line 3; what stands before it is in line 1."""
+    return f"{before} PROGRAM PLC_PRG VAR {declarations} END_VAR\n\n{statements}\nEND_PROGRAM"
+
+
+def variables(declarations: str, before: str = "") -> dict[str, Variable]:
+    """The checked variables of a program, which has no mistakes."""
+    found, mistakes = checked(program(declarations, before=before))
+    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
+    return found.pous["plc_prg"].variables
+
+
+def type_of(expression: str, declarations: str = "", dialect: Dialect = EPAS_4, before: str = "") -> Type:
+    """The type of an expression in a program with these declarations."""
+    project = Project(ConfiguredHost(), dialect, MAX_4)
+    units = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
+    units.append(parsed(program(declarations, f"result_ := {expression};", before), "1.st", dialect))
+    Declarations(project, frozenset()).declare(units)
+    source = project.sources[project.pous["plc_prg"]]
+    assert isinstance(source.tree.body, tree.StBody)
+    statement = source.tree.body.statements[0]
+    assert isinstance(statement, tree.Assign)
+    found = Expressions(Context(project, source, "1.st")).expression(statement.value)
+    assert not [mistake for mistake in project.reports.mistakes if not mistake.is_note], project.reports.mistakes
+    assert found is not None
+    return found.type
