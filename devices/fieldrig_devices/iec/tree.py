@@ -204,6 +204,8 @@ class Jump(Statement):
 class Branch(Node):
     condition: Expression
     body: "tuple[AnyStatement, ...]"
+    remark: str = field(default="", compare=False, repr=False, kw_only=True)
+    """A comment behind THEN."""
 
 
 @dataclass(slots=True)
@@ -224,6 +226,10 @@ class CaseBranch(Node):
     body: "tuple[AnyStatement, ...]"
     comments: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
     """Comments in front of the labels."""
+    remark: str = field(default="", compare=False, repr=False, kw_only=True)
+    """A comment behind the labels."""
+    is_spaced: bool = field(default=False, compare=False, repr=False, kw_only=True)
+    """True if an empty line stands in front of it."""
 
 
 @dataclass(slots=True)

@@ -47,6 +47,8 @@ class Statements(Expressions):
 
     def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
         super().__init__(found, file, dialect)
+        self._is_label_spaced = False
+        """True if an empty line stands in front of the present label of a CASE."""
         self._open: list[frozenset[str]] = []
         """The tokens that continue or end each statement that is open, from the outside to the inside."""
         self._handlers: dict[str, Callable[[], tree.AnyStatement | None]] = {
@@ -78,6 +80,7 @@ class Statements(Expressions):
             if kind in OUTER or (kind in _BLOCK_ENDS and self._ends_block(kind)):
                 break
             if is_case and self._is_case_label():
+                self._is_label_spaced = is_spaced
                 return tuple(found)
             handler = handlers.get(kind)
             front = self.taken() if self._pending else ()
@@ -365,7 +368,8 @@ class Statements(Expressions):
         place = self.places[self.i]
         self.i += 1
         condition = self._condition("THEN")
-        return tree.Branch(condition, self._block(ends), place=place)
+        remark = self.remark() if self.i in self.comments and self.is_next_line() else ""
+        return tree.Branch(condition, self._block(ends), place=place, remark=remark)
 
     def _while(self) -> tree.While:
         opening = self.i
@@ -458,6 +462,7 @@ class Statements(Expressions):
         ends = frozenset({"ELSE", "END_CASE"})
         branches: list[tree.CaseBranch] = []
         self._orphans(ends)
+        self._is_label_spaced = False
         while self._is_case_label():
             branches.append(self._case_branch(ends))
         otherwise = None
@@ -488,6 +493,7 @@ class Statements(Expressions):
 
     def _case_branch(self, ends: frozenset[str]) -> tree.CaseBranch:
         at = self.i
+        is_spaced = self._is_label_spaced
         self.gather()
         front = self.taken()
         labels: list[tree.Expression | tree.Range] = []
@@ -502,8 +508,11 @@ class Statements(Expressions):
                 self.expect(":")
         except UnexpectedError:
             self._synchronise(at)
+        remark = self.remark() if self.i in self.comments and self.is_next_line() else ""
         body = self._block(ends, is_case=True)
-        return tree.CaseBranch(tuple(labels), body, place=self.places[at], comments=front)
+        return tree.CaseBranch(
+            tuple(labels), body, place=self.places[at], comments=front, remark=remark, is_spaced=is_spaced
+        )
 
     def _case_label(self) -> tree.Expression | tree.Range:
         place = self.places[self.i]

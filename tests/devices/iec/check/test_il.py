@@ -20,8 +20,7 @@ EXAMPLES = [
     ("Erg : INT;", "LD 2\nMUL ( 2\nADD 3\n) ST Erg", {"Erg": 10}),
     (  # PD-L19: Var1 * 2^Counter
         "Counter : INT := 5; Var1 : INT := 3; Erg : INT;",
-        "Loop:\nLD Counter\nEQ 0\nJMPC end\n\nLD Var1\nMUL 2\nST Var1\n\nLD Counter\nSUB 1\nST Counter\nJMP Loop\n\n"
-        "end:\nLD Var1\nST Erg",
+        "Loop:\nLD Counter\nEQ 0\nJMPC end\nLD Var1\nMUL 2\nST Var1\nLD Counter\nSUB 1\nST Counter\nJMP Loop\nend:\nLD Var1\nST Erg",
         {"Erg": 96, "Counter": 0},
     ),
     ("x : INT;", "LD 7\nADD 2,4,7\nST x", {"x": 20}),
