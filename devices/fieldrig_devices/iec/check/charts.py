@@ -1,4 +1,4 @@
-"""What is wrong with a chart as a whole: its steps, its transitions, and the actions that it names."""
+"""The checks of a chart as a whole: its steps, its transitions, and the actions that it names."""
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context

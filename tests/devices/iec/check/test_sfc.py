@@ -63,8 +63,8 @@ TRANSITION FROM Work TO Done := leave; END_TRANSITION
 TRANSITION FROM Done TO Clear := reset; END_TRANSITION
 """
 
-# The cycles 1 to 12 in which the action runs, if Work is active in the cycles 1 to 6, or 1 to 2, and Clear from cycle 10
-# on.  A cycle is 10 ms long and the times are 30 ms (manual 1803 to 1819, table 4-13).
+# The cycles 1 to 12 in which the action runs, if Work is active in the cycles 1 to 6, or 1 to 2, Clear from cycle
+# 10 on.  A cycle is 10 ms long and the times are 30 ms (manual 1803 to 1819, table 4-13).
 TABLE = [
     ("N", range(1, 7), range(1, 3)),
     ("S", range(1, 10), range(1, 10)),
