@@ -1,6 +1,6 @@
 """The pages docs/iec-*.md agree with the code, and their examples run.
 
-A comment (* = 127 *) behind an assignment is the value of the variable after one cycle.
+A comment (* = 127 *) behind an assignment or behind ST is the value of the variable after one cycle.
 """
 
 import re
@@ -22,7 +22,7 @@ PAGES = [ROOT / "docs" / f"iec-{name}.md" for name in ("language", "types", "fun
 EXAMPLES = [block for page in PAGES for block in blocks(page) if block.info[0] == "iecst"]
 TEXT = "".join(page.read_text(encoding="utf-8") for page in PAGES)
 WORDS = {word for page in PAGES for word in code_in(prose(page))}
-VALUE = re.compile(r"^\s*(\w+) := .*;\s*\(\* = (.+) \*\)$", re.MULTILINE)
+VALUE = re.compile(r"^\s*(?:ST )?(\w+)(?: := .*;)?\s*\(\* = (.+) \*\)$", re.MULTILINE)
 SHORT_CIRCUIT = {"AND_THEN", "OR_ELSE"}
 
 
