@@ -14,6 +14,7 @@ from fieldrig_devices.iec import program, tree
 from fieldrig_devices.iec.check import blocks
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
+from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.instructions import SPELLINGS, SYMBOLS
 from fieldrig_devices.iec.library import intrinsics
@@ -283,7 +284,8 @@ class _Instructions:
         if target is None or condition is None:
             return
         if target.type is not Elementary.BOOL:
-            self._context.say(line.operands[0], f"{line.operator} changes a {target.type}", "a BOOL")
+            shown = f"{text(line.operands[0])} is {a(target.type)}"
+            self._context.say(line.operands[0], shown, f"a BOOL behind {line.operator}")
             return
         value = program.Constant(line.operator == "S", Elementary.BOOL)
         at = line.place.line

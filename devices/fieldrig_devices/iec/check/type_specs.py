@@ -80,6 +80,8 @@ class TypeSpecs:
 
     def _of_spec(self, spec: tree.TypeSpec, context: Context) -> Type:
         match spec:
+            case tree.NamedType(""):  # the parser reported this declaration
+                return UNKNOWN
             case tree.NamedType():
                 return self._named(self._key(spec.name), spec, context)
             case tree.StringSpec():

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from fieldrig.background import Background, Failure, Job
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
@@ -24,7 +25,14 @@ from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
-from fieldrig_devices.max4.plc.compiling import compile_container, text_of
+from fieldrig_devices.max4.plc.compiling import (
+    HostFacts,
+    Order,
+    Refused,
+    compile_container,
+    compile_order,
+    text_of,
+)
 from fieldrig_devices.max4.plc.container import Container, container_of
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
@@ -37,16 +45,24 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+OnDone = Callable[[str], None]
 NO_PROGRAM: Final = "there is no program to start: expected a download first"
 _EXT: Final = 48
 """Longest external diagnosis of an entry in the log."""
 
 
+def _nothing(_problem: str) -> None:
+    """Nobody waits for the result."""
+
+
 class Plc:
     """The PLC of one controller."""
 
-    def __init__(self, clock: Clock, controller: "Max4") -> None:
-        self._clock, self._controller = clock, controller
+    def __init__(self, clock: Clock, controller: "Max4", background: Background) -> None:
+        self._clock, self._controller, self._background = clock, controller, background
+        self._job: Job | None = None
+        self.progress = ""
+        """What is being done to a program that is not loaded yet; empty if there is none."""
         self.program: LoadedProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
@@ -101,6 +117,12 @@ class Plc:
 
     def end(self) -> None:
         """Stop for good, at power-off or before a boot."""
+        if self._job is not None:
+            self._job.cancel()
+        self._job, self.progress = None, ""
+        self._unload()
+
+    def _unload(self) -> None:
         if self.program is not None:
             self.program.scheduler.end()
             self.program = None
@@ -110,40 +132,77 @@ class Plc:
             task.renew()
         self._functions.end()
 
-    def download(self, container: Container) -> None:
-        """Stop the program and load this one, whose variables have their start values; it is not stored.
+    def download(self, container: Container, on_done: OnDone = _nothing) -> None:
+        """Compile a program beside the running one; then stop that, and load this with its start values.
 
-        ValueError, with every mistake on a line, for sources that do not compile: the present program goes on.
+        `on_done` is called with the mistakes, one a line, if it does not compile: the present program goes on.  It is
+        called with an empty text when the program has been loaded, and has to store it.
         """
         host = self._host()
-        try:
-            compiled = self._compile(container, host)
-        except CompileError as cause:
-            raise ValueError(f"the program does not compile\n{text_of(cause.mistakes)}") from cause
-        self._load(compiled, is_cold=True)
-        self._controller.renew_points()
+        order = Order(container, HostFacts.of(host), self._controller.settings.retain)
 
-    def change(self, container: Container, write: Callable[[], None] = lambda: None) -> None:
+        def load(compiled: Compiled) -> None:
+            self._compiled = container, (host.objects, host.object_types), compiled
+            self._load(compiled, is_cold=True)
+            self._controller.renew_points()
+            on_done("")
+
+        self._compile_beside(order, load, on_done)
+
+    def change(self, container: Container, on_done: OnDone = _nothing) -> None:
         """Change the running program at the end of a cycle; its variables keep their values (PD-225).
 
-        `write` stores the program before, and may refuse with a ValueError as well.
+        `on_done` is called as for `download`.  ValueError if there is no program.
         """
         program = self.program
         if program is None:
             raise ValueError("an online change needs a program in the controller: expected a download first")
-        try:
-            compiled = compile_container(
-                container, program.host, self._controller.settings.retain, previous=program.compiled
-            )
-        except CompileError as cause:
-            raise ValueError(f"the program does not compile\n{text_of(cause.mistakes)}") from cause
-        if _task_forms(compiled) != _task_forms(program.compiled):
-            raise ValueError("the task configuration has changed: expected a download, which stops the program")
-        write()
-        program.change(compiled, partial(self._keep, container, program.host, compiled))
+        host = program.host
+        order = Order(container, HostFacts.of(host), self._controller.settings.retain, program.compiled)
 
-    def _keep(self, container: Container, host: PlcHost, compiled: Compiled) -> None:
-        self._compiled = None  # the layout of a changed program is not that of a new one
+        def load(compiled: Compiled) -> None:
+            if self.program is not program:
+                self._refuse("the program has ended before its change", on_done)
+            elif _task_forms(compiled) != _task_forms(program.compiled):
+                self._refuse(
+                    "the task configuration has changed: expected a download, which stops the program", on_done
+                )
+            else:
+                self._compiled = container, (host.objects, host.object_types), compiled
+                self.progress = "waiting for the end of a cycle"
+                program.change(compiled, changed)
+
+        def changed() -> None:
+            self.progress = ""
+            self._controller.renew_points()
+            on_done("")
+
+        self._compile_beside(order, load, on_done)
+
+    def _compile_beside(self, order: Order, load: Callable[[Compiled], None], on_done: OnDone) -> None:
+        def on_compiled(found: Compiled | Refused | Failure) -> None:
+            self._job, self.progress = None, ""
+            if isinstance(found, Compiled):
+                self.problem = ""
+                load(found)
+            else:
+                self._refuse(found.why if isinstance(found, Failure) else str(found), on_done)
+
+        def on_progress(what: str, done: int, steps: int) -> None:
+            self.progress = f"{what} {100 * done // max(steps, 1)} %"
+
+        if self._job is not None:
+            self._job.cancel()
+        self.progress = "compiling 0 %"
+        self._job = self._background.run(compile_order, order, on_compiled, on_progress, virtual_ns=order.duration_ns)
+
+    def _refuse(self, problem: str, on_done: OnDone) -> None:
+        """Report that a program has not been loaded, which leaves the present one."""
+        self.problem = problem
+        log.warning("the program was refused: %s", problem)
+        self._controller.renew_points()
+        self._controller.report(Code.PROGRAM_REFUSED, LZS, problem.partition(": ")[0][:_EXT])
+        on_done(problem)
 
     def _host(self) -> PlcHost:
         controller = self._controller
@@ -161,8 +220,7 @@ class Plc:
 
     def _load(self, compiled: Compiled, *, is_cold: bool) -> None:
         controller = self._controller
-        if self.program is not None:
-            self.end()
+        self._unload()
         self._reports.reset()
         host = self._host()
         self.program = LoadedProgram(
@@ -267,9 +325,11 @@ class Plc:
         program = self.program
         if program is None:
             if self.problem:
-                yield "plc/problem", Point(lambda: self.problem, about="why the stored program is not loaded")
+                yield "plc/problem", Point(lambda: self.problem, about="why the last program was not loaded")
             return
-        yield "plc/state", Point(lambda: self._state())
+        yield "plc/state", Point(self._state, about="ready, running, stopped, or error if a task is suspended")
+        yield "plc/progress", Point(lambda: self.progress, about="progress of a download or an online change")
+        yield "plc/problem", Point(lambda: self.problem, about="why the last program was not loaded")
         yield "plc/fault", Point(lambda: self._fault(), about="call hierarchy of the last run-time fault")
         yield "plc/code_size", Point(lambda: self.program.compiled.code_size if self.program else 0, unit="Byte")
         yield "plc/data_size", Point(lambda: self.program.compiled.data_size if self.program else 0, unit="Byte")

@@ -43,7 +43,9 @@ CONFIGURATION c VAR_GLOBAL g : INT; END_VAR RESOURCE r ON PLC
 TASK t(INTERVAL := T#10ms, PRIORITY := 30); PROGRAM p WITH t : Counter; END_RESOURCE END_CONFIGURATION
 VAR_CONFIG chart.s AT %QX0.0 : BOOL; END_VAR
 """
-WORDS = sorted({*PROGRAM.split(), "(*", "*)", "'", "//", "\"", "{native}", "%", "$", "#", "..", "^", "16#", "T#", "\x00"})
+WORDS = sorted(
+    {*PROGRAM.split(), "(*", "*)", "'", "//", '"', "{native}", "%", "$", "#", "..", "^", "16#", "T#", "\x00"}
+)
 DIALECTS = pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3], ids=lambda dialect: dialect.name)
 
 
@@ -73,7 +75,7 @@ def test_any_words_are_read(text: str, dialect: object) -> None:
 
 @given(st.integers(0, len(PROGRAM)), st.integers(0, 30), st.sampled_from(["", *WORDS]))
 def test_a_damaged_program_is_read(start: int, length: int, inserted: str) -> None:
-    read(f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length:]}")
+    read(f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length :]}")
 
 
 @pytest.mark.parametrize(
