@@ -115,7 +115,8 @@ class Routine:
         self.frame_size = frame_size
         self.lines = tuple(instruction.line for instruction in instructions)
         self.fast = b""
-        """The FAST build, if it has been made in advance."""
+        """The FAST build, if it has been made in advance; and where it can be entered."""
+        self.fast_leaders: frozenset[int] = frozenset()
         self.for_debugging = b""
         """A pickled `ForDebugging`, if it has been made in advance."""
         self.targets = {pc: one.targets for pc, one in enumerate(instructions) if isinstance(one, Switch)}
@@ -142,12 +143,13 @@ class Routine:
         lines = array("q", self.lines).tobytes()
         large = (self.fast, self.for_debugging, packed, lines)
         parts = tuple(bytes(part) if protocol < 5 else pickle.PickleBuffer(part) for part in large)
-        return _unpickled, (self.frame_size, self.targets, *parts)
+        return _unpickled, (self.frame_size, self.targets, self.fast_leaders, *parts)
 
 
 def _unpickled(
     frame_size: int,
     targets: dict[int, Mapping[int, int]],
+    fast_leaders: frozenset[int],
     fast: bytes,
     for_debugging: bytes,
     packed: bytes,
@@ -156,7 +158,7 @@ def _unpickled(
     routine = Routine((), frame_size)
     numbers = array("q")
     numbers.frombytes(lines)
-    routine.lines, routine.targets = tuple(numbers), targets
+    routine.lines, routine.targets, routine.fast_leaders = tuple(numbers), targets, fast_leaders
     routine.fast, routine.for_debugging = fast, for_debugging
     routine.postpone(packed)
     return routine

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from fieldrig_devices.iec.layout import AREAS, kind_number, storage
 from fieldrig_devices.iec.lower.emitter import INDENT, Emitter
 from fieldrig_devices.iec.lower.names import AREA_TABLES
+from fieldrig_devices.iec.lower.texts import shortened
 from fieldrig_devices.iec.lower.values import Value, constant, of_type
 from fieldrig_devices.iec.program import (
     Bit,
@@ -304,10 +305,7 @@ def _cut_to(kind: Type, value: Value, emitter: Emitter) -> str:
     """Return the text of a value; a string is cut to the length of the target."""
     if not isinstance(kind, StringType) or not isinstance(value.type, StringType):
         return value.text
-    if value.type.length <= kind.length:
-        return value.text
-    name = value.text if value.text.isidentifier() else emitter.new(value.text)
-    return f"{name}[:{kind.length}]"
+    return shortened(value, kind.length, emitter).text
 
 
 def constant_of(value: PlainValue, kind: Type) -> Value:
