@@ -21,6 +21,7 @@ from fieldrig_devices.languages.instructions import (
     Routine,
     Switch,
 )
+from fieldrig_devices.languages.registers import is_register, kept
 
 INDENT = "    "
 Spent = TypeVar("Spent")
@@ -89,11 +90,17 @@ class Writer:
 
     def _block(self, block: Block, indent: str) -> Iterator[Line]:
         part = _BlockWriter(self._number, self._build, self._routines, self._callees, block, self._inlining)
+        lines = list(part.lines())
+        texts = [line.text for line in lines]
+        loads = list[str]()
+        if part.registers:
+            loads, texts = kept(texts, part.registers, is_loop=part.is_loop)
+        yield from (Line(indent + text, block.first) for text in loads)
         if part.is_loop:
             yield Line(f"{indent}while n > 0:", block.first)
             indent += INDENT
-        for text, pc, calls in part.lines():
-            yield Line(indent + text, pc, calls)
+        for text, line in zip(texts, lines, strict=True):
+            yield line._replace(text=indent + text)
 
 
 class _BlockWriter:
@@ -110,8 +117,24 @@ class _BlockWriter:
         self._routines, self._inlining = routines, inlining
         self._inlined = inlining.calls(number) if build is Build.FAST else {}
         self._instructions, self._frame_size = routines[number].instructions, routines[number].frame_size
+        self.registers = self._registers() if build is Build.FAST else frozenset()
+        """The cells that the lines of this block may keep in local variables, apart from those of inlined routines."""
         part = self._instructions[block.first : block.end]
         self.is_loop = any(getattr(instruction, "target", None) == block.first for instruction in part)
+
+    def _registers(self) -> frozenset[str]:
+        found = set(self._routines[self._number].registers)
+        for pc in range(self._block.first, self._block.end):
+            if pc in self._inlined:
+                call = self._instructions[pc]
+                assert isinstance(call, Call)
+                number = self._callees[call.routine].number
+                body = self._inlining.body(number)
+                assert body is not None
+                inner = _BlockWriter(number, self._build, self._routines, self._callees, body, self._inlining)
+                moved_ = (moved(text, self._frame_size, call.base) for text in inner.registers)
+                found |= {text for text in moved_ if is_register(text)}
+        return frozenset(found)
 
     def lines(self) -> Iterator[Line]:
         spent = yield from self._nodes(self._block.nodes, 0)
