@@ -66,7 +66,7 @@ class Compiled:
 
     @property
     def symbols(self) -> Symbols:
-        return Symbols(self.program)
+        return Symbols(self.program, {file.name for file in self.files})
 
 
 def compile_project(
