@@ -21,6 +21,7 @@ from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
@@ -32,6 +33,7 @@ from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.operations import Operations
+from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import PROGRAM_FILE, Project
@@ -104,6 +106,7 @@ class Max4(Device):
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
         self.plc = Plc(clock, self, background)
+        self._debugging = DebugService(clock, PlcDebuggee(self))
         self._field_buses.add_objects(self.tree)
         self.plc.check_settings()
 
@@ -367,6 +370,9 @@ class Max4(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    def answer(self, question: str, message: Any) -> Any:
+        return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
 
     def renew_points(self) -> None:
         """Make the points anew, because another program has been loaded."""

@@ -109,7 +109,7 @@ class Operations:
 
         def on_done(problem: str) -> None:
             if not problem:
-                self._write(PROGRAM_FILE, container.encode())
+                self.write_program(container.encode())
 
         controller.plc.change(container, on_done)
 
@@ -141,6 +141,10 @@ class Operations:
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
             when_ns = self._clock.now_ns() + after_ms * MS
             self._timers.append(self._clock.call_at(when_ns, partial(self._write, name, data)))
+
+    def write_program(self, data: bytes) -> None:
+        """Store a program that has been loaded."""
+        self._write(PROGRAM_FILE, data)
 
     def _write(self, name: str, data: bytes) -> None:
         """Write a file.  If the disk refuses it, the log has no entry for this file and the ones after it."""
