@@ -375,7 +375,7 @@ class Max4(Device):
         return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
 
     def renew_points(self) -> None:
-        """Make the points anew, because another program has been loaded."""
+        """Make the points again, because another program has been loaded."""
         self._points = points(self)
 
     @classmethod

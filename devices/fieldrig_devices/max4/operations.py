@@ -97,7 +97,7 @@ class Operations:
         self._controller.plc.start()
 
     def _cold_start(self) -> None:
-        """Start the program anew, with the start values of all variables (PD-051)."""
+        """Start the program from its beginning, with the start values of all variables (PD-051)."""
         plc = self._controller.plc
         plc.reset(is_cold=True)
         plc.start()

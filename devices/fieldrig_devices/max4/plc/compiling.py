@@ -29,7 +29,7 @@ def _absent(*_inputs: Value) -> NoReturn:
 
 @dataclass(frozen=True, slots=True)
 class HostFacts:
-    """What a compiler has to know of a host; unlike the host itself, it can be sent to another process."""
+    """The facts about a host that a compiler needs; unlike the host itself, they can be sent to another process."""
 
     libraries: Sequence[Library]
     object_types: Mapping[str, ObjectType]

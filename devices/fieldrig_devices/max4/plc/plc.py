@@ -3,7 +3,7 @@
 Source: PacDrive manual 3737-3760, 4093-4110, 6430-6436 (digest PD-041, PD-042, PD-051 to PD-056, PD-220, PD-225).  The
 three kinds of start: a boot and a reset are warm, RETAIN variables keep their values; a download and a cold start give
 all variables their start values.  A hot restart in the middle of a cycle does not exist, because the controller has no
-secured real-time clock without a PN-4 module.  Stop and Reset leave outputs and axes as they are.
+secured clock without a PN-4 module.  Stop and Reset leave outputs and axes as they are.
 
 What an online change cannot do is what CoDeSys V2.3 refuses: a changed task configuration.
 """
@@ -52,7 +52,7 @@ _EXT: Final = 48
 
 
 def _nothing(_problem: str) -> None:
-    """Nobody waits for the result."""
+    """The result is not needed."""
 
 
 class Plc:
@@ -62,7 +62,7 @@ class Plc:
         self._clock, self._controller, self._background = clock, controller, background
         self._job: Job | None = None
         self.progress = ""
-        """What is being done to a program that is not loaded yet; empty if there is none."""
+        """The progress of a program that is not loaded yet; empty if there is none."""
         self.program: LoadedProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
@@ -116,7 +116,7 @@ class Plc:
             log.warning("%s: %s", PROGRAM_FILE, self.problem)
 
     def end(self) -> None:
-        """Stop for good, at power-off or before a boot."""
+        """End the program, at power-off or before a boot."""
         if self._job is not None:
             self._job.cancel()
         self._job, self.progress = None, ""
@@ -364,7 +364,7 @@ _TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str
 
 
 def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
-    """What an online change must leave as it is."""
+    """The task configuration, which an online change must leave as it is."""
     return [
         {
             "name": task.name.casefold(),

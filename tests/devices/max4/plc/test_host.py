@@ -1,4 +1,4 @@
-"""What a program sees of the controller: areas, parameters, events of inputs, and the system's work beside it."""
+"""The view that a program has of the controller: areas, parameters, events of inputs, and the system's work beside it."""
 
 from pathlib import Path
 from typing import Any
