@@ -15,7 +15,7 @@ from fieldrig_devices.iec.host import Host, Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.max4.plc.container import Container
+from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
 from fieldrig_devices.max4.storage.retain import SIZES, RetainKind
 

@@ -23,6 +23,7 @@ from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
 from fieldrig_devices.max4.plc.compiling import (
@@ -33,12 +34,10 @@ from fieldrig_devices.max4.plc.compiling import (
     compile_order,
     text_of,
 )
-from fieldrig_devices.max4.plc.container import Container, container_of
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
 from fieldrig_devices.max4.plc.loaded import LoadedProgram
 from fieldrig_devices.max4.plc.task_reports import TaskReports, call_hierarchy
-from fieldrig_devices.max4.project import PROGRAM_FILE
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4

@@ -1,4 +1,4 @@
-"""The view that a program has of the controller: areas, parameters, events of inputs, and the system's work beside it."""
+"""The controller as programs see it: areas, parameters, events of inputs, and the system's work beside a program."""
 
 from pathlib import Path
 from typing import Any
