@@ -16,11 +16,10 @@ from fieldrig_devices.max4.configuration.files import (
     parameters_of_file,
     parameters_to_file,
 )
-from fieldrig_devices.max4.plc.container import container_of
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, container_of
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk, file_name
 
-PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 CAN_MASTER_FILE: Final = "\\CANMA.CON"
 BUS_FILES: Final = (CAN_MASTER_FILE, "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")
 _INSTALLED: Final = "$SETTINGS"
