@@ -216,15 +216,18 @@ class IecDebuggee:
             return None
         if variable.space is Space.FRAME:
             return Symbol(variable.name, variable.name, variable.type, steps=(stopped.frame + variable.offset,))
-        instance = self._instance_at(stopped.base)
+        instance = self._instance_at(stopped.base, pou.name)
         return None if instance is None else runtime.symbols.find(f"{instance}.{path}")
 
-    def _instance_at(self, base: int) -> str | None:
-        """Return the path of the instance of a program or function block at an address."""
+    def _instance_at(self, base: int, pou: str) -> str | None:
+        """Return the path of the instance of a program or function block at an address.
+
+        The first instance inside another one has the same address, so the name of the POU counts as well.
+        """
         waiting = list(self._loaded().runtime.symbols.children())
         while waiting:
             symbol = waiting.pop()
-            if isinstance(symbol.type, BlockType) and symbol.steps == (base,):
+            if isinstance(symbol.type, BlockType) and symbol.type.name == pou and symbol.steps == (base,):
                 return symbol.path
             if storage(symbol.type) is None:
                 waiting += self._loaded().runtime.symbols.children(symbol.path)

@@ -19,6 +19,7 @@ from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
+from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.languages.debugging.service import DebugService
@@ -32,6 +33,7 @@ from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
@@ -62,6 +64,7 @@ class Max4(Device):
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
+        opcua: Link[OpcUaMessage] | None = None,
     ) -> None:
         """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -109,6 +112,8 @@ class Max4(Device):
         self._debugging = DebugService(clock, PlcDebuggee(self))
         self._field_buses.add_objects(self.tree)
         self.plc.check_settings()
+        self.opcua = None if opcua is None else OpcUaNodes(self, opcua)
+        """The nodes for OPC UA, or None without a link to such a bus."""
 
     # ---- power, boot, reset
 
@@ -375,8 +380,10 @@ class Max4(Device):
         return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
 
     def renew_points(self) -> None:
-        """Make the points anew, because another program has been loaded."""
+        """Make the points anew, because another program has been loaded, and offer the new nodes."""
         self._points = points(self)
+        if self.opcua is not None:
+            self.opcua.changed()
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:

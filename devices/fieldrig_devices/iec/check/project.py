@@ -88,6 +88,8 @@ class Project:
         self.pous: dict[str, Pou] = {}
         self.sources: dict[Pou, PouSource] = {}
         self.globals: dict[str, Variable] = {}
+        self.lists: dict[str, set[str]] = {}
+        """Names of the variables in each named list of global variables, for `list.variable` of today's tools."""
         self.types: dict[str, Type] = {}
         self.defaults: dict[str, InitialValue] = {}
         """Start values of declared types, by name."""

@@ -65,7 +65,7 @@ class PlcDebuggee(IecDebuggee):
             case Reset.WARM:
                 controller.operations.do("reset")
             case Reset.COLD:
-                controller.operations.do("cold start")
+                controller.plc.reset(is_cold=True)
             case Reset.ORIGIN:
                 controller.plc.end()
                 controller.project.store_program(b"")

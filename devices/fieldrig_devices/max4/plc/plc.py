@@ -174,6 +174,7 @@ class Plc:
 
         def changed() -> None:
             self.progress = ""
+            self._controller.renew_points()
             on_done("")
 
         self._compile_beside(order, load, on_done)

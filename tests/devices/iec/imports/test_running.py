@@ -1,12 +1,30 @@
 """Imported programs run, and do the same as the same program in Structured Text."""
 
+from functools import cache
+
 import pytest
 from exchange_documents import LISTING_57, block, coil, contact, pou, rail, sink, source, tc6
 from hypothesis import given
 from hypothesis import strategies as st
-from iec_program import IecBench, program
+from iec_program import ENOUGH_NS, IecBench, PlainHost, program
+
+from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.runtime import Runtime, Start
+from fieldrig_devices.languages.mistakes import CompileError
 
 BOOLS = dict.fromkeys(("start", "stop", "motor", "lamp", "done"), "BOOL")
+
+
+@cache
+def _compiled(document: str, main: str) -> IecBench:
+    return IecBench(document, main=main)
+
+
+def cold(document: str, main: str = "P") -> IecBench:
+    """A program after a cold start; for many runs of the same program."""
+    found = _compiled(document, main)
+    found.runtime.initialise(Start.COLD)
+    return found
 
 
 def bench(document: str, main: str = "P") -> IecBench:
@@ -51,7 +69,7 @@ SAME_IN_ST = program(
 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12))
 def test_ladder_does_the_same_as_structured_text(inputs: list[tuple[bool, bool]]) -> None:
-    drawn, written = bench(LADDER), IecBench(SAME_IN_ST)
+    drawn, written = cold(LADDER), cold(SAME_IN_ST, "PLC_PRG")
     for start, stop in inputs:
         for running in (drawn, written):
             running["start"], running["stop"] = start, stop
@@ -82,7 +100,7 @@ SMALL = st.integers(-2_000, 2_000)
 
 @given(st.lists(st.tuples(SMALL, SMALL), max_size=8))
 def test_blocks_do_what_their_functions_say(inputs: list[tuple[int, int]]) -> None:
-    running = bench(BLOCKS)
+    running = cold(BLOCKS)
     kept = total = 0
     for a, b in inputs:
         running["a"], running["b"] = a, b
@@ -133,40 +151,32 @@ def test_a_jump_passes_over_a_network() -> None:
     assert running["motor"] is True
 
 
-WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
-
-
-def step(id: str, name: str, *before: str, attributes: str = "") -> str:
-    return f'<step localId="{id}" name="{name}" {attributes}>{"".join(map(WIRE.format, before))}</step>'
-
-
-def transition(id: str, condition: str, before: str) -> str:
-    text = f'<inline name=""><ST><xhtml:p>{condition}</xhtml:p></ST></inline>'
-    return f'<transition localId="{id}">{WIRE.format(before)}<condition>{text}</condition></transition>'
-
-
-def action(id: str, step: str, text: str) -> str:
-    body = f"<inline><ST><xhtml:p>{text}</xhtml:p></ST></inline>"
-    return f'<actionBlock localId="{id}">{WIRE.format(step)}<action localId="0">{body}</action></actionBlock>'
-
-
-def test_parallel_branches_of_a_chart_meet_again() -> None:
-    chart = (
-        step("1", "Idle", "9", attributes='initialStep="true"')
-        + transition("2", "start", "1")
-        + f'<simultaneousDivergence localId="3">{WIRE.format(2)}</simultaneousDivergence>'
-        + step("4", "Heat", "3")
-        + step("5", "Stir", "3")
-        + action("6", "4", "heated := heated + 1;")
-        + action("7", "5", "stirred := stirred + 1;")
-        + f'<simultaneousConvergence localId="8">{WIRE.format(4)}{WIRE.format(5)}</simultaneousConvergence>'
-        + transition("9", "heated &gt;= 3 AND stirred &gt;= 3", "8")
+def test_variables_of_a_named_list_are_reached_with_its_name_and_without() -> None:
+    """TwinCAT and CODESYS V3 write GVL.variable."""
+    gvl = (
+        '<TcPlcObject><GVL Name="GVL_Belt"><Declaration><![CDATA[VAR_GLOBAL speed : INT := 5; END_VAR\n'
+        "VAR_GLOBAL CONSTANT most : INT := 7; END_VAR]]></Declaration></GVL></TcPlcObject>"
     )
-    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "stirred": "INT"})))
-    running.cycle(2)
-    assert (running["heated"], running["stirred"]) == (0, 0)
-    running["start"] = True
-    running.cycle()
-    running["start"] = False
-    running.cycle(10)
-    assert (running["heated"], running["stirred"]) == (3, 3)
+    main = (
+        '<TcPlcObject><POU Name="MAIN"><Declaration><![CDATA[PROGRAM MAIN VAR x, y : INT; '
+        "list : ARRAY[0..GVL_Belt.most] OF INT; END_VAR]]></Declaration><Implementation><ST><![CDATA["
+        "GVL_Belt.speed := GVL_Belt.speed + gvl_belt.MOST; x := speed; list[7] := x;]]></ST></Implementation></POU>"
+        "</TcPlcObject>"
+    )
+    files = [SourceFile("GVL_Belt.TcGVL", gvl), SourceFile("MAIN.TcPOU", main)]
+    host = PlainHost()
+    compiled = compile_project(files, host)
+    runtime = Runtime(compiled, host)
+    thread = runtime.thread(compiled.program.pous["main"])
+    thread.start()
+    thread.run(ENOUGH_NS)
+    assert [runtime.read(runtime.find(name)) for name in ("speed", "MAIN.x", "MAIN.list[7]")] == [12, 12, 12]
+
+
+def test_messages_of_all_stages_name_the_file_and_the_line() -> None:
+    document = LISTING_57.replace("YVAL + OFFSET;\n    BOTTOM", "YVAL + OFSET;\n    BOTTOM")
+    with pytest.raises(CompileError) as caught:
+        compile_project([SourceFile("example.xml", document)], PlainHost())
+    mistakes = [mistake for mistake in caught.value.mistakes if not mistake.is_note]
+    assert [(mistake.file, mistake.line) for mistake in mistakes] == [("example.xml", 21)]
+    assert "OFSET is not declared" in mistakes[0].what
