@@ -84,33 +84,33 @@ class Chart:
         """Names of the steps behind each transition, by its identifier."""
         found: dict[str, list[str]] = {}
         steps = {item.text.casefold(): item for item in self.network.items if item.kind is Kind.STEP}
+        forks = self._forks()
         for item in self.network.items:
             if item.kind is Kind.STEP:
                 names = [item.text]
             elif item.kind is Kind.JUMP_STEP:
-                names = self._jump(item, steps)
+                names = self._jump(item, steps, forks)
             else:
                 continue
             for transition in self._before(item, Kind.TRANSITION, _DOWN):
                 found.setdefault(transition.id, []).extend(names)
         return found
 
-    def _jump(self, item: Item, steps: dict[str, Item]) -> list[str]:
+    def _forks(self) -> dict[str, list[str]]:
+        """The steps behind each simultaneous divergence that has a name."""
+        found: dict[str, list[str]] = {}
+        for item in self.network.items:
+            sources = (self.items.get(wire.source) for pin in item.inputs for wire in pin.wires)
+            for fork in sources if item.kind is Kind.STEP else ():
+                if fork is not None and fork.kind is Kind.SIMULTANEOUS_DIVERGENCE and fork.text:
+                    found.setdefault(fork.text.casefold(), []).append(item.text)
+        return found
+
+    def _jump(self, item: Item, steps: dict[str, Item], forks: dict[str, list[str]]) -> list[str]:
         """The steps that a jump leads to: the named one, or those behind the named divergence."""
         if item.text.casefold() in steps:
             return [steps[item.text.casefold()].text]
-        forks = {
-            other.id
-            for other in self.network.items
-            if other.kind is Kind.SIMULTANEOUS_DIVERGENCE
-            and other.text
-            and other.text.casefold() == item.text.casefold()
-        }
-        names = [
-            step.text
-            for step in steps.values()
-            if any(wire.source in forks for pin in step.inputs for wire in pin.wires)
-        ]
+        names = forks.get(item.text.casefold(), [])
         if not names:
             self._mistake(item.line, f"The jump leads to {item.text[:60]}, which is not there", "the name of a step")
         return names
