@@ -56,6 +56,7 @@ from fieldrig_devices.mc4.settings import (
     VersionSettings,
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 
@@ -98,6 +99,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "identification": Identification,
         "server_id": ServerId,
     },
+    "Light barriers of a conveyor": {"sensor": SensorSettings},
+    "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
     "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
     "Readings": {"readings": Readings},

@@ -33,6 +33,10 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
         "load_cell": {"rated_force_n": 1000.0}, "dancer": {"mass_kg": 5.0, "force_n": 100.0, "travel_m": 0.2},
         "links": WIRES,
     },
+    ("plants.md", "`plant.conveyor`"): {
+        "kind": "plant.conveyor", "length_m": 2.0, "roller_radius_m": 0.05, "product_m": 0.2,
+        "drive_wire": "belt.position", "links": WIRES,
+    },
 }  # fmt: skip
 """A device with every point that the table below this heading of the page names."""
 

@@ -33,6 +33,15 @@ ENCODER = {"kind": "sm.encoder", "name_plate": "plates/sm-100-30-080.yaml", "lin
 MC4 = {"kind": "mc4", "links": {"ring": "ring", "wires": "wires"}}
 CARD = {"kind": "arp", "links": {"can": "can0", "wires": "wires", "user": "line"}}
 TERMINAL = {"kind": "terminal.tr", "links": {"can": "can0"}}
+CONVEYOR = {
+    "kind": "plant.conveyor",
+    "links": {"wires": "wires"},
+    "length_m": 2.0,
+    "roller_radius_m": 0.05,
+    "product_m": 0.2,
+    "drive_wire": "belt.position",
+    "sensors": {"infeed": {"at_m": 0.5}},
+}
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
 
@@ -145,6 +154,11 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": {**MC4, "ring_address": 1}, "b": CARD},
         {"b": {**CARD, "signals": {"O101": "a.brake"}}},
         "devices.b.signals.O101: wire a.brake on wires is taken by devices.a.brake_wire",
+    ),
+    "a conveyor and a controller": (
+        {"a": CONVEYOR, "b": MAX4},
+        {"b": {**MAX4, "outputs": {"O_bLamp": "a.infeed"}}},
+        "devices.b.outputs.O_bLamp: wire a.infeed on wires is taken by devices.a.sensors.infeed",
     ),
     "a winder and a controller": (
         {"a": {**WINDER, "dancer": {"mass_kg": 1.0, "force_n": 1.0, "travel_m": 0.1}}, "b": MAX4},

@@ -73,6 +73,10 @@ DEVICES: dict[str, dict[str, Any]] = {
         "kind": "mc4", "ring_address": 2, "motor": {"name_plate": PLATE}, "links": {**WIRES, "ring": "idle"},
         "load": {"coulomb_nm": 0.1}, "shaft_wire": "plate.shaft",
     },
+    "conveyor": {
+        "kind": "plant.conveyor", "links": WIRES, "length_m": 2.0, "roller_radius_m": 0.05, "product_m": 0.2,
+        "pitch_m": 0.3, "drive_wire": "rolling.position", "sensors": {"infeed": {"at_m": 0.5}},
+    },
     "max4": {
         "kind": "max4", "links": {**WIRES, "ring": "ring"}, "drives": {"belt": {"ring_address": 1}},
         "master_encoders": {"line": "motor.encoder"},

@@ -4,14 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
+from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import check
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.declarations import Declarations
+from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.limits import MAX_4, Limits
+from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Library, NativeFunction, Pending
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.parser import parse
-from fieldrig_devices.iec.program import Assign, ConfiguredObject, Program, Variable
-from fieldrig_devices.iec.tree import Unit
+from fieldrig_devices.iec.program import ConfiguredObject, Program, Variable
 from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Type, Value
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -68,7 +72,7 @@ class ConfiguredHost:
 
 
 @cache
-def parsed(text: str, name: str, dialect: Dialect) -> Unit:
+def parsed(text: str, name: str, dialect: Dialect) -> tree.Unit:
     """Parse a text, which must have no mistakes."""
     unit, mistakes = parse(text, name, dialect)
     assert not mistakes, mistakes
@@ -76,11 +80,16 @@ def parsed(text: str, name: str, dialect: Dialect) -> Unit:
 
 
 def checked(
-    *texts: str, dialect: Dialect = EPAS_4, limits: Limits = MAX_4, host: ConfiguredHost | None = None
+    *texts: str,
+    dialect: Dialect = EPAS_4,
+    limits: Limits = MAX_4,
+    host: ConfiguredHost | None = None,
+    with_libraries: bool = True,
 ) -> tuple[Program, list[Mistake]]:
     """Check texts, which must have no mistakes for the parser, together with the libraries."""
     host = host or ConfiguredHost()
     files = [*sources(dialect.name), *((library.name, library.text) for library in host.libraries)]
+    files = files if with_libraries else []
     units = [parsed(text, name, dialect) for name, text in files]
     units += [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
     return check(units, host, dialect, limits=limits)
@@ -111,30 +120,24 @@ def program(declarations: str, statements: str = "", before: str = "") -> str:
     return f"{before} PROGRAM PLC_PRG VAR {declarations} END_VAR\n\n{statements}\nEND_PROGRAM"
 
 
-def variables(declarations: str, before: str = "") -> dict[str, Variable]:
+def variables(declarations: str, before: str = "", with_libraries: bool = True) -> dict[str, Variable]:
     """The checked variables of a program, which has no mistakes."""
-    found, mistakes = checked(program(declarations, before=before))
+    found, mistakes = checked(program(declarations, before=before), with_libraries=with_libraries)
     assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
     return found.pous["plc_prg"].variables
 
 
-def type_of(expression: str, declarations: str = "", dialect: Dialect = EPAS_4) -> Type:
-    """The type of an expression, taken from an assignment to something that it fits."""
-    for target in (
-        "BOOL",
-        "LREAL",
-        "STRING",
-        "TIME",
-        "DATE",
-        "TOD",
-        "DT",
-        "LINT" if dialect.has_long_types else "DINT",
-    ):
-        text = program(f"{declarations} result_ : {target};", f"result_ := {expression};")
-        found, mistakes = checked(text, dialect=dialect)
-        if not [mistake for mistake in mistakes if not mistake.is_note]:
-            statement = found.pous["plc_prg"].body[0]
-            assert isinstance(statement, Assign)
-            value = statement.value
-            return getattr(value, "operand", value).type
-    raise AssertionError(f"{expression}: {mistakes}")
+def type_of(expression: str, declarations: str = "", dialect: Dialect = EPAS_4, before: str = "") -> Type:
+    """The type of an expression in a program with these declarations."""
+    project = Project(ConfiguredHost(), dialect, MAX_4)
+    units = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
+    units.append(parsed(program(declarations, f"result_ := {expression};", before), "1.st", dialect))
+    Declarations(project, frozenset()).declare(units)
+    source = project.sources[project.pous["plc_prg"]]
+    assert isinstance(source.tree.body, tree.StBody)
+    statement = source.tree.body.statements[0]
+    assert isinstance(statement, tree.Assign)
+    found = Expressions(Context(project, source, "1.st")).expression(statement.value)
+    assert not [mistake for mistake in project.reports.mistakes if not mistake.is_note], project.reports.mistakes
+    assert found is not None
+    return found.type

@@ -193,6 +193,8 @@ def day(text: str) -> int:
 def date_and_time(text: str) -> int:
     """Return the seconds since 1970 of `1998-02-13-14:20`; fractions of a second are cut off."""
     date_text, _, clock_text = text.rpartition("-")
+    if text.count("-") != 3:
+        raise LiteralError(f"{text or 'nothing'} is not a date with a time", "such as DT#1998-02-13-14:20:00")
     seconds = day(date_text) + _clock(clock_text) // 1_000
     if seconds > MOST_MILLISECONDS:
         raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2106-02-07-06:28:15")

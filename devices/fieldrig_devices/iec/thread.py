@@ -1,13 +1,15 @@
 """One thread of a loaded program: a POU that a task runs from its beginning to its end in each of its cycles."""
 
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec.host import Pending
 from fieldrig_devices.iec.layout import stack_of
 from fieldrig_devices.iec.natives import NOTHING, Waiting
 from fieldrig_devices.iec.tasks.task import WorkState
+from fieldrig_devices.languages.debugging.debuggee import Step
+from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.languages.task import Task, TaskState
 
@@ -18,15 +20,6 @@ if TYPE_CHECKING:
 class Start(Enum):
     COLD = "cold"
     WARM = "warm"
-
-
-class Step(Enum):
-    INTO = auto()
-    """To the next line, also of a POU that is called."""
-    OVER = auto()
-    """To the next line of the same POU, or of its caller."""
-    OUT = auto()
-    """To the line of the caller after the call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +62,8 @@ class Thread:
     def __init__(self, runtime: "Runtime", pou: str, task_number: int) -> None:
         self._runtime, self.pou, self._stack = runtime, pou, stack_of(task_number)
         self._waiting: Waiting = NOTHING
-        self._steps: tuple[Step, int, int, int] | None = None
-        """The kind of step in progress; and the depth, routine and line where it began."""
+        self._goal: Goal | None = None
+        """The end of the step in progress."""
         self._has_stepped = False
         self.is_watched = runtime.has_breakpoints
         """True if the thread stops at breakpoints."""
@@ -79,7 +72,7 @@ class Thread:
     def reload(self) -> None:
         """Use the code of the runtime after an online change; only between two cycles."""
         self._task = Task(self._runtime.code)
-        self._waiting, self._steps = NOTHING, None
+        self._waiting, self._goal = NOTHING, None
 
     # ---- running
 
@@ -90,7 +83,7 @@ class Thread:
         if pou is None or pou.instance is None:
             raise ValueError(f"expected a program of the project, got {self.pou}")
         runtime.write_forced()
-        self._waiting, self._steps = NOTHING, None
+        self._waiting, self._goal = NOTHING, None
         self._task.start(self.pou.lower(), self._stack, pou.instance.offset)
 
     @property
@@ -116,7 +109,7 @@ class Thread:
         task, natives = self._task, self._runtime.natives
         natives.waiting = self._waiting
         task.is_watched = self.is_watched
-        left = task.run(budget_ns) if self._steps is None else self._run_steps(budget_ns)
+        left = task.run(budget_ns) if self._goal is None else self._run_to_goal(self._goal, budget_ns)
         self._waiting = natives.waiting
         if task.has_waited and natives.is_waiting:
             left = max(left, task.unused)
@@ -128,41 +121,45 @@ class Thread:
 
     def go_on(self) -> None:
         """Continue after a breakpoint or a step."""
-        self._steps, self._has_stepped = None, False
+        self._goal, self._has_stepped = None, False
         self._task.go_on()
 
     def step(self, kind: Step) -> None:
         """Continue, and stop again in front of another line; `run` does the work."""
         self.go_on()
         task = self._task
-        self._steps = (kind, len(task.stack), task.routine, task.line)
+        self._goal = Goal(kind, task.line, len(task.stack))
 
-    def _run_steps(self, budget_ns: int) -> int:
+    def _run_to_goal(self, goal: Goal, budget_ns: int) -> int:
         """Run one instruction after the other until the step is complete."""
-        assert self._steps is not None
-        kind, depth, routine, line = self._steps
         task = self._task
         task.has_waited = False
         while budget_ns > 0:
             before = (task.routine, task.pc, len(task.stack))
             budget_ns -= task.step()
             if not self._is_ready():
-                self._steps = None
+                self._goal = None
                 break
             if (task.routine, task.pc, len(task.stack)) == before and self._runtime.natives.is_waiting:
                 task.has_waited, task.unused = True, budget_ns
                 break
-            is_deeper = len(task.stack) > depth
-            is_done = len(task.stack) < depth or ((task.routine, task.line) != (routine, line) and not is_deeper)
-            if kind is Step.OUT:
-                is_done = len(task.stack) < depth
-            if is_done or (kind is Step.INTO and is_deeper):
-                self._steps, self._has_stepped = None, True
+            if goal.is_reached(task.line, len(task.stack)):
+                self._goal, self._has_stepped = None, True
                 break
         return budget_ns
 
     def _is_ready(self) -> bool:
         return self._task.state is TaskState.READY
+
+    @property
+    def base(self) -> int:
+        """The address of the instance whose code runs next."""
+        return self._task.base
+
+    @property
+    def frame(self) -> int:
+        """The address of the stack frame of the routine that runs next."""
+        return self._task.frame
 
     @property
     def stack(self) -> list[Place]:

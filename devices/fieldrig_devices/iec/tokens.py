@@ -71,7 +71,7 @@ _PATTERN: Final = re.compile(
     | ([0-9](?:_?[0-9])*+(?![\w#]|\.[0-9]))
     | (\(\*.*?\*\)|//[^\n]*+)
     | ('(?:[^'$\n]|\$[^\n])*+')
-    | ((?:T|TIME|LTIME)\#(?:[-+]?[\w.]*)
+    | ((?:T|TIME|LTIME)\#[-+]?\w*(?:\.[0-9]\w*)*
       |(?:D|DATE)\#(?:[0-9]+-[0-9]+-[0-9]+|[\w.:-]*)
       |(?:TOD|TIME_OF_DAY)\#(?:[0-9]+:[0-9]+(?::[0-9]+(?:\.[0-9]+)?)?|[\w.:-]*)
       |(?:DT|DATE_AND_TIME)\#(?:[0-9]+-[0-9]+-[0-9]+-[0-9]+:[0-9]+(?::[0-9]+(?:\.[0-9]+)?)?|[\w.:-]*)
@@ -322,7 +322,7 @@ class _Scanner:
             self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
             self._add(INTEGER, "0", position)
         elif text[0].isascii() and text[0].isdigit():
-            self._say(position, f"{text} is neither a number nor a name", "a name begins with a letter or underscore")
+            self._say(position, f"{text} is neither a number nor a name", "a name that begins with a letter or an underscore")
             self._add(NAME, text, position)
         elif text[0] == "%":
             what = f"{text} is not an address"

@@ -22,6 +22,8 @@ class Choice:
     jumped: "list[Node]"
     end: int
     """The instruction after both arms."""
+    jump: int | None = None
+    """The jump from the end of `through` over the other arm, which needs no Python."""
 
 
 Node = int | Choice
@@ -91,7 +93,7 @@ class _Reader:
             # An arm that is one choice again becomes `elif`, which is not nested more deeply.
             is_chain = isinstance(self._instructions[target], Branch)
             jumped = self.read(target, last.target, depth + (not is_chain))
-            return Choice(pc, through, jumped, last.target)
+            return Choice(pc, through, jumped, last.target, target - 1)
         if target > pc + LONGEST:
             return None
         return Choice(pc, self.read(pc + 1, target, depth + 1), [], target)

@@ -135,16 +135,18 @@ class _BlockWriter:
             yield from (Line(text, pc) for text in branch.python)
         spent += branch.cost
         charged = spent if charged is None else charged
-        first, second, condition = choice.through, choice.jumped, f"not ({branch.condition})"
-        if not first:
-            first, second, condition = second, first, branch.condition
+        jump = self._instructions[choice.jump].cost if choice.jump is not None else 0
+        arms = [(f"not ({branch.condition})", choice.through, jump), (branch.condition, choice.jumped, 0)]
+        if not choice.through and not jump:
+            arms.reverse()
+        (condition, first, more), (_, second, other) = arms
         yield Line(f"{word} {condition}:", pc)
-        yield from self._arm(first, spent, charged, pc)
+        yield from self._arm(first, spent, charged - more, pc)
         if len(second) == 1 and self._can_chain(second[0]):
             yield from self._choice(second[0], spent, "elif", charged)
         elif second or spent != charged:
             yield Line("else:", pc)
-            yield from self._arm(second, spent, charged, pc)
+            yield from self._arm(second, spent, charged - other, pc)
         return charged
 
     def _can_chain(self, node: Node) -> TypeGuard[Choice]:

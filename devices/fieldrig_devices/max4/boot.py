@@ -39,9 +39,12 @@ class Boot:
         """Timer1 in milliseconds; 0 until the clock has started."""
         return 0 if self._zero_ns is None else (self._clock.now_ns() - self._zero_ns) // MS
 
-    def begin(self, *, has_autostart: bool) -> None:
+    def begin(self) -> None:
         """Start a boot, after power-on or a system reset."""
         self.end()
+
+    def go(self, *, has_autostart: bool) -> None:
+        """Go on when it is known whether there is a program to start."""
         self._has_autostart = has_autostart
         if self._times.clock_starts == "power_on":
             self._start_clock()

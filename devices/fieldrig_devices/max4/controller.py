@@ -1,13 +1,14 @@
 """The MAx-4 PacController: boot, messages and diagnosis, memory, real-time process, and the master of the fibre ring.
 
-Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to 1.7, 1.10, 1.16, 1.17.
-Left out: running IEC programs; they can be stored and started, and have no effect.
+Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to 1.7, 1.10, 1.16, 1.17.  IEC programs
+run in its PLC (`plc/`).
 """
 
 from collections.abc import Callable, Mapping
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
@@ -18,8 +19,10 @@ from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
+from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
@@ -30,9 +33,12 @@ from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
+from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
+from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
-from fieldrig_devices.max4.project import Project
+from fieldrig_devices.max4.project import PROGRAM_FILE, Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.settings import Max4Settings
@@ -53,10 +59,12 @@ class Max4(Device):
         name: str,
         settings: Max4Settings,
         store: Store,
+        background: Background,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
+        opcua: Link[OpcUaMessage] | None = None,
     ) -> None:
         """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -82,7 +90,7 @@ class Max4(Device):
         self._actions: list[Callable[[], None]] = []
         self._boot_actions: list[Callable[[], None]] = []
         self._end_actions: list[Callable[[], None]] = []
-        self.is_on = self.is_program_running = self._is_ticking = False
+        self.is_on = self._is_ticking = False
         self._was_lost = False
         self._off_days = 0.0
         self._err_shown = False
@@ -93,12 +101,19 @@ class Max4(Device):
         """The ring, or None if the controller has no ring or no drives."""
         self._acknowledgement = Acknowledgement(self.reports, lambda: self.bus)
         self.project = Project(settings, self.disk)
-        self.project.install(self.system.stored_values())
+        if self.project.install(self.system.stored_values()):
+            self.ram.retained.clear()
         self.disk.on_write = self._on_file
         self._points: dict[str, Point] = {}
         self.can = None if can is None else SharedLink(can)
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
+        self.plc = Plc(clock, self, background)
+        self._debugging = DebugService(clock, PlcDebuggee(self))
+        self._field_buses.add_objects(self.tree)
+        self.plc.check_settings()
+        self.opcua = None if opcua is None else OpcUaNodes(self, opcua)
+        """The nodes for OPC UA, or None without a link to such a bus."""
 
     # ---- power, boot, reset
 
@@ -130,8 +145,7 @@ class Max4(Device):
         self._memory.move_to_store()
         loaded = self.project.load()
         self.reports.diagnosis.reset()
-        self._boot.begin(has_autostart=settings.autostart and self.project.has_program)
-        self.is_program_running = False
+        self._boot.begin()
         self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
         self.system.process.patience_ns = patience_of(self._ring)
@@ -144,6 +158,10 @@ class Max4(Device):
             self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:
             action()
+        self.plc.boot()
+        if self.plc.problem:
+            self._boot.when_heard(lambda: self.report(Code.PROGRAM, LZS, PROGRAM_FILE))
+        self._boot.go(has_autostart=settings.autostart and self.plc.program is not None)
         self._points = points(self)
         self.system.start()
         self._tick_if_idle()
@@ -172,6 +190,7 @@ class Max4(Device):
         for action in self._end_actions:
             action()
         self.operations.cancel()
+        self.plc.end()
         if self.bus is not None:
             self.bus.stop()
         for simulated in self.system.process.simulated:
@@ -218,6 +237,9 @@ class Max4(Device):
 
     def each_cycle(self, action: Callable[[], None]) -> None:
         self._actions.append(action)
+
+    def at_priority(self, priority: int, duration_us: int, action: Callable[[], None]) -> None:
+        self.plc.at_priority(priority, duration_us, action)
 
     def on_boot(self, action: Callable[[], None]) -> None:
         self._boot_actions.append(action)
@@ -315,7 +337,8 @@ class Max4(Device):
             case "Timer10":
                 return self._boot.now_ms // 10 & 0xFFFF_FFFF
             case "CycleLoad":
-                return process.load_percent
+                measured = self.plc.load_percent
+                return process.load_percent if measured is None else measured
             case "RTBReadRes":
                 return process.read_reserve_us
             case "RTBWriteRes":
@@ -324,11 +347,22 @@ class Max4(Device):
                 return self.disk.free
         return self.settings.memory_free_bytes
 
+    def task_value(self, number: int, name: str) -> Value:
+        return self.plc.task_value(number, name)
+
     # ---- programs, LEDs
 
+    @property
+    def now_ms(self) -> int:
+        """Timer1, without its overflow."""
+        return self._boot.now_ms
+
+    @property
+    def is_program_running(self) -> bool:
+        return self.plc.is_running
+
     def _on_autostart(self) -> None:
-        self.is_program_running = True
-        self.report(Code.PROGRAM_STARTED, LZS)
+        self.plc.start()
         self.report(Code.AUTOSTART, LZS)
 
     def _on_diagnosis(self) -> None:
@@ -341,6 +375,15 @@ class Max4(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    def answer(self, question: str, message: Any) -> Any:
+        return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
+
+    def renew_points(self) -> None:
+        """Make the points anew, because another program has been loaded, and offer the new nodes."""
+        self._points = points(self)
+        if self.opcua is not None:
+            self.opcua.changed()
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:

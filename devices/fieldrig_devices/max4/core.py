@@ -40,6 +40,12 @@ class Controller(Protocol):
         The process also runs while the ring is down.
         """
 
+    def at_priority(self, priority: int, duration_us: int, action: Callable[[], None]) -> None:
+        """Call `action` when it is the turn of this IEC priority, which takes processor time from the program.
+
+        It is called at once while no program runs.
+        """
+
     def on_boot(self, action: Callable[[], None]) -> None:
         """Call `action` at the start of each boot (power-on, system reset), with new axes and a new tree."""
 

@@ -10,8 +10,10 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest
+from fieldrig_devices.iec.tasks.system_work import TCP_PRIORITY
 from fieldrig_devices.max4.can.face import CanFace
 from fieldrig_devices.max4.can.master import CanopenMaster
+from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import IoMap
 from fieldrig_devices.max4.modbus.client import ModbusClient
@@ -32,7 +34,8 @@ class FieldBuses:
     ) -> None:
         """ValueError if a bus that the settings name is missing."""
         self._controller = controller
-        io_map = IoMap(controller, settings.io_map_ms)
+        self._tcp_us = settings.load.tcp_us
+        io_map = IoMap(controller, settings.io_map_ms, settings.load.io_map_us)
         client, master, axes = settings.modbus_client, settings.can_master, settings.can_axes
         terminals = axes.terminals if axes is not None else {}
         switches = {name: named.switches for name, named in terminals.items()}
@@ -60,9 +63,16 @@ class FieldBuses:
         for place, link in enumerate(modbus):
             link.on_receive(partial(self._on_modbus, place), self.modbus_face.interest)
 
+    def add_objects(self, tree: ObjectTree) -> None:
+        """Add the objects of the modules to a tree that no boot uses, so that a program can be compiled for them."""
+        if self.modbus_client is not None:
+            self.modbus_client.add_objects(tree)
+        if self.can_master is not None:
+            self.can_master.add_objects(tree)
+
     def _on_modbus(self, place: int, message: ModbusEvent) -> None:
         if isinstance(message, ModbusRequest):
-            self.modbus_face.hear(place, message)
+            self._controller.at_priority(TCP_PRIORITY, self._tcp_us, partial(self.modbus_face.hear, place, message))
         elif isinstance(message, ClientConnected):
             self._controller.tcp_connected(message.peer)
         elif self.modbus_client is not None and place == self._client_place:

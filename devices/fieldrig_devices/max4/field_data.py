@@ -16,6 +16,7 @@ from pydantic import Field
 from fieldrig.clock import MS
 from fieldrig.device import Value
 from fieldrig.settings import Settings
+from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY
 from fieldrig_devices.max4.configuration.files import Symbol
 from fieldrig_devices.max4.configuration.tree import Group, Kind, Object, Parameter, Type
 from fieldrig_devices.max4.core import Controller
@@ -149,11 +150,13 @@ class Part(Protocol):
 class IoMap:
     """The cyclic update; the faces add their modules to `parts` at each boot."""
 
-    def __init__(self, controller: Controller, every_ms: int) -> None:
-        self._controller, self._every_ns = controller, every_ms * MS
+    def __init__(self, controller: Controller, every_ms: int, duration_us: int) -> None:
+        """An update takes `duration_us` of processor time from a program."""
+        self._controller, self._every_ns, self._duration_us = controller, every_ms * MS, duration_us
         self._passed_ns = 0
+        self._is_due = False
         self.parts: list[Part] = []
-        controller.on_boot(self.parts.clear)
+        controller.on_boot(self._begin)
         controller.each_cycle(self._on_cycle)
 
     def _on_cycle(self) -> None:
@@ -161,6 +164,16 @@ class IoMap:
         if self._passed_ns < self._every_ns:
             return
         self._passed_ns = 0
+        if self.parts and not self._is_due:
+            self._is_due = True
+            self._controller.at_priority(IO_MAP_PRIORITY, self._duration_us, self._update)
+
+    def _begin(self) -> None:
+        self.parts.clear()
+        self._is_due = False
+
+    def _update(self) -> None:
+        self._is_due = False
         for part in self.parts:
             part.take()
         for part in self.parts:

@@ -7,6 +7,7 @@ writes the files of PD-043 in their order and at the pace of PD-044.
 
 import logging
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
@@ -16,6 +17,8 @@ from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.version import goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
+from fieldrig_devices.max4.plc.container import Container
+from fieldrig_devices.max4.project import PROGRAM_FILE
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -23,7 +26,8 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WORDS: Final = (
-    "login [VERSION]", "logout", "start", "stop", "reset", "system reset", "download", "quit",
+    "login [VERSION]", "logout", "start", "stop", "reset", "cold start", "online change", "system reset", "download",
+    "quit",
     "add mc_4 NAME ADDRESS", "add encoder NAME", "delete NAME", "save parameters",
     "save log FILE", "save and reset log FILE", "reset log", "delete log FILE",
 )  # fmt: skip
@@ -64,8 +68,10 @@ class Operations:
             "login": ((0, 1), self._login),
             "logout": ((0,), lambda: controller.report(Code.LOGOUT, LZS)),
             "start": ((0,), self._start),
-            "stop": ((0,), self._stop),
-            "reset": ((0,), self._stop),
+            "stop": ((0,), controller.plc.stop),
+            "reset": ((0,), controller.plc.reset),
+            "cold start": ((0,), self._cold_start),
+            "online change": ((0,), self._online_change),
             "system reset": ((0,), controller.reset),
             "download": ((0,), self._download),
             "quit": ((0,), controller.quit_all),
@@ -88,29 +94,65 @@ class Operations:
         controller.report(Code.LOGIN, LZS)
 
     def _start(self) -> None:
-        controller = self._controller
-        if not controller.project.has_program:
-            raise ValueError("there is no program to start: expected a download first")
-        controller.is_program_running = True
-        controller.report(Code.PROGRAM_STARTED, LZS)
+        self._controller.plc.start()
 
-    def _stop(self) -> None:
-        self._controller.is_program_running = False
+    def _cold_start(self) -> None:
+        """Start the program anew, with the start values of all variables (PD-051)."""
+        plc = self._controller.plc
+        plc.reset(is_cold=True)
+        plc.start()
+
+    def _online_change(self) -> None:
+        """Change the running program to the present sources of the project (PD-225)."""
+        controller = self._controller
+        container = self._sources()
+
+        def on_done(problem: str) -> None:
+            if not problem:
+                self.write_program(container.encode())
+
+        controller.plc.change(container, on_done)
+
+    def _sources(self) -> Container:
+        container = self._controller.plc.project()
+        if container is None:
+            raise ValueError("the rig file names no sources: expected program: FILE at this device")
+        return container
 
     def _download(self) -> None:
+        """Load the present sources of the project, if it has any, and write its files."""
         controller = self._controller
-        files = controller.project.files(controller.system.stored_values())
+        container = controller.plc.project()
+        if container is None:
+            self._write_files(controller.project.program)
+            return
+
+        def on_done(problem: str) -> None:
+            if not problem:
+                self._write_files(container.encode())
+
+        controller.plc.download(container, on_done)
+
+    def _write_files(self, program: bytes) -> None:
+        """Write the files of a download in their order, at the pace of the manual."""
+        controller = self._controller
+        files = controller.project.files(controller.system.stored_values(), program)
         self.cancel()
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
+            when_ns = self._clock.now_ns() + after_ms * MS
+            self._timers.append(self._clock.call_at(when_ns, partial(self._write, name, data)))
 
-            def write(name: str = name, data: bytes = data) -> None:
-                try:
-                    controller.disk.write(name, data)
-                except ValueError as refused:  # the log has no entry for this file and the ones after it
-                    log.warning("%s: the download ends: %s", name, str(refused).partition("\n")[0])
-                    self.cancel()
+    def write_program(self, data: bytes) -> None:
+        """Store a program that has been loaded."""
+        self._write(PROGRAM_FILE, data)
 
-            self._timers.append(self._clock.call_at(self._clock.now_ns() + after_ms * MS, write))
+    def _write(self, name: str, data: bytes) -> None:
+        """Write a file.  If the disk refuses it, the log has no entry for this file and the ones after it."""
+        try:
+            self._controller.disk.write(name, data)
+        except ValueError as refused:
+            log.warning("%s: the download ends: %s", name, str(refused).partition("\n")[0])
+            self.cancel()
 
     # ---- the configuration, which takes effect at the next reset
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def points(max4: "Max4") -> dict[str, Point]:
     """The points of the present configuration."""
-    return {**dict(_parameters(max4)), **dict(_inputs(max4)), **dict(_states(max4))}
+    return {**dict(_parameters(max4)), **dict(_inputs(max4)), **dict(_states(max4)), **dict(max4.plc.points())}
 
 
 def _parameters(max4: "Max4") -> Iterator[tuple[str, Point]]:

@@ -34,6 +34,8 @@ class RealTimeProcess:
         self.master_encoders: list[MasterEncoder] = []
         self.measuring: list[MeasuringInput] = []
         self.actions: list[Callable[[], None]] = []
+        self.take: Callable[[int], None] | None = None
+        """Called with the processor time of each cycle in nanoseconds, while there are tasks to take it from."""
         self.cycles = 0
         self.delay_us = 0
         """Additional duration of each cycle by an injected fault, in microseconds."""
@@ -53,6 +55,8 @@ class RealTimeProcess:
         clock, drives = self._clock, self.drives
         self.cycles += 1
         self._late_ns = max(clock.late_ns() - self.patience_ns, 0)
+        if self.take is not None:
+            self.take(self.duration_us * US)
         for drive in drives:
             drive.take()
         for simulated in self.simulated:

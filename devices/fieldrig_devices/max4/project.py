@@ -16,6 +16,7 @@ from fieldrig_devices.max4.configuration.files import (
     parameters_of_file,
     parameters_to_file,
 )
+from fieldrig_devices.max4.plc.container import container_of
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk, file_name
 
@@ -42,20 +43,25 @@ class Project:
         self.configuration_file = f"\\{settings.project}.SCF"
         self.parameter_file = f"\\{settings.project}.PAR"
 
-    def install(self, values: Mapping[str, Value]) -> None:
-        """Install the project of the rig file if it has changed; `values` are all start values."""
+    def install(self, values: Mapping[str, Value]) -> bool:
+        """Install the project of the rig file if it has changed; `values` are all start values.
+
+        Return true if its program has changed, so that the variables begin with their start values.
+        """
         settings = self._settings
-        program = settings.program.read_bytes() if settings.program is not None else None
+        program = container_of(settings.program, settings.dialect).encode() if settings.program else None
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
         mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()
         if self._disk.hidden(_INSTALLED) == mark:
-            return
+            return False
+        before = self.program
         files = {
             self.configuration_file: configuration_to_file(settings.configuration),
             self.parameter_file: parameters_to_file(values),
             **({} if program is None else {PROGRAM_FILE: program}),
         }
         self._disk.install({**{file_name(name): data for name, data in files.items()}, _INSTALLED: mark})
+        return self.program != before
 
     def load(self) -> Loaded:
         try:
@@ -71,13 +77,17 @@ class Project:
         self._disk.write(self.parameter_file, parameters_to_file(values))
 
     @property
-    def has_program(self) -> bool:
-        return PROGRAM_FILE in self._disk
+    def program(self) -> bytes:
+        """The content of the program file; empty if there is none, or if a download without a program emptied it."""
+        return self._disk.read(PROGRAM_FILE) if PROGRAM_FILE in self._disk else b""
 
-    def files(self, values: Mapping[str, Value]) -> list[tuple[str, bytes]]:
-        """The files that a download writes, in order."""
+    def store_program(self, program: bytes) -> None:
+        self._disk.write(PROGRAM_FILE, program)
+
+    def files(self, values: Mapping[str, Value], program: bytes) -> list[tuple[str, bytes]]:
+        """The files that a download of this program writes, in order."""
         return [
-            (PROGRAM_FILE, self._disk.read(PROGRAM_FILE) if self.has_program else b""),
+            (PROGRAM_FILE, program),
             (self.parameter_file, parameters_to_file(values)),
             *((name, self._bus_file(name)) for name in BUS_FILES),
             (self.configuration_file, configuration_to_file(self.load().configuration)),

@@ -39,6 +39,15 @@ class Reports:
             message = message_of(code)
             self.diagnosis.add(Pending(shown, ext, self._msg(sender, self._text(code)), message.is_quittable))
 
+    def is_pending(self, code: int, sender: Sender) -> bool:
+        """True if this report of the sender has not been acknowledged yet."""
+        shown, msg = self.code_of(code), self._msg(sender, self._text(code))
+        return any((pending.code, pending.msg) == (shown, msg) for pending in self.diagnosis.pending)
+
+    def withdraw(self, code: int) -> None:
+        """Remove a report that cannot be acknowledged, because its cause has been ended."""
+        self.diagnosis.withdraw(self.code_of(code))
+
     def report_axis(self, code: int, axis: Axis, ext: str = "", *, is_logged: bool = True) -> None:
         """Take a report of or about a drive.  `code` is a default code or that of the drive; `ext` is logged."""
         shown = self._log(code, axis.sender, ext) if is_logged else self.code_of(code)

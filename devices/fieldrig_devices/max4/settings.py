@@ -1,9 +1,10 @@
 """Settings of a MAx-4 in a rig file."""
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.max4.can.master_settings import CanMasterSettings
@@ -42,10 +43,16 @@ class IdentitySettings(Settings):
 
 
 class ProcessTimes(Settings):
-    """Duration of the real-time process in each cycle."""
+    """Processor time of the real-time process in each cycle, and of tasks of the system beside a program."""
 
     base_us: int = Field(default=60, ge=0, description="duration without axes")
     axis_us: int = Field(default=12, ge=0, description="additional duration per axis")
+    io_map_us: int = Field(
+        default=50, ge=0, le=100_000, description="duration of an IO map update, at the priority of IEC task 4"
+    )
+    tcp_us: int = Field(
+        default=150, ge=0, le=100_000, description="duration of a request over TCP/IP, at the priority of IEC task 5"
+    )
 
 
 def _known_version(text: str) -> str:
@@ -58,6 +65,10 @@ def _classes(classes: dict[int, int]) -> dict[int, int]:
         if not 1 <= number <= 8:
             raise ValueError(f"class of {code}: expected 1 to 8, got {number}")
     return classes
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, str | Path) else value
 
 
 class Max4Settings(Settings):
@@ -89,7 +100,15 @@ class Max4Settings(Settings):
     parameters: dict[str, bool | int | float | str] = Field(
         default_factory=dict, description="start values by path: MAx-4.General.MsgFilter: 0xFFFF"
     )
-    program: ConfigFile | None = Field(default=None, description="file that becomes DEFAULT.PRG")
+    program: Annotated[list[ConfigFile], BeforeValidator(_as_list, json_schema_input_type=str | list[str])] = Field(
+        default_factory=list, description="sources of the IEC program, which become DEFAULT.PRG: a file or a list"
+    )
+    dialect: Literal["epas-4", "edition-3"] = Field(
+        default="epas-4", description="rules of the language: those of the manual, or IEC 61131-3 edition 3"
+    )
+    iec_tasks: list[Symbol] = Field(
+        default_factory=list, description="IEC Task objects: the first one observes the first task, and so on"
+    )
     autostart: bool = Field(default=False, description="whether the stored program starts at each boot")
     language: Literal["de", "en"] = Field(default="de", description="language of messages")
     diagnosis_classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
@@ -151,6 +170,7 @@ class Max4Settings(Settings):
             inputs=list(self.inputs),
             outputs=list(self.outputs),
             measuring_inputs=list(self.measuring_inputs),
+            iec_tasks=self.iec_tasks,
         )
 
     @model_validator(mode="after")

@@ -51,6 +51,9 @@ class Owner(Protocol):
 
     def at_errors(self, address: int) -> int: ...
 
+    def task_value(self, number: int, name: str) -> Value:
+        """A value of the IEC task with this number, from 0: the parameters of its IEC Task object."""
+
 
 class System:
     """The system of one boot."""
@@ -80,6 +83,7 @@ class System:
         self._bus_objects()
         self._terminal_objects()
         self._encoder_objects()
+        self._task_objects()
         for path, value in start_values.items():
             self._start_value(path, value)
 
@@ -237,6 +241,20 @@ class System:
             master = MasterEncoder(self._clock, root.add("Master encoder", "MASTER_ENC", symbol))
             process.master_encoders.append(master)
             self.terminals.listen(self._settings.master_encoders.get(symbol, ""), master.take)
+
+    # ---- tasks
+
+    def _task_objects(self) -> None:
+        """IEC Task objects, each of which observes the task of the same number (PD-029)."""
+        for number, symbol in enumerate(self.configuration.iec_tasks):
+            general = self.tree.root.add("IEC Task", "IEC_TASK", symbol).group("General")
+            general.add(Parameter("State", Type.UINT, read=partial(self._owner.task_value, number, "State")))
+            enable = general.add(Parameter("EnableLoad", Type.BOOL, Kind.INPUT, about="true: measure Load and Cycle"))
+            for name in ("Load", "Cycle"):
+                general.add(Parameter(name, Type.UDINT, unit="us", read=partial(self._measured, enable, number, name)))
+
+    def _measured(self, enable: Parameter, number: int, name: str) -> Value:
+        return self._owner.task_value(number, name) if enable.value else 0
 
 
 def _put(put: Callable[[bool], None], signal: Signal) -> None:

@@ -189,7 +189,7 @@ def _operator_call(
     """ADD(a, b, c) is a + b + c, and GT(a, b, c) is a > b AND b > c."""
     if operator is Operator.NOT and len(values) == 1:
         return of.negate(operator, values[0], at)
-    is_binary = operator in intrinsics.BINARY_ONLY
+    is_binary = operator.name in intrinsics.BINARY_ONLY
     if operator is Operator.NOT or len(values) < 2 or (is_binary and len(values) != 2):
         expected = (
             "one argument" if operator is Operator.NOT else "two arguments" if is_binary else "two arguments or more"

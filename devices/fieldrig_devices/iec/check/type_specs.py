@@ -64,6 +64,8 @@ class TypeSpecs:
     def resolve(self, spec: tree.TypeSpec, context: Context) -> Type:
         """Return the type; UNKNOWN after a message."""
         match spec:
+            case tree.NamedType(""):  # the parser reported this declaration
+                return UNKNOWN
             case tree.NamedType():
                 return self._named(self._key(spec.name), spec, context)
             case tree.StringSpec():

@@ -4,12 +4,14 @@ Source: PacDrive manual 757 to 1091.  The start values of an array stand without
 square brackets, as in the standard; both are read in both dialects.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.sections import Bodies
+from fieldrig_devices.iec.parser.statements import OUTER
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
 _RESERVED_TEXT = """
@@ -18,6 +20,7 @@ _RESERVED_TEXT = """
     """
 RESERVED: Final = frozenset(_RESERVED_TEXT.split())
 """Names of types, which nothing else can have."""
+_LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
 _UNKNOWN: Final = {
     "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
     "UNION": "Overlapping data are variables AT the same address.",
@@ -27,7 +30,14 @@ _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_TYPE"})
 
 
 class Declarations(Bodies):
-    """Reads declarations of variables and types."""
+    """Reads declarations of variables and types.
+
+    A variable whose declaration is wrong behind its name is declared with a type without a name, so that the checker
+    does not report it as unknown.
+    """
+
+    _names: Sequence[tuple[str, tree.Place]] = ()
+    """Names of the declaration that is being read."""
 
     # ---- blocks of variables
 
@@ -51,7 +61,8 @@ class Declarations(Bodies):
         variables = self._variables(is_path=section is tree.Section.CONFIG)
         if self.kinds[self.i] == "END_VAR":
             self.i += 1
-            self.accept(";")
+            if not self.is_next_line():
+                self.accept(";")
         else:
             self.say(self.i, f"got {self.shown(self.i)}", f"END_VAR for the {word} in line {self.places[at].line}")
             if self.kinds[self.i] in _ENDS:
@@ -84,6 +95,7 @@ class Declarations(Bodies):
             except UnexpectedError:
                 self._pending[:0] = front
                 self._synchronise_declaration(at)
+                found += [tree.Variable(name, tree.NamedType(""), place=place) for name, place in self._names]
                 continue
             self.gather_from(at)
             declared[0].comments, declared[0].is_spaced = front + self.taken(), is_spaced
@@ -97,13 +109,23 @@ class Declarations(Bodies):
     def _is_outside(self, at: int) -> bool:
         """True if a token shows that END_VAR was forgotten."""
         kind = self.kinds[at]
-        if kind in SECTIONS or kind in ("IF", "CASE", "FOR", "WHILE", "REPEAT", token.NATIVE):
+        if kind in ("IF", "CASE", "FOR", "WHILE", "REPEAT", token.NATIVE):
+            return self.kinds[at + 1] != ":"
+        if kind in SECTIONS:
             return True
         if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "RESOURCE"):
             return True
         if kind.startswith("END_") or kind == token.END:
             return True
-        return kind == token.NAME and self.kinds[at + 1] in (":=", "(", ".", "[") and not self._is_declared(at)
+        if kind != token.NAME or self.kinds[at + 1] not in (":=", "(", ".", "["):
+            return False
+        return not self._is_declared(at) and not self._ends_later(at)
+
+    def _ends_later(self, at: int) -> bool:
+        """True if END_VAR comes before anything that cannot be in a declaration."""
+        while self.kinds[at] not in OUTER:
+            at += 1
+        return self.kinds[at] == "END_VAR"
 
     def _is_declared(self, at: int) -> bool:
         """True if there is a colon in the line of a name, as in a path or in a declaration that is wrong elsewhere."""
@@ -130,7 +152,8 @@ class Declarations(Bodies):
 
     def _variable(self, is_path: bool) -> list[tree.Variable]:
         """Read `a, b AT %QX0.0 : BOOL := TRUE;`."""
-        names = [self._declared_name(is_path)]
+        self._names = []
+        self._names = names = [self._declared_name(is_path)]
         while self.accept(","):
             names.append(self._declared_name(is_path))
         location = None
@@ -139,29 +162,42 @@ class Declarations(Bodies):
                 raise self.unexpected("an address such as %QX1.0")
             location = self.direct(self.texts[self.i], self.i)
             self.i += 1
-        if self.kinds[self.i] in ("=", ":="):
+        if self.kinds[self.i] in (token.NAME, "ARRAY", "POINTER", "STRUCT") and not self.is_next_line():
+            self.missing(":")
+        elif not self.accept(":"):
             raise self.unexpected(": and a type")
-        if self.kinds[self.i] != ":":
-            raise self.unexpected(": and a type")
-        self.i += 1
         spec = self.type_spec()
         initial = self._initial(spec)
         self._end_of_declaration(spec)
         return [tree.Variable(name, spec, initial, location, place=place) for name, place in names]
 
+    def _is_reserved(self, name: str) -> bool:
+        """True for the name of an elementary type; LINT is a name where that type is not known (manual 1284)."""
+        upper = name.upper()
+        return upper in RESERVED and (self.dialect.has_long_types or upper not in _LONG)
+
     def _declared_name(self, is_path: bool) -> tuple[str, tree.Place]:
         at = self.i
         name = self.name("the name of a variable")
-        if name.upper() in RESERVED:
+        if self._is_reserved(name):
             self.say(at, f"{name} is the name of a type", "another name for the variable")
         parts = [name]
         while is_path and self.accept("."):
             parts.append(self.name("the name of a variable"))
-        while self.kinds[self.i] == token.NAME and not self.is_next_line():
+        while self._is_part_of_name():
             parts[-1] += f"_{self.texts[self.i]}"
             self.say(at, f"the name {name} {self.texts[self.i]} has a blank in it", "one word", f"Write {parts[-1]}.")
             self.i += 1
         return ".".join(parts), self.places[at]
+
+    def _is_part_of_name(self) -> bool:
+        """True if a name has a blank in it, as in `Intermediate result : BOOL`."""
+        if self.kinds[self.i] != token.NAME or self.is_next_line():
+            return False
+        at = self.i
+        while self.kinds[at] == token.NAME:
+            at += 1
+        return self.kinds[at] in (":", ",", "AT")
 
     def _initial(self, spec: tree.TypeSpec) -> tree.Initial | None:
         if self.kinds[self.i] == "=":
@@ -428,7 +464,7 @@ class Declarations(Bodies):
     def _type_declaration(self) -> tree.TypeDeclaration:
         at = self.i
         name = self.name("the name of a type")
-        if name.upper() in RESERVED:
+        if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")
         if self.is_word("EXTENDS"):
             raise self.unexpected(":", _UNKNOWN["EXTENDS"])

@@ -161,7 +161,8 @@ class Units(Configurations):
                 if kind is not tree.PouKind.FUNCTION:
                     self.say(self.i, f"a {kind.value} has no result", "VAR_OUTPUT", "Only a FUNCTION has a result.")
                 result = self.type_spec()
-            self.accept(";")
+            if not self.is_next_line():
+                self.accept(";")
         except UnexpectedError:
             line = self.places[at - 1].line
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:

@@ -91,7 +91,7 @@ class Statements(Expressions):
                 continue
             if is_spaced:
                 statement.is_spaced = True
-            if comments:
+            if comments or front or self._pending:
                 self._decorate(statement, front, at)
             found.append(statement)
         if self._pending and found:
@@ -197,7 +197,9 @@ class Statements(Expressions):
             self.i += 1
             return
         kind = self.kinds[self.i]
-        if self.is_next_line() or kind in _STOPS or kind == ";":
+        if self._begins_assignment() and not self.is_next_line():
+            self.missing(word)
+        elif self.is_next_line() or kind in _STOPS or kind == ";":
             self.missing(word)
             self._after_header()
         elif kind in ("THEN", "DO", "OF"):
@@ -224,6 +226,10 @@ class Statements(Expressions):
             if kinds[self.i - 1] == ";":
                 return
 
+    def _begins_assignment(self) -> bool:
+        """True if the present token could begin a statement."""
+        return self.kinds[self.i] == token.NAME and self.kinds[self.i + 1] in (":=", ".", "[", "(", "^")
+
     # ---- statements
 
     def semicolon(self) -> None:
@@ -232,8 +238,7 @@ class Statements(Expressions):
             self.i += 1
             return
         kind = self.kinds[self.i]
-        is_statement = kind == token.NAME and self.kinds[self.i + 1] in (":=", ".", "[", "(", "^")
-        if self.is_next_line() or kind in _STOPS or is_statement:
+        if self.is_next_line() or kind in _STOPS or self._begins_assignment():
             self.missing(";")
         elif kind == "," and self.kinds[self.i - 1] == token.INTEGER and self.kinds[self.i + 1] == token.INTEGER:
             number = f"{self.texts[self.i - 1]}.{self.texts[self.i + 1]}"
@@ -272,6 +277,9 @@ class Statements(Expressions):
         """Read what else begins with a name: labels, jumps, calls without brackets, and mistakes."""
         place = self.places[at]
         kind = self.kinds[self.i]
+        if isinstance(target, tree.Name) and target.text.upper() == "END" and f"END_{kind}" in _BLOCK_ENDS:
+            self._end_in_two_words(at, f"END_{kind}")
+            return None
         if isinstance(target, tree.Name) and kind == ":":
             self.i += 1
             if not self.dialect.has_jumps_in_st:
@@ -294,6 +302,12 @@ class Statements(Expressions):
         if isinstance(target, tree.Name | tree.Member) and (kind == ";" or self.is_next_line() or kind in _STOPS):
             return self._bare(target, at)
         raise self.unexpected(":= or a call")
+
+    def _end_in_two_words(self, at: int, word: str) -> None:
+        """Report END IF, and read it as END_IF."""
+        self.say(at, f"got END {self.texts[self.i]}", word, f"The keyword is {word}.")
+        self.kinds[at], self.kinds[self.i] = word, ";"
+        self.i = at
 
     def _bare(self, target: tree.Name | tree.Member, at: int) -> tree.AnyStatement | None:
         if isinstance(target, tree.Name) and target.text.upper() == "CONTINUE" and not self.dialect.has_continue:

@@ -62,13 +62,15 @@ class Scheduler:
         self._sleeping: list[tuple[int, int, Task]] = []
         self._active: list[Task] = []
         """Tasks of the program that are within a cycle."""
+        self._is_ended = False
+        """True if the present chunk ends a cycle."""
         self._free_ns = 0
         self._timer: Timer | None = None
         self._order = 0
         self._stopped_ns = 0
         self._on_quiet: list[Callable[[], None]] = []
         self._window_ns = self._window_busy_ns = 0
-        self._share = 0.0
+        self._share: float | None = None
 
     # ---- the program is started, stopped, reset
 
@@ -85,7 +87,8 @@ class Scheduler:
                 task.nominal_ns += pause_ns
             self._delay(pause_ns)
         else:
-            self.is_started = True
+            self.is_started, self._share = True, None
+            self._window_ns, self._window_busy_ns = now_ns, self.busy_ns
             for task in self.tasks:
                 task.nominal_ns = now_ns
                 if task.event is None:
@@ -170,10 +173,12 @@ class Scheduler:
     def share(self) -> float:
         """The share of the processor that the tasks and the real-time process took lately, from 0 to 1."""
         passed_ns = self._clock.now_ns() - self._window_ns
-        return self._measured(passed_ns) if passed_ns >= WINDOW_NS else self._share
+        if self._share is None or passed_ns >= WINDOW_NS:
+            return self._measured(passed_ns)
+        return self._share
 
     def _measured(self, passed_ns: int) -> float:
-        return min((self.busy_ns - self._window_busy_ns) / passed_ns, 1.0)
+        return min((self.busy_ns - self._window_busy_ns) / max(passed_ns, 1), 1.0)
 
     # ---- the processor
 
@@ -250,7 +255,8 @@ class Scheduler:
         task.slice_ns -= used_ns
         self.busy_ns += used_ns
         self._free_ns = max(self._free_ns, now_ns) + used_ns
-        if self.current is task and task.work.state is WorkState.ENDED:
+        self._is_ended = self.current is task and task.work.state is WorkState.ENDED
+        if self._is_ended:
             self._leave(task)
             if not task.is_system:
                 self._owner.on_cycle_end(task, is_quiet=not self._active)
@@ -276,9 +282,18 @@ class Scheduler:
 
     def _end_chunk(self, task: Task, now_ns: int) -> None:
         """Do what follows from a chunk that has ended now."""
+        if self._is_ended:
+            self._end_cycle(task, now_ns)
+        else:
+            self._interrupt(task, now_ns)
+        if self._events and self.is_running:
+            self._look()
+        if self._on_quiet and not self._active:
+            self._run_quiet()
+
+    def _interrupt(self, task: Task, now_ns: int) -> None:
+        """Put a task aside within its cycle."""
         match task.work.state:
-            case WorkState.ENDED:
-                self._end_cycle(task, now_ns)
             case WorkState.READY:
                 if task.slice_ns <= 0:  # the next one of this priority
                     self._ready.remove(task)
@@ -292,10 +307,6 @@ class Scheduler:
             case WorkState.FAULTED:
                 self._suspend(task)
                 self._owner.on_fault(task)
-        if self._events and self.is_running:
-            self._look()
-        if self._on_quiet and not self._active:
-            self._run_quiet()
 
     def _end_cycle(self, task: Task, now_ns: int) -> None:
         task.load_ns = now_ns - task.begin_ns
@@ -304,7 +315,10 @@ class Scheduler:
         if task.is_supervised and task.load_ns > task.limit_ns + TICK_NS:
             self._transgress(task, task.load_ns)
         task.deadline_ns = NEVER_NS
-        if task.event is None and not task.is_system and task.phase is Phase.IDLE:
+        if task.is_system:
+            if task.work.state is WorkState.READY:  # a job has arrived during the chunk
+                self._make_ready(task, Phase.RELEASED)
+        elif task.event is None and task.phase is Phase.IDLE:
             step_ns = TICK_NS if task.kind is TaskKind.FREE else task.interval_ns
             passed = (now_ns - task.nominal_ns) // step_ns
             task.nominal_ns += step_ns * (passed + 1 if task.kind is TaskKind.FREE else max(passed, 1))
@@ -315,11 +329,11 @@ class Scheduler:
         if wake is None or wake.is_done:
             return  # it goes on in its turn
         self._ready.remove(task)
-        task.phase = Phase.WAITING
+        task.phase, task.waits_for = Phase.WAITING, wake
         wake.on_done = partial(self._on_woken, task, wake)
 
     def _on_woken(self, task: Task, wake: Pending) -> None:
-        if task.phase is Phase.WAITING and task.work.wake is wake:  # not after a reset or an error
+        if task.phase is Phase.WAITING and task.waits_for is wake:  # not after a reset or an error
             self._make_ready(task, Phase.ACTIVE)
             self._kick()
 

@@ -28,8 +28,12 @@ class SystemWork:
         self._jobs.append((duration_ns, action))
 
     @property
+    def is_busy(self) -> bool:
+        return bool(self._jobs or self._left_ns)
+
+    @property
     def state(self) -> WorkState:
-        return WorkState.READY if self._jobs or self._left_ns else WorkState.ENDED
+        return WorkState.READY if self.is_busy else WorkState.ENDED
 
     def begin(self) -> None:
         """A cycle has no begin of its own."""

@@ -127,6 +127,8 @@ class Task:
         """True if the present cycle has been reported as a cycle time transgression."""
         self.was_high = False
         """The last level of the event."""
+        self.waits_for: Pending | None = None
+        """The answer whose arrival makes it ready."""
         self.halted_ns = 0
         """The instant at which it reached a breakpoint."""
 
@@ -160,4 +162,5 @@ class Task:
         self.phase = Phase.IDLE
         self.cycles = self.cycle_ns = self.load_ns = self.check_ns = 0
         self.was_minor = self.was_high = False
+        self.waits_for = None
         self.deadline_ns = NEVER_NS

@@ -18,7 +18,7 @@ from fieldrig_devices.canopen.managed_slave import ManagedSlave, Presence
 from fieldrig_devices.canopen.nmt import BOOT_UP, ERROR_CONTROL_ID
 from fieldrig_devices.canopen.service import State
 from fieldrig_devices.max4.can.master_settings import CanMasterSettings, CanNodeSettings
-from fieldrig_devices.max4.configuration.tree import Object, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Object, ObjectTree, Parameter, Type
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import Data, IoMap, add_object
 from fieldrig_devices.max4.messages.catalogue import Code
@@ -60,15 +60,21 @@ class CanopenMaster:
 
     def _on_boot(self) -> None:
         settings = self._settings
-        master = self._controller.tree.root.add("CANopen master", "CAN_MASTER", "")
+        self.add_objects(self._controller.tree)
         own_id = ERROR_CONTROL_ID + settings.node_id
         if settings.heartbeat_ms:
             self._can.send(CanFrame(own_id, BOOT_UP))
         for slave in self._nodes.values():
-            slave.boot(master)
+            slave.boot()
             self._io_map.parts.append(slave)
         self._repeat(CanFrame(own_id, OPERATIONAL), settings.heartbeat_ms)
         self._repeat(CanFrame(SYNC_ID, b""), settings.sync_ms)
+
+    def add_objects(self, tree: ObjectTree) -> None:
+        """Add the objects of the nodes to a tree."""
+        master = tree.root.add("CANopen master", "CAN_MASTER", "")
+        for slave in self._nodes.values():
+            slave.add_object(master)
 
     def _repeat(self, frame: CanFrame, every_ms: int) -> None:
         """Send a frame periodically, for the first time after one period."""
@@ -113,10 +119,14 @@ class Slave:
             self._hears[self._cob_id(TPDO_ID, number)] = self._on_pdo
         self._can.on_receive(self._on_frame, [[cob_id, EXTENDED_KEY | STANDARD_MASK] for cob_id in self._hears])
 
-    def boot(self, master: Object) -> None:
+    def boot(self) -> None:
         self._losses, self._is_lost, self._is_zeroed = 0, False, False
         self._heard.clear()
         self._sent.clear()
+        self.node.start()
+
+    def add_object(self, master: Object) -> None:
+        """Add the object of the node, with its data, to the tree that it belongs to from now on."""
         node_object = add_object(master, "CANopen node", "CAN_NODE", self.symbol)
         node, general = self.node, node_object.group("General")
         general.add(Parameter("NodeId", Type.UINT, first=node.node_id))
@@ -133,7 +143,6 @@ class Slave:
             self._cob_id(RPDO_ID, number): Data(outputs, elements, is_output=True)
             for number, elements in settings.outputs.items()
         }
-        node.start()
 
     def stop(self) -> None:
         self.node.stop()

@@ -52,10 +52,18 @@ class Configuration(Settings):
     inputs: list[Symbol] = Field(default_factory=list, description="digital inputs")
     outputs: list[Symbol] = Field(default_factory=list, description="digital outputs")
     measuring_inputs: list[Symbol] = Field(default_factory=list, description="touch probe inputs")
+    iec_tasks: list[Symbol] = Field(default_factory=list, description="IEC Task objects")
 
     @property
     def symbols(self) -> list[str]:
-        lists = (self.logic_encoders, self.master_encoders, self.inputs, self.outputs, self.measuring_inputs)
+        lists = (
+            self.logic_encoders,
+            self.master_encoders,
+            self.inputs,
+            self.outputs,
+            self.measuring_inputs,
+            self.iec_tasks,
+        )
         return [*self.drives, *(name for names in lists for name in names)]
 
     @model_validator(mode="after")

@@ -3,7 +3,6 @@
 from fieldrig_devices.iec.host import Library, NativeBlock
 from fieldrig_devices.max4.libraries import (
     cam,
-    enabling,
     loading,
     multi_cam,
     positioning,
@@ -16,7 +15,7 @@ from fieldrig_devices.max4.libraries.motion import Motion
 
 
 def motion_libraries(controller: MotionController) -> list[Library]:
-    """The libraries for one boot of a controller.  When their instances are initialised, their profiles are forgotten."""
+    """Return the libraries for one boot of a controller; they forget their profiles when the program is initialised."""
     motion = Motion(controller)
     cam_block = cam.cam_block(motion)
     motion.on_clear(cam_block.forget)
@@ -27,7 +26,6 @@ def motion_libraries(controller: MotionController) -> list[Library]:
     }
     vario_cam = cam.TEXT + slave_cam.TEXT + multi_cam.TEXT + loading.PROFILES_TEXT + scaling.TEXT
     return [
-        Library("MAx-4 axes", enabling.TEXT, enabling.functions(controller), {}),
         Library("Basic.lib", positioning.TEXT, positioning.functions(motion), {}),
         Library("VarioCam.lib", vario_cam, {**loading.profile_functions(motion), **scaling.FUNCTIONS}, blocks),
         Library("CSpline.lib", loading.SPLINE_TEXT, loading.spline_functions(motion), {}),

@@ -16,7 +16,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.deadline import Deadline
-from fieldrig_devices.max4.configuration.tree import Group, Object, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Group, Object, ObjectTree, Parameter, Type
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import Data, IoMap, add_object
 from fieldrig_devices.max4.messages.catalogue import Code
@@ -239,9 +239,13 @@ class ModbusClient:
 
     def _on_boot(self) -> None:
         self.stop()
-        master = self._controller.tree.root.add("Modbus client", "MB_CLIENT", "")
-        self._units = [Unit(self, master, symbol, unit) for symbol, unit in self._settings.units.items()]
+        self._units = self.add_objects(self._controller.tree)
         self._io_map.parts.extend(self._units)  # the first update of the IO map starts the requests
+
+    def add_objects(self, tree: ObjectTree) -> list[Unit]:
+        """Add the objects of the units to a tree."""
+        master = tree.root.add("Modbus client", "MB_CLIENT", "")
+        return [Unit(self, master, symbol, unit) for symbol, unit in self._settings.units.items()]
 
     def _send(self, exchange: _Exchange) -> None:
         unit = exchange.unit

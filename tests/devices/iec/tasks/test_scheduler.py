@@ -347,6 +347,22 @@ def test_work_of_the_system_takes_its_place_among_the_priorities(bench: Bench) -
     assert done == [400 * US, 5 * MS]  # also while the program is stopped
 
 
+def test_a_job_that_arrives_during_the_last_chunk_is_done_next(bench: Bench) -> None:
+    scheduler = bench.start()
+    system = SystemWork()
+    tcp = Task("TCP/IP", system, priority=5, is_system=True)
+    done: list[int] = []
+
+    def ask() -> None:
+        system.add(100 * US, lambda: done.append(bench.clock.now_ns() // US))
+        scheduler.release(tcp)
+
+    for at_us in (1_000, 1_050, 1_500):
+        bench.clock.call_at(at_us * US, ask)
+    bench.run_to(3)
+    assert done == [1_000, 1_100, 1_500]
+
+
 def test_a_breakpoint_holds_the_task_and_the_time_there_does_not_count(bench: Bench) -> None:
     task = bench.task("t", 100, ms=10)
     assert isinstance(task.work, Burn)

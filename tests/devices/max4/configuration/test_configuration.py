@@ -1,9 +1,11 @@
 """Object tree, configuration and parameter files, boot and memory."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from max4_bench import PLATE, Bench
+from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError, RigError
 from fieldrig.store import MemoryStore
@@ -197,17 +199,23 @@ def test_boot_has_its_two_entries(settings: dict[str, object], stamps: list[tupl
     assert [(entry.stamp_ms, entry.code) for _, entry in bench.max4.logger.entries()][::-1] == stamps
 
 
+def empty_program(folder: Path) -> str:
+    file = folder / "empty.st"
+    file.write_text("PROGRAM PLC_PRG\nEND_PROGRAM\n")
+    return str(file)
+
+
 @pytest.mark.manual("PD-041")
-def test_autostart_has_its_entries_before_the_end_of_the_boot() -> None:
-    bench = Bench(program=PLATE, autostart=True).run(200)
+def test_autostart_has_its_entries_before_the_end_of_the_boot(tmp_path: Path) -> None:
+    bench = Bench(program=empty_program(tmp_path), autostart=True).run(200)
     stamps = [(entry.stamp_ms, entry.code) for _, entry in bench.max4.logger.entries()][::-1]
     assert stamps == [(1, 8002), (92, 8004), (92, 8005), (98, 8003)]
     assert bench.get("program") == "running"
 
 
 @pytest.mark.manual("PD-042")
-def test_without_autostart_the_program_waits_for_start() -> None:
-    bench = Bench(program=PLATE).run(200)
+def test_without_autostart_the_program_waits_for_start(tmp_path: Path) -> None:
+    bench = Bench(program=empty_program(tmp_path)).run(200)
     assert bench.get("program") == "stopped"
     bench.do("start")
     assert (bench.get("program"), bench.codes()[-1]) == ("running", 8004)

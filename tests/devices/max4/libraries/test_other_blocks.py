@@ -1,4 +1,4 @@
-"""Slave cams, MultiCam3, torque cams, positioning functions, ControllerEnableSet, splines, and a whole controller."""
+"""Slave cams, MultiCam3, torque cams, positioning functions, splines, and a whole controller."""
 
 from math import pi, sin
 
@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from max4_bench import Bench
 
 from fieldrig.clock import S
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.tree import Pou
 from fieldrig_devices.max4.axes.axis import Mode
 from fieldrig_devices.max4.libraries.collection import motion_libraries
 from fieldrig_devices.max4.libraries.controller import SystemMotion
@@ -87,6 +89,39 @@ def test_multicam_begins_on_all_axes_or_on_none(bench: CamBench) -> None:
     assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *twice, True)[0] == -1
 
 
+@pytest.mark.manual("PD-196")
+def test_axes_stop_together_in_proportion() -> None:
+    bench = CamBench("one", "two", "three")
+    stop = bench.call("ProfilLoad", "modisin")
+    bench.call("ProfilSetLambda", stop, 0.0)
+    heights = (100.0, 50.0, -25.0)
+    pins = [value for axis, y in zip(bench.axes.values(), heights, strict=True) for value in (axis.log_adr, stop, y)]
+    begins = [bench.place(name) for name in bench.axes]
+    assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 200.0, *pins, True)[0] == 0
+    bench.master.velocity = 500.0
+    bench.run(150)
+    for places in bench.places:
+        shares = [(place - begin) / y for place, begin, y in zip(places, begins, heights, strict=True)]
+        assert shares == pytest.approx([shares[0]] * 3, abs=1e-4)
+    ends = [next(n for n, v in enumerate(bench.speeds(axis)) if n > 5 and v == 0.0) for axis in range(3)]
+    assert max(ends) - min(ends) <= 8  # one increment of the slowest axis takes longer near its rest
+
+
+@pytest.mark.manual("PD-205", "PD-203")
+def test_the_libraries_have_the_names_of_the_manual(bench: CamBench) -> None:
+    assert [library.name for library in bench.libraries] == [
+        "Basic.lib",
+        "VarioCam.lib",
+        "CSpline.lib",
+        "TorqueCam.lib",
+    ]
+    for library in bench.libraries:
+        unit, mistakes = parse(library.text, library.name)
+        assert mistakes == []
+        natives = {pou.name.casefold() for pou in unit.declarations if isinstance(pou, Pou)}
+        assert natives == {*library.functions, *library.blocks}
+
+
 # ---- torque cams
 
 
@@ -107,7 +142,7 @@ def test_the_torque_follows_the_master(bench: CamBench) -> None:
     assert bench.axes["belt"].mode is Mode.POSITION
 
 
-# ---- positioning, enable
+# ---- positioning
 
 
 @pytest.mark.manual("PD-203")
@@ -142,16 +177,6 @@ def test_positioning_refuses_what_no_axis_can_do(bench: CamBench) -> None:
     assert bench.call("PosAbsolute", address, 50.0, 0.0, 1000.0, 1000.0) == -4
     assert bench.call("PosStop", address, -5.0) == -4
     assert not bench.call("PosDone", 1)
-
-
-@pytest.mark.manual("PD-163")
-def test_controller_enable_set_enables_an_axis_by_its_logical_address(bench: CamBench) -> None:
-    axis, seen = bench.axes["belt"], []
-    for function in ("ControllerEnableReset", "ControllerEnableSet"):
-        assert bench.call(function, axis.log_adr)
-        seen.append(axis.is_enabled)
-    assert seen == [False, True]
-    assert not bench.call("ControllerEnableSet", 99)
 
 
 # ---- own profiles

@@ -184,7 +184,7 @@ def test_every_message_has_both_languages() -> None:
 @pytest.mark.manual("PD-090", "PD-099")
 def test_leds_tell_power_error_program_and_bus(tmp_path: Path) -> None:
     program = tmp_path / "line.prg"
-    program.write_bytes(b"PROGRAM PLC_PRG")
+    program.write_bytes(b"PROGRAM PLC_PRG\nEND_PROGRAM")
     bench = Bench("belt", program=str(program))
 
     def leds() -> str:

@@ -81,7 +81,7 @@ def seen(line: str, printed: str) -> str:
 @pytest.mark.manual("PD-123")
 def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     program = tmp_path / "conveyor.prg"
-    program.write_bytes(b"PROGRAM PLC_PRG")
+    program.write_bytes(b"PROGRAM PLC_PRG\nEND_PROGRAM")
     bench = Bench(simulated=("Achse_1",), program=str(program))
     fill(bench, 325)
     bench.run(100).max4.logger.reset()
@@ -110,7 +110,7 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
 @pytest.mark.manual("PD-124")
 def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
     program = tmp_path / "conveyor.prg"
-    program.write_bytes(b"PROGRAM PLC_PRG")
+    program.write_bytes(b"PROGRAM PLC_PRG\nEND_PROGRAM")
     common: dict[str, Any] = {
         "program": str(program),
         "autostart": True,
@@ -158,7 +158,7 @@ def test_entry_has_the_fields_of_the_manual_in_their_order(sender: Sender) -> No
 def test_each_message_says_whose_it_is(tmp_path: Path) -> None:
     """Type, object and instance, also of lines in which the manual's print hides them."""
     program = tmp_path / "conveyor.prg"
-    program.write_bytes(b"PROGRAM PLC_PRG")
+    program.write_bytes(b"PROGRAM PLC_PRG\nEND_PROGRAM")
     bench = Bench("Achse_1", "Achse_2", program=str(program)).boot()
     bench.fault("Achse_2", what="supply_24v")
     bench.run(100).do("login").do("start").do("logout").do("system reset").boot()

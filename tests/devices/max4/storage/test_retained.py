@@ -53,8 +53,8 @@ def restarted(memory: bytes, beside: bytes) -> Retained:
 
 
 def test_values_are_read_back_after_a_commit() -> None:
+    assert restarted(bytes(SIZE), bytes(extra_bytes(SIZE))).values is None
     retained = restarted(bytes(SIZE), bytes(extra_bytes(SIZE)))
-    assert retained.values is None
     retained.commit(OLD)
     assert retained.values == OLD
     retained.commit(NEW)

@@ -1,0 +1,289 @@
+"""IEC programs for the debugging service: tasks as threads, POUs as routines, variables by their paths.
+
+Source: PacDrive manual 3737-3785, 4011-4048, 6426-6436 (digest PD-220 to PD-228).  A breakpoint stops the task that
+reaches it, and the other tasks go on.  A pause stops all tasks where they are, in the middle of their cycles.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+from fieldrig.device import Value
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.layout import storage
+from fieldrig_devices.iec.program import Space
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.tasks.programs import Programs
+from fieldrig_devices.iec.tasks.scheduler import Scheduler
+from fieldrig_devices.iec.tasks.task import Phase, Task, TaskState
+from fieldrig_devices.iec.thread import Thread
+from fieldrig_devices.iec.types import BlockType, EnumType, StringType
+from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
+from fieldrig_devices.languages.debugging.debuggee import (
+    Frame,
+    ProgramState,
+    Reset,
+    Step,
+    ThreadView,
+    Variable,
+)
+
+LANGUAGE = "IEC 61131-3"
+_BETWEEN = "the task is between two cycles: expected a breakpoint first"
+
+
+class LoadedProgram(Protocol):
+    """A program with its tasks."""
+
+    @property
+    def compiled(self) -> Compiled: ...
+
+    @property
+    def runtime(self) -> Runtime: ...
+
+    @property
+    def scheduler(self) -> Scheduler: ...
+
+
+class IecDebuggee:
+    """The part of a debuggee that is alike on every controller.  The controller adds its commands."""
+
+    language = LANGUAGE
+
+    def __init__(self) -> None:
+        self.on_stop: Callable[[], None] = lambda: None
+        self.on_sample: Callable[[], None] | None = None
+
+    @property
+    @abstractmethod
+    def program(self) -> LoadedProgram | None:
+        """The program that is loaded."""
+
+    @property
+    def progress(self) -> str:
+        return ""
+
+    @property
+    def problem(self) -> str:
+        return ""
+
+    @abstractmethod
+    def start(self) -> None: ...
+
+    @abstractmethod
+    def stop(self) -> None: ...
+
+    @abstractmethod
+    def reset(self, kind: Reset) -> None: ...
+
+    @abstractmethod
+    def download(self, files: Mapping[str, str], *, is_online: bool) -> None: ...
+
+    # ---- the program
+
+    @property
+    def state(self) -> ProgramState:
+        program = self.program
+        if program is None:
+            return ProgramState.NONE
+        states = [self._state(program, task) for task in program.scheduler.tasks]
+        for state in (ProgramState.FAILED, ProgramState.PAUSED, ProgramState.RUNNING):
+            if state in states:
+                return state
+        return ProgramState.HELD
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        program = self.program
+        return {} if program is None else {file.name: file.text for file in program.compiled.files}
+
+    def threads(self) -> Sequence[ThreadView]:
+        program = self.program
+        if program is None:
+            return []
+        return [
+            ThreadView(task.number + 1, task.name, self._state(program, task), _reason(task))
+            for task in program.scheduler.tasks
+        ]
+
+    @staticmethod
+    def _state(program: LoadedProgram, task: Task) -> ProgramState:
+        scheduler = program.scheduler
+        match task.state(is_started=scheduler.is_started, is_running=scheduler.is_running):
+            case TaskState.ERROR:
+                return ProgramState.FAILED
+            case TaskState.BP | TaskState.STOPPED:
+                return ProgramState.PAUSED
+            case TaskState.READY | TaskState.NO_TASK if not scheduler.is_started:
+                return ProgramState.HELD
+        return ProgramState.RUNNING
+
+    def stack(self, thread: int) -> Sequence[Frame]:
+        return [Frame(place.pou, place.file, place.line) for place in _thread(self._task(thread)).stack]
+
+    def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
+        return self._loaded().runtime.break_at(places)
+
+    # ---- going on
+
+    def pause(self) -> None:
+        self._loaded().scheduler.stop()
+
+    def go_on(self) -> None:
+        """Continue all tasks that stand at a breakpoint, and all tasks after a pause."""
+        scheduler = self._loaded().scheduler
+        for task in scheduler.tasks:
+            if task.phase is Phase.HALTED:
+                _thread(task).go_on()
+                scheduler.resume(task)
+        if scheduler.is_started and not scheduler.is_running:
+            scheduler.start()
+
+    def step(self, thread: int, kind: Step) -> None:
+        """Step one task; after a pause, the other tasks go on."""
+        scheduler, task = self._loaded().scheduler, self._task(thread)
+        stepped = _thread(task)
+        if not stepped.stack:
+            raise ValueError(_BETWEEN)
+        stepped.step(kind)
+        if task.phase is Phase.HALTED:
+            scheduler.resume(task)
+        if not scheduler.is_running:
+            scheduler.start()
+
+    # ---- values
+
+    def variables(self, path: str) -> Sequence[Variable]:
+        program = self._loaded()
+        if path and program.runtime.symbols.find(path) is None:
+            raise ValueError(f"{path} is not a variable of the program")
+        return [self._shown(program.runtime, symbol) for symbol in program.runtime.symbols.children(path)]
+
+    def evaluate(self, text: str, thread: int | None = None) -> Variable:
+        runtime = self._loaded().runtime
+        expression = expression_of(text)
+
+        def read(path: str) -> Value:
+            return runtime.read(self._symbol(path, thread))
+
+        path = path_of(expression, read)
+        if path is not None:
+            return self._shown(runtime, self._symbol(path, thread))
+        value = evaluate(expression, read)
+        return Variable(text, text, _TYPES[type(value)], value)
+
+    def write(self, path: str, value: Value) -> None:
+        symbol = self._symbol(path, None)
+        self._loaded().runtime.write(symbol, self._typed(symbol, value))
+
+    def force(self, path: str, value: Value | None) -> None:
+        symbol = self._symbol(path, None)
+        self._loaded().runtime.force(symbol, None if value is None else self._typed(symbol, value))
+
+    @staticmethod
+    def _shown(runtime: Runtime, symbol: Symbol) -> Variable:
+        value: Value | None = None
+        about = symbol.comment
+        if storage(symbol.type) is not None:
+            try:
+                value = runtime.read(symbol)
+            except ValueError as cause:
+                about = str(cause)
+        is_forced = symbol.path in runtime.forced
+        return Variable(symbol.path, symbol.name, str(symbol.type), value, symbol.is_writable, is_forced, about)
+
+    def _symbol(self, path: str, thread: int | None) -> Symbol:
+        """Find a variable in the scope of a thread's place, or else by its path from the root."""
+        runtime = self._loaded().runtime
+        symbol = self._local(path, thread) if thread is not None else None
+        symbol = symbol or runtime.symbols.find(path)
+        if symbol is None:
+            raise ValueError(f"{path} is not a variable of the program")
+        return symbol
+
+    def _local(self, path: str, thread: int) -> Symbol | None:
+        runtime, stopped = self._loaded().runtime, _thread(self._task(thread))
+        if not stopped.stack:
+            return None
+        pou = runtime.compiled.program.pous.get(stopped.stack[0].pou.partition(".")[0].lower())
+        if pou is None:
+            return None
+        first = path.partition(".")[0].partition("[")[0].lower()
+        variable = pou.variables.get(first)
+        if variable is None:
+            return None
+        if variable.space is Space.FRAME:
+            return Symbol(variable.name, variable.name, variable.type, steps=(stopped.frame + variable.offset,))
+        instance = self._instance_at(stopped.base, pou.name)
+        return None if instance is None else runtime.symbols.find(f"{instance}.{path}")
+
+    def _instance_at(self, base: int, pou: str) -> str | None:
+        """Return the path of the instance of a program or function block at an address.
+
+        The first instance inside another one has the same address, so the name of the POU counts as well.
+        """
+        waiting = list(self._loaded().runtime.symbols.children())
+        while waiting:
+            symbol = waiting.pop()
+            if isinstance(symbol.type, BlockType) and symbol.type.name == pou and symbol.steps == (base,):
+                return symbol.path
+            if storage(symbol.type) is None:
+                waiting += self._loaded().runtime.symbols.children(symbol.path)
+        return None
+
+    @staticmethod
+    def _typed(symbol: Symbol, value: Value) -> Value:
+        """Return a value for a variable; a text may be a constant of the language."""
+        if not isinstance(value, str):
+            return value
+        kind = symbol.type
+        if isinstance(kind, StringType) and not value.startswith("'"):
+            return value
+        if isinstance(kind, EnumType):
+            numbers = {name.casefold(): number for name, number in kind.values.items()}
+            if value.casefold() in numbers:
+                return numbers[value.casefold()]
+        found = expression_of(value)
+        match found:
+            case tree.Literal(value=constant):
+                return constant
+            case tree.Unary(operator="-" | "+"):
+                return evaluate(found, _no_variables)
+        raise ValueError(f"{symbol.path}: expected a constant of type {kind}, got {value!r}")
+
+    # ---- the rest
+
+    def _loaded(self) -> LoadedProgram:
+        program = self.program
+        if program is None:
+            raise ValueError("there is no program: expected a download first")
+        return program
+
+    def _task(self, thread: int) -> Task:
+        tasks = self._loaded().scheduler.tasks
+        if not 1 <= thread <= len(tasks):
+            raise ValueError(f"expected a task from 1 to {len(tasks)}, got {thread}")
+        return tasks[thread - 1]
+
+
+_TYPES = {bool: "BOOL", int: "DINT", float: "LREAL", str: "STRING"}
+
+
+def _no_variables(path: str) -> Value:
+    raise ValueError(f"expected a constant, got {path}")
+
+
+def _thread(task: Task) -> Thread:
+    """Return the program that a task is in, or begins with."""
+    work = task.work
+    assert isinstance(work, Programs)
+    thread = work.present
+    assert isinstance(thread, Thread)
+    return thread
+
+
+def _reason(task: Task) -> str:
+    fault = _thread(task).fault
+    return "" if fault is None else str(fault)

@@ -1,0 +1,156 @@
+"""RETAIN variables: where they are in the memory of a program, how large they are, and their values as bytes.
+
+Source: PacDrive manual 990-1003, 6031-6034 (digest PD-048 to PD-056, PD-315).  The buffered memory contains the values
+only, as on the controller; names and types are in a list on the flash disk (`RetainMap`), by which the values find
+their variables again after the program has changed.  A pointer is never retained, because addresses may change.
+"""
+
+import json
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import sha256
+from typing import Final, NamedTuple, Self
+
+from fieldrig.untrusted import MalformedError, items, read_json, typed
+from fieldrig_devices.iec.program import Program, Variable
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    Elementary,
+    EnumType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+    Value,
+)
+from fieldrig_devices.max4.storage.retained import MARK_BYTES, Values
+
+CODES: Final[Mapping[str, str]] = {
+    "BOOL": "?", "BYTE": "B", "WORD": "H", "DWORD": "I", "LWORD": "Q",
+    "SINT": "b", "INT": "h", "DINT": "i", "LINT": "q", "USINT": "B", "UINT": "H", "UDINT": "I", "ULINT": "Q",
+    "REAL": "f", "LREAL": "d", "TIME": "I", "DATE": "I", "TOD": "I", "DT": "I",
+}  # fmt: skip
+"""Format characters of `struct` by elementary type."""
+LONGEST_MAP: Final = 16 << 20
+
+
+class Leaf(NamedTuple):
+    """One elementary value of a RETAIN variable."""
+
+    path: str
+    address: int
+    type: str
+    """An elementary type, or STRING(80)."""
+    variable: Variable | None = None
+    """The variable that it is, or is part of."""
+
+    @property
+    def size(self) -> int:
+        return struct.calcsize("<" + self.code)
+
+    @property
+    def code(self) -> str:
+        return CODES.get(self.type) or f"{int(self.type[7:-1]) + 1}s"
+
+
+def leaves_of(program: Program) -> list[Leaf]:
+    """All retained values of a program, by ascending address."""
+    found = (
+        leaf
+        for variable in program.globals.values()
+        if _is_kept(variable)
+        for leaf in _leaves(variable, variable.name, variable.offset, variable.type, variable.is_retain)
+    )
+    return sorted(found, key=lambda leaf: leaf.address)
+
+
+def _is_kept(variable: Variable) -> bool:
+    return variable.location is None and not variable.is_constant and not variable.is_reference
+
+
+def _leaves(source: Variable, path: str, address: int, type: Type, is_retain: bool) -> Iterator[Leaf]:
+    match type:
+        case BlockType(pou=pou) if pou is not None:
+            for variable in pou.variables.values():
+                if _is_kept(variable) and variable.offset >= 0:
+                    inner = is_retain or variable.is_retain
+                    name = f"{path}.{variable.name}"
+                    yield from _leaves(variable, name, address + variable.offset, variable.type, inner)
+        case ArrayType():
+            if is_retain or _has_blocks(type.element):
+                for index in range(type.count):
+                    name = f"{path}[{type.low + index}]"
+                    yield from _leaves(source, name, address + index * type.element.size, type.element, is_retain)
+        case StructType():
+            for field in type.fields.values():
+                yield from _leaves(source, f"{path}.{field.name}", address + field.offset, field.type, is_retain)
+        case Elementary() if is_retain:
+            yield Leaf(path, address, type.value, source)
+        case EnumType() if is_retain:
+            yield Leaf(path, address, "INT", source)
+        case SubrangeType() if is_retain:
+            yield Leaf(path, address, type.base.value, source)
+        case StringType() if is_retain:
+            yield Leaf(path, address, f"STRING({type.length})", source)
+
+
+def _has_blocks(type: Type) -> bool:
+    """True if there may be instances in the type, which may have RETAIN variables of their own."""
+    match type:
+        case ArrayType():
+            return _has_blocks(type.element)
+        case StructType():
+            return any(_has_blocks(field.type) for field in type.fields.values())
+    return isinstance(type, BlockType)
+
+
+class RetainMap:
+    """The retained values of one program, in the order in which they are stored."""
+
+    def __init__(self, leaves: Sequence[Leaf]) -> None:
+        self.leaves = tuple(leaves)
+        self._format = struct.Struct("<" + "".join(leaf.code for leaf in self.leaves))
+        self._texts = [number for number, leaf in enumerate(self.leaves) if leaf.code.endswith("s")]
+        self.mark = sha256(self.encode()).digest()[:MARK_BYTES]
+        """What tells the values of this program from those of another one."""
+
+    @property
+    def size(self) -> int:
+        """The memory that the values need, in bytes."""
+        return self._format.size
+
+    def pack(self, values: Sequence[Value]) -> Values:
+        """The values of all leaves as bytes."""
+        packed: list[Value | bytes] = list(values)
+        for number in self._texts:
+            packed[number] = str(values[number]).encode("latin-1", "replace")
+        return Values(self.mark, self._format.pack(*packed))
+
+    def unpack(self, data: bytes) -> dict[tuple[str, str], Value]:
+        """The values by path and type; none if the data are not of this program."""
+        if len(data) != self.size:
+            return {}
+        values = list(self._format.unpack(data))
+        for number in self._texts:
+            values[number] = values[number].partition(b"\0")[0].decode("latin-1")
+        keys = ((leaf.path.casefold(), leaf.type) for leaf in self.leaves)
+        return dict(zip(keys, values, strict=True))
+
+    def encode(self) -> bytes:
+        return json.dumps([[leaf.path, leaf.type] for leaf in self.leaves]).encode()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """The map in a file.  ValueError if it is not valid."""
+        leaves = []
+        for row in items(read_json(data, longest=LONGEST_MAP, deepest=3), list, LONGEST_MAP):
+            if len(row) != 2:
+                raise MalformedError("expected a name and a type")
+            path, type = typed(row[0], str), typed(row[1], str)
+            length = type[7:-1]
+            is_text = type == f"STRING({length})" and length.isascii() and length.isdecimal() and len(length) < 4
+            if type not in CODES and not is_text:
+                raise MalformedError("expected an elementary type")
+            leaves.append(Leaf(path, 0, type))
+        return cls(leaves)
