@@ -180,3 +180,42 @@ def test_messages_of_all_stages_name_the_file_and_the_line() -> None:
     mistakes = [mistake for mistake in caught.value.mistakes if not mistake.is_note]
     assert [(mistake.file, mistake.line) for mistake in mistakes] == [("example.xml", 21)]
     assert "OFSET is not declared" in mistakes[0].what
+
+
+WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
+
+
+def step(id: str, name: str, *before: str, attributes: str = "") -> str:
+    return f'<step localId="{id}" name="{name}" {attributes}>{"".join(map(WIRE.format, before))}</step>'
+
+
+def transition(id: str, condition: str, before: str) -> str:
+    text = f'<inline name=""><ST><xhtml:p>{condition}</xhtml:p></ST></inline>'
+    return f'<transition localId="{id}">{WIRE.format(before)}<condition>{text}</condition></transition>'
+
+
+def action(id: str, step: str, text: str) -> str:
+    body = f"<inline><ST><xhtml:p>{text}</xhtml:p></ST></inline>"
+    return f'<actionBlock localId="{id}">{WIRE.format(step)}<action localId="0">{body}</action></actionBlock>'
+
+
+def test_parallel_branches_of_a_chart_meet_again() -> None:
+    chart = (
+        step("1", "Idle", "9", attributes='initialStep="true"')
+        + transition("2", "start", "1")
+        + f'<simultaneousDivergence localId="3">{WIRE.format(2)}</simultaneousDivergence>'
+        + step("4", "Heat", "3")
+        + step("5", "Stir", "3")
+        + action("6", "4", "heated := heated + 1;")
+        + action("7", "5", "stirred := stirred + 1;")
+        + f'<simultaneousConvergence localId="8">{WIRE.format(4)}{WIRE.format(5)}</simultaneousConvergence>'
+        + transition("9", "heated &gt;= 3 AND stirred &gt;= 3", "8")
+    )
+    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "stirred": "INT"})))
+    running.cycle(2)
+    assert (running["heated"], running["stirred"]) == (0, 0)
+    running["start"] = True
+    running.cycle()
+    running["start"] = False
+    running.cycle(10)
+    assert (running["heated"], running["stirred"]) == (3, 3)
