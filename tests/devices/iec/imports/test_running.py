@@ -207,15 +207,15 @@ def test_parallel_branches_of_a_chart_meet_again() -> None:
         + step("4", "Heat", "3")
         + step("5", "Stir", "3")
         + action("6", "4", "heated := heated + 1;")
-        + action("7", "5", "stirred := stirred + 1;")
+        + action("7", "5", "mixed := mixed + 1;")
         + f'<simultaneousConvergence localId="8">{WIRE.format(4)}{WIRE.format(5)}</simultaneousConvergence>'
-        + transition("9", "heated &gt;= 3 AND stirred &gt;= 3", "8")
+        + transition("9", "heated &gt;= 3 AND mixed &gt;= 3", "8")
     )
-    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "stirred": "INT"})))
+    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "mixed": "INT"})))
     running.cycle(2)
-    assert (running["heated"], running["stirred"]) == (0, 0)
+    assert (running["heated"], running["mixed"]) == (0, 0)
     running["start"] = True
     running.cycle()
     running["start"] = False
     running.cycle(10)
-    assert (running["heated"], running["stirred"]) == (3, 3)
+    assert (running["heated"], running["mixed"]) == (3, 3)

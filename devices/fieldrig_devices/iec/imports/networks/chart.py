@@ -17,7 +17,7 @@ from fieldrig_devices.iec.imports.networks.kinds import Kinds
 from fieldrig_devices.iec.imports.networks.translate import Translation
 
 QUALIFIERS: Final = frozenset(("N", "R", "S", "L", "D", "P", "SD", "DS", "SL", "P0", "P1"))
-"""Those of the manual (PD-372 to 374) and of edition 3; the DL of the exchange format has no meaning in either."""
+"""The qualifiers of the manual (PD-372 to 374) and of edition 3; neither defines the DL of the exchange format."""
 TIMED: Final = frozenset(("L", "D", "SD", "DS", "SL"))
 BRANCHES: Final = 1_000
 """Steps or transitions that one divergence may lead to."""
@@ -238,7 +238,7 @@ class Chart:
             return None
         time = self.fragments.expression(use.duration, use.line) if use.duration.strip() else None
         if qualifier in TIMED and time is None:
-            self._mistake(use.line, f"The qualifier {qualifier} has no time", "a duration such as T#3s")
+            self._mistake(use.line, f"The qualifier {qualifier} needs a time", "a duration such as T#3s")
             return None
         name = use.name or self._own_action(step, use)
         if not name:

@@ -28,7 +28,7 @@ HIGHEST: Final = 40
 
 _ACTORS: Final = (Kind.SINK, Kind.THROUGH, Kind.COIL, Kind.BLOCK, Kind.LABEL, Kind.JUMP, Kind.RETURN)
 _PASSIVE: Final = (Kind.RIGHT_RAIL, Kind.CONNECTOR)
-"""What takes a wire without consuming its value."""
+"""Elements that take a wire without consuming its value."""
 
 
 def translate(
@@ -65,7 +65,7 @@ class Translation:
     out: list[tree.AnyStatement] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
     consumers: dict[str, list[tuple[Item, Pin, Wire]]] = field(default_factory=dict)
-    """What consumes the outputs of an element; right rails do not count."""
+    """The consumers of the outputs of an element; right rails do not count."""
     values: dict[Wire, tree.Expression] = field(default_factory=dict)
     """Values that are calculated once."""
     started: set[str] = field(default_factory=set)
@@ -172,7 +172,7 @@ class Translation:
     # ---- values
 
     def power(self, item: Item) -> tree.Expression | None:
-        """What arrives at a contact, coil, variable, jump or return: several wires are parallel branches."""
+        """Return what arrives at a contact, coil, variable, jump or return: several wires are parallel branches."""
         found = [value for pin in item.inputs if (value := self.input(pin, item)) is not None]
         if not any(pin.wires or pin.expression for pin in item.inputs):
             self._mistake(item.line, f"The input of the {item} is not connected", "a wire from an element or a rail")
@@ -201,7 +201,7 @@ class Translation:
         return self._edge(value, pin.edge, owner)
 
     def value(self, wire: Wire, owner: Item) -> tree.Expression | None:
-        """What flows through the wire."""
+        """Return what flows through the wire."""
         item = self.items.get(wire.source)
         if item is None:
             self._mistake(owner.line, f"The {owner} is connected to element {wire.source[:30]}, which is not there")
@@ -396,7 +396,7 @@ class Translation:
         return []
 
     def _consumers(self, item: Item) -> list[tuple[Item, Pin]]:
-        """What consumes the outputs of a block, besides ENO."""
+        """Return the consumers of a block, besides those of ENO."""
         found = self.consumers.get(item.id, [])
         return [(other, pin) for other, pin, wire in found if wire.pin.casefold() != "eno"]
 
