@@ -24,7 +24,7 @@ DialectOption = Annotated[
     str,
     typer.Option("--dialect", metavar="DIALECT", help=f"The language rules that apply: {', '.join(DIALECTS)}."),
 ]
-SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut")
+SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tctto")
 
 
 def dialect_named(name: str) -> "Dialect":
