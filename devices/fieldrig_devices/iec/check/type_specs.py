@@ -197,9 +197,8 @@ class TypeSpecs:
             if self._key(part.name) in kind.fields:
                 context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")
                 continue
-            comment = part.remark or "\n".join(part.comments)
             field_type = self.resolve(part.type, context)
-            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment)
+            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
         return kind
 
     # ---- enumerations
@@ -256,3 +255,9 @@ def block_of(kind: Type) -> Pou | None:
     while isinstance(kind, ArrayType):
         kind = kind.element
     return getattr(kind, "pou", None)
+
+
+def comment_of(node: tree.Variable) -> str:
+    """The comment of a declaration without its brackets."""
+    shown = node.remark or (node.comments[-1] if node.comments else "")
+    return shown.removeprefix("(*").removesuffix("*)").removeprefix("//").strip()
