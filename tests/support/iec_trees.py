@@ -95,8 +95,9 @@ PLACES = st.one_of(_VARIABLES, st.builds(tree.BitOf, _VARIABLES, st.integers(0, 
 # ---- statements
 
 _COMMENT = st.text(st.sampled_from("ab c\n*x"), max_size=8).map(lambda text: f"(* {text.replace('*', ':')} *)")
+_REMARKS = st.just("") | _COMMENT
 _COMMENTS = many(_COMMENT, 0, 1)
-_EXTRAS = {"comments": _COMMENTS, "remark": st.just("") | _COMMENT, "is_spaced": st.booleans()}
+_EXTRAS = {"comments": _COMMENTS, "remark": _REMARKS, "is_spaced": st.booleans()}
 _CALLS = st.builds(tree.Call, _VARIABLES, many(_arguments(EXPRESSIONS)))
 _SIMPLE = st.one_of(
     st.builds(tree.Assign, PLACES, EXPRESSIONS, st.sampled_from(tree.AssignKind), **_EXTRAS),
@@ -110,8 +111,14 @@ _LABELS = st.one_of(_NUMBERS, PLAIN_NAMES.map(tree.Name), st.builds(tree.Range, 
 
 def _compound(of: st.SearchStrategy[tree.AnyStatement]) -> st.SearchStrategy[tree.AnyStatement]:
     block = many(of)
-    branches = many(st.builds(tree.Branch, EXPRESSIONS, block), 1, 2)
-    cases = many(st.builds(tree.CaseBranch, many(_LABELS, 1, 2), block, comments=_COMMENTS), 1, 2)
+    branches = many(st.builds(tree.Branch, EXPRESSIONS, block, remark=_REMARKS), 1, 2)
+    cases = many(
+        st.builds(
+            tree.CaseBranch, many(_LABELS, 1, 2), block, comments=_COMMENTS, remark=_REMARKS, is_spaced=st.booleans()
+        ),
+        1,
+        2,
+    )
     return st.one_of(
         st.builds(tree.If, branches, st.none() | block, **_EXTRAS),
         st.builds(tree.Case, EXPRESSIONS, cases, st.none() | block, **_EXTRAS),

@@ -1,4 +1,4 @@
-"""What is wrong with a chart as a whole: its steps, its transitions, and the actions that it names."""
+"""The checks of a chart as a whole: its steps, its transitions, and the actions that it names."""
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
@@ -8,8 +8,8 @@ from fieldrig_devices.iec.types import Elementary
 
 def check_chart(body: tree.SfcBody, context: Context) -> bool:
     """Report what is wrong with a chart.  True if it can be lowered."""
-    steps = _steps(body, context)
-    is_whole = len(steps) == len(body.steps)
+    steps: dict[str, tree.Step] = {}
+    is_whole = _steps(body, context, steps)
     is_whole = _initial_steps(body, context) and is_whole
     is_whole = _transitions(body, context, steps) and is_whole
     is_whole = _actions(body, context) and is_whole
@@ -18,17 +18,20 @@ def check_chart(body: tree.SfcBody, context: Context) -> bool:
     return is_whole
 
 
-def _steps(body: tree.SfcBody, context: Context) -> dict[str, tree.Step]:
-    found: dict[str, tree.Step] = {}
+def _steps(body: tree.SfcBody, context: Context, found: dict[str, tree.Step]) -> bool:
+    """Put the steps into `found` by name."""
+    is_whole = True
     for step in body.steps:
         name = context.key(step.name)
         if name in found:
             context.say(step, f"step {step.name} exists already in line {found[name].place.line}", "another name")
-        elif name in context.names:
+            is_whole = False
+            continue
+        found[name] = step
+        if name in context.names:
             context.say(step, f"step {step.name} has the name of a variable", "another name")
-        else:
-            found[name] = step
-    return found
+            is_whole = False
+    return is_whole
 
 
 def _initial_steps(body: tree.SfcBody, context: Context) -> bool:

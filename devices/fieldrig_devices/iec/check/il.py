@@ -39,7 +39,7 @@ def lower_il(body: tree.IlBody, context: Context) -> list[AnyStatement]:
 
 @dataclass(slots=True)
 class _Lines:
-    """A list of lines: a body, or what stands in brackets."""
+    """A list of lines: a body, or the inside of brackets."""
 
     lines: Sequence[tree.IlInstruction]
     is_operand: bool
@@ -47,7 +47,7 @@ class _Lines:
     labels: dict[str, int] = field(default_factory=dict)
 
     def reads(self, start: int, key: "dict[str, str]") -> bool:
-        """True if the accumulator is used from a line on before it is loaded anew."""
+        """True if the accumulator is used from a line on before it is loaded again."""
         seen: set[int] = set()
         at = start
         while at < len(self.lines):
@@ -231,7 +231,7 @@ class _Instructions:
             parts = _NO_BLANK.fullmatch(name)
             hint = f"Write {parts[1].upper()} {parts[2]}, with a blank." if parts else ""
             self._context.say(
-                line, f"{name} is neither an operator of IL nor a function", "LD, ST, AND and so on", hint
+                line, f"{name} is neither an operator of IL nor a function", "LD, ST or another operator", hint
             )
             self._become(None)
             return
@@ -314,7 +314,7 @@ class _Instructions:
     def _label(self, line: tree.IlInstruction, number: int) -> None:
         name = self._context.key(line.label)
         if self._list.is_operand:
-            self._context.say(line, "a label stands in brackets", "a label in front of the operator with the bracket")
+            self._context.say(line, "a label is in brackets", "a label in front of the operator with the bracket")
             return
         if self._list.labels.get(name) != number:
             return
@@ -343,7 +343,7 @@ class _Instructions:
     def _jump(self, line: tree.IlInstruction, number: int) -> None:
         label = line.operands[0] if line.operands else None
         if not isinstance(label, tree.Name) or self._list.is_operand:
-            self._context.say(line, "JMP stands in brackets" if label else "JMP has no label", "JMP label")
+            self._context.say(line, "JMP is in brackets" if label else "JMP has no label", "JMP label")
             return
         name = self._keys.get(label.text, "")
         if name not in self._list.labels:

@@ -11,8 +11,8 @@ Source: PacDrive manual 1709 to 1842 (digest 2.3), IEC 61131-3 for the control o
 
 A step is a variable of its chart with the components x (active) and t (time since its actions began), as in CoDeSys.
 The qualifiers of a named action are combined as in the ACTION_CONTROL block of the standard, where R is stronger than
-all others.  There is no final scan, so that P is executed exactly once (manual 1815).  A BOOL variable may stand in the
-place of an action; it is TRUE while the action would run.
+all others.  There is no final scan, so that P is executed exactly once (manual 1815).  A BOOL variable may be named
+instead of an action; it is TRUE while the action would run.
 """
 
 from collections.abc import Callable, Sequence
@@ -257,7 +257,7 @@ class _Chart:
         return [*exit_call, _assign(_flag(step, "x"), _FALSE)]
 
     def _enter(self, step: str) -> tree.AnyStatement:
-        """Make a step active; one that has just been left begins anew."""
+        """Make a step active; one that has just been left begins again."""
         activate = (_assign(_flag(step, "x"), _TRUE), _assign(_flag(step, "_x"), _FALSE))
         return _conditional(_not(_flag(step, "x")), activate, self._place)
 

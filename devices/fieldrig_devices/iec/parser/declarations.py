@@ -1,7 +1,6 @@
-"""Types, variables, and their start values.
+"""Declarations of variables and types.
 
-Source: PacDrive manual 757 to 1091.  The start values of an array stand without brackets, as in the manual, or in
-square brackets, as in the standard; both are read in both dialects.
+Source: PacDrive manual 951 to 1091.
 """
 
 from collections.abc import Sequence
@@ -9,27 +8,17 @@ from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.parser.blocks import OUTER
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
-from fieldrig_devices.iec.parser.sections import Bodies
-from fieldrig_devices.iec.parser.statements import OUTER
+from fieldrig_devices.iec.parser.initials import RESERVED
+from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
-_RESERVED_TEXT = """
-    BOOL BYTE WORD DWORD LWORD SINT INT DINT LINT USINT UINT UDINT ULINT REAL LREAL TIME DATE TOD DT TIME_OF_DAY
-    DATE_AND_TIME STRING
-    """
-RESERVED: Final = frozenset(_RESERVED_TEXT.split())
-"""Names of types, which nothing else can have."""
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
-_UNKNOWN: Final = {
-    "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
-    "UNION": "Overlapping data are variables AT the same address.",
-    "EXTENDS": "Types and blocks cannot be derived; declare a variable of the other type in it.",
-}
 _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_TYPE"})
 
 
-class Declarations(Bodies):
+class Declarations(Types):
     """Reads declarations of variables and types.
 
     A variable whose declaration is wrong behind its name is declared with a type without a name, so that the checker
@@ -58,7 +47,7 @@ class Declarations(Bodies):
             self.say(at, "VAR_ACCESS is not supported", "VAR_GLOBAL", "OPC UA and the symbol list show all variables.")
         section = SECTIONS.get(word, tree.Section.GLOBAL)
         attributes = self._attributes()
-        variables = self._variables(is_path=section is tree.Section.CONFIG)
+        variables = self.variables(is_path=section is tree.Section.CONFIG)
         if self.kinds[self.i] == "END_VAR":
             self.i += 1
             if not self.is_next_line():
@@ -80,7 +69,7 @@ class Declarations(Bodies):
             self.i += 1
         return "RETAIN" in found, "PERSISTENT" in found, "CONSTANT" in found
 
-    def _variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
+    def variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
         """Read declarations up to END_VAR or END_STRUCT."""
         found: list[tree.Variable] = []
         while self.kinds[self.i] not in _ENDS:
@@ -219,213 +208,6 @@ class Declarations(Bodies):
             ";", "Two declarations are separated by a semicolon." if self.kinds[self.i] == token.NAME else ""
         )
 
-    # ---- start values
-
-    def initial_value(self, spec: tree.TypeSpec | None = None) -> tree.Initial:
-        """Read a start value; several with commas are an array."""
-        at = self.i
-        first = self._element()
-        is_array = isinstance(first, tree.Repeated) or isinstance(spec, tree.ArraySpec)
-        if self.kinds[self.i] != "," and not is_array:
-            return self._one([first], at)
-        if self.kinds[self.i] == "," and isinstance(spec, tree.NamedType) and spec.name.upper() in RESERVED:
-            self._decimal_comma(spec)
-        if self.kinds[self.i] != "," and isinstance(first, tree.ArrayInitial):
-            return first
-        elements = [first]
-        while self.accept(","):
-            elements.append(self._element())
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
-
-    def _decimal_comma(self, spec: tree.NamedType) -> None:
-        hint = ""
-        if self.kinds[self.i - 1] == token.INTEGER and self.kinds[self.i + 1] == token.INTEGER:
-            number = f"{self.texts[self.i - 1]}.{self.texts[self.i + 1]}"
-            hint = f"A decimal fraction is written with a point: {number}."
-        raise self.unexpected(f"; behind the start value of a {spec.name.upper()}", hint)
-
-    def _element(self) -> tree.Initial | tree.Repeated:
-        """Read one start value, `3(value)`, `(field := value)` or `[value, value]`."""
-        at = self.i
-        kinds = self.kinds
-        if kinds[at] == token.INTEGER and kinds[at + 1] == "(":
-            self.enter()
-            count = self._primary(token.INTEGER)
-            self.i += 1
-            values = [self._element()]
-            while self.accept(","):
-                values.append(self._element())
-            self.close(")", at + 1)
-            self.depth -= 1
-            return tree.Repeated(count, self._one(values, at), place=self.places[at])
-        if kinds[at] == "[":
-            return self._array_in_brackets()
-        if kinds[at] == "(" and self._is_identifier(at + 1) and kinds[at + 2] == ":=":
-            return self._struct()
-        return self.expression()
-
-    def _array_in_brackets(self) -> tree.ArrayInitial:
-        at = self.i
-        self.enter()
-        self.i += 1
-        elements = []
-        if self.kinds[self.i] != "]":
-            elements.append(self._element())
-            while self.accept(","):
-                elements.append(self._element())
-        self.close("]", at)
-        self.depth -= 1
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
-
-    def _struct(self) -> tree.StructInitial:
-        at = self.i
-        self.enter()
-        self.i += 1
-        fields = [self._field()]
-        while self.accept(","):
-            fields.append(self._field())
-        self.close(")", at)
-        self.depth -= 1
-        return tree.StructInitial(tuple(fields), place=self.places[at])
-
-    def _field(self) -> tree.FieldInitial:
-        """Read `name := value`; further values with commas are an array, up to the next name with :=."""
-        at = self.i
-        if not self._is_identifier(at):
-            raise self.unexpected("the name of a component with :=")
-        self.i += 1
-        self.expect(":=")
-        elements = [self._element()]
-        while self.kinds[self.i] == "," and not (self._is_identifier(self.i + 1) and self.kinds[self.i + 2] == ":="):
-            self.i += 1
-            elements.append(self._element())
-        return tree.FieldInitial(self.texts[at], self._one(elements, at + 2), place=self.places[at])
-
-    def _one(self, elements: list[tree.Initial | tree.Repeated], at: int) -> tree.Initial:
-        """Return a single value as it is, and several as an array."""
-        first = elements[0]
-        if len(elements) == 1 and not isinstance(first, tree.Repeated):
-            return first
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
-
-    # ---- types
-
-    def type_spec(self) -> tree.TypeSpec:
-        """Read a type."""
-        at = self.i
-        kind = self.kinds[at]
-        place = self.places[at]
-        if kind == token.NAME:
-            return self._named_type()
-        self.enter()
-        try:
-            if kind == "ARRAY":
-                return self._array()
-            if kind == "POINTER":
-                self.i += 1
-                if not self.dialect.has_pointers:
-                    self.say(at, "pointers are not supported", "another type")
-                self.expect("TO")
-                return tree.PointerSpec(self.type_spec(), place=place)
-            if kind == "STRUCT":
-                self.i += 1
-                fields = self._variables()
-                self._end("END_STRUCT", at, "STRUCT", has_semicolon=False)
-                return tree.StructSpec(fields, place=place)
-            if kind == "(":
-                return self._enumeration()
-        finally:
-            self.depth -= 1
-        raise self.unexpected("a type")
-
-    def _named_type(self) -> tree.TypeSpec:
-        at = self.i
-        place = self.places[at]
-        name = self.texts[at]
-        self.i += 1
-        upper = name.upper()
-        if upper in _UNKNOWN:
-            raise self.unexpected("a type", _UNKNOWN[upper], at)
-        if upper == "STRING":
-            return self._string(place)
-        while self.kinds[self.i] == ".":
-            self.i += 1
-            name += f".{self.name('the name of a type')}"
-        if self.kinds[self.i] != "(":
-            return tree.NamedType(name, place=place)
-        opening = self.i
-        self.i += 1
-        low = self.expression()
-        self.expect("..", "A part of an integer type is written INT(0..100).")
-        high = self.expression()
-        self.close(")", opening)
-        return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
-
-    def _string(self, place: tree.Place) -> tree.StringSpec:
-        opening = self.i
-        closing = {"(": ")", "[": "]"}.get(self.kinds[opening])
-        if closing is None:
-            return tree.StringSpec(place=place)
-        self.i += 1
-        length = self.expression()
-        self.close(closing, opening)
-        return tree.StringSpec(length, place=place)
-
-    def _array(self) -> tree.ArraySpec:
-        at = self.i
-        self.i += 1
-        opening = self.i
-        self.expect("[", "An array is written ARRAY[1..10] OF INT.")
-        dimensions = [self._range()]
-        while self.accept(","):
-            dimensions.append(self._range())
-        self.close("]", opening)
-        self.expect("OF")
-        return tree.ArraySpec(tuple(dimensions), self.type_spec(), place=self.places[at])
-
-    def _range(self) -> tree.Range:
-        place = self.places[self.i]
-        low = self.expression()
-        self.expect("..", "The limits of an array are written 1..10.")
-        return tree.Range(low, self.expression(), place=place)
-
-    def _enumeration(self) -> tree.EnumSpec:
-        at = self.i
-        self.i += 1
-        values = [self._enum_value()]
-        while self.accept(","):
-            values.append(self._enum_value())
-        self.close(")", at)
-        return tree.EnumSpec(tuple(values), place=self.places[at])
-
-    def _enum_value(self) -> tree.EnumValue:
-        at = self.i
-        self.gather()
-        front = self.taken()
-        name = self.name("the name of a value")
-        value = None
-        if self.kinds[self.i] == "=":
-            self.say(self.i, "got =", ":=", "A value is written with :=.")
-            self.i += 1
-            value = self.expression()
-        elif self.accept(":="):
-            value = self.expression()
-        self.gather_from(at)
-        if self.kinds[self.i] == ",":  # the remark stands behind the comma or in front of it
-            self.gather()
-        found = tree.EnumValue(name, value, place=self.places[at], comments=front + self.taken())
-        line = self.places[self.i - 1].line
-        following = self.i + 1 if self.kinds[self.i] == "," else self.i
-        behind = self.comments.get(following, [])
-        if behind and self.places[following - 1].line == line:
-            found.remark = " ".join(text for begin, text in behind if begin == line)
-            rest = [(begin, text) for begin, text in behind if begin != line]
-            if rest:
-                self.comments[following] = rest
-            else:
-                del self.comments[following]
-        return found
-
     # ---- TYPE ... END_TYPE
 
     def type_declarations(self) -> list[tree.TypeDeclaration]:
@@ -467,7 +249,7 @@ class Declarations(Bodies):
         if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")
         if self.is_word("EXTENDS"):
-            raise self.unexpected(":", _UNKNOWN["EXTENDS"])
+            raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
         if isinstance(spec, tree.EnumSpec) and self.is_word("INT"):

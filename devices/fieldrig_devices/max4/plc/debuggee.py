@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
-from fieldrig_devices.max4.plc.container import Container, Source
+from fieldrig_devices.max4.configuration.program_file import Container, Source
 from fieldrig_devices.max4.plc.loaded import LoadedProgram
 
 if TYPE_CHECKING:

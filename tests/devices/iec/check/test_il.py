@@ -4,6 +4,24 @@ import pytest
 from iec_check import messages
 from iec_program import IecBench, program
 
+LOOP = """Loop:
+LD Counter
+EQ 0
+JMPC end
+
+LD Var1
+MUL 2
+ST Var1
+
+LD Counter
+SUB 1
+ST Counter
+JMP Loop
+
+end:
+LD Var1
+ST Erg"""
+
 # Declarations, lines, and values at the end (digest 2.1, PD-L13 to PD-L35).
 EXAMPLES = [
     (
@@ -20,8 +38,7 @@ EXAMPLES = [
     ("Erg : INT;", "LD 2\nMUL ( 2\nADD 3\n) ST Erg", {"Erg": 10}),
     (  # PD-L19: Var1 * 2^Counter
         "Counter : INT := 5; Var1 : INT := 3; Erg : INT;",
-        "Loop:\nLD Counter\nEQ 0\nJMPC end\n\nLD Var1\nMUL 2\nST Var1\n\nLD Counter\nSUB 1\nST Counter\nJMP Loop\n\n"
-        "end:\nLD Var1\nST Erg",
+        LOOP,
         {"Erg": 96, "Counter": 0},
     ),
     ("x : INT;", "LD 7\nADD 2,4,7\nST x", {"x": 20}),
@@ -124,7 +141,7 @@ def test_lines_of_il_do_what_the_manual_says(declarations: str, lines: str, expe
 
 REFUSED = [
     ("ST x", ["1:1 ST has no value to work with; LD in a line before it"]),
-    ("LD 8\nDIV2\nST x", ["2:1 DIV2 is neither an operator of IL nor a function; LD, ST, AND and so on"]),
+    ("LD 8\nDIV2\nST x", ["2:1 DIV2 is neither an operator of IL nor a function; LD, ST or another operator"]),
     ("LD x\nST 5", ["2:4 5 is a value; a variable"]),
     ("LD x\nJMP there", ["2:5 there is no label there; a line there: in the same body"]),
     ("a: LD x\na: ST x", ["2:1 the label a exists already in line 2; another name"]),
@@ -138,7 +155,7 @@ REFUSED = [
     ("CAL x", ["1:5 x is an INT and cannot be called; an instance, program or function"]),
     (
         "LD x\nADD ( 3\na: SUB 1\n)\nST x",
-        ["3:1 a label stands in brackets; a label in front of the operator with the bracket"],
+        ["3:1 a label is in brackets; a label in front of the operator with the bracket"],
     ),
 ]
 

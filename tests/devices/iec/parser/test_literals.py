@@ -78,10 +78,10 @@ def test_the_value_of_a_constant_can_be_printed_and_read_again(
 BAD = [
     ("t#5m68s", "68s overflows"),  # PD-L47, X9
     ("15ms", "15ms has no T# in front of it"),
-    ("t#4ms13d", "d stands behind ms"),
+    ("t#4ms13d", "d follows ms"),
     ("T#2d_26h_4m", "26h overflows"),  # manual 731, which X9 overrules
-    ("T#5s5s", "s stands behind s"),
-    ("T#", "T# has no time behind it"),
+    ("T#5s5s", "s follows s"),
+    ("T#", "nothing follows T#"),
     ("T#5", "T#5 is not a time"),
     ("T#1.5s", "1.5s has a fraction"),
     ("T#-5s", "a time cannot be negative"),

@@ -118,8 +118,11 @@ UNITS = [
         ["2:8 got CYCLE; INTERVAL, PRIORITY or SINGLE", "3:7 got ;; ("],
     ),
     (
-        "PROGRAM p\nINITIAL_STEP a: run(Q); END_STEP\nSTEP b: run(L); END_STEP\n"
-        "TRANSITION FROM a b := TRUE; END_TRANSITION\nEND_PROGRAM",
+        """PROGRAM p
+INITIAL_STEP a: run(Q); END_STEP
+STEP b: run(L); END_STEP
+TRANSITION FROM a b := TRUE; END_TRANSITION
+END_PROGRAM""",
         [
             "2:21 got Q; a qualifier: N, R, S, L, D, P, SD, DS, SL, P0 or P1",
             "3:14 , and a time is missing behind L",
