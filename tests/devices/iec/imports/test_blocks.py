@@ -242,7 +242,7 @@ def test_modifiers_where_they_have_no_meaning_are_refused(drawn: str) -> None:
 
 
 def test_a_chain_of_thousands_is_a_message_even_deep_inside_of_the_program() -> None:
-    """What calls the import may itself be far from the bottom of Python's stack."""
+    """The caller of the import may itself be far from the bottom of Python's stack."""
     through = "".join(
         f'<inOutVariable localId="{n}"><connectionPointIn><connection refLocalId="{n - 1}"/></connectionPointIn>'
         f"<connectionPointOut/><expression>a</expression></inOutVariable>"
