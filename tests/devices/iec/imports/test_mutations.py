@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 
 from exchange_documents import block, coil, contact, pou, rail, sink, source, tc6
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import PlainHost
 
@@ -149,6 +149,7 @@ def changed(draw_: st.DrawFn, most: int) -> str:
     return "".join(parts)
 
 
+@settings(deadline=None)
 @given(changed(3))
 def test_a_changed_document_compiles_or_is_refused(document: str) -> None:
     """The trees that an import makes are sound enough for every stage behind it."""
@@ -156,6 +157,7 @@ def test_a_changed_document_compiles_or_is_refused(document: str) -> None:
         compile_project([SourceFile("x.xml", document)], PlainHost())
 
 
+@settings(deadline=None)
 @given(changed(6), st.sampled_from((EPAS_4, EDITION_3)))
 def test_a_changed_document_is_read_with_messages(document: str, dialect: Dialect) -> None:
     unit, mistakes = read_source("x.xml", document, dialect)
@@ -164,6 +166,7 @@ def test_a_changed_document_is_read_with_messages(document: str, dialect: Dialec
     print_unit(unit)  # every tree that an import makes can be written
 
 
+@settings(deadline=None)
 @given(st.text(alphabet=st.characters(codec="utf-8")) | st.text(alphabet="<>/=\"' &;pouTcPlcObject\n"))
 def test_any_text_is_read_with_messages(text: str) -> None:
     read_source("x", text, EPAS_4)
