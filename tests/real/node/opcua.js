@@ -3,8 +3,9 @@
 "use strict";
 const {
     AttributeIds, ClientMonitoredItem, DataType, MessageSecurityMode, OPCUAClient, SecurityPolicy, TimestampsToReturn,
-    UserTokenType, OPCUACertificateManager, makeBrowsePath,
+    UserTokenType, makeBrowsePath,
 } = require("node-opcua-client");
+const { OPCUACertificateManager } = require("node-opcua-certificate-manager");
 
 const [url, folder, userName, password] = process.argv.slice(2);
 const COUNT = "ns=2;s=PLC_PRG.count";
