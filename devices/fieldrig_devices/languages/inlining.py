@@ -13,7 +13,7 @@ from typing import Final
 from fieldrig_devices.languages.blocks import Block, Choice, Node, blocks
 from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Instruction, Routine
 
-MOST: Final = 14  # instructions, with those of inlined calls
+MOST: Final = 8  # instructions, with those of inlined calls
 _QUOTES: Final = re.compile(r"""['\"]""")
 _FRAME: Final = re.compile(r"\bframe \+ (\d+)\b|\bframe\b")
 _BASE: Final = re.compile(r"\bbase \+ (\d+)\b|\bbase\b")

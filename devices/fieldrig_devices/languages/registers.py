@@ -31,18 +31,19 @@ def kept(texts: Sequence[str], registers: Collection[str], *, is_loop: bool) -> 
     if not names:
         return [], list(texts)
     loads = [f"{name} = {text}" for text, name in names.items() if is_loop or not _is_written_first(texts, text)]
-    return loads, [_replaced(text, names) for text in texts]
+    return loads, [_replaced(text, names) if "M[" in text else text for text in texts]
 
 
 def _worthwhile(texts: Sequence[str], registers: Collection[str], is_loop: bool) -> Iterator[str]:
     reads: dict[str, int] = {}
     for text in texts:
-        write = _WRITE.match(text)
-        for cell in _CELL.findall(text, write.end() if write else 0):
-            if cell in registers:
-                reads[cell] = reads.get(cell, 0) + 1
+        if "M[" in text:
+            write = _WRITE.match(text)
+            for cell in _CELL.findall(text, write.end() if write else 0):
+                if cell in registers:
+                    reads[cell] = reads.get(cell, 0) + 1
     for cell, count in reads.items():
-        if is_loop or count >= FEWEST or _is_written_first(texts, cell):
+        if is_loop or count >= FEWEST or (count > 1 and _is_written_first(texts, cell)):
             yield cell
 
 
@@ -50,12 +51,7 @@ def _is_written_first(texts: Sequence[str], cell: str) -> bool:
     """True if a block writes the cell, in every case, before it reads it."""
     first = next(text for text in texts if cell in text)
     write = _WRITE.match(first)
-    is_always = _depth(first) == min(map(_depth, texts))
-    return write is not None and write[1] == cell and is_always and cell not in first[write.end() :]
-
-
-def _depth(text: str) -> int:
-    return len(text) - len(text.lstrip())
+    return write is not None and write[1] == cell and first[0] != " " and cell not in first[write.end() :]
 
 
 def _replaced(text: str, names: dict[str, str]) -> str:
