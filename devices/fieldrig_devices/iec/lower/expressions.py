@@ -43,7 +43,7 @@ ARITHMETIC: Final = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*"}
 class Expressions:
     def __init__(self, places: Places) -> None:
         self._places = places
-        places.value_of = self.value
+        places.value_of, places.raw_of = self.value, self.raw
 
     def value(self, expression: Expression, emitter: Emitter) -> Value:
         """Add the lines that compute an expression, and return its value in the range of its type."""
@@ -279,4 +279,3 @@ def _quotient(text: str, kind: Elementary, sign: str, left: Value, right: Value)
         return Value(text, kind, 0 if left.low >= 0 else -most, most)
     most = max(abs(left.low), abs(left.high)) // max(right.low, 1)
     return Value(text, kind, 0 if left.low >= 0 and right.low >= 0 else -most, most)
-
