@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
@@ -18,12 +19,14 @@ from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
+from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
 from fieldrig_devices.max4.faults import MODELS, MemoryLost, Overrun, PowerOff
@@ -31,11 +34,12 @@ from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
-from fieldrig_devices.max4.project import PROGRAM_FILE, Project
+from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.settings import Max4Settings
@@ -56,10 +60,12 @@ class Max4(Device):
         name: str,
         settings: Max4Settings,
         store: Store,
+        background: Background,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
+        opcua: Link[OpcUaMessage] | None = None,
     ) -> None:
         """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -103,10 +109,12 @@ class Max4(Device):
         self.can = None if can is None else SharedLink(can)
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
-        self.plc = Plc(clock, self)
+        self.plc = Plc(clock, self, background)
         self._debugging = DebugService(clock, PlcDebuggee(self))
         self._field_buses.add_objects(self.tree)
         self.plc.check_settings()
+        self.opcua = None if opcua is None else OpcUaNodes(self, opcua)
+        """The nodes for OPC UA, or None without a link to such a bus."""
 
     # ---- power, boot, reset
 
@@ -373,8 +381,10 @@ class Max4(Device):
         return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
 
     def renew_points(self) -> None:
-        """Make the points anew, because another program has been loaded."""
+        """Make the points again, because another program has been loaded, and offer the new nodes."""
         self._points = points(self)
+        if self.opcua is not None:
+            self.opcua.changed()
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:

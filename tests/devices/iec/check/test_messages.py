@@ -57,7 +57,7 @@ TYPES = [
     ("IF x THEN ; END_IF", ["3:4 the condition x is an INT; a BOOL"]),
     ("WHILE r DO ; END_WHILE", ["3:7 the condition r is a REAL; a BOOL"]),
     ("x := SQRT(b);", ["3:6 SQRT with BOOL; one number"]),
-    ("x := MAX(b, 3);", ["3:6 MAX with BOOL, the number 3; at least two values"]),
+    ("x := MAX(b, 3);", ["3:6 MAX with BOOL, the number 3; at least two values of the same kind"]),
 ]
 
 CALLS = [

@@ -1,0 +1,104 @@
+"""The devices behind a server: requests with their answers, and what each device offers."""
+
+import asyncio
+import logging
+from collections.abc import Callable, Sequence
+from typing import Final, TypeVar
+
+from fieldrig.link import Link
+from fieldrig_bus.opcua.message import (
+    ANSWERS,
+    MOST_PATHS,
+    Answer,
+    AnyValue,
+    Browse,
+    Call,
+    Find,
+    Node,
+    Nodes,
+    Offer,
+    OpcUaMessage,
+    Outcome,
+    Outcomes,
+    Read,
+    Request,
+    Status,
+    Write,
+)
+
+log = logging.getLogger(__name__)
+
+A = TypeVar("A", Nodes, Outcomes)
+
+PATIENCE_S: Final = 2.0
+"""How long the server waits for a device; a device that is busy with its ring still answers between two cycles."""
+NO_ANSWER: Final = Outcome(Status.NO_ANSWER)
+
+
+class Devices:
+    def __init__(self, link: Link[OpcUaMessage], on_offer: Callable[[Offer], None]) -> None:
+        self._link, self._on_offer = link, on_offer
+        self._exchange = 0
+        self._waiting: dict[int, asyncio.Future[Answer]] = {}
+        link.on_receive(self._on_message)
+
+    async def children(self, device: str, path: str) -> list[Node] | None:
+        """Return all children of a node; None if the device does not answer."""
+        found: list[Node] = []
+        while True:
+            answer = await self._ask(Browse(device, self._next(), path, len(found)), Nodes)
+            if answer is None:
+                return None
+            found += answer.nodes
+            if answer.is_complete or not answer.nodes:
+                return found
+
+    async def find(self, device: str, path: str) -> Node | None:
+        answer = await self._ask(Find(device, self._next(), path), Nodes)
+        return answer.nodes[0] if answer is not None and answer.nodes else None
+
+    async def read(self, device: str, paths: Sequence[str]) -> list[Outcome]:
+        """Return an outcome for each path."""
+        found: list[Outcome] = []
+        for first in range(0, len(paths), MOST_PATHS):
+            some = tuple(paths[first : first + MOST_PATHS])
+            answer = await self._ask(Read(device, self._next(), some), Outcomes)
+            is_whole = answer is not None and len(answer.outcomes) == len(some)
+            found += answer.outcomes if answer is not None and is_whole else [NO_ANSWER] * len(some)
+        return found
+
+    async def write(self, device: str, path: str, value: AnyValue) -> Outcome:
+        return await self._outcome(Write(device, self._next(), path, value))
+
+    async def call(self, device: str, path: str) -> Outcome:
+        return await self._outcome(Call(device, self._next(), path))
+
+    async def _outcome(self, request: Request) -> Outcome:
+        answer = await self._ask(request, Outcomes)
+        return answer.outcomes[0] if answer is not None and answer.outcomes else NO_ANSWER
+
+    async def _ask(self, request: Request, kind: type[A]) -> A | None:
+        """Return the answer; None if there is none in time."""
+        loop = asyncio.get_running_loop()
+        answer = self._waiting[request.exchange] = loop.create_future()
+        self._link.send(request)
+        try:
+            found = await asyncio.wait_for(answer, PATIENCE_S)
+        except TimeoutError:
+            log.warning("%s has not answered within %s s", request.device, PATIENCE_S)
+            return None
+        finally:
+            self._waiting.pop(request.exchange, None)
+        return found if isinstance(found, kind) else None
+
+    def _next(self) -> int:
+        self._exchange += 1
+        return self._exchange
+
+    def _on_message(self, message: OpcUaMessage) -> None:
+        if isinstance(message, Offer):
+            self._on_offer(message)
+        elif isinstance(message, ANSWERS):
+            waiting = self._waiting.get(message.exchange)
+            if waiting is not None and not waiting.done():
+                waiting.set_result(message)

@@ -1,0 +1,154 @@
+"""Messages between an OPC UA server and the devices whose nodes it shows.
+
+The server asks, and the device that a request names answers with the same `exchange`.  A device first makes an `Offer`;
+a later one says that its nodes have changed.  Paths identify nodes within a device and are the identifiers of their
+NodeIds.  Messages are never changed.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Final
+
+from fieldrig.device import Value
+
+LONGEST_PATH: Final = 1024
+"""Longest path, name or unit, in characters."""
+LONGEST_TEXT: Final = 4096
+MOST_NODES: Final = 100
+"""Nodes in one answer; the server asks for the rest."""
+MOST_PATHS: Final = 200
+"""Paths in one Read."""
+MOST_ELEMENTS: Final = 10_000
+"""Elements of an array that is read or written as a whole."""
+
+AnyValue = Value | list[Value]
+
+
+class Kind(Enum):
+    OBJECT = "object"
+    VARIABLE = "variable"
+    METHOD = "method"
+
+
+class Status(Enum):
+    GOOD = "good"
+    UNKNOWN = "unknown"
+    """There is no such node."""
+    NOT_WRITABLE = "not writable"
+    TYPE_MISMATCH = "type mismatch"
+    OUT_OF_RANGE = "out of range"
+    REFUSED = "refused"
+    """Not possible in the present state."""
+    NO_ANSWER = "no answer"
+    """The device does not answer; only the server uses it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """One node as a client sees it; `parent` is a path, empty for the device itself."""
+
+    path: str
+    parent: str
+    name: str
+    kind: Kind = Kind.VARIABLE
+    type: str = ""
+    """IEC 61131-3 type of a variable, or of the elements of an array, such as DINT; empty otherwise."""
+    length: int | None = None
+    """Number of elements of an array; None for a single value."""
+    is_writable: bool = False
+    has_children: bool = False
+    unit: str = ""
+    about: str = ""
+    low: float | None = None
+    high: float | None = None
+    """The range of the value, if it is narrower than that of the type."""
+    choices: tuple[tuple[str, int], ...] = ()
+    """The values of an enumeration."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    device: str
+    about: str
+    generation: int
+    """Counts the changes of the nodes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Browse:
+    """Asks for children from number `first` on, in order; of the device itself if the path is empty."""
+
+    device: str
+    exchange: int
+    path: str
+    first: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Find:
+    device: str
+    exchange: int
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    device: str
+    exchange: int
+    paths: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    device: str
+    exchange: int
+    path: str
+    value: AnyValue
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    device: str
+    exchange: int
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Nodes:
+    """The answer to Browse, and to Find (one node or none)."""
+
+    exchange: int
+    nodes: tuple[Node, ...]
+    is_complete: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    status: Status
+    value: AnyValue | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcomes:
+    """The answer to Read, with an outcome for each path, and to Write and Call, with one."""
+
+    exchange: int
+    outcomes: tuple[Outcome, ...]
+
+
+Request = Browse | Find | Read | Write | Call
+Answer = Nodes | Outcomes
+OpcUaMessage = Offer | Request | Answer
+REQUESTS: Final = (Browse, Find, Read, Write, Call)
+ANSWERS: Final = (Nodes, Outcomes)
+
+
+def check_sent(message: Any) -> None:
+    """Raise TypeError or ValueError for a message that can't be on an OPC UA bus."""
+    if not isinstance(message, (Offer, *REQUESTS, *ANSWERS)):
+        raise TypeError(f"expected a message of OPC UA, found {type(message).__name__}")
+    if isinstance(message, Nodes) and len(message.nodes) > MOST_NODES:
+        raise ValueError(f"{len(message.nodes)} nodes, expected at most {MOST_NODES}")
+    if isinstance(message, Read) and len(message.paths) > MOST_PATHS:
+        raise ValueError(f"{len(message.paths)} paths, expected at most {MOST_PATHS}")

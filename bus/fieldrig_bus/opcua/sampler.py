@@ -1,0 +1,78 @@
+"""Samples the values that clients have subscribed to, each at its interval, and nothing while nobody has.
+
+Monitored items of the same interval are read in one request to each device.
+"""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Iterable
+from typing import Final
+
+from asyncua import ua
+
+log = logging.getLogger(__name__)
+
+FASTEST_MS: Final = 1.0
+DEFAULT_MS: Final = 100.0
+"""Interval for clients that leave it to the server with 0 (OPC 10000-4, 5.13.1.2: "the fastest practical rate")."""
+SLOWEST_MS: Final = 3_600_000.0
+
+Item = tuple[int, int]
+"""Subscription and monitored item."""
+
+
+def revised_ms(requested_ms: float, publishing_ms: float, fastest_ms: float) -> float:
+    """Return the interval that the server uses; -1 asks for that of the subscription (OPC 10000-4, 5.13.1.2)."""
+    wanted = publishing_ms if requested_ms < 0 else DEFAULT_MS if requested_ms == 0 else requested_ms
+    return min(max(wanted, fastest_ms), SLOWEST_MS)
+
+
+class Sampler:
+    def __init__(self, sample: Callable[[list[ua.NodeId]], Awaitable[None]]) -> None:
+        self._sample = sample
+        self._items: dict[Item, tuple[ua.NodeId, float]] = {}
+        self._tasks: dict[float, asyncio.Task[None]] = {}
+
+    @property
+    def intervals_ms(self) -> list[float]:
+        """The intervals at which devices are asked at present."""
+        return sorted(self._tasks)
+
+    def add(self, item: Item, node_id: ua.NodeId, interval_ms: float) -> None:
+        self._items[item] = node_id, interval_ms
+        if interval_ms not in self._tasks:
+            self._tasks[interval_ms] = asyncio.get_running_loop().create_task(self._run(interval_ms))
+
+    def change(self, item: Item, interval_ms: float) -> None:
+        if item in self._items:
+            node_id, _ = self._items.pop(item)
+            self.add(item, node_id, interval_ms)
+            self._end_unused()
+
+    def remove(self, items: Iterable[Item]) -> None:
+        for item in items:
+            self._items.pop(item, None)
+        self._end_unused()
+
+    def remove_subscription(self, number: int) -> None:
+        self.remove([item for item in self._items if item[0] == number])
+
+    async def close(self) -> None:
+        self._items.clear()
+        tasks = list(self._tasks.values())
+        self._end_unused()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _end_unused(self) -> None:
+        used = {interval_ms for _, interval_ms in self._items.values()}
+        for interval_ms in [one for one in self._tasks if one not in used]:
+            self._tasks.pop(interval_ms).cancel()
+
+    async def _run(self, interval_ms: float) -> None:
+        loop = asyncio.get_running_loop()
+        due_s = loop.time()
+        while True:
+            due_s = max(due_s + interval_ms / 1e3, loop.time())  # a busy host leaves samples out
+            await asyncio.sleep(due_s - loop.time())
+            nodes = {node_id: None for node_id, own_ms in self._items.values() if own_ms == interval_ms}
+            await self._sample(list(nodes))

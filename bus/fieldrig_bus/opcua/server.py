@@ -1,0 +1,216 @@
+"""`opcua.server`: any OPC UA client can browse, read, write, subscribe to and call the nodes of the devices.
+
+Source: OPC 10000-3, -4, -6 and -8; the protocol itself is asyncua's.  On loopback the server is open.  Beyond it, and
+with `security: sign_and_encrypt` everywhere, it accepts only Basic256Sha256 with signed and encrypted messages, and the
+users of the rig file with the rig's token as password.  Clients may use any certificate: users prove themselves by the
+token.  Left out: history, alarms and conditions, index ranges, transfer of subscriptions.
+"""
+
+import asyncio
+import logging
+import re
+import socket
+from collections.abc import Collection, Hashable, Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final, Literal
+
+from asyncua import Server, ua
+from pydantic import Field
+
+from fieldrig.bus import Hub, ModelBus, Port, Time
+from fieldrig.device import Tool, python_line
+from fieldrig.errors import BusError
+from fieldrig.net import bind_remedy, is_loopback, split_address
+from fieldrig.settings import WrongKey
+from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
+from fieldrig.wording import closest
+from fieldrig_bus.net import Address, HubSettings
+from fieldrig_bus.opcua import codec, message
+from fieldrig_bus.opcua.address_space import AddressSpace
+from fieldrig_bus.opcua.certificate import make_certificate
+from fieldrig_bus.opcua.devices import Devices
+from fieldrig_bus.opcua.message import ANSWERS, REQUESTS, Offer, OpcUaMessage
+from fieldrig_bus.opcua.model import SERVER, OpcUaModel
+from fieldrig_bus.opcua.session import Backend
+from fieldrig_bus.opcua.users import Right, Users
+
+log = logging.getLogger(__name__)
+
+SECURE: Final = [ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt]
+OPEN: Final = [ua.SecurityPolicyType.NoSecurity]
+
+
+class OpcUaSettings(HubSettings):
+    listen: Address = Field(default="127.0.0.1:4840", description="host:port for clients")
+    security: Literal["auto", "sign_and_encrypt"] = Field(
+        default="auto",
+        description="sign_and_encrypt: Basic256Sha256 and users also on loopback; auto: beyond loopback only",
+    )
+    users: dict[str, Right] = Field(
+        default={"fieldrig": "write"},
+        min_length=1,
+        description="user names with their rights, read or write; the password of all is the rig's token",
+    )
+    fastest_sampling_ms: Annotated[float, Field(ge=1, le=60_000)] = Field(
+        default=10.0, description="shortest sampling interval of subscriptions"
+    )
+
+    order: list[str] = Field(
+        default_factory=list,
+        description="devices in the order of their namespaces, from index 2 on; others follow as they arrive",
+    )
+
+    def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
+        for place, device in enumerate(self.order):
+            if device not in members:
+                yield WrongKey(("order", place), f"{device} has no link to this bus", closest(device, list(members)))
+
+    @property
+    def is_secure(self) -> bool:
+        return self.security == "sign_and_encrypt" or not is_loopback(split_address(self.listen)[0])
+
+
+class OpcUaServer(ModelBus[OpcUaMessage]):
+    about: ClassVar[str] = "OPC UA: any client can browse, read, write and subscribe to the devices of this bus"
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
+    family: ClassVar[str] = "opcua"
+    messages: ClassVar[tuple[type, ...]] = (Offer, *REQUESTS, *ANSWERS)
+    own_process: ClassVar[bool] = True
+
+    encode = staticmethod(codec.encode)
+    decode = staticmethod(codec.decode)
+    show = staticmethod(codec.show)
+    check = staticmethod(message.check_sent)
+
+    def __init__(self, name: str, settings: OpcUaSettings) -> None:
+        super().__init__(name, settings)
+
+    def model(self) -> OpcUaModel:
+        return OpcUaModel()
+
+    @staticmethod
+    def standing_of(message: OpcUaMessage) -> Hashable:
+        """An offer stands until the device makes another one."""
+        return message.device if isinstance(message, Offer) else None
+
+    def ports(self) -> Sequence[Port]:
+        logging.getLogger("asyncua").setLevel(logging.WARNING)  # it reports every request otherwise
+        return (OpcUaPort(self.name, self.settings),)
+
+    def tools(self, run: Path) -> list[Tool]:
+        host, port = split_address(self.settings.listen)
+        url = f"opc.tcp://{host}:{port}"
+        if self.settings.is_secure:
+            return [Tool("OPC UA", f"{url}, Basic256Sha256, users: {', '.join(self.settings.users)}")]
+        code = (
+            "from asyncua.sync import Client\n"
+            f"with Client({url!r}) as c: print(c.nodes.objects.get_children_descriptions())"
+        )
+        return [Tool("OPC UA", url), Tool("asyncua", python_line(code))]
+
+
+class OpcUaPort(Port):
+    def __init__(self, name: str, settings: OpcUaSettings) -> None:
+        self._name, self._settings = name, settings
+        self._server: Server | None = None
+        self._changes: Any = None
+        self._offers: dict[str, int] = {}
+        self._taking = asyncio.Lock()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def number(self) -> int:
+        """The TCP port on which it listens."""
+        if self._server is not None and self._server.bserver is not None:
+            return int(self._server.bserver._server.sockets[0].getsockname()[1])
+        return split_address(self._settings.listen)[1]
+
+    async def open(self, hub: Hub) -> None:
+        host, port = split_address(self._settings.listen)
+        backend = Backend(self._users(), self._settings.fastest_sampling_ms)
+        server = Server(iserver=backend)
+        await server.init()
+        run = hub.path("opcua")
+        rig = re.sub(r"\W", "-", run.parent.name)
+        self._application = f"urn:fieldrig:{rig}"
+        await server.set_application_uri(f"{self._application}:{self._name}")
+        server.set_server_name(f"fieldrig {rig}")
+        server.set_endpoint(f"opc.tcp://{host}:{port}")
+        await self._secure(server, run, host)
+        self._server, self._backend = server, backend
+        link = hub.join(SERVER)
+        self._hub = hub
+        backend.devices = Devices(link, self._on_offer)
+        backend.space = self._space = AddressSpace(server, backend.devices)
+        for device in self._settings.order:
+            await self._namespace(device)
+        self._changes = await server.get_event_generator(ua.ObjectIds.GeneralModelChangeEventType)
+        self._changes.event.data_types["Changes"] = ua.VariantType.ExtensionObject
+        try:
+            await server.start()
+        except OSError as cause:
+            raise BusError(f"can't listen at {self._settings.listen}: {cause}", bind_remedy(cause)) from cause
+
+    async def close(self) -> None:
+        if self._server is not None:
+            for task in self._tasks:
+                task.cancel()
+            await self._backend.sampler.close()
+            if self._server.bserver is not None:
+                await self._server.stop()
+            self._hub.leave(SERVER)
+            self._server = None
+
+    # ---- what is behind it
+
+    def _on_offer(self, offer: Offer) -> None:
+        task = asyncio.get_running_loop().create_task(self._take(offer))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _take(self, offer: Offer) -> None:
+        """Show a new device, or what has changed in one."""
+        async with self._taking:
+            if self._offers.get(offer.device) == offer.generation:
+                return
+            self._offers[offer.device] = offer.generation
+            if not self._space.is_known(offer.device):
+                index = await self._namespace(offer.device)
+                self._space.add_device(offer.device, offer.about, index)
+                return
+            changes = await self._space.update(offer.device)
+            self._changes.event.Changes = changes
+            self._changes.event.Message = ua.LocalizedText(f"the nodes of {offer.device} have changed")
+            await self._changes.trigger()
+
+    async def _namespace(self, device: str) -> int:
+        assert self._server is not None
+        index: int = await self._server.register_namespace(f"{self._application}:{device}")
+        return index
+
+    # ---- security
+
+    def _users(self) -> Users:
+        settings = self._settings
+        if not settings.is_secure:
+            return Users(settings.users, token(), is_open=True)
+        make_token()
+        password = token()
+        if password is None:
+            raise BusError(
+                f"{self._name}: {settings.listen} needs users with a password, and the rig has no token",
+                f"set {TOKEN_VARIABLE}, or name a file for the token in {FILE_VARIABLE}",
+            )
+        return Users(settings.users, password, is_open=False)
+
+    async def _secure(self, server: Server, run: Path, host: str) -> None:
+        if not self._settings.is_secure:
+            server.set_security_policy(OPEN)
+            server.set_identity_tokens([ua.AnonymousIdentityToken, ua.UserNameIdentityToken])
+            return
+        name = socket.gethostname() if host in ("0.0.0.0", "::") else host
+        certificate, key = await make_certificate(run / self._name, server.get_application_uri(), name)
+        await server.load_certificate(certificate)
+        await server.load_private_key(key)
+        server.set_security_policy(SECURE)
+        server.set_identity_tokens([ua.UserNameIdentityToken])

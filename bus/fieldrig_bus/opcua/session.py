@@ -1,0 +1,248 @@
+"""A client's session: what concerns nodes of devices is answered by the devices, everything else by the library."""
+
+import contextlib
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Final
+
+from asyncua import ua
+from asyncua.crypto.permission_rules import User, UserRole
+from asyncua.server.internal_server import InternalServer
+from asyncua.server.internal_session import InternalSession
+
+from fieldrig_bus.opcua.address_space import AddressSpace
+from fieldrig_bus.opcua.devices import Devices
+from fieldrig_bus.opcua.mapping import STATUS_CODES, WrongValueError, from_variant, to_variant
+from fieldrig_bus.opcua.message import Kind, Node, Outcome, Status
+from fieldrig_bus.opcua.sampler import Sampler, revised_ms
+from fieldrig_bus.opcua.users import Users
+
+_VALUE: Final = ua.AttributeIds.Value
+BAD_NOT_WRITABLE: Final[int] = ua.StatusCodes.BadNotWritable
+BAD_NODE_ID_UNKNOWN: Final[int] = ua.StatusCodes.BadNodeIdUnknown
+BAD_USER_ACCESS_DENIED: Final[int] = ua.StatusCodes.BadUserAccessDenied
+BAD_WRITE_NOT_SUPPORTED: Final[int] = ua.StatusCodes.BadWriteNotSupported
+BAD_TYPE_MISMATCH: Final[int] = ua.StatusCodes.BadTypeMismatch
+
+
+class Backend(InternalServer):  # type: ignore[misc]
+    """The library's server, with sessions of ours, and with what they have in common."""
+
+    def __init__(self, users: Users, fastest_ms: float) -> None:
+        self.space: AddressSpace | None = None
+        self.devices: Devices | None = None
+        self.sampler = Sampler(self.sample)
+        self.fastest_ms, self.users = fastest_ms, users
+        super().__init__(user_manager=users)
+
+    def create_session(
+        self,
+        name: str,
+        user: User = User(role=UserRole.Anonymous),  # noqa: B008  as in the base class
+        external: bool = False,
+    ) -> InternalSession:
+        return Session(self, self.aspace, self.subscription_service, name, user=user, external=external)
+
+    async def values(self, node_ids: Sequence[ua.NodeId]) -> list[ua.DataValue]:
+        """Return the present values of variables."""
+        assert self.space is not None
+        assert self.devices is not None
+        found: dict[ua.NodeId, ua.DataValue] = {}
+        by_device: dict[str, list[tuple[ua.NodeId, Node]]] = {}
+        for node_id in dict.fromkeys(node_ids):
+            node = self.space.node(node_id)
+            if node is None:
+                found[node_id] = _data_value(ua.StatusCodes.BadNodeIdUnknown)
+            else:
+                by_device.setdefault(self.space.device(node_id), []).append((node_id, node))
+        for device, asked in by_device.items():
+            outcomes = await self.devices.read(device, [node.path for _, node in asked])
+            for (node_id, node), outcome in zip(asked, outcomes, strict=True):
+                found[node_id] = _shown(node, outcome)
+        return [found[node_id] for node_id in node_ids]
+
+    async def sample(self, node_ids: list[ua.NodeId]) -> None:
+        """Read variables, and pass those that have changed to their subscriptions."""
+        for node_id, value in zip(node_ids, await self.values(node_ids), strict=True):
+            if node_id in self.aspace:
+                await self.aspace.write_attribute_value(node_id, _VALUE, value)
+
+
+class Session(InternalSession):  # type: ignore[misc]
+    iserver: Backend
+
+    @property
+    def may_write(self) -> bool:
+        return self.iserver.users.may_write(self.user)
+
+    async def browse(self, params: ua.BrowseParameters) -> list[ua.BrowseResult]:
+        for one in params.NodesToBrowse:
+            await self._space.browse(one.NodeId)
+        results: list[ua.BrowseResult] = await super().browse(params)
+        return results
+
+    async def translate_browsepaths_to_nodeids(self, params: list[ua.BrowsePath]) -> list[ua.BrowsePathResult]:
+        for path in params:
+            await self._walk(path)
+        results: list[ua.BrowsePathResult] = await super().translate_browsepaths_to_nodeids(params)
+        return results
+
+    async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
+        for one in params.NodesToRead:
+            await self._space.ensure(one.NodeId)
+        results: list[ua.DataValue] = await super().read(params)
+        ours = [
+            place
+            for place, one in enumerate(params.NodesToRead)
+            if one.AttributeId == _VALUE and self._is_variable(one.NodeId)
+        ]
+        values = await self.iserver.values([params.NodesToRead[place].NodeId for place in ours])
+        for place, value in zip(ours, values, strict=True):
+            results[place] = value
+        if not self.may_write:
+            self._hide_rights(params, results)
+        return results
+
+    async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
+        results = []
+        for one in params.NodesToWrite:
+            await self._space.ensure(one.NodeId)
+            results.append(ua.StatusCode(await self._write(one)))
+        return results
+
+    async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
+        results = []
+        for one in params:
+            await self._space.ensure(one.MethodId)
+            node = self._space.node(one.MethodId)
+            if node is None or node.kind is not Kind.METHOD:
+                results += await super().call([one])
+                continue
+            results.append(await self._call(one, node))
+        return results
+
+    async def create_monitored_items(
+        self, params: ua.CreateMonitoredItemsParameters
+    ) -> list[ua.MonitoredItemCreateResult]:
+        for one in params.ItemsToCreate:
+            await self._space.ensure(one.ItemToMonitor.NodeId)
+        ours = [
+            place
+            for place, one in enumerate(params.ItemsToCreate)
+            if one.ItemToMonitor.AttributeId == _VALUE and self._is_variable(one.ItemToMonitor.NodeId)
+        ]
+        await self.iserver.sample([params.ItemsToCreate[place].ItemToMonitor.NodeId for place in ours])
+        results: list[ua.MonitoredItemCreateResult] = await super().create_monitored_items(params)
+        for place in ours:
+            asked, result = params.ItemsToCreate[place], results[place]
+            if result.StatusCode.is_good():
+                interval_ms = self._revised_ms(params.SubscriptionId, asked.RequestedParameters.SamplingInterval)
+                result.RevisedSamplingInterval = interval_ms
+                item = params.SubscriptionId, result.MonitoredItemId
+                self.iserver.sampler.add(item, asked.ItemToMonitor.NodeId, interval_ms)
+        return results
+
+    async def modify_monitored_items(
+        self, params: ua.ModifyMonitoredItemsParameters
+    ) -> list[ua.MonitoredItemModifyResult]:
+        results: list[ua.MonitoredItemModifyResult] = await super().modify_monitored_items(params)
+        for asked, result in zip(params.ItemsToModify, results, strict=True):
+            interval_ms = self._revised_ms(params.SubscriptionId, asked.RequestedParameters.SamplingInterval)
+            result.RevisedSamplingInterval = interval_ms
+            self.iserver.sampler.change((params.SubscriptionId, asked.MonitoredItemId), interval_ms)
+        return results
+
+    async def delete_monitored_items(self, params: ua.DeleteMonitoredItemsParameters) -> list[ua.StatusCode]:
+        self.iserver.sampler.remove((params.SubscriptionId, number) for number in params.MonitoredItemIds)
+        results: list[ua.StatusCode] = await super().delete_monitored_items(params)
+        return results
+
+    async def delete_subscriptions(self, ids: Sequence[int]) -> list[ua.StatusCode]:
+        for number in ids:
+            self.iserver.sampler.remove_subscription(number)
+        results: list[ua.StatusCode] = await super().delete_subscriptions(ids)
+        return results
+
+    # ---- nodes of devices
+
+    @property
+    def _space(self) -> AddressSpace:
+        assert self.iserver.space is not None
+        return self.iserver.space
+
+    def _is_variable(self, node_id: ua.NodeId) -> bool:
+        node = self._space.node(node_id)
+        return node is not None and node.kind is Kind.VARIABLE
+
+    def _revised_ms(self, subscription: int, requested_ms: float) -> float:
+        own = self.subscription_service.subscriptions.get(subscription)
+        publishing_ms = own.data.RevisedPublishingInterval if own is not None else 0.0
+        return revised_ms(requested_ms, publishing_ms, self.iserver.fastest_ms)
+
+    def _hide_rights(self, params: ua.ReadParameters, results: list[ua.DataValue]) -> None:
+        """Show users without write access that they have none."""
+        for place, one in enumerate(params.NodesToRead):
+            if one.AttributeId == ua.AttributeIds.UserAccessLevel and self._is_variable(one.NodeId):
+                results[place] = ua.DataValue(ua.Variant(1 << ua.AccessLevel.CurrentRead, ua.VariantType.Byte))
+
+    async def _walk(self, path: ua.BrowsePath) -> None:
+        """Add the nodes along a path of names."""
+        current = {path.StartingNode}
+        for element in path.RelativePath.Elements:
+            found = set()
+            for node_id in current:
+                await self._space.browse(node_id)
+                data = self.aspace.get(node_id)
+                references = data.references if data is not None else []
+                found |= {one.NodeId for one in references if one.BrowseName == element.TargetName}
+            current = found
+
+    async def _write(self, asked: ua.WriteValue) -> int:
+        node = self._space.node(asked.NodeId)
+        if node is None:
+            is_known = asked.NodeId in self.aspace
+            return BAD_NOT_WRITABLE if is_known else BAD_NODE_ID_UNKNOWN
+        if asked.AttributeId != _VALUE or node.kind is not Kind.VARIABLE or not node.is_writable:
+            return BAD_NOT_WRITABLE
+        if not self.may_write:
+            return BAD_USER_ACCESS_DENIED
+        if asked.IndexRange:
+            return BAD_WRITE_NOT_SUPPORTED  # elements have nodes of their own
+        if asked.Value is None or asked.Value.Value is None:
+            return BAD_TYPE_MISMATCH
+        try:
+            value = from_variant(node, asked.Value.Value)
+        except WrongValueError as cause:
+            return STATUS_CODES[cause.status]
+        assert self.iserver.devices is not None
+        outcome = await self.iserver.devices.write(self._space.device(asked.NodeId), node.path, value)
+        return STATUS_CODES[outcome.status]
+
+    async def _call(self, asked: ua.CallMethodRequest, node: Node) -> ua.CallMethodResult:
+        result = ua.CallMethodResult()
+        if not self.may_write:
+            result.StatusCode = ua.StatusCode(ua.StatusCodes.BadUserAccessDenied)
+        elif asked.InputArguments:
+            result.StatusCode = ua.StatusCode(ua.StatusCodes.BadTooManyArguments)
+        else:
+            assert self.iserver.devices is not None
+            outcome = await self.iserver.devices.call(self._space.device(asked.MethodId), node.path)
+            result.StatusCode = ua.StatusCode(STATUS_CODES[outcome.status])
+            result.InputArgumentResults = []
+        return result
+
+    async def close_session(self, delete_subs: bool = True) -> None:
+        with contextlib.suppress(ua.UaError):
+            await super().close_session(delete_subs)
+
+
+def _shown(node: Node, outcome: Outcome) -> ua.DataValue:
+    if outcome.status is not Status.GOOD or outcome.value is None:
+        return _data_value(STATUS_CODES[outcome.status])
+    now = datetime.now(UTC)
+    return ua.DataValue(to_variant(node, outcome.value), SourceTimestamp=now, ServerTimestamp=now)
+
+
+def _data_value(status: int) -> ua.DataValue:
+    now = datetime.now(UTC)
+    return ua.DataValue(ua.Variant(None), ua.StatusCode(status), SourceTimestamp=now, ServerTimestamp=now)

@@ -1,0 +1,131 @@
+"""The nodes of a MAx-4 for OPC UA: variables of the program, configuration objects with their parameters, methods.
+
+Source: PacDrive manual 6873-6887, 6941-6943 (digest PD-284): OPC gives direct access to the data of the controller.
+The manual's server speaks OPC DA on a PC; ours is OPC UA, with a node for each parameter and variable.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from fieldrig.link import Link
+from fieldrig_bus.opcua.message import AnyValue, Kind, Node, OpcUaMessage
+from fieldrig_devices.max4.configuration.tree import Object, ObjectTree, Parameter, Type
+from fieldrig_devices.opcua.face import OpcUaFace
+from fieldrig_devices.opcua.methods import Method, MethodsTree
+from fieldrig_devices.opcua.symbols import SymbolsTree
+from fieldrig_devices.opcua.tree import NodeTree, Trees, UnknownNodeError
+
+if TYPE_CHECKING:
+    from fieldrig_devices.max4.controller import Max4
+
+METHODS: Final = {
+    "start": "start the program",
+    "stop": "stop the program",
+    "reset": "reset the program to its first state",
+    "quit": "acknowledge the diagnoses of the controller and its axes",
+}
+"""Commands of an operator that are methods."""
+
+
+class ObjectNodes:
+    """Configuration objects and parameters: `belt` is an object, and `belt.Position` a variable below it."""
+
+    def __init__(self, tree: ObjectTree) -> None:
+        self._objects = {_name(one).casefold(): one for one in tree.objects()}
+        self._root = tree.root
+
+    def children(self, path: str) -> Sequence[Node]:
+        if not path:
+            return [self._object(self._root)]
+        owner = self._objects.get(path.casefold())
+        if owner is None:
+            return []
+        own = [_parameter(owner, parameter) for parameter in owner.parameters]
+        return [*own, *(self._object(child) for child in owner.children)]
+
+    def find(self, path: str) -> Node | None:
+        owner = self._objects.get(path.casefold())
+        if owner is not None:
+            return self._object(owner)
+        found = self._parameter(path)
+        return None if found is None else _parameter(*found)
+
+    def read(self, path: str) -> AnyValue:
+        return self._known(path).value
+
+    def write(self, path: str, value: AnyValue) -> None:
+        if isinstance(value, list):
+            raise TypeError(f"{path} is no array")
+        self._known(path).set(value)
+
+    def call(self, path: str) -> None:
+        raise UnknownNodeError(path)
+
+    def _known(self, path: str) -> Parameter:
+        found = self._parameter(path)
+        if found is None:
+            raise UnknownNodeError(path)
+        return found[1]
+
+    def _parameter(self, path: str) -> tuple[Object, Parameter] | None:
+        symbol, _, name = path.rpartition(".")
+        owner = self._objects.get(symbol.casefold())
+        parameters = owner.parameters if owner is not None else ()
+        found = next((one for one in parameters if one.name.casefold() == name.casefold()), None)
+        return None if owner is None or found is None else (owner, found)
+
+    def _object(self, owner: Object) -> Node:
+        parent = "" if owner is self._root or owner.parent is None else _name(owner.parent)
+        about = owner.type_name if owner.type_name != owner.name else ""
+        return Node(_name(owner), parent, _name(owner), Kind.OBJECT, has_children=True, about=about)
+
+
+def _name(owner: Object) -> str:
+    return owner.symbol or owner.name
+
+
+def _parameter(owner: Object, parameter: Parameter) -> Node:
+    has_range = parameter.type is not Type.STRING and (parameter.low, parameter.high) != (
+        parameter.type.low,
+        parameter.type.high,
+    )
+    return Node(
+        f"{_name(owner)}.{parameter.name}",
+        _name(owner),
+        parameter.name,
+        Kind.VARIABLE,
+        parameter.type.text,
+        is_writable=parameter.is_writable,
+        unit=parameter.unit,
+        about=parameter.about,
+        low=parameter.low if has_range else None,
+        high=parameter.high if has_range else None,
+    )
+
+
+class OpcUaNodes:
+    """The OPC UA face of a controller.  `program` gives the nodes of the program that is loaded."""
+
+    def __init__(self, max4: "Max4", link: Link[OpcUaMessage]) -> None:
+        self._max4 = max4
+        methods = {word: Method(about, partial(max4.operations.do, word)) for word, about in METHODS.items()}
+        self._methods = MethodsTree(methods)
+        self._face = OpcUaFace(max4.name, max4.about, link, self._nodes)
+        self._objects: tuple[ObjectTree, ObjectNodes] | None = None
+        max4.on_boot(self.changed)
+
+    def changed(self) -> None:
+        """Offer the nodes again: after a boot, a download and an online change."""
+        self._face.offer()
+
+    def _program(self) -> NodeTree | None:
+        program = self._max4.plc.program
+        return None if program is None else SymbolsTree(program.runtime.symbols, program.runtime)
+
+    def _nodes(self) -> NodeTree:
+        tree = self._max4.tree
+        if self._objects is None or self._objects[0] is not tree:
+            self._objects = tree, ObjectNodes(tree)
+        program = self._program()
+        return Trees([*([program] if program is not None else []), self._objects[1], self._methods])

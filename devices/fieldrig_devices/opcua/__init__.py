@@ -1,0 +1,1 @@
+"""The nodes that devices offer to OPC UA clients."""

@@ -1,0 +1,147 @@
+"""The variables of an IEC 61131-3 program as nodes: `PLC_PRG.belt.position`, `GVL_axes[3].speed`.
+
+Programs, instances and structures are objects with their parts below them.  An array of values is one variable, with
+its elements below it as variables of their own.  Paths are those of `iec.symbols`, so case does not matter, and the
+NodeId has the case of the declaration.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final, overload
+
+from fieldrig_bus.opcua.message import MOST_ELEMENTS, AnyValue, Kind, Node
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.symbols import Symbol, Symbols
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    Elementary,
+    EnumType,
+    ObjectType,
+    PointerType,
+    StringType,
+    SubrangeType,
+    Type,
+)
+from fieldrig_devices.opcua.tree import UnknownNodeError
+
+_UNITS: Final = {Elementary.TIME: "ms"}
+
+
+class SymbolsTree:
+    def __init__(self, symbols: Symbols, runtime: Runtime) -> None:
+        self._symbols, self._runtime = symbols, runtime
+
+    def children(self, path: str) -> Sequence[Node]:
+        symbol = self._symbols.find(path) if path else None
+        if symbol is not None and isinstance(symbol.type, ArrayType):
+            return _Elements(symbol.type, lambda index: self._node(self._element(symbol, index)))
+        return [self._node(child) for child in self._symbols.children(path)]
+
+    def find(self, path: str) -> Node | None:
+        symbol = self._symbols.find(path)
+        return None if symbol is None else self._node(symbol)
+
+    def read(self, path: str) -> AnyValue:
+        symbol = self._symbol(path)
+        if not isinstance(symbol.type, ArrayType):
+            return self._runtime.read(symbol)
+        return [self._runtime.read(element) for element in self._elements(symbol, symbol.type)]
+
+    def write(self, path: str, value: AnyValue) -> None:
+        symbol = self._symbol(path)
+        if isinstance(symbol.type, ArrayType) != isinstance(value, list):
+            raise TypeError(f"{path} is {symbol.type}")
+        if not isinstance(value, list):
+            self._runtime.write(symbol, value)
+            return
+        assert isinstance(symbol.type, ArrayType)
+        if len(value) != symbol.type.count:
+            raise ValueError(f"expected {symbol.type.count} elements, got {len(value)}")
+        for element, one in zip(self._elements(symbol, symbol.type), value, strict=True):
+            self._runtime.write(element, one)
+
+    def call(self, path: str) -> None:
+        raise UnknownNodeError(path)
+
+    def _symbol(self, path: str) -> Symbol:
+        symbol = self._symbols.find(path)
+        if symbol is None or self._node(symbol).kind is not Kind.VARIABLE:
+            raise UnknownNodeError(path)
+        return symbol
+
+    def _elements(self, symbol: Symbol, kind: ArrayType) -> Iterator[Symbol]:
+        return (self._element(symbol, index) for index in range(kind.low, kind.high + 1))
+
+    def _element(self, symbol: Symbol, index: int) -> Symbol:
+        found = self._symbols.find(f"{symbol.path}[{index}]")
+        if found is None:
+            raise UnknownNodeError(f"{symbol.path}[{index}]")
+        return found
+
+    def _node(self, symbol: Symbol) -> Node:
+        kind = symbol.type
+        node = Node(symbol.path, _parent(symbol.path), symbol.name, about=symbol.comment)
+        if isinstance(kind, ArrayType):
+            is_whole = _value_type(kind.element) is not None and kind.count <= MOST_ELEMENTS
+            return _described(node, kind.element if is_whole else kind, symbol, kind.count if is_whole else None)
+        return _described(node, kind, symbol, None)
+
+
+class _Elements(Sequence[Node]):
+    """The elements of an array as nodes, of which only those that are asked for are made."""
+
+    def __init__(self, kind: ArrayType, node: Callable[[int], Node]) -> None:
+        self._kind, self._node = kind, node
+
+    def __len__(self) -> int:
+        return self._kind.count
+
+    @overload
+    def __getitem__(self, place: int) -> Node: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Node]: ...
+
+    def __getitem__(self, place: int | slice) -> Node | Sequence[Node]:
+        indices = range(self._kind.low, self._kind.high + 1)[place]
+        return [self._node(one) for one in indices] if isinstance(indices, range) else self._node(indices)
+
+
+def _parent(path: str) -> str:
+    """Return the path that leads to this one: `a` for `a.b` and `a[1]`, `a[1]` for `a[1,2]`."""
+    cut = max(path.rfind("."), path.rfind("["), path.rfind(","))
+    return "" if cut < 0 else f"{path[:cut]}]" if path[cut] == "," else path[:cut]
+
+
+def _value_type(kind: Type) -> str | None:
+    """Return the name of the type of a value; None for what consists of parts."""
+    match kind:
+        case Elementary():
+            return str(kind.value)
+        case StringType():
+            return "STRING"
+        case EnumType():
+            return "ENUM"
+        case SubrangeType():
+            return str(kind.base.value)
+        case PointerType() | ObjectType():
+            return "DWORD"
+        case _:
+            return None
+
+
+def _described(node: Node, kind: Type, symbol: Symbol, length: int | None) -> Node:
+    type_name = _value_type(kind)
+    return Node(
+        node.path,
+        node.parent,
+        node.name,
+        Kind.OBJECT if type_name is None else Kind.VARIABLE,
+        type_name or "",
+        length,
+        symbol.is_writable and type_name is not None,
+        type_name is None or length is not None,
+        _UNITS.get(kind, "") if isinstance(kind, Elementary) else "",
+        node.about,
+        kind.low if isinstance(kind, SubrangeType) else None,
+        kind.high if isinstance(kind, SubrangeType) else None,
+        tuple(kind.values.items()) if isinstance(kind, EnumType) else (),
+    )
