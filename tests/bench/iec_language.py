@@ -286,7 +286,7 @@ LINES = 6_000
 
 
 def generated(lines: int) -> str:
-    """Return a project with about so many lines: function blocks of all kinds of statements."""
+    """Return a project with about this number of lines: function blocks of all kinds of statements."""
     parts = [
         f"""FUNCTION_BLOCK Station{number}
 VAR_INPUT enable, sensor : BOOL; target : REAL; END_VAR

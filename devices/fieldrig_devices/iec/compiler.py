@@ -1,4 +1,4 @@
-"""From source files to a compiled program: parse, check, place, lower, and compile the Python.
+"""Compiles source files to a program: parse, check, place, lower, and compile the Python.
 
 The result can be pickled, so that another process can do the work (PD-032 to PD-034: what does not compile is never
 loaded).  All mistakes of all files are reported at once.
@@ -45,7 +45,7 @@ class SourceFile:
 @dataclass(slots=True)
 class Compiled:
     program: Program
-    """What was declared; the bodies of the POUs are only in the code."""
+    """The declarations; the bodies of the POUs are only in the code."""
     code: Lowered
     layout: Layout
     files: tuple[SourceFile, ...] = ()

@@ -1,4 +1,4 @@
-"""Short routines whose instructions run in place of their calls, so that a call of a small block costs no Python call.
+"""Short routines whose instructions run instead of their calls, so that a call of a small block costs no Python call.
 
 Only the FAST build does this.  A routine qualifies if it is one block with its END as the last instruction, and calls
 at most others that qualify.  It cannot be interrupted then, so nothing ever resumes in the middle of it; a fault in it

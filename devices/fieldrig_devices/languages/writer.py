@@ -47,7 +47,7 @@ class Line(NamedTuple):
     text: str
     pc: int
     calls: tuple[tuple[int, int], ...] = ()
-    """For a line of inlined routines: their numbers and their instructions, outermost first."""
+    """The inlined routines that the line belongs to, as their numbers and their instructions, outermost first."""
 
 
 class Callee(NamedTuple):

@@ -197,7 +197,7 @@ def test_what_is_reached_in_two_ways_is_one_and_the_same() -> None:
         ]
 
 
-def test_a_fault_in_a_block_that_runs_in_place_of_its_call_has_its_own_place() -> None:
+def test_a_fault_in_an_inlined_block_has_its_own_place() -> None:
     text = """FUNCTION_BLOCK Inner
 VAR_INPUT x : INT; END_VAR
 VAR y : INT; END_VAR
