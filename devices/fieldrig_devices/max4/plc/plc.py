@@ -36,7 +36,7 @@ from fieldrig_devices.max4.plc.compiling import (
 )
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 from fieldrig_devices.max4.plc.task_reports import TaskReports, call_hierarchy
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Plc:
         self._job: Job | None = None
         self.progress = ""
         """The progress of a program that is not loaded yet; empty if there is none."""
-        self.program: LoadedProgram | None = None
+        self.program: RetainingProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
         self.last_fault: Fault | None = None
@@ -222,7 +222,7 @@ class Plc:
         self._unload()
         self._reports.reset()
         host = self._host()
-        self.program = LoadedProgram(
+        self.program = RetainingProgram(
             self._clock, compiled, host, self, controller.ram, controller.disk.section("RETAIN.MAP")
         )
         if is_cold:
@@ -347,13 +347,13 @@ class Plc:
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))
 
-    def _of_task(self, name: str, read: Callable[[LoadedProgram, Task], Value]) -> Value:
+    def _of_task(self, name: str, read: Callable[[RetainingProgram, Task], Value]) -> Value:
         program = self.program
         task = None if program is None else program.task(name)
         return 0 if program is None or task is None else read(program, task)
 
 
-_TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str], ...]] = (
+_TASK_POINTS: Final[tuple[tuple[str, Callable[[RetainingProgram, Task], Value], str], ...]] = (
     ("state", lambda program, task: int(program.state(task)), ""),
     ("load", lambda _, task: task.load_ns // US, "us"),
     ("cycle", lambda _, task: task.cycle_ns // US, "us"),
@@ -380,5 +380,6 @@ def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
 
 def _wrong(paths: Mapping[str, str], mistake: Mistake) -> Wrong:
     place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
-    expected = f"expected {mistake.expected}" if mistake.expected else mistake.hint
-    return Wrong(place, None, "program", mistake.what, expected)
+    expected = f"expected {mistake.expected}" if mistake.expected else ""
+    remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
+    return Wrong(place, None, "program", mistake.what, remedy)
