@@ -12,6 +12,7 @@ but the retained ones.  An online change keeps the values of all variables that 
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any
+from weakref import WeakSet
 
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host
@@ -40,7 +41,7 @@ class Runtime:
         self.memory = self._memory.cells
         self._forced: dict[str, tuple[Symbol, Value]] = {}
         self._stops: dict[str, set[int]] = {}
-        self.threads: list[Thread] = []
+        self.threads: WeakSet[Thread] = WeakSet()
         self._use(compiled)
         self.initialise(Start.COLD)
 
@@ -94,7 +95,7 @@ class Runtime:
     def thread(self, pou: Pou, task_number: int = 0) -> Thread:
         """Return a thread that runs a program with the stack of a task."""
         thread = Thread(self, pou.name, task_number)
-        self.threads.append(thread)
+        self.threads.add(thread)
         return thread
 
     # ---- values
