@@ -25,6 +25,10 @@ class Bench:
         """Run the program once, at this time since the start of the controller."""
         assert self.run(at_ms) is WorkState.ENDED, self._thread.fault
 
+    def call_after(self, wait_ms: int) -> None:
+        """Run the program once, this time after the last call."""
+        self.call(self._clock.now_ns() // MS + wait_ms)
+
     def run(self, at_ms: int) -> WorkState:
         """Run the program once, and return how that ended."""
         self._clock.advance_to(at_ms * MS)

@@ -7,7 +7,7 @@ from max4_bench import Bench
 
 from fieldrig.clock import MS
 from fieldrig_devices.iec.types import Value
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 
 
 class PlcBench(Bench):
@@ -24,7 +24,7 @@ class PlcBench(Bench):
         return self
 
     @property
-    def loaded(self) -> LoadedProgram:
+    def loaded(self) -> RetainingProgram:
         program = self.max4.plc.program
         assert program is not None
         return program

@@ -8,7 +8,7 @@ from dataclasses import fields
 from math import isfinite
 from typing import Any, Final
 
-from fieldrig.untrusted import MalformedError, field, items, read_json, shown, typed
+from fieldrig.untrusted import MalformedError, field, items, read_json, shown
 from fieldrig_bus.opcua.message import (
     LONGEST_PATH,
     LONGEST_TEXT,
@@ -43,10 +43,11 @@ def encode(message: OpcUaMessage) -> bytes:
 
 def decode(data: bytes) -> OpcUaMessage:
     """Return the message of `encode`'s bytes.  ValueError for anything else."""
-    found = items(read_json(data, LONGEST), object, 2, "the message")
-    if len(found) != 2 or not isinstance(found[0], str) or found[0] not in _KINDS:
-        raise MalformedError(f"not a message of OPC UA: {shown(found)}")
-    return _message(found[0], typed(found[1], dict, "the fields"))
+    match read_json(data, LONGEST):
+        case [str(kind), dict(fields_)] if kind in _KINDS:
+            return _message(kind, fields_)
+        case found:
+            raise MalformedError(f"not a message of OPC UA: {shown(found)}")
 
 
 def show(message: OpcUaMessage) -> str:
@@ -61,7 +62,7 @@ def show(message: OpcUaMessage) -> str:
         case Nodes(_, nodes):
             return f"nodes: {', '.join(node.path for node in nodes)}"
         case Outcomes(_, outcomes):
-            return ", ".join(_shown(outcome) for outcome in outcomes)
+            return f"outcomes: {', '.join(_shown(outcome) for outcome in outcomes)}"
         case _:
             return f"{type(message).__name__.lower()} {message.device}: {message.path}"
 

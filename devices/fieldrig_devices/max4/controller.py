@@ -26,6 +26,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
 from fieldrig_devices.max4.faults import MODELS, MemoryLost, Overrun, PowerOff
@@ -38,7 +39,7 @@ from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
-from fieldrig_devices.max4.project import PROGRAM_FILE, Project
+from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.settings import Max4Settings
@@ -380,7 +381,7 @@ class Max4(Device):
         return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
 
     def renew_points(self) -> None:
-        """Make the points anew, because another program has been loaded, and offer the new nodes."""
+        """Make the points again, because another program has been loaded, and offer the new nodes."""
         self._points = points(self)
         if self.opcua is not None:
             self.opcua.changed()

@@ -14,11 +14,10 @@ from pydantic import ValidationError
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig_devices.max4.configuration.files import Configuration
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container
 from fieldrig_devices.max4.configuration.version import goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
-from fieldrig_devices.max4.plc.container import Container
-from fieldrig_devices.max4.project import PROGRAM_FILE
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -97,7 +96,7 @@ class Operations:
         self._controller.plc.start()
 
     def _cold_start(self) -> None:
-        """Start the program anew, with the start values of all variables (PD-051)."""
+        """Start the program from its beginning, with the start values of all variables (PD-051)."""
         plc = self._controller.plc
         plc.reset(is_cold=True)
         plc.start()

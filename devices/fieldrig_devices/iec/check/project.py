@@ -83,6 +83,8 @@ class Project:
         self.key = Keys(dialect).__getitem__
         self.names: dict[str, Entity | Pending] = {}
         self.declared_at: dict[str, tuple[str, tree.Place]] = {}
+        self.shadowed: dict[str, Entity] = {}
+        """What such names mean in the libraries, if the project has declared them anew."""
         self.library_names: set[str] = set()
         """Names of libraries, which the project may declare anew."""
         self.pous: dict[str, Pou] = {}
@@ -96,6 +98,8 @@ class Project:
         self.starts: dict[Variable, Start] = {}
         self.compute: Callable[[Start], None] = lambda start: None
         """Works out a start value; set by the checker."""
+        self.depth = 0
+        """Start values that wait for the one that is being worked out."""
         self.tasks: list[program.Task] = []
         self.calls: dict[Pou, dict[Pou, tree.Place]] = {}
         """Which POU calls which, with one place of a call."""
@@ -119,6 +123,19 @@ class Project:
         self.names[name] = entity
         self.declared_at[name] = (file, place)
         self.library_names.discard(name)
+
+    def replace(self, name: str) -> None:
+        """Make a name of a library free for the project; the library itself keeps its own meaning."""
+        self.library_names.discard(name)
+        entity = self.find(name)
+        self.names.pop(name, None)
+        if entity is not None:
+            self.shadowed[name] = entity
+        self.types.pop(name, None)
+        if name in self.pous:
+            self.pous[f"{name}@library"] = self.pous.pop(name)
+        if name in self.globals:
+            self.globals[f"{name}@library"] = self.globals.pop(name)
 
     def where(self, name: str) -> str:
         """Return where a name was declared, for a message."""

@@ -26,6 +26,9 @@ from fieldrig_devices.iec.types import (
 LONGEST_STRING: Final = 255
 """As in CoDeSys V2.3, whose string functions know no longer ones."""
 
+DEEPEST: Final = 40
+"""Levels of declared types of which each is needed for the one before."""
+
 SHORT_OF_LONG: Final = {Elementary.LWORD: "DWORD", Elementary.LINT: "DINT", Elementary.ULINT: "UDINT"}
 
 
@@ -35,6 +38,7 @@ class TypeSpecs:
         self._key = project.key
         self._declared: dict[str, tuple[tree.TypeDeclaration, Context]] = {}
         self._busy: set[str] = set()
+        self._depth = 0
         self.structures: list[tuple[StructType, tree.StructSpec, Context]] = []
 
     def add(self, name: str, declaration: tree.TypeDeclaration, context: Context) -> None:
@@ -47,6 +51,10 @@ class TypeSpecs:
     @property
     def names(self) -> Collection[str]:
         return self._declared.keys()
+
+    def forget(self, name: str) -> None:
+        """Forget a declared type of a library, which the project declares anew."""
+        self._declared.pop(name, None)
 
     def resolve_all(self) -> None:
         for name, (declaration, context) in self._declared.items():
@@ -63,6 +71,14 @@ class TypeSpecs:
 
     def resolve(self, spec: tree.TypeSpec, context: Context) -> Type:
         """Return the type; UNKNOWN after a message."""
+        if self._depth >= DEEPEST:
+            return self._no(context, spec, f"types are nested more than {DEEPEST} deep", "declare inner types first")
+        self._depth += 1
+        kind = self._of_spec(spec, context)
+        self._depth -= 1
+        return kind
+
+    def _of_spec(self, spec: tree.TypeSpec, context: Context) -> Type:
         match spec:
             case tree.NamedType(""):  # the parser reported this declaration
                 return UNKNOWN
@@ -181,9 +197,8 @@ class TypeSpecs:
             if self._key(part.name) in kind.fields:
                 context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")
                 continue
-            comment = part.remark or "\n".join(part.comments)
             field_type = self.resolve(part.type, context)
-            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment)
+            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
         return kind
 
     # ---- enumerations
@@ -202,6 +217,8 @@ class TypeSpecs:
                     "names of enumeration values occur once in the project (PD-359)",
                 )
                 continue
+            if known in project.library_names:
+                project.replace(known)
             entity = Pending(partial(self._value, kind, spec, context, known))
             project.declare(known, entity, context.file, value.place)
 
@@ -238,3 +255,9 @@ def block_of(kind: Type) -> Pou | None:
     while isinstance(kind, ArrayType):
         kind = kind.element
     return getattr(kind, "pou", None)
+
+
+def comment_of(node: tree.Variable) -> str:
+    """The comment of a declaration without its brackets."""
+    shown = node.remark or (node.comments[-1] if node.comments else "")
+    return shown.removeprefix("(*").removesuffix("*)").removeprefix("//").strip()

@@ -8,7 +8,7 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.texts import a
-from fieldrig_devices.iec.check.type_specs import TypeSpecs, block_of
+from fieldrig_devices.iec.check.type_specs import TypeSpecs, block_of, comment_of
 from fieldrig_devices.iec.program import Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
@@ -132,7 +132,7 @@ class Variables:
             is_constant=block.is_constant and section in MAY_BE_CONSTANT,
             place=node.place,
             file=context.file,
-            comment=_comment(node),
+            comment=comment_of(node),
         )
         self._check_type(made, node, source, context)
         if node.location is not None:
@@ -191,9 +191,3 @@ class Variables:
         for count in reversed(counts):
             made = [made] * count if made is not None else None
         return made
-
-
-def _comment(node: tree.Variable) -> str:
-    """The comment of a declaration without its brackets."""
-    shown = node.remark or (node.comments[-1] if node.comments else "")
-    return shown.removeprefix("(*").removesuffix("*)").removeprefix("//").strip()

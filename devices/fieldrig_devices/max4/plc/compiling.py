@@ -15,7 +15,7 @@ from fieldrig_devices.iec.host import Host, Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.max4.plc.container import Container
+from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
 from fieldrig_devices.max4.storage.retain import SIZES, RetainKind
 
@@ -29,7 +29,7 @@ def _absent(*_inputs: Value) -> NoReturn:
 
 @dataclass(frozen=True, slots=True)
 class HostFacts:
-    """What a compiler has to know of a host; unlike the host itself, it can be sent to another process."""
+    """The facts about a host that a compiler needs; unlike the host itself, they can be sent to another process."""
 
     libraries: Sequence[Library]
     object_types: Mapping[str, ObjectType]

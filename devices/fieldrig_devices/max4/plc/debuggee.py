@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
-from fieldrig_devices.max4.plc.container import Container, Source
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -27,7 +27,7 @@ class PlcDebuggee(IecDebuggee):
         self._plc.on_stop = lambda _task: self.on_stop()
 
     @property
-    def program(self) -> LoadedProgram | None:
+    def program(self) -> RetainingProgram | None:
         return self._plc.program
 
     @property

@@ -3,7 +3,7 @@
 Source: PacDrive manual 3737-3760, 4093-4110, 6430-6436 (digest PD-041, PD-042, PD-051 to PD-056, PD-220, PD-225).  The
 three kinds of start: a boot and a reset are warm, RETAIN variables keep their values; a download and a cold start give
 all variables their start values.  A hot restart in the middle of a cycle does not exist, because the controller has no
-secured real-time clock without a PN-4 module.  Stop and Reset leave outputs and axes as they are.
+secured clock without a PN-4 module.  Stop and Reset leave outputs and axes as they are.
 
 What an online change cannot do is what CoDeSys V2.3 refuses: a changed task configuration.
 """
@@ -23,6 +23,7 @@ from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
 from fieldrig_devices.max4.plc.compiling import (
@@ -33,12 +34,10 @@ from fieldrig_devices.max4.plc.compiling import (
     compile_order,
     text_of,
 )
-from fieldrig_devices.max4.plc.container import Container, container_of
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 from fieldrig_devices.max4.plc.task_reports import TaskReports, call_hierarchy
-from fieldrig_devices.max4.project import PROGRAM_FILE
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -52,7 +51,7 @@ _EXT: Final = 48
 
 
 def _nothing(_problem: str) -> None:
-    """Nobody waits for the result."""
+    """The result is not needed."""
 
 
 class Plc:
@@ -62,8 +61,8 @@ class Plc:
         self._clock, self._controller, self._background = clock, controller, background
         self._job: Job | None = None
         self.progress = ""
-        """What is being done to a program that is not loaded yet; empty if there is none."""
-        self.program: LoadedProgram | None = None
+        """The progress of a program that is not loaded yet; empty if there is none."""
+        self.program: RetainingProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
         self.last_fault: Fault | None = None
@@ -116,7 +115,7 @@ class Plc:
             log.warning("%s: %s", PROGRAM_FILE, self.problem)
 
     def end(self) -> None:
-        """Stop for good, at power-off or before a boot."""
+        """End the program, at power-off or before a boot."""
         if self._job is not None:
             self._job.cancel()
         self._job, self.progress = None, ""
@@ -223,7 +222,7 @@ class Plc:
         self._unload()
         self._reports.reset()
         host = self._host()
-        self.program = LoadedProgram(
+        self.program = RetainingProgram(
             self._clock, compiled, host, self, controller.ram, controller.disk.section("RETAIN.MAP")
         )
         if is_cold:
@@ -348,13 +347,13 @@ class Plc:
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))
 
-    def _of_task(self, name: str, read: Callable[[LoadedProgram, Task], Value]) -> Value:
+    def _of_task(self, name: str, read: Callable[[RetainingProgram, Task], Value]) -> Value:
         program = self.program
         task = None if program is None else program.task(name)
         return 0 if program is None or task is None else read(program, task)
 
 
-_TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str], ...]] = (
+_TASK_POINTS: Final[tuple[tuple[str, Callable[[RetainingProgram, Task], Value], str], ...]] = (
     ("state", lambda program, task: int(program.state(task)), ""),
     ("load", lambda _, task: task.load_ns // US, "us"),
     ("cycle", lambda _, task: task.cycle_ns // US, "us"),
@@ -365,7 +364,7 @@ _TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str
 
 
 def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
-    """What an online change must leave as it is."""
+    """The task configuration, which an online change must leave as it is."""
     return [
         {
             "name": task.name.casefold(),

@@ -180,3 +180,91 @@ def test_messages_of_all_stages_name_the_file_and_the_line() -> None:
     mistakes = [mistake for mistake in caught.value.mistakes if not mistake.is_note]
     assert [(mistake.file, mistake.line) for mistake in mistakes] == [("example.xml", 21)]
     assert "OFSET is not declared" in mistakes[0].what
+
+
+WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
+
+
+def step(id: str, name: str, *before: str, attributes: str = "") -> str:
+    return f'<step localId="{id}" name="{name}" {attributes}>{"".join(map(WIRE.format, before))}</step>'
+
+
+def transition(id: str, condition: str, before: str) -> str:
+    text = f'<inline name=""><ST><xhtml:p>{condition}</xhtml:p></ST></inline>'
+    return f'<transition localId="{id}">{WIRE.format(before)}<condition>{text}</condition></transition>'
+
+
+def action(id: str, step: str, text: str) -> str:
+    body = f"<inline><ST><xhtml:p>{text}</xhtml:p></ST></inline>"
+    return f'<actionBlock localId="{id}">{WIRE.format(step)}<action localId="0">{body}</action></actionBlock>'
+
+
+def test_parallel_branches_of_a_chart_meet_again() -> None:
+    chart = (
+        step("1", "Idle", "9", attributes='initialStep="true"')
+        + transition("2", "start", "1")
+        + f'<simultaneousDivergence localId="3">{WIRE.format(2)}</simultaneousDivergence>'
+        + step("4", "Heat", "3")
+        + step("5", "Stir", "3")
+        + action("6", "4", "heated := heated + 1;")
+        + action("7", "5", "mixed := mixed + 1;")
+        + f'<simultaneousConvergence localId="8">{WIRE.format(4)}{WIRE.format(5)}</simultaneousConvergence>'
+        + transition("9", "heated &gt;= 3 AND mixed &gt;= 3", "8")
+    )
+    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "mixed": "INT"})))
+    running.cycle(2)
+    assert (running["heated"], running["mixed"]) == (0, 0)
+    running["start"] = True
+    running.cycle()
+    running["start"] = False
+    running.cycle(10)
+    assert (running["heated"], running["mixed"]) == (3, 3)
+
+
+COUNTER = """<pou name="{name}" pouType="functionBlock"><interface>
+<inputVars><variable name="Reset"><type><BOOL/></type></variable></inputVars>
+<outputVars><variable name="Out"><type><INT/></type></variable></outputVars>
+<localVars><variable name="Cnt"><type><INT/></type></variable></localVars></interface>{more}<body>{body}</body></pou>"""
+
+
+def _drawn_counter(language: str) -> str:
+    """Cnt := SEL(Reset, Cnt + 1, 17), with Cnt in the loop, and Out behind it."""
+    reset = contact("9", "Reset", "8") if language == "LD" else source("9", "Reset")
+    rail_ = (
+        '<leftPowerRail localId="8"><connectionPointOut formalParameter=""/></leftPowerRail>'
+        if language == "LD"
+        else ""
+    )
+    loop = (
+        '<inOutVariable localId="3" negatedOut="false" negatedIn="false"><connectionPointIn>'
+        '<connection refLocalId="7" formalParameter="OUT"/></connectionPointIn><connectionPointOut/>'
+        "<expression>Cnt</expression></inOutVariable>"
+    )
+    blocks = block("4", "ADD", {"IN1": "6", "IN2": "3"}) + block("7", "SEL", {"G": "9", "IN0": "4.OUT", "IN1": "5"})
+    inside = sink("2", "Out", "3") + loop + blocks + source("5", "17") + source("6", "1") + rail_ + reset
+    return f"<{language}>{inside}</{language}>"
+
+
+BODIES = {
+    "ST": "<ST><xhtml:p><![CDATA[IF Reset THEN Cnt := 17; ELSE Cnt := Cnt + 1; END_IF;\nOut := Cnt;]]></xhtml:p></ST>",
+    "IL": "<IL><xhtml:p><![CDATA[LD Reset\nJMPC ToReset\n\n(* count *)\nLD Cnt\nADD 1\nJMP Save\n\nToReset:\n"
+    "LD 17\n\nSave:\nST Cnt\nST Out\n]]></xhtml:p></IL>",
+    "FBD": _drawn_counter("FBD"),
+    "LD": _drawn_counter("LD"),
+}
+
+
+@given(st.lists(st.booleans(), max_size=10))
+def test_the_same_counter_counts_the_same_in_every_language(resets: list[bool]) -> None:
+    """A project with a function block in each language, as the editors' first example has it."""
+    blocks = "".join(COUNTER.format(name=f"Counter{name}", body=body, more="") for name, body in BODIES.items())
+    instances = {f"c{name}": f'<derived name="Counter{name}"/>' for name in BODIES}
+    calls = "".join(f"c{name}(Reset := reset); " for name in BODIES)
+    text = tc6(pou(f"<ST>{calls}</ST>", variables={"reset": "BOOL", **instances}).replace("<pous>", f"<pous>{blocks}"))
+    running = cold(text)
+    expected = 0
+    for reset in resets:
+        running["reset"] = reset
+        running.cycle()
+        expected = 17 if reset else expected + 1
+        assert {name: running[f"c{name}.Out"] for name in BODIES} == dict.fromkeys(BODIES, expected)

@@ -4,13 +4,17 @@ A row is a call: its time in ms, the inputs that change before it, and the outpu
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from library_bench import Bench
 
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
-from fieldrig_devices.iec.types import Value
+from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.types import Elementary, Value
 
 Row = tuple[int, Mapping[str, Value], Mapping[str, Value]]
 
@@ -460,3 +464,58 @@ def test_curve(value: int, count: int, out: int, error: int) -> None:
     bench.write("PLC_PRG.b.N", count)
     bench.call(0)
     assert (bench.read("PLC_PRG.b.OUT"), bench.read("PLC_PRG.b.ERR")) == (out, error)
+
+
+# ---- every block with every input
+
+
+def _pins(text: str) -> dict[str, list[tuple[str, str]]]:
+    """Names and types of the inputs of each block in a source text."""
+    found = {}
+    for name, body in re.findall(r"^FUNCTION_BLOCK (\w+)$(.*?)^END_FUNCTION_BLOCK", text, re.MULTILINE | re.DOTALL):
+        (inputs,) = re.findall(r"^VAR_INPUT$(.*?)^END_VAR", body, re.MULTILINE | re.DOTALL)
+        found[name] = re.findall(r"^    (\w+) : (\w+)", inputs, re.MULTILINE)
+    return found
+
+
+PINS = {name: pins for _, text in sources(EPAS_4.name) for name, pins in _pins(text).items()}
+VALUES: dict[str, st.SearchStrategy[Value]] = {
+    "BOOL": st.booleans(),
+    "REAL": st.floats(width=32) | st.sampled_from([0.0, 1.0, -1.0]),
+    "GEN_MODE": st.integers(0, 6),
+    **{
+        name: st.integers(Elementary[name].low, Elementary[name].high) | st.integers(0, 3)
+        for name in ("INT", "WORD", "BYTE", "DWORD", "TIME", "DT")
+    },
+}
+ALL = "".join(
+    [
+        "PROGRAM PLC_PRG\nVAR\n    P : ARRAY[0..10] OF POINT;\n",
+        *(f"    b_{name} : {name};\n" for name in PINS),
+        "END_VAR\n",
+        *(f"b_{name}({'P := P' if name == 'CHARCURVE' else ''});\n" for name in PINS),
+        "END_PROGRAM\n",
+    ]
+)
+
+
+@pytest.fixture(scope="module")
+def all_blocks() -> Bench:
+    return Bench(ALL)
+
+
+@settings(max_examples=300)
+@given(st.data())
+def test_no_input_of_a_block_is_a_fault(all_blocks: Bench, data: st.DataObject) -> None:
+    name = data.draw(st.sampled_from(sorted(PINS)))
+    for pin, kind in PINS[name]:
+        all_blocks.write(f"PLC_PRG.b_{name}.{pin}", data.draw(VALUES[kind]))
+    all_blocks.write("PLC_PRG.P[1].X", data.draw(VALUES["INT"]))
+    all_blocks.call_after(data.draw(st.integers(0, 10_000)))
+    all_blocks.call_after(0)
+
+
+def test_times_between_values_do_not_wrap_around() -> None:
+    bench = bench_for("DERIVATIVE")
+    for at_ms, milliseconds in enumerate((1, 1, 2**31, 2**30, 2**31)):  # 3, 4 and 3 times the last three
+        check(bench, at_ms, {"IN": 1.0 * at_ms, "TM": milliseconds}, {})

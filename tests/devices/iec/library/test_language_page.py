@@ -1,6 +1,6 @@
 """The pages docs/iec-*.md agree with the code, and their examples run.
 
-A comment (* = 127 *) behind an assignment or behind ST is the value of the variable after one cycle.
+A comment (* = 127 *) behind an assignment is the value of the variable after one cycle.
 """
 
 import re
@@ -12,17 +12,19 @@ from doc_pages import ROOT, Block, Row, blocks, code_in, prose, rows
 from library_bench import Bench
 
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.instructions import BRACKETS, CONDITIONAL, NEGATABLE, SPELLINGS
 from fieldrig_devices.iec.library.conversions import convert
 from fieldrig_devices.iec.library.intrinsics import OPERATORS, formal_names, is_standard
 from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.parser.sections import QUALIFIERS
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import Elementary, StringType
 
-PAGES = [ROOT / "docs" / f"iec-{name}.md" for name in ("language", "types", "functions")]
+PAGES = [ROOT / "docs" / f"iec-{name}.md" for name in ("language", "types", "functions", "charts")]
 EXAMPLES = [block for page in PAGES for block in blocks(page) if block.info[0] == "iecst"]
 TEXT = "".join(page.read_text(encoding="utf-8") for page in PAGES)
 WORDS = {word for page in PAGES for word in code_in(prose(page))}
-VALUE = re.compile(r"^\s*(?:ST )?(\w+)(?: := .*;)?\s*\(\* = (.+) \*\)$", re.MULTILINE)
+VALUE = re.compile(r"^\s*(?:ST\s+)?(\w+)(?: := .*;)?\s*\(\* = (.+) \*\)$", re.MULTILINE)
 SHORT_CIRCUIT = {"AND_THEN", "OR_ELSE"}
 
 
@@ -131,6 +133,49 @@ def test_choices_of_the_last_table(
     assert convert(value, source, target) == result
     if isinstance(result, str):
         assert f"`{result}`" in TEXT
+
+
+def test_chart_of_the_page_goes_from_step_to_step() -> None:
+    (chart,) = (block for block in EXAMPLES if block.info[-1] == "chart.st")
+    bench = Bench(chart.text)
+    found = []
+    for at_ms, is_full in (
+        (0, False),
+        (10, False),
+        (20, False),
+        (30, True),
+        (40, True),
+        (50, False),
+        (150, False),
+        (160, False),
+    ):
+        bench.write("PLC_PRG.Full", is_full)
+        bench.call(at_ms)
+        found.append(tuple(bench.read(f"PLC_PRG.{name}") for name in ("Pump", "Valve", "Fills")))
+    assert found == [
+        (False, False, 0),  # Wait, whose transition holds
+        (True, False, 1),  # Fill: the action Count runs once
+        (True, False, 1),
+        (True, False, 1),  # full: the transition holds at the end of this cycle
+        (False, True, 1),  # Drain, with its entry action
+        (False, True, 1),
+        (False, False, 1),  # after more than 100 ms: the exit action
+        (False, False, 1),  # Wait again
+    ]
+
+
+def test_table_of_instructions_is_complete() -> None:
+    said = {word for row in rows_of("Instruction List", "operator") for word in code_in(row.cells[0])} - {")"}
+    assert said == {*(operator for operator, _, _ in SPELLINGS.values()), "&"}
+    for row in rows_of("Instruction List", "operator"):
+        for word in set(code_in(row.cells[0])) - {")", "&"}:
+            marks = {"N"} if word in NEGATABLE else {"C", "CN"} if word in CONDITIONAL else set()
+            assert set(code_in(row.cells[1])) == marks | ({"("} if word in BRACKETS else set()), word
+
+
+def test_table_of_qualifiers_is_complete() -> None:
+    said = {word for row in rows_of("Sequential Function Charts", "qualifier") for word in code_in(row.cells[0])}
+    assert said == QUALIFIERS
 
 
 FAULTS = [

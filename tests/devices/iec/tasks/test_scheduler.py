@@ -25,7 +25,7 @@ class Chunk:
 
 
 class Burn:
-    """Work that takes so much processor time in each cycle; a `Pending` in the list is waited for."""
+    """Work that takes this processor time in each cycle; a `Pending` in the list is waited for."""
 
     def __init__(
         self, name: str, clock: VirtualClock, log: list[Chunk], *steps_us: int | Callable[[], Pending]

@@ -1,6 +1,8 @@
 """Slave cams, MultiCam3, torque cams, positioning functions, splines, and a whole controller."""
 
 from math import pi, sin
+from pathlib import Path
+from typing import Any
 
 import pytest
 from cam_bench import CYCLE_NS, CamBench
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from max4_bench import Bench
 
 from fieldrig.clock import S
+from fieldrig.errors import ConfigError
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.tree import Pou
 from fieldrig_devices.max4.axes.axis import Mode
@@ -282,6 +285,20 @@ def test_a_wrong_file_has_no_number() -> None:
 
 
 # ---- on the controller
+
+
+@pytest.mark.manual("PD-185")
+def test_files_of_the_rig_file_are_on_the_flash_disk(tmp_path: Path) -> None:
+    (tmp_path / "lift.cam").write_bytes(FILE)
+    settings: dict[str, Any] = {"simulated": ("Belt",), "files": [str(tmp_path / "lift.cam")]}
+    bench = Bench(**settings)
+    assert bench.max4.disk.read("\\LIFT.CAM") == FILE
+    (tmp_path / "lift.cam").write_bytes(b"0 0\n1 1\n")
+    assert Bench(store=bench.store, **settings).max4.disk.read("\\LIFT.CAM") == b"0 0\n1 1\n"
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "LIFT.CAM").write_bytes(FILE)
+    with pytest.raises(ConfigError, match=r"\\LIFT.CAM is used twice"):
+        Bench(simulated=("Belt",), files=[str(tmp_path / name) for name in ("lift.cam", "other/LIFT.CAM")])
 
 
 @pytest.mark.manual("PD-181", "PD-182")

@@ -1,5 +1,6 @@
 """The program of the controller in the debugging service: stops, steps, values, trace, download."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -136,7 +137,7 @@ def test_values_are_written_as_constants_of_the_language(bench: PlcBench) -> Non
     written = ask(bench, "write", values={"Main.a": "16#10", "Main.s": "two words"})
     assert [variable["value"] for variable in written["variables"]] == [16, "two words"]
     for wrong in ("40000", "b", "1.5", "'x'"):
-        with pytest.raises(ValueError, match="Main.a: expected"):
+        with pytest.raises(ValueError, match=r"Main\.a: expected"):
             ask(bench, "write", values={"Main.a": wrong})
 
 
@@ -155,7 +156,7 @@ def test_a_trace_has_a_sample_in_every_cycle_of_the_real_time_process(bench: Plc
     answer = ask(bench, "samples")
     assert answer["is_full"]
     times = [sample[0] for sample in answer["samples"]]
-    assert {after - before for before, after in zip(times, times[1:], strict=False)} == {4_000_000}
+    assert {after - before for before, after in pairwise(times)} == {4_000_000}
     assert answer["samples"][0][1] == 13
 
 

@@ -222,10 +222,10 @@ def test_a_changed_source_in_the_rig_file_begins_with_start_values(tmp_path: Pat
 @pytest.mark.manual("PD-225")
 def test_an_online_change_takes_effect_between_two_cycles_and_keeps_the_values(bench: PlcBench) -> None:
     text = COUNTER.replace("lCount + 1", "lCount + 10").replace(
-        "VAR lCount", "VAR aNew : ARRAY[1..5] OF INT; lNew : DINT := 3; lCount"
+        "VAR lCount", "VAR aMore : ARRAY[1..5] OF INT; lMore : DINT := 3; lCount"
     )
     bench.write(text + TASK).do("online change").run(10)
-    assert (bench.value("PLC_PRG.lCount"), bench.value("PLC_PRG.lNew"), bench.value("lKept")) == (120, 3, 16)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("PLC_PRG.lMore"), bench.value("lKept")) == (120, 3, 16)
     assert bench.get("plc/task/T/cycles") == 11
     bench.do("system reset").run(97)
     assert bench.value("PLC_PRG.lCount") == 110, "the changed program is stored"

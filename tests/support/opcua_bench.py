@@ -1,0 +1,77 @@
+"""An OPC UA server on a hub in this process, with a device of two belts behind it."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from fieldrig.device import Point, Value
+from fieldrig.hub import LocalHub
+from fieldrig.point_values import number_in
+from fieldrig.real_clock import RealClock
+from fieldrig.testing import free_port
+from fieldrig_bus.opcua.message import OpcUaMessage, Read
+from fieldrig_bus.opcua.server import OpcUaServer, OpcUaSettings
+from fieldrig_devices.opcua.face import OpcUaFace
+from fieldrig_devices.opcua.methods import Method, MethodsTree
+from fieldrig_devices.opcua.points import PointsTree
+from fieldrig_devices.opcua.tree import Trees
+
+
+class Plc:
+    """A device with points `belt.Position` (mm, at least 0), `belt.On` (read-only) and the methods start and stop."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, Value] = {"belt.Position": 1.5, "belt.On": True}
+        self.called: list[str] = []
+        self.reads = 0
+
+    def points(self) -> dict[str, Point]:
+        def write(value: Value) -> None:
+            self.values["belt.Position"] = number_in(value, 0.0)
+
+        found = {key: Point(lambda key=key: self.values[key]) for key in self.values}  # type: ignore[misc]
+        found["belt.Position"] = Point(lambda: self.values["belt.Position"], write, "mm", "position of the belt")
+        return found
+
+    def start(self) -> None:
+        self.called.append("start")
+
+    def stop(self) -> None:
+        raise ValueError("it is not running")
+
+    def tree(self) -> Trees:
+        methods = {"start": Method("start the belt", self.start), "stop": Method("stop the belt", self.stop)}
+        return Trees([PointsTree(self.points), MethodsTree(methods)])
+
+
+class ServerBench:
+    def __init__(self, hub: LocalHub, settings: OpcUaSettings, run: Path) -> None:
+        self.hub, self.settings, self.run = hub, settings, run
+        self.url = f"opc.tcp://{settings.listen}"
+        self.plc = Plc()
+        self.face = OpcUaFace("plc", "a PLC", hub.join("plc"), self.plc.tree)
+        self.asked: list[OpcUaMessage] = []
+        hub.on_delivery = lambda delivery: self.asked.append(delivery.message)
+
+    def reads(self) -> int:
+        """The number of Read requests since the last call."""
+        count = sum(isinstance(message, Read) for message in self.asked)
+        self.asked.clear()
+        return count
+
+
+@asynccontextmanager
+async def server_bench(run: Path, **settings: Any) -> AsyncIterator[ServerBench]:
+    clock = RealClock(asyncio.get_running_loop())
+    found = OpcUaSettings(listen=f"127.0.0.1:{free_port()}", **settings)
+    hub = LocalHub(OpcUaServer("ua", found), clock, run / "bench")
+    bench = ServerBench(hub, found, run / "bench")
+    bench.face.offer()
+    await hub.open(serve=False)
+    try:
+        yield bench
+    finally:
+        await hub.close()
+        clock.close()
