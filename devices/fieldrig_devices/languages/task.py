@@ -37,7 +37,7 @@ class Task:
         self.is_watched = False
         """True if the task stops at breakpoints."""
         self.fault: BaseException | None = None
-        """What stopped a task that is FAULTED; its place is the one that faulted."""
+        """The exception that stopped a task that is FAULTED; its place is the one that faulted."""
         self.has_waited = False
         """True if the last run ended at a place that waits."""
         self.unused = 0

@@ -1,84 +1,85 @@
-"""Whatever a program contains, checking and compiling it ends in a program or in messages."""
+"""No source text makes the checker raise: programs with words deleted, repeated, exchanged and replaced."""
 
-from hypothesis import HealthCheck, given, settings
+import re
+
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from iec_check import ConfiguredHost
-from iec_trees import UNITS
+from iec_check import ConfiguredHost, messages
 
-from fieldrig.clock import VirtualClock
-from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import check
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
-from fieldrig_devices.iec.standalone import StandaloneHost
-from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.parser import parse
 
-PROGRAM = """
-TYPE Form : STRUCT a : ARRAY[1..3] OF INT; b : BOOL; END_STRUCT END_TYPE
-FUNCTION Twice : INT VAR_INPUT x : INT; END_VAR
-LD x
-MUL 2
-ST Twice
+SAMPLE = """
+TYPE Color : (red, green := 4, blue); END_TYPE
+TYPE Point : STRUCT x, y : REAL := 1.5; c : Color; next : POINTER TO Point; END_STRUCT END_TYPE
+TYPE Small : INT(0..10) := 3; END_TYPE
+TYPE Line : ARRAY[1..n] OF Point; END_TYPE
+VAR_GLOBAL CONSTANT n : INT := 2 * half; half : INT := 3; END_VAR
+VAR_GLOBAL RETAIN g : DINT := 5; w AT %MW5 : WORD; b AT %QX3.1 : BOOL; END_VAR
+FUNCTION Scale : REAL
+VAR_INPUT value : REAL; factor : REAL := 2.0; END_VAR VAR_IN_OUT count : INT; END_VAR
+count := count + 1;
+Scale := value * factor;
 END_FUNCTION
-FUNCTION_BLOCK Counter VAR_INPUT go : BOOL; END_VAR VAR_OUTPUT n : INT; END_VAR
-VAR t : TON; r : BOOL; f : Form; END_VAR
-LD n
-ADD ( 1
-  MUL ( 2
-  SUB 1 )
-)
-Twice
-ST n
-GT 7
-JMPC there
-CALC t(IN := go, PT := T#3s)
-there: LD go
-S r
-RETCN
-LD n
-EXPT 2
-ST f.a[1]
+FUNCTION_BLOCK Counter
+VAR_INPUT up : BOOL; step : INT := 1; END_VAR VAR_OUTPUT q : INT; END_VAR VAR_IN_OUT total : INT; END_VAR
+VAR last : BOOL; t : TON; END_VAR VAR_TEMP h : INT; END_VAR VAR_EXTERNAL g : DINT; END_VAR
+IF up AND NOT last THEN q := q + step; ELSIF q > 100 THEN Clear; ELSE RETURN; END_IF
+last := up; h := q; total := total + h; g := g + total;
+t(IN := up, PT := T#1s, Q => last);
+ACTION Clear : q := 0; END_ACTION
 END_FUNCTION_BLOCK
 PROGRAM PLC_PRG
-VAR c : Counter; out : BOOL; x : INT; r : REAL; END_VAR
-INITIAL_STEP Wait: out(N); run(SD, T#5s); END_STEP
-STEP Work: run(R); ENTRY x := Twice(x) + 1; END_ENTRY ACTIVE LD x
- ADD 1
- ST x
- END_ACTIVE EXIT c(go := TRUE); END_EXIT END_STEP
-TRANSITION FROM Wait TO Work := x > 3 AND Wait.t > T#1s; END_TRANSITION
-TRANSITION FROM (Work) TO (Wait) := TRUE; END_TRANSITION
-ACTION run: r := r * 2.0; c.go := x = 3; END_ACTION
+VAR c : ARRAY[1..3] OF Counter; p : Point := (x := 2.5, c := green); l : Line; i : Small; s : STRING(20) := 'abc'; END_VAR
+VAR k : INT; r : REAL; pt : POINTER TO Point; d : DWORD; x AT %IX5.0 : BOOL; m : ARRAY[1..2, 1..3] OF INT := 6(1); END_VAR
+FOR k := 1 TO 3 BY 1 DO c[k](up := x, total := k, q => i); IF k = 2 THEN EXIT; END_IF END_FOR
+r := Scale(value := p.x, count := k) + SQRT(r) / 3; pt := ADR(p); pt^.y := pt^.next^.x; d.3 := TRUE; %MW7 := w AND 16#FF;
+CASE p.c OF red: i := 3; green, blue: p.c := red; ELSE ; END_CASE
+WHILE r > 1.0 DO r := r / 2.0; END_WHILE REPEAT m[1, 2] := m[1, 3] MOD 7; UNTIL k >= 3 OR x END_REPEAT
+s := CONCAT(s, DINT_TO_STRING(g)); k := SIZEOF(Line) + MAX(k, 3, n) + LEN(s); l[k].c := SEL(x, red, blue); g := _Axis_10;
+c[1].Clear(); b := c[2].q > Axis_10.AxisState AND PacDriveM.Timer1 < 5; Axis_10.Enable := b;
 END_PROGRAM
+CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 3); PROGRAM a WITH T : PLC_PRG; END_RESOURCE END_CONFIGURATION
 """
-MORE = ["CAL", "LDN", "JMP", "RET", "NOT", "(", ")", "REAL", "STRING", "'a'", "1.5", "^", "%MW3"]
-WORDS = sorted({*PROGRAM.split(), *MORE})
+
+WORDS = re.findall(r"\s+|[A-Za-z_][\w#]*|%\w+(?:\.\d+)?|:=|=>|\.\.|<>|>=|<=|\d[\w.#]*|'[^']*'|.", SAMPLE)
 
 
-def compiled(text: str) -> None:
-    compile_project([SourceFile("any.st", text)], StandaloneHost(VirtualClock()))
+def test_the_sample_itself_has_no_mistake() -> None:
+    assert messages(SAMPLE) == []
 
 
-def mistakes_of(text: str) -> list[Mistake]:
-    try:
-        compiled(text)
-    except CompileError as error:
-        return error.mistakes
-    return []
+@st.composite
+def spoiled(draw: st.DrawFn) -> str:
+    words = list(WORDS)
+    for _ in range(draw(st.integers(1, 6))):
+        place, other = draw(st.integers(0, len(words) - 1)), draw(st.integers(0, len(words) - 1))
+        match draw(st.sampled_from(["delete", "repeat", "exchange", "replace"])):
+            case "delete":
+                words[place] = ""
+            case "repeat":
+                words[place] += " " + words[place]
+            case "exchange":
+                words[place], words[other] = words[other], words[place]
+            case _:
+                words[place] = words[other]
+    return "".join(words)
 
 
-def test_the_program_that_is_damaged_below_compiles() -> None:
-    compiled(PROGRAM)
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3], ids=["epas-4", "edition-3"])
+def test_no_program_makes_the_checker_raise(dialect: Dialect) -> None:
+    library = [parse(text, name, dialect)[0] for name, text in sources(dialect.name)]
 
+    @settings(max_examples=150, deadline=None)
+    @given(spoiled())
+    def survive(text: str) -> None:
+        unit, _ = parse(text, "spoiled.st", dialect)
+        _, mistakes = check([*library, unit], ConfiguredHost(), dialect)
+        lines = text.count("\n") + 1
+        assert [found for found in mistakes if not 1 <= found.line <= lines or found.column < 1] == []
+        assert {found.file for found in mistakes} <= {"spoiled.st"}
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.integers(0, len(PROGRAM)), st.integers(0, 20), st.lists(st.sampled_from(WORDS), max_size=3).map(" ".join))
-def test_a_damaged_program_compiles_or_has_messages(start: int, length: int, inserted: str) -> None:
-    text = f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length :]}"
-    assert all(mistake.line for mistake in mistakes_of(text) if not mistake.is_note)
-
-
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(UNITS, st.sampled_from([EPAS_4, EDITION_3]))
-def test_any_tree_can_be_checked(unit: tree.Unit, dialect: Dialect) -> None:
-    check([unit], ConfiguredHost(), dialect)
+    survive()
