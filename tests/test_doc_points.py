@@ -18,6 +18,9 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
         "kind": "canopen.node", "node_id": 5, "eds": "eds/io32.eds", "links": {"can": "can"},
     },
     ("max4.md", "Objects and points"): {"kind": "max4", "links": {"ring": "ring"}},
+    ("max4-plc.md", "Points"): {
+        "kind": "max4", "program": "programs/lamp.st", "outputs": {"O_bEquipmentOnIndicatorH1": ""}, "links": WIRES,
+    },
     ("mc4.md", "Points"): {"kind": "mc4", "ring_address": 1, "motor": {"name_plate": PLATE}, "links": {"ring": "ring"}},
     ("nameplate.md", "`sm.encoder`"): {"kind": "sm.encoder", "name_plate": PLATE, "links": {"line": "line"}},
     ("plants.md", "`plant.tank`"): {

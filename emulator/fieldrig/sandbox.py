@@ -101,7 +101,7 @@ def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Ru
     notes = (function.returns, *(argument.annotation for argument in parts.args))
     if function.decorator_list or parts.defaults or parts.kwonlyargs or parts.vararg or parts.kwarg or any(notes):
         raise ForbiddenPythonError(f"line {function.lineno}: a function has parameters and a body, nothing else")
-    nodes = list(ast.walk(function))[1:]  # without the function itself
+    nodes = _parts(function)
     own = {argument.arg for argument in parts.args}
     own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     if clash := {name for name in own if name in names}:
@@ -122,6 +122,29 @@ def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Ru
             reason = _wrong(node, names, own, rules)
         if reason:
             raise ForbiddenPythonError(f"line {getattr(node, 'lineno', function.lineno)}: {reason}")
+
+
+_CHILDREN: dict[type[ast.AST], tuple[str, ...]] = {}
+"""The fields of a part that may hold parts, apart from the context of a name, which is allowed everywhere."""
+
+
+def _parts(function: ast.FunctionDef) -> list[ast.AST]:
+    """Return all parts of a function; `ast.walk` would take twice as long."""
+    found: list[ast.AST] = []
+    waiting: list[ast.AST] = [function]
+    while waiting:
+        part = waiting.pop()
+        fields = _CHILDREN.get(type(part))
+        if fields is None:
+            fields = _CHILDREN[type(part)] = tuple(name for name in part._fields if name != "ctx")
+        for name in fields:
+            value = getattr(part, name)
+            if isinstance(value, list):
+                waiting += [one for one in value if isinstance(one, ast.AST)]
+            elif isinstance(value, ast.AST):
+                waiting.append(value)
+        found.append(part)
+    return found[1:]
 
 
 _EXAMINED: Final = frozenset({ast.Constant, ast.Attribute, ast.Name, ast.Call, ast.Subscript})

@@ -287,9 +287,8 @@ LINES = 6_000
 
 def generated(lines: int) -> str:
     """Return a project with about so many lines: function blocks of all kinds of statements."""
-    parts = []
-    for number in range(lines // 20):
-        parts.append(f"""FUNCTION_BLOCK Station{number}
+    parts = [
+        f"""FUNCTION_BLOCK Station{number}
 VAR_INPUT enable, sensor : BOOL; target : REAL; END_VAR
 VAR_OUTPUT state : INT; position : REAL; done : BOOL; END_VAR
 VAR delay : TON; counts : ARRAY[0..9] OF DINT; i : INT; END_VAR
@@ -308,7 +307,9 @@ ELSE
   state := 0;
 END_CASE
 END_FUNCTION_BLOCK
-""")
+"""
+        for number in range(lines // 20)
+    ]
     calls = "\n".join(f"s{n}(enable := TRUE, target := {n}.5);" for n in range(lines // 20))
     names = "\n".join(f"s{n} : Station{n};" for n in range(lines // 20))
     return "".join(parts) + f"PROGRAM PLC_PRG\nVAR\n{names}\nEND_VAR\n{calls}\nEND_PROGRAM\n"

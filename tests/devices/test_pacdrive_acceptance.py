@@ -23,8 +23,11 @@ BOOT_WITH_AUTOSTART = [
     "92 0x0001 LZS LZS 8005  Automatischer Programmstart aktiv",
     "98 0x0001 MAX4 MAX4 8003  Max4-Boot beendet",
 ]
-AUTOSTART = ("devices.max4.autostart=true", "devices.max4.program=programs/line.I01")
-"""Nothing runs it yet, so any file is a program."""
+AUTOSTART = (
+    "devices.max4.autostart=true",
+    "devices.max4.program=programs/lamp.st",
+    "devices.max4.outputs={O_bEquipmentOnIndicatorH1: ''}",
+)
 
 
 # ---- 1: boot

@@ -16,7 +16,7 @@ class CountingProgram:
         self.on_sample: Callable[[], None] | None = None
         self.state = ProgramState.RUNNING
         self.files: Mapping[str, str] = {"count.txt": "n := n + 1;\nm := n;\n"}
-        self.progress = ""
+        self.progress = self.problem = ""
         self.values: dict[str, Value] = {"n": 0, "m": 0}
         self.forced: dict[str, Value] = {}
         self.line = 1

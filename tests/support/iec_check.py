@@ -80,11 +80,16 @@ def parsed(text: str, name: str, dialect: Dialect) -> tree.Unit:
 
 
 def checked(
-    *texts: str, dialect: Dialect = EPAS_4, limits: Limits = MAX_4, host: ConfiguredHost | None = None
+    *texts: str,
+    dialect: Dialect = EPAS_4,
+    limits: Limits = MAX_4,
+    host: ConfiguredHost | None = None,
+    with_libraries: bool = True,
 ) -> tuple[Program, list[Mistake]]:
     """Check texts, which must have no mistakes for the parser, together with the libraries."""
     host = host or ConfiguredHost()
     files = [*sources(dialect.name), *((library.name, library.text) for library in host.libraries)]
+    files = files if with_libraries else []
     units = [parsed(text, name, dialect) for name, text in files]
     units += [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
     return check(units, host, dialect, limits=limits)
@@ -115,9 +120,9 @@ def program(declarations: str, statements: str = "", before: str = "") -> str:
     return f"{before} PROGRAM PLC_PRG VAR {declarations} END_VAR\n\n{statements}\nEND_PROGRAM"
 
 
-def variables(declarations: str, before: str = "") -> dict[str, Variable]:
+def variables(declarations: str, before: str = "", with_libraries: bool = True) -> dict[str, Variable]:
     """The checked variables of a program, which has no mistakes."""
-    found, mistakes = checked(program(declarations, before=before))
+    found, mistakes = checked(program(declarations, before=before), with_libraries=with_libraries)
     assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
     return found.pous["plc_prg"].variables
 

@@ -81,23 +81,24 @@ def _more(of: st.SearchStrategy[tree.Expression]) -> st.SearchStrategy[tree.Expr
 
 EXPRESSIONS: st.SearchStrategy[tree.Expression] = st.recursive(_LEAVES, _more, max_leaves=8)
 _NAMED: st.SearchStrategy[tree.Expression] = NAMES.map(tree.Name)
-PLACES: st.SearchStrategy[tree.Expression] = st.recursive(
+_VARIABLES: st.SearchStrategy[tree.Expression] = st.recursive(
     _NAMED,
     lambda of: st.one_of(
         st.builds(tree.Member, of, NAMES),
-        st.builds(tree.BitOf, of, st.integers(0, 31)),
         st.builds(tree.Index, of, many(EXPRESSIONS, 1, 2)),
         st.builds(tree.Dereference, of),
     ),
     max_leaves=3,
 )
+PLACES = st.one_of(_VARIABLES, st.builds(tree.BitOf, _VARIABLES, st.integers(0, 31)))
 
 # ---- statements
 
 _COMMENT = st.text(st.sampled_from("ab c\n*x"), max_size=8).map(lambda text: f"(* {text.replace('*', ':')} *)")
+_REMARKS = st.just("") | _COMMENT
 _COMMENTS = many(_COMMENT, 0, 1)
-_EXTRAS = {"comments": _COMMENTS, "remark": st.just("") | _COMMENT, "is_spaced": st.booleans()}
-_CALLS = st.builds(tree.Call, PLACES.filter(lambda of: not isinstance(of, tree.BitOf)), many(_arguments(EXPRESSIONS)))
+_EXTRAS = {"comments": _COMMENTS, "remark": _REMARKS, "is_spaced": st.booleans()}
+_CALLS = st.builds(tree.Call, _VARIABLES, many(_arguments(EXPRESSIONS)))
 _SIMPLE = st.one_of(
     st.builds(tree.Assign, PLACES, EXPRESSIONS, st.sampled_from(tree.AssignKind), **_EXTRAS),
     st.builds(tree.Assign, DIRECTS, EXPRESSIONS, **_EXTRAS),
@@ -110,8 +111,14 @@ _LABELS = st.one_of(_NUMBERS, PLAIN_NAMES.map(tree.Name), st.builds(tree.Range, 
 
 def _compound(of: st.SearchStrategy[tree.AnyStatement]) -> st.SearchStrategy[tree.AnyStatement]:
     block = many(of)
-    branches = many(st.builds(tree.Branch, EXPRESSIONS, block), 1, 2)
-    cases = many(st.builds(tree.CaseBranch, many(_LABELS, 1, 2), block, comments=_COMMENTS), 1, 2)
+    branches = many(st.builds(tree.Branch, EXPRESSIONS, block, remark=_REMARKS), 1, 2)
+    cases = many(
+        st.builds(
+            tree.CaseBranch, many(_LABELS, 1, 2), block, comments=_COMMENTS, remark=_REMARKS, is_spaced=st.booleans()
+        ),
+        1,
+        2,
+    )
     return st.one_of(
         st.builds(tree.If, branches, st.none() | block, **_EXTRAS),
         st.builds(tree.Case, EXPRESSIONS, cases, st.none() | block, **_EXTRAS),
@@ -130,7 +137,12 @@ _OPERANDS = st.one_of(PLACES, LITERALS, DIRECTS)
 _LABEL = st.just("") | PLAIN_NAMES
 _IL_SIMPLE = st.one_of(
     st.builds(
-        tree.IlInstruction, st.sampled_from(["LD", "ST", "AND"]), many(_OPERANDS, 1, 1), _LABEL, st.booleans(), **_EXTRAS
+        tree.IlInstruction,
+        st.sampled_from(["LD", "ST", "AND"]),
+        many(_OPERANDS, 1, 1),
+        _LABEL,
+        st.booleans(),
+        **_EXTRAS,
     ),
     st.builds(tree.IlInstruction, st.sampled_from(["ADD", "MUL", "EQ"]), many(_OPERANDS, 1), _LABEL, **_EXTRAS),
     st.builds(tree.IlInstruction, st.sampled_from(["LIMIT", "INT_TO_REAL"]), many(_OPERANDS), **_EXTRAS),
@@ -144,9 +156,7 @@ _IL_SIMPLE = st.one_of(
 def _deferring(of: st.SearchStrategy[tree.IlInstruction]) -> st.SearchStrategy[tree.IlInstruction]:
     load = st.builds(tree.IlInstruction, st.just("LD"), many(_OPERANDS, 1, 1), is_negated=st.booleans())
     deferred = st.builds(lambda first, rest: (first, *rest), load, many(of))
-    return st.builds(
-        tree.IlInstruction, st.sampled_from(sorted(BRACKETS)), label=_LABEL, deferred=deferred, **_EXTRAS
-    )
+    return st.builds(tree.IlInstruction, st.sampled_from(sorted(BRACKETS)), label=_LABEL, deferred=deferred, **_EXTRAS)
 
 
 INSTRUCTIONS: st.SearchStrategy[tree.IlInstruction] = st.recursive(_IL_SIMPLE, _deferring, max_leaves=4)
@@ -224,9 +234,7 @@ TYPES: st.SearchStrategy[tree.TypeSpec] = st.recursive(
 )
 _FLAGS = {"is_retain": st.booleans(), "is_persistent": st.booleans(), "is_constant": st.booleans()}
 _SECTION_KINDS = st.sampled_from([section for section in tree.Section if section is not tree.Section.CONFIG])
-VARIABLES = st.builds(
-    tree.Variables, _SECTION_KINDS, many(_variables_of(TYPES)), comments=_COMMENTS, **_FLAGS
-)
+VARIABLES = st.builds(tree.Variables, _SECTION_KINDS, many(_variables_of(TYPES)), comments=_COMMENTS, **_FLAGS)
 _GLOBALS = st.builds(tree.Variables, st.just(tree.Section.GLOBAL), many(_variables_of(TYPES)), **_FLAGS)
 _PATHS = st.builds("{}.{}".format, PLAIN_NAMES, PLAIN_NAMES)
 _CONFIGS = st.builds(

@@ -1,5 +1,6 @@
 """A controller on a bench that runs IEC programs from texts."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -7,16 +8,17 @@ from max4_bench import Bench
 
 from fieldrig.clock import MS
 from fieldrig_devices.iec.types import Value
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 
 
 class PlcBench(Bench):
     """`text` is the program, in a file `plc.st` in `folder`; autostart is on."""
 
-    def __init__(self, folder: Path, text: str, *drives: str, **settings: Any) -> None:
+    def __init__(self, folder: Path, text: str, *drives: str, files: Sequence[Path] = (), **settings: Any) -> None:
+        """`files` are further source files."""
         self.file = folder / "plc.st"
         self.write(text)
-        super().__init__(*drives, program=str(self.file), **{"autostart": True, **settings})
+        super().__init__(*drives, program=[str(self.file), *map(str, files)], **{"autostart": True, **settings})
 
     def write(self, text: str) -> Self:
         """Change the source, which the next download takes."""
@@ -24,7 +26,7 @@ class PlcBench(Bench):
         return self
 
     @property
-    def loaded(self) -> LoadedProgram:
+    def loaded(self) -> RetainingProgram:
         program = self.max4.plc.program
         assert program is not None
         return program

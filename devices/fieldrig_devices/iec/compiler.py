@@ -16,6 +16,7 @@ from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.layout import Layout
+from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
@@ -65,7 +66,7 @@ class Compiled:
 
     @property
     def symbols(self) -> Symbols:
-        return Symbols(self.program)
+        return Symbols(self.program, {file.name for file in self.files})
 
 
 def compile_project(
@@ -90,6 +91,7 @@ def compile_project(
         units.append(unit)
         mistakes += found
         on_progress("parse", number + 1, len(files))
+    libraries = needed(libraries, units, (file.text for file in files))
     program, found = check([*libraries, *units], host, dialect, library_files=[unit.file for unit in libraries])
     mistakes += found
     on_progress("check", 1, 1)

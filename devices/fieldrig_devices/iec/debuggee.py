@@ -6,17 +6,15 @@ reaches it, and the other tasks go on.  A pause stops all tasks where they are, 
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
 
 from fieldrig.device import Value
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.layout import storage
+from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.program import Space
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tasks.programs import Programs
-from fieldrig_devices.iec.tasks.scheduler import Scheduler
 from fieldrig_devices.iec.tasks.task import Phase, Task, TaskState
 from fieldrig_devices.iec.thread import Thread
 from fieldrig_devices.iec.types import BlockType, EnumType, StringType
@@ -32,19 +30,6 @@ from fieldrig_devices.languages.debugging.debuggee import (
 
 LANGUAGE = "IEC 61131-3"
 _BETWEEN = "the task is between two cycles: expected a breakpoint first"
-
-
-class LoadedProgram(Protocol):
-    """A program with its tasks."""
-
-    @property
-    def compiled(self) -> Compiled: ...
-
-    @property
-    def runtime(self) -> Runtime: ...
-
-    @property
-    def scheduler(self) -> Scheduler: ...
 
 
 class IecDebuggee:
@@ -63,6 +48,10 @@ class IecDebuggee:
 
     @property
     def progress(self) -> str:
+        return ""
+
+    @property
+    def problem(self) -> str:
         return ""
 
     @abstractmethod
@@ -212,15 +201,18 @@ class IecDebuggee:
             return None
         if variable.space is Space.FRAME:
             return Symbol(variable.name, variable.name, variable.type, steps=(stopped.frame + variable.offset,))
-        instance = self._instance_at(stopped.base)
+        instance = self._instance_at(stopped.base, pou.name)
         return None if instance is None else runtime.symbols.find(f"{instance}.{path}")
 
-    def _instance_at(self, base: int) -> str | None:
-        """Return the path of the instance of a program or function block at an address."""
+    def _instance_at(self, base: int, pou: str) -> str | None:
+        """Return the path of the instance of a program or function block at an address.
+
+        The first instance inside another one has the same address, so the name of the POU counts as well.
+        """
         waiting = list(self._loaded().runtime.symbols.children())
         while waiting:
             symbol = waiting.pop()
-            if isinstance(symbol.type, BlockType) and symbol.steps == (base,):
+            if isinstance(symbol.type, BlockType) and symbol.type.name == pou and symbol.steps == (base,):
                 return symbol.path
             if storage(symbol.type) is None:
                 waiting += self._loaded().runtime.symbols.children(symbol.path)

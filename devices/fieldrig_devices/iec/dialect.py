@@ -1,4 +1,4 @@
-"""What a source text may contain: the language of EPAS-4, or edition 3 of the standard.
+"""The language of source texts: that of EPAS-4, or edition 3 of the standard.
 
 Source: PacDrive manual 4.2 (digest 1.19, 2.2, 2.3 and section 4) for EPAS-4, which is a CoDeSys V2.3; IEC 61131-3:2013
 for edition 3.  Each permission that differs is one field, so a project can also mix them with `dataclasses.replace`.
@@ -45,7 +45,7 @@ class Dialect:
     allows_calls_without_brackets: bool = True
     """`Reset;` calls the action or program Reset, as in CoDeSys V2.3."""
     significant_characters: int = 32
-    """Names that agree in so many characters are the same name; 0 for all characters (PD-350)."""
+    """Names that agree in this many characters are the same name; 0 for all characters (PD-350)."""
     array_dimensions: int = 3
     """PD-361."""
     bit_address_bytes: int = 4_096

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import Final
 
 NEGATABLE: Final = ("LD", "ST", "AND", "OR", "XOR")
-"""With modifier N, the negated operand."""
+"""Operators that modifier N gives a negated operand."""
 CONDITIONAL: Final = ("JMP", "CAL", "RET")
-"""With modifiers C and CN: only if the accumulator is TRUE, or FALSE."""
+"""Operators with the modifiers C and CN: only if the accumulator is TRUE, or FALSE."""
 BRACKETS: Final = frozenset({"AND", "OR", "XOR", "ADD", "SUB", "MUL", "DIV", "MOD", "GT", "GE", "EQ", "NE", "LE", "LT"})
-"""With a bracket behind them, whose result is the operand."""
+"""Operators that a bracket may follow, whose result is the operand."""
 SYMBOLS: Final[Mapping[str, str]] = {
     "AND": "AND",
     "OR": "OR",

@@ -243,8 +243,8 @@ _REFERENCE: Final = bytes([KINDS[Elementary.DWORD]]).ljust(REFERENCE_SIZE, b"\0"
 def start_value(kind: Type, initial: InitialValue | None) -> Value:
     """Return the start value of a type with one cell.
 
-    Without a declared one it is 0 (PD-056), or what is nearest to it in a subrange, or the first value of an
-    enumeration that has no 0.
+    Without a declared one it is 0 (PD-056); the first value of an enumeration (manual 850), and what is nearest to 0
+    in a subrange.
     """
     if initial is not None:
         assert not isinstance(initial, list | dict)
@@ -257,7 +257,7 @@ def start_value(kind: Type, initial: InitialValue | None) -> Value:
         case SubrangeType(low=low, high=high):
             return min(max(low, 0), high)
         case EnumType(values=values):
-            return 0 if 0 in values.values() else next(iter(values.values()), 0)
+            return next(iter(values.values()), 0)
     return 0
 
 

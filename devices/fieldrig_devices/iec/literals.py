@@ -127,7 +127,7 @@ def _parts(text: str) -> list[tuple[str, str]]:
         parts.append((match[1], match[2].lower()))
         position = match.end()
     if not parts:
-        raise LiteralError("T# has no time behind it", "numbers with the units d, h, m, s and ms, such as T#1m30s")
+        raise LiteralError("nothing follows T#", "numbers with the units d, h, m, s and ms, such as T#1m30s")
     return parts
 
 
@@ -138,7 +138,7 @@ def _microseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
         order = _ORDER.index(unit)
         if order <= last:
             before = _ORDER[last]
-            raise LiteralError(f"{unit} stands behind {before}", "the units in the order d, h, m, s, ms, each once")
+            raise LiteralError(f"{unit} follows {before}", "the units in the order d, h, m, s, ms, each once")
         last = order
         if unit == "us" and not dialect.allows_time_fractions:
             raise LiteralError("the unit us is not known here", "d, h, m, s or ms")
@@ -193,6 +193,8 @@ def day(text: str) -> int:
 def date_and_time(text: str) -> int:
     """Return the seconds since 1970 of `1998-02-13-14:20`; fractions of a second are cut off."""
     date_text, _, clock_text = text.rpartition("-")
+    if text.count("-") != 3:
+        raise LiteralError(f"{text or 'nothing'} is not a date with a time", "such as DT#1998-02-13-14:20:00")
     seconds = day(date_text) + _clock(clock_text) // 1_000
     if seconds > MOST_MILLISECONDS:
         raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2106-02-07-06:28:15")

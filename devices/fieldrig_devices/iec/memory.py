@@ -22,6 +22,7 @@ from fieldrig_devices.iec.layout import (
 )
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.lower.names import CUTS, REALS
+from fieldrig_devices.iec.lower.texts import FASTER
 from fieldrig_devices.iec.types import Elementary, Family, StringType, Type, Value
 from fieldrig_devices.languages.faults import RunError
 
@@ -259,6 +260,7 @@ class Memory:
             "outside_array": outside_array,
             "outside_range": outside_range,
             "null_reference": null_reference,
+            **FASTER,
             **{name: _cutter(kind) for kind, name in CUTS.items()},
         }
 

@@ -5,7 +5,7 @@ dimensions are `[1,2]` or `[1][2]`.  Global variables and programs are the roots
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -36,13 +36,15 @@ class Symbol:
 
 
 class Symbols:
-    def __init__(self, program: Program) -> None:
-        self._roots = {name: _of_variable(one) for name, one in program.globals.items()}
+    def __init__(self, program: Program, files: Collection[str]) -> None:
+        """`files` are those of the project; variables of libraries are found by their names only."""
+        self._known = {name: _of_variable(variable) for name, variable in program.globals.items()}
+        self._roots = [self._known[name] for name, variable in program.globals.items() if variable.file in files]
 
     def children(self, path: str = "") -> list[Symbol]:
         """Return the parts of a symbol, the roots for an empty path, and nothing for an unknown one."""
         if not path:
-            return list(self._roots.values())
+            return list(self._roots)
         symbol = self.find(path)
         return parts(symbol) if symbol is not None else []
 
@@ -53,7 +55,7 @@ class Symbols:
                 return None
             at = match.end()
             if symbol is None:
-                symbol = self._roots.get((match[1] or "").lower())
+                symbol = self._known.get((match[1] or "").lower())
             elif match[1]:
                 symbol = _part(symbol, match[1].lower())
             else:

@@ -322,7 +322,8 @@ class _Scanner:
             self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
             self._add(INTEGER, "0", position)
         elif text[0].isascii() and text[0].isdigit():
-            self._say(position, f"{text} is neither a number nor a name", "a name begins with a letter or underscore")
+            expected = "a name that begins with a letter or an underscore"
+            self._say(position, f"{text} is neither a number nor a name", expected)
             self._add(NAME, text, position)
         elif text[0] == "%":
             what = f"{text} is not an address"

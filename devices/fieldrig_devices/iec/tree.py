@@ -143,7 +143,7 @@ class Statement(Node):
     remark: str = field(default="", compare=False, repr=False, kw_only=True)
     """A comment behind the statement in its last line."""
     is_spaced: bool = field(default=False, compare=False, repr=False, kw_only=True)
-    """True if an empty line stands in front of it."""
+    """True if an empty line precedes it."""
     after: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
     """Comments behind the last statement of a block, in lines of their own."""
 
@@ -204,6 +204,8 @@ class Jump(Statement):
 class Branch(Node):
     condition: Expression
     body: "tuple[AnyStatement, ...]"
+    remark: str = field(default="", compare=False, repr=False, kw_only=True)
+    """A comment behind THEN."""
 
 
 @dataclass(slots=True)
@@ -224,6 +226,10 @@ class CaseBranch(Node):
     body: "tuple[AnyStatement, ...]"
     comments: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
     """Comments in front of the labels."""
+    remark: str = field(default="", compare=False, repr=False, kw_only=True)
+    """A comment behind the labels."""
+    is_spaced: bool = field(default=False, compare=False, repr=False, kw_only=True)
+    """True if an empty line precedes it."""
 
 
 @dataclass(slots=True)
@@ -517,9 +523,9 @@ class Configuration(Statement):
     tasks: tuple[TaskDeclaration, ...] = ()
     programs: tuple[ProgramInstance, ...] = ()
     resource: str = ""
-    """The name of the resource; empty if the tasks stand in the configuration itself."""
+    """The name of the resource; empty if the tasks belong to the configuration itself."""
     processor: str = ""
-    """What stands behind ON."""
+    """The name behind ON."""
 
 
 Declaration = TypeDeclaration | Pou | Variables | Configuration

@@ -4,13 +4,18 @@ A block is entered at its first instruction, its leader, and nowhere else.  A br
 `Choice`, which becomes an `if` of Python; any other jump leaves the block, and its target is a leader.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
 
-from fieldrig_devices.languages.instructions import Branch, Call, Hold, Instruction, Jump, Pause, Switch
+from fieldrig_devices.languages.instructions import Branch, Call, Do, Hold, Instruction, Jump, Pause, Switch
 
 LONGEST = 32  # instructions in a block, and so the most by which a slice may exceed its budget
 DEEPEST_CHOICE = 12  # CPython's parser allows 100 levels of indentation
+
+
+_NOTHING: Final = Do(0, ())
 
 
 @dataclass(slots=True)
@@ -22,6 +27,8 @@ class Choice:
     jumped: "list[Node]"
     end: int
     """The instruction after both arms."""
+    jump: int | None = None
+    """The jump from the end of `through` over the other arm, which needs no Python."""
 
 
 Node = int | Choice
@@ -35,14 +42,18 @@ class Block:
     nodes: list[Node]
 
 
-def blocks(instructions: Sequence[Instruction]) -> list[Block]:
-    """Return the blocks of a routine in order."""
-    leaders = _hard_leaders(instructions)
+def blocks(instructions: Sequence[Instruction], inlined: Mapping[int, int] = MappingProxyType({})) -> list[Block]:
+    """Return the blocks of a routine in order.
+
+    `inlined` are the calls in place of which the callee's instructions run, with the number of these: they need no
+    leader behind them.
+    """
+    leaders = _hard_leaders([one if pc not in inlined else _NOTHING for pc, one in enumerate(instructions)])
     while True:
         firm = sorted(leaders)
         found = []
         for first, end in zip(firm, [*firm[1:], len(instructions)], strict=True):
-            found += list(_divided(first, end, _Reader(instructions).read(first, end, 0)))
+            found += list(_divided(first, end, _Reader(instructions).read(first, end, 0), inlined))
         wanted = {target for block in found for target in _outside(instructions, block.nodes, block)}
         if wanted <= leaders:
             return found
@@ -91,21 +102,23 @@ class _Reader:
             # An arm that is one choice again becomes `elif`, which is not nested more deeply.
             is_chain = isinstance(self._instructions[target], Branch)
             jumped = self.read(target, last.target, depth + (not is_chain))
-            return Choice(pc, through, jumped, last.target)
+            return Choice(pc, through, jumped, last.target, target - 1)
         if target > pc + LONGEST:
             return None
         return Choice(pc, self.read(pc + 1, target, depth + 1), [], target)
 
 
-def _divided(first: int, end: int, nodes: list[Node]) -> Iterator[Block]:
+def _divided(first: int, end: int, nodes: list[Node], inlined: Mapping[int, int]) -> Iterator[Block]:
     """Yield blocks of at most LONGEST instructions."""
-    start, part = first, list[Node]()
+    start, part, length = first, list[Node](), 0
     for node in nodes:
         pc, after = (node, node + 1) if isinstance(node, int) else (node.pc, node.end)
-        if part and after - start > LONGEST:
+        own = after - pc + sum(count for call, count in inlined.items() if pc <= call < after)
+        if part and length + own > LONGEST:
             yield Block(start, pc, part)
-            start, part = pc, []
+            start, part, length = pc, [], 0
         part.append(node)
+        length += own
     yield Block(start, end, part)
 
 

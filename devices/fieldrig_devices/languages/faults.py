@@ -30,12 +30,14 @@ def places(code: Code, build: Build, fault: BaseException) -> tuple[list[Activat
     while trace is not None:
         number = files.get(trace.tb_frame.f_code.co_filename)
         if number is not None:
-            found.append(_place(code, build, number, trace.tb_lineno, trace.tb_frame))
+            found += _places(code, build, number, trace.tb_lineno, trace.tb_frame)
             budget = trace.tb_frame.f_locals["n"]
         trace = trace.tb_next
     return found, budget
 
 
-def _place(code: Code, build: Build, number: int, line: int, frame: FrameType) -> Activation:
-    pc = code.lines(number, build)[line - 1].pc
-    return Activation(number, pc, frame.f_locals["frame"], frame.f_locals["base"])
+def _places(code: Code, build: Build, number: int, line: int, frame: FrameType) -> list[Activation]:
+    """Return the place in a routine, and those in the routines that are inlined there."""
+    at = code.lines(number, build)[line - 1]
+    where = frame.f_locals["frame"], frame.f_locals["base"]
+    return [Activation(routine, pc, *where) for routine, pc in ((number, at.pc), *at.calls)]

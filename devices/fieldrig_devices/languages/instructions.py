@@ -111,43 +111,55 @@ class Routine:
     copies them (`fieldrig.background`).
     """
 
-    def __init__(self, instructions: Sequence[Instruction], frame_size: int = 1) -> None:
+    def __init__(
+        self, instructions: Sequence[Instruction], frame_size: int = 1, registers: frozenset[str] = frozenset()
+    ) -> None:
+        """`registers` are the cells that blocks may keep in local variables (`registers`)."""
         self.frame_size = frame_size
         self.lines = tuple(instruction.line for instruction in instructions)
         self.fast = b""
-        """The FAST build, if it has been made in advance."""
+        """The FAST build, if it has been made in advance; and where it can be entered."""
+        self.fast_leaders: frozenset[int] = frozenset()
         self.for_debugging = b""
         """A pickled `ForDebugging`, if it has been made in advance."""
         self.targets = {pc: one.targets for pc, one in enumerate(instructions) if isinstance(one, Switch)}
         """The table of each Switch."""
-        self._instructions: tuple[Instruction, ...] | None = tuple(instructions)
+        self._content: tuple[tuple[Instruction, ...], frozenset[str]] | None = tuple(instructions), registers
         self._packed = b""
 
     def postpone(self, packed: bytes) -> None:
-        """Take the instructions in pickled form, and unpickle them when they are needed."""
-        self._packed, self._instructions = packed, None
+        """Take the instructions and registers in pickled form, and unpickle them when they are needed."""
+        self._packed, self._content = packed, None
 
     @property
     def instructions(self) -> tuple[Instruction, ...]:
-        if self._instructions is None:
-            self._instructions = pickle.loads(self._packed)
-        return self._instructions
+        return self._unpacked()[0]
+
+    @property
+    def registers(self) -> frozenset[str]:
+        return self._unpacked()[1]
+
+    def _unpacked(self) -> tuple[tuple[Instruction, ...], frozenset[str]]:
+        if self._content is None:
+            self._content = pickle.loads(self._packed)
+        return self._content
 
     def debugging(self) -> ForDebugging | None:
         """Return what has been made in advance for breakpoints and single steps."""
         return pickle.loads(self.for_debugging) if self.for_debugging else None
 
     def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
-        packed = self._packed or pickle.dumps(self._instructions)
+        packed = self._packed or pickle.dumps(self._content)
         lines = array("q", self.lines).tobytes()
         large = (self.fast, self.for_debugging, packed, lines)
         parts = tuple(bytes(part) if protocol < 5 else pickle.PickleBuffer(part) for part in large)
-        return _unpickled, (self.frame_size, self.targets, *parts)
+        return _unpickled, (self.frame_size, self.targets, self.fast_leaders, *parts)
 
 
 def _unpickled(
     frame_size: int,
     targets: dict[int, Mapping[int, int]],
+    fast_leaders: frozenset[int],
     fast: bytes,
     for_debugging: bytes,
     packed: bytes,
@@ -156,7 +168,7 @@ def _unpickled(
     routine = Routine((), frame_size)
     numbers = array("q")
     numbers.frombytes(lines)
-    routine.lines, routine.targets = tuple(numbers), targets
+    routine.lines, routine.targets, routine.fast_leaders = tuple(numbers), targets, fast_leaders
     routine.fast, routine.for_debugging = fast, for_debugging
     routine.postpone(packed)
     return routine

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 
 from fieldrig import sandbox
 from fieldrig_devices.languages.blocks import Block, blocks
+from fieldrig_devices.languages.inlining import Inlining
 from fieldrig_devices.languages.instructions import ForDebugging, Instruction, Routine
 from fieldrig_devices.languages.writer import Build, Callee, Line, Writer
 
@@ -56,14 +57,23 @@ class Texts:
         self.routines = routines
         self._callees = {name: Callee(number, routines[number].frame_size) for name, number in numbers.items()}
         self.rules = rules
-        self.blocks: Callable[[int], list[Block]] = cache(lambda number: blocks(routines[number].instructions))
+        self._inlining = Inlining(routines, numbers)
+        self.blocks: Callable[[int, Build], list[Block]] = cache(self._blocks)
+        self.leaders: Callable[[int, Build], frozenset[int]] = cache(self._leaders)
 
-        self.leaders: Callable[[int], frozenset[int]] = cache(self._leaders)
         self._debugging: Callable[[int], ForDebugging | None] = cache(lambda number: routines[number].debugging())
 
-    def _leaders(self, number: int) -> frozenset[int]:
-        ready = self._debugging(number)
-        return ready.leaders if ready else frozenset(block.first for block in self.blocks(number))
+    def _blocks(self, number: int, build: Build) -> list[Block]:
+        inlined = self._inlining.calls(number) if build is Build.FAST else {}
+        return blocks(self.routines[number].instructions, inlined)
+
+    def _leaders(self, number: int, build: Build) -> frozenset[int]:
+        if build is Build.FAST:
+            known = self.routines[number].fast_leaders
+        else:
+            ready = self._debugging(number)
+            known = ready.leaders if ready else frozenset()
+        return known or frozenset(block.first for block in self.blocks(number, build))
 
     def in_advance(self, number: int, build: Build) -> bytes:
         """Return a build that was made in advance, or nothing."""
@@ -75,11 +85,11 @@ class Texts:
     def for_debugging(self, number: int, names: Collection[str]) -> bytes:
         """Make what breakpoints and single steps need in advance."""
         watched, stepped = (self.compiled(number, build, names) for build in (Build.WATCHED, Build.STEPPED))
-        return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number)))
+        return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number, Build.WATCHED)))
 
     def lines(self, number: int, build: Build) -> list[Line]:
-        routine = self.routines[number]
-        return list(Writer(number, routine, self._callees, self.blocks(number), build).lines())
+        found = self.blocks(number, build)
+        return list(Writer(number, self.routines, self._callees, found, build, self._inlining).lines())
 
     def source(self, number: int, build: Build) -> str:
         return "".join(f"{line.text}\n" for line in self.lines(number, build))
@@ -117,7 +127,9 @@ def prepare(
     texts = Texts(list(routines.values()), {name: number for number, name in enumerate(routines)}, rules)
     steps = len(routines) * (2 if is_debugged else 1)
     for number, routine in enumerate(routines.values()):
-        routine.fast = routine.fast or texts.compiled(number, Build.FAST, names)
+        if not routine.fast:
+            routine.fast = texts.compiled(number, Build.FAST, names)
+            routine.fast_leaders = texts.leaders(number, Build.FAST)
         on_progress(number + 1, steps)
     for number, routine in enumerate(routines.values() if is_debugged else ()):
         routine.for_debugging = texts.for_debugging(number, names)
@@ -193,9 +205,9 @@ class Code:
     def source(self, build: Build) -> str:
         return "".join(self._texts.source(number, build) for number in range(len(self.routines)))
 
-    def is_leader(self, routine: int, pc: int) -> bool:
-        """True if the fast builds can be entered there."""
-        return pc in self._texts.leaders(routine)
+    def is_leader(self, routine: int, pc: int, build: Build) -> bool:
+        """True if a build can be entered there."""
+        return pc == 0 or pc in self._texts.leaders(routine, build)
 
     def line(self, routine: int, pc: int) -> int:
         """Return the source line of an instruction."""

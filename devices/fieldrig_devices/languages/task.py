@@ -72,17 +72,19 @@ class Task:
         """
         self.has_waited = False
         self._code.limit[0] = self._limit
-        if self._is_between:
-            budget = self._run_to_a_block(budget)
-        if self.state is not TaskState.READY or self.has_waited:
-            return budget
         build = Build.WATCHED if self.is_watched else Build.FAST
-        try:
-            return self._run(build, budget)
-        except faults.CAUGHT as fault:
-            return self._fail(build, fault)
+        while True:
+            if self._is_between or not self._code.is_leader(self.routine, self.pc, build):
+                budget = self._run_to_a_block(budget, build)
+            if self.state is not TaskState.READY or self.has_waited or budget <= 0:
+                return budget
+            try:
+                budget = self._run(build, budget)
+            except faults.CAUGHT as fault:
+                return self._fail(build, fault)
 
     def _run(self, build: Build, budget: int) -> int:
+        """Run until the slice ends, or until a routine resumes where the build can't be entered."""
         functions = self._code.functions(build)
         left, stack = self._code.left, self.stack
         routine, pc, frame, base = self.routine, self.pc, self.frame, self.base
@@ -94,6 +96,8 @@ class Task:
                 left.clear()
             if why == END and stack:
                 routine, pc, frame, base = stack.pop()
+                if not self._code.is_leader(routine, pc, build):
+                    break
             elif why != SLICE:
                 if why == WAIT:
                     self.has_waited, self.unused = True, budget
@@ -133,7 +137,7 @@ class Task:
             self.state = TaskState.READY
             self._is_between, self._passed = True, (self.routine, self.pc)
 
-    def _run_to_a_block(self, budget: int) -> int:
+    def _run_to_a_block(self, budget: int, build: Build) -> int:
         while budget > 0 and self.state is TaskState.READY:
             if self._is_stop():
                 self.state = TaskState.STOPPED
@@ -146,7 +150,7 @@ class Task:
                 return min(budget - cost, 0)
             self._passed = None
             budget -= cost
-            if self._code.is_leader(self.routine, self.pc):
+            if self._code.is_leader(self.routine, self.pc, build):
                 self._is_between = False
                 break
         return budget

@@ -4,12 +4,12 @@ A block that jumps to its own start becomes a Python loop, a branch within a blo
 find their block by a tree of comparisons.  Costs are charged where a block or an arm of a branch is left.
 """
 
-import re
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Final, NamedTuple, TypeGuard, TypeVar
 
 from fieldrig_devices.languages.blocks import Block, Choice, Node
+from fieldrig_devices.languages.inlining import Inlining, moved
 from fieldrig_devices.languages.instructions import (
     Branch,
     Call,
@@ -21,6 +21,7 @@ from fieldrig_devices.languages.instructions import (
     Routine,
     Switch,
 )
+from fieldrig_devices.languages.registers import is_register, kept
 
 INDENT = "    "
 Spent = TypeVar("Spent")
@@ -45,6 +46,8 @@ class Line(NamedTuple):
 
     text: str
     pc: int
+    calls: tuple[tuple[int, int], ...] = ()
+    """For a line of inlined routines: their numbers and their instructions, outermost first."""
 
 
 class Callee(NamedTuple):
@@ -54,10 +57,17 @@ class Callee(NamedTuple):
 
 class Writer:
     def __init__(
-        self, number: int, routine: Routine, callees: Mapping[str, Callee], blocks: list[Block], build: Build
+        self,
+        number: int,
+        routines: Sequence[Routine],
+        callees: Mapping[str, Callee],
+        blocks: list[Block],
+        build: Build,
+        inlining: Inlining,
     ) -> None:
         self._number, self._callees, self._build, self._blocks = number, callees, build, blocks
-        self._routine = routine
+        self._routines, self._inlining = routines, inlining
+        routine = routines[number]
         if build is Build.STEPPED:
             self._blocks = [Block(pc, pc + 1, [pc]) for pc in range(len(routine.instructions))]
 
@@ -79,22 +89,52 @@ class Writer:
         yield from self._tree(middle, end, indent + INDENT)
 
     def _block(self, block: Block, indent: str) -> Iterator[Line]:
-        part = _BlockWriter(self._number, self._build, self._routine, self._callees, block)
+        part = _BlockWriter(self._number, self._build, self._routines, self._callees, block, self._inlining)
+        lines = list(part.lines())
+        texts = [line.text for line in lines]
+        loads = list[str]()
+        if part.registers:
+            loads, texts = kept(texts, part.registers, is_loop=part.is_loop)
+        yield from (Line(indent + text, block.first) for text in loads)
         if part.is_loop:
             yield Line(f"{indent}while n > 0:", block.first)
             indent += INDENT
-        for text, pc in part.lines():
-            yield Line(indent + text, pc)
+        for text, line in zip(texts, lines, strict=True):
+            yield line._replace(text=indent + text)
 
 
 class _BlockWriter:
     def __init__(
-        self, number: int, build: Build, routine: Routine, callees: Mapping[str, Callee], block: Block
+        self,
+        number: int,
+        build: Build,
+        routines: Sequence[Routine],
+        callees: Mapping[str, Callee],
+        block: Block,
+        inlining: Inlining,
     ) -> None:
         self._number, self._build, self._callees, self._block = number, build, callees, block
-        self._instructions, self._frame_size = routine.instructions, routine.frame_size
+        self._routines, self._inlining = routines, inlining
+        self._inlined = inlining.calls(number) if build is Build.FAST else {}
+        self._instructions, self._frame_size = routines[number].instructions, routines[number].frame_size
+        self.registers = self._registers() if build is Build.FAST else frozenset()
+        """The cells that the lines of this block may keep in local variables, apart from those of inlined routines."""
         part = self._instructions[block.first : block.end]
         self.is_loop = any(getattr(instruction, "target", None) == block.first for instruction in part)
+
+    def _registers(self) -> frozenset[str]:
+        found = set(self._routines[self._number].registers)
+        for pc in range(self._block.first, self._block.end):
+            if pc in self._inlined:
+                call = self._instructions[pc]
+                assert isinstance(call, Call)
+                number = self._callees[call.routine].number
+                body = self._inlining.body(number)
+                assert body is not None
+                inner = _BlockWriter(number, self._build, self._routines, self._callees, body, self._inlining)
+                moved_ = (moved(text, self._frame_size, call.base) for text in inner.registers)
+                found |= {text for text in moved_ if is_register(text)}
+        return frozenset(found)
 
     def lines(self) -> Iterator[Line]:
         spent = yield from self._nodes(self._block.nodes, 0)
@@ -135,16 +175,18 @@ class _BlockWriter:
             yield from (Line(text, pc) for text in branch.python)
         spent += branch.cost
         charged = spent if charged is None else charged
-        first, second, condition = choice.through, choice.jumped, f"not ({branch.condition})"
-        if not first:
-            first, second, condition = second, first, branch.condition
+        jump = self._instructions[choice.jump].cost if choice.jump is not None else 0
+        arms = [(f"not ({branch.condition})", choice.through, jump), (branch.condition, choice.jumped, 0)]
+        if not choice.through and not jump:
+            arms.reverse()
+        (condition, first, more), (_, second, other) = arms
         yield Line(f"{word} {condition}:", pc)
-        yield from self._arm(first, spent, charged, pc)
+        yield from self._arm(first, spent, charged - more, pc)
         if len(second) == 1 and self._can_chain(second[0]):
             yield from self._choice(second[0], spent, "elif", charged)
         elif second or spent != charged:
             yield Line("else:", pc)
-            yield from self._arm(second, spent, charged, pc)
+            yield from self._arm(second, spent, charged - other, pc)
         return charged
 
     def _can_chain(self, node: Node) -> TypeGuard[Choice]:
@@ -170,12 +212,14 @@ class _BlockWriter:
             case Branch(python=python, condition=condition, target=target, cost=cost):
                 yield from (Line(text, pc) for text in python)
                 yield Line(f"if {condition}:", pc)
-                yield from (Line(INDENT + text, pc) for text, _ in self._leave(target, spent + cost, pc))
+                yield from (Line(INDENT + text, pc) for text, *_ in self._leave(target, spent + cost, pc))
                 return spent + cost
             case Jump(target=target, cost=cost):
                 yield from self._leave(target, spent + cost, pc)
             case Switch():
                 yield from self._switch(instruction, pc, spent)
+            case Call() if pc in self._inlined:
+                return (yield from self._inline(instruction, pc, spent))
             case Call():
                 yield from self._call(instruction, pc, spent + instruction.cost)
                 return 0
@@ -216,6 +260,21 @@ class _BlockWriter:
         yield Line(f"{INDENT}leave({number}, {frame}, {call.base}, {self._number}, {pc + 1}, frame, base)", pc)
         yield Line(f"{INDENT}return why, at, n", pc)
 
+    def _inline(self, call: Call, pc: int, spent: int) -> Generator[Line, None, int]:
+        """Yield the callee's instructions instead of a call."""
+        number = self._callees[call.routine].number
+        body = self._inlining.body(number)
+        assert body is not None
+        inner = _BlockWriter(number, self._build, self._routines, self._callees, body, self._inlining)
+        lines = inner._nodes(body.nodes[:-1], spent + call.cost)
+        while True:
+            try:
+                text, at, calls = next(lines)
+            except StopIteration as end:
+                end_cost = self._routines[number].instructions[-1].cost
+                return int(end.value) + end_cost
+            yield Line(moved(text, self._frame_size, call.base), pc, ((number, at), *calls))
+
     def _leave(self, target: int, spent: int, pc: int) -> Iterator[Line]:
         if spent:
             yield Line(f"n -= {spent}", pc)
@@ -230,11 +289,11 @@ def _indented(lines: Generator[Line, None, Spent]) -> Generator[Line, None, Spen
     """Yield the lines one level deeper; return what their generator returns."""
     while True:
         try:
-            text, pc = next(lines)
+            text, pc, calls = next(lines)
         except StopIteration as end:
             spent: Spent = end.value
             return spent
-        yield Line(INDENT + text, pc)
+        yield Line(INDENT + text, pc, calls)
 
 
 def _rest(spent: int) -> str:
@@ -243,11 +302,3 @@ def _rest(spent: int) -> str:
 
 def _added(name: str, number: int) -> str:
     return f"{name} + {number}" if number else name
-
-
-_SUM = re.compile(r"\bbase \+ (\d+)\b|\bbase\b")
-
-
-def at_fixed_base(text: str, base: int) -> str:
-    """Return generated text in which `base` is a number."""
-    return _SUM.sub(lambda match: str(base + int(match[1] or 0)), text)

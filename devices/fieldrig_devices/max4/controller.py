@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
@@ -25,6 +26,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
 from fieldrig_devices.max4.faults import MODELS, MemoryLost, Overrun, PowerOff
@@ -37,7 +39,7 @@ from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
-from fieldrig_devices.max4.project import PROGRAM_FILE, Project
+from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
 from fieldrig_devices.max4.settings import Max4Settings
@@ -58,6 +60,7 @@ class Max4(Device):
         name: str,
         settings: Max4Settings,
         store: Store,
+        background: Background,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
@@ -106,7 +109,7 @@ class Max4(Device):
         self.can = None if can is None else SharedLink(can)
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
-        self.plc = Plc(clock, self)
+        self.plc = Plc(clock, self, background)
         self._debugging = DebugService(clock, PlcDebuggee(self))
         self._field_buses.add_objects(self.tree)
         self.plc.check_settings()
@@ -232,6 +235,11 @@ class Max4(Device):
     @property
     def is_booted(self) -> bool:
         return self._boot.is_finished
+
+    @property
+    def markers(self) -> bytearray | None:
+        program = self.plc.program
+        return None if program is None else program.runtime.markers
 
     def each_cycle(self, action: Callable[[], None]) -> None:
         self._actions.append(action)
@@ -378,7 +386,7 @@ class Max4(Device):
         return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
 
     def renew_points(self) -> None:
-        """Make the points anew, because another program has been loaded, and offer the new nodes."""
+        """Make the points again, because another program has been loaded, and offer the new nodes."""
         self._points = points(self)
         if self.opcua is not None:
             self.opcua.changed()

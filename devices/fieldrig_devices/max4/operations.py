@@ -7,16 +7,17 @@ writes the files of PD-043 in their order and at the pace of PD-044.
 
 import logging
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig_devices.max4.configuration.files import Configuration
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container
 from fieldrig_devices.max4.configuration.version import goes_with, version_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
-from fieldrig_devices.max4.plc.container import Container
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -95,7 +96,7 @@ class Operations:
         self._controller.plc.start()
 
     def _cold_start(self) -> None:
-        """Start the program anew, with the start values of all variables (PD-051)."""
+        """Start the program from its beginning, with the start values of all variables (PD-051)."""
         plc = self._controller.plc
         plc.reset(is_cold=True)
         plc.start()
@@ -104,7 +105,12 @@ class Operations:
         """Change the running program to the present sources of the project (PD-225)."""
         controller = self._controller
         container = self._sources()
-        controller.plc.change(container, lambda: controller.project.store_program(container.encode()))
+
+        def on_done(problem: str) -> None:
+            if not problem:
+                self.write_program(container.encode())
+
+        controller.plc.change(container, on_done)
 
     def _sources(self) -> Container:
         container = self._controller.plc.project()
@@ -113,24 +119,39 @@ class Operations:
         return container
 
     def _download(self) -> None:
-        """Write the files of the project, the program first, which is loaded at once and waits for its start."""
+        """Load the present sources of the project, if it has any, and write its files."""
         controller = self._controller
         container = controller.plc.project()
-        if container is not None:
-            controller.plc.download(container)
-        program = controller.project.program if container is None else container.encode()
+        if container is None:
+            self._write_files(controller.project.program)
+            return
+
+        def on_done(problem: str) -> None:
+            if not problem:
+                self._write_files(container.encode())
+
+        controller.plc.download(container, on_done)
+
+    def _write_files(self, program: bytes) -> None:
+        """Write the files of a download in their order, at the pace of the manual."""
+        controller = self._controller
         files = controller.project.files(controller.system.stored_values(), program)
         self.cancel()
         for (name, data), after_ms in zip(files, DOWNLOAD_MS, strict=True):
+            when_ns = self._clock.now_ns() + after_ms * MS
+            self._timers.append(self._clock.call_at(when_ns, partial(self._write, name, data)))
 
-            def write(name: str = name, data: bytes = data) -> None:
-                try:
-                    controller.disk.write(name, data)
-                except ValueError as refused:  # the log has no entry for this file and the ones after it
-                    log.warning("%s: the download ends: %s", name, str(refused).partition("\n")[0])
-                    self.cancel()
+    def write_program(self, data: bytes) -> None:
+        """Store a program that has been loaded."""
+        self._write(PROGRAM_FILE, data)
 
-            self._timers.append(self._clock.call_at(self._clock.now_ns() + after_ms * MS, write))
+    def _write(self, name: str, data: bytes) -> None:
+        """Write a file.  If the disk refuses it, the log has no entry for this file and the ones after it."""
+        try:
+            self._controller.disk.write(name, data)
+        except ValueError as refused:
+            log.warning("%s: the download ends: %s", name, str(refused).partition("\n")[0])
+            self.cancel()
 
     # ---- the configuration, which takes effect at the next reset
 

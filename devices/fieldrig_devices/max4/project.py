@@ -16,11 +16,10 @@ from fieldrig_devices.max4.configuration.files import (
     parameters_of_file,
     parameters_to_file,
 )
-from fieldrig_devices.max4.plc.container import container_of
-from fieldrig_devices.max4.settings import Max4Settings
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, container_of
+from fieldrig_devices.max4.settings import Max4Settings, disk_name
 from fieldrig_devices.max4.storage.disk import FlashDisk, file_name
 
-PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 CAN_MASTER_FILE: Final = "\\CANMA.CON"
 BUS_FILES: Final = (CAN_MASTER_FILE, "\\CANSL.CON", "\\PROFIMA.CON", "\\PROFISL.CON")
 _INSTALLED: Final = "$SETTINGS"
@@ -51,11 +50,15 @@ class Project:
         settings = self._settings
         program = container_of(settings.program, settings.dialect).encode() if settings.program else None
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
+        further = {disk_name(path): path.read_bytes() for path in settings.files}
+        if further:
+            wanted += repr(sorted(further.items()))
         mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()
         if self._disk.hidden(_INSTALLED) == mark:
             return False
         before = self.program
         files = {
+            **further,
             self.configuration_file: configuration_to_file(settings.configuration),
             self.parameter_file: parameters_to_file(values),
             **({} if program is None else {PROGRAM_FILE: program}),

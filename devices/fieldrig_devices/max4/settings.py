@@ -14,6 +14,7 @@ from fieldrig_devices.max4.configuration.limits import MOST_AXES
 from fieldrig_devices.max4.configuration.version import version_of
 from fieldrig_devices.max4.modbus.client_settings import ModbusClientSettings
 from fieldrig_devices.max4.modbus.settings import ModbusFaceSettings
+from fieldrig_devices.max4.storage.disk import file_name
 from fieldrig_devices.max4.storage.retain import RetainKind
 
 Wires = dict[Symbol, str]
@@ -65,6 +66,11 @@ def _classes(classes: dict[int, int]) -> dict[int, int]:
         if not 1 <= number <= 8:
             raise ValueError(f"class of {code}: expected 1 to 8, got {number}")
     return classes
+
+
+def disk_name(path: Path) -> str:
+    """Return the name of a file of the rig file on the flash disk.  ValueError if it cannot have this name there."""
+    return file_name(f"\\{path.name}")
 
 
 def _as_list(value: Any) -> Any:
@@ -136,6 +142,9 @@ class Max4Settings(Settings):
     )
     off_days: float = Field(default=0.0, ge=0, description="days without power before the start of the rig")
     disk_bytes: int = Field(default=4_000_000, ge=65_536, description="size of the flash disk")
+    files: list[ConfigFile] = Field(
+        default_factory=list, description="further files of the flash disk, such as support points of cams"
+    )
     memory_free_bytes: int = Field(default=6_930_636, ge=0, description="value of the parameter Memoryfree")
 
     def claims(self, device: str) -> Iterator[Claim]:
@@ -175,6 +184,9 @@ class Max4Settings(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        names = [disk_name(path) for path in self.files]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"files: expected each name once, but {twice[0]} is used twice")
         if len(self.drives) > self.max_axes:
             raise ValueError(f"drives: expected at most {self.max_axes} (max_axes), got {len(self.drives)}")
         configuration = self.configuration  # which checks itself

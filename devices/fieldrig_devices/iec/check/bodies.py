@@ -2,7 +2,9 @@
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.il import lower_il
 from fieldrig_devices.iec.check.project import PouSource, Project
+from fieldrig_devices.iec.check.sfc import lower_sfc
 from fieldrig_devices.iec.check.statements import Statements
 from fieldrig_devices.iec.program import AnyStatement, Pou
 
@@ -23,9 +25,10 @@ def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body) -> lis
         case tree.NativeBody():
             _check_native(project, source, pou)
             return []
-        case _:
-            context.say(body, "this language cannot be compiled yet", "Structured Text")
-            return []
+        case tree.IlBody():
+            return lower_il(body, context)
+        case tree.SfcBody():
+            return lower_sfc(body, context, lambda action, inner: _body(project, source, action, inner))
 
 
 def _check_native(project: Project, source: PouSource, pou: Pou) -> None:

@@ -124,6 +124,8 @@ def converted(operand: Expression, kind: Type) -> Expression:
 
 
 def intrinsic(overload: Overload, arguments: Sequence[Expression]) -> Expression:
+    if overload.name == "MOVE":
+        return arguments[0]  # also a structure or an array
     values = [argument.value for argument in arguments if isinstance(argument, Constant)]
     if arguments and len(values) == len(arguments):
         return Constant(intrinsics.evaluate(overload.name, values), overload.result)

@@ -1,4 +1,4 @@
-"""Where an expression or statement is: its POU, its file, and what names mean there."""
+"""The surroundings of an expression or statement: its POU, its file, and what names mean there."""
 
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
@@ -18,8 +18,8 @@ class Context:
         self.pou = pou if pou is not None else source.pou if source is not None else None
         """The POU or action whose body is checked."""
         self.names: dict[str, Variable] = source.names if source is not None else {}
-        is_library = source is not None and source.is_library
-        self.mixes_integers = project.dialect.mixes_integers or is_library
+        self.is_library = source is not None and source.is_library
+        self.mixes_integers = project.dialect.mixes_integers or self.is_library
         """True if integers and bit strings go into one another; libraries are written for EPAS-4."""
         self._unknown: set[str] = set()
         self._hidden = 0
@@ -31,7 +31,10 @@ class Context:
 
     def find(self, name: str) -> Entity | None:
         wanted = self.key(name)
-        return self.names.get(wanted) or self.project.find(wanted)
+        found: Entity | None = self.names.get(wanted)
+        if found is None and self.is_library:
+            found = self.project.shadowed.get(wanted)
+        return found or self.project.find(wanted)
 
     def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
         self.project.reports.say(self.file, place_of(node), what, expected, hint)
@@ -41,12 +44,16 @@ class Context:
 
     def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""
-        if self.key(name) in self._unknown:
-            return
+        if not name or self.key(name) in self._unknown:
+            return  # the parser has reported an empty name
         self._unknown.add(self.key(name))
         entities = [*self.names.items(), *self.project.names.items()]
         known = [getattr(entity, "name", name) for name, entity in entities]
         hint = self.project.reports.closest(name, known)
+        if name.startswith("_") and not hint:
+            hint = (
+                f"{name} is the logical address of the object {name[1:]}, which the control configuration does not have"
+            )
         self.say(node, f"{name} is not declared", expected or ("" if hint else "a name from a declaration"), hint)
 
     def hidden(self, name: str, kind: Type, space: Space | None = None) -> Variable:

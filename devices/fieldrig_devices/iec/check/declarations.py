@@ -1,4 +1,4 @@
-"""What a project declares, in the order in which it can be worked out: names, types, variables, start values."""
+"""All declarations of a project, in the order of work: names, types, variables, start values."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import initials
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
-from fieldrig_devices.iec.check.sizes import Sizes
+from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
 from fieldrig_devices.iec.check.type_specs import TypeSpecs
 from fieldrig_devices.iec.check.variables import Variables
 from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
@@ -28,18 +28,28 @@ class Declarations:
         project.compute = lambda start: initials.compute(start, Context(project, start.source, start.file))
 
     def declare(self, units: Sequence[tree.Unit]) -> None:
-        """Work out all declarations; afterwards only bodies are open."""
+        """Work out all declarations; afterwards only bodies are open.
+
+        The libraries come first, so that the project may redefine a name of theirs, for itself alone.
+        """
         self._objects()
-        for unit in sorted(units, key=lambda unit: unit.file not in self._library_files):
+        objects = set(self._project.names)
+        self._part([unit for unit in units if unit.file in self._library_files])
+        self._project.library_names = {*self._project.names, *self.specs.names} - objects
+        self._part([unit for unit in units if unit.file not in self._library_files])
+        self._sizes()
+        self._starts()
+
+    def _part(self, units: Sequence[tree.Unit]) -> None:
+        structures, sources = len(self.specs.structures), len(self._project.sources)
+        for unit in units:
             for node in unit.declarations:
                 self._declare(node, unit.file)
         self.specs.resolve_all()
-        self._type_defaults()
+        self._type_defaults(structures)
         self.specs.finish_enumerations()
-        for source in self._project.sources.values():
+        for source in list(self._project.sources.values())[sources:]:
             self.variables.add_to_pou(source)
-        self._sizes()
-        self._starts()
 
     # ---- names
 
@@ -72,8 +82,8 @@ class Declarations:
         is_known = name in project.names or name in project.pous or name in self.specs.names or name in project.types
         if is_known and name in project.library_names:
             project.reports.note(file, node.place, f"{shown} replaces the one of the library")
-            project.pous.pop(name, None)
-            project.names.pop(name, None)
+            project.replace(name)
+            self.specs.forget(name)
             return True
         if is_known:
             what = (
@@ -99,8 +109,6 @@ class Declarations:
         self._project.pous[name] = pou
         self._project.sources[pou] = PouSource(pou, node, file in self._library_files)
         self._project.declare(name, pou, file, node.place)
-        if file in self._library_files:
-            self._project.library_names.add(name)
         for action in node.actions:
             self._action(action, pou)
         for block in node.blocks:
@@ -135,19 +143,20 @@ class Declarations:
         if not self._is_free(name, node.name, node, file):
             return False
         self._project.declare(name, entity, file, node.place)
-        if file in self._library_files:
-            self._project.library_names.add(name)
         return True
 
     # ---- start values
 
-    def _type_defaults(self) -> None:
+    def _type_defaults(self, first: int) -> None:
+        """Work out the start values of declared types, and of structures from number `first` on."""
         for name, node, context in self.specs.default_sources():
+            if name in self._project.defaults:
+                continue
             kind = self._project.types.get(name, UNKNOWN)
             found = initials.value(node.initial, kind, context) if node.initial is not None else None
             if found is not None:
                 self._project.defaults[name] = found
-        for structure, spec, context in self.specs.structures:
+        for structure, spec, context in self.specs.structures[first:]:
             for part in spec.fields:
                 field = structure.fields.get(self._project.key(part.name))
                 if field is None:
@@ -171,6 +180,9 @@ class Declarations:
         for pou in self._project.sources:
             if pou.type is not None:
                 sizes.of(pou.type)
+        for kind in dict.fromkeys(sizes.deep):
+            file, place = self._project.declared_at.get(self._project.key(kind.name), ("", tree.NOWHERE))
+            self._project.reports.say(file, place, f"{kind.name} is nested too deeply", f"at most {DEEPEST} levels")
         for kind in dict.fromkeys(sizes.circles):
             file, place = self._project.declared_at.get(self._project.key(kind.name), ("", tree.NOWHERE))
             self._project.reports.say(

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import prod
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
@@ -18,16 +19,25 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
+DEEPEST: Final = 40
+"""Constants of which each is needed for the one before."""
+
 
 def compute(start: Start, context: Context) -> None:
     """Work out the start value of one variable, once."""
     if start.is_done:
         return
+    if context.project.depth >= DEEPEST:
+        context.say(start.initial, f"constants depend on one another more than {DEEPEST} deep", "a value")
+        start.is_done = True
+        return
     if start.is_busy:
         context.say(start.initial, f"{start.variable.name} is defined by itself", "a constant")
         return
     start.is_busy = True
+    context.project.depth += 1
     start.variable.initial = value(start.initial, start.variable.type, context)
+    context.project.depth -= 1
     start.is_done = True
 
 

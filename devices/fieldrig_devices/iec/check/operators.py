@@ -317,7 +317,7 @@ def _bool_hint(operator: Operator, first: object, second: object, at: tree.Node)
     if BOOL in (first, second) and operator in COMPARISONS and isinstance(at, tree.Binary):
         return _chained(at) or "compare the BOOL with TRUE or FALSE, or use it alone"
     if BOOL in (first, second) and operator in LOGIC:
-        return "comparisons bind more strongly than AND and OR; write a > 1 AND b > 1"
+        return "comparisons bind more strongly than AND or OR; write a > 1 AND b > 1"
     if BOOL in (first, second):
         return "use BOOL_TO_INT(...) for 0 or 1"
     return ""

@@ -1,4 +1,4 @@
-"""What a name or a path such as belt.axis[3].pos means: a place in memory, a constant, a POU or an enumeration."""
+"""The meaning of a name or a path such as belt.axis[3].pos: a place in memory, a constant, a POU or an enumeration."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
@@ -89,6 +89,9 @@ def variable(context: Context, found: Variable) -> Place | Constant | None:
 
 
 def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
+    listed = _of_list(of.context, node)
+    if listed is not None:
+        return variable(of.context, listed)
     owner = _owner(of, node)
     if owner is None:
         return None
@@ -111,6 +114,15 @@ def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
     if isinstance(kind, BlockType) and kind.pou is not None:
         return _pin(of.context, owner, kind.pou, node)
     return _of_object(of.context, Load(owner), kind, node)
+
+
+def _of_list(context: Context, node: tree.Member) -> Variable | None:
+    """The variable that `list.variable` means; None if the name in front is no list of global variables."""
+    if not context.project.lists or not isinstance(node.of, tree.Name) or context.find(node.of.text) is not None:
+        return None
+    name = context.key(node.name)
+    found = context.project.find(name) if name in context.project.lists.get(context.key(node.of.text), ()) else None
+    return found if isinstance(found, Variable) else None
 
 
 def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:

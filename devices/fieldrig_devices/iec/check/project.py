@@ -34,7 +34,7 @@ class Pending:
 
 
 Entity = Variable | Constant | Pou | EnumType
-"""What a name in an expression may mean."""
+"""The possible meanings of a name in an expression."""
 
 
 @dataclass(slots=True, eq=False)
@@ -45,7 +45,7 @@ class PouSource:
     tree: tree.Pou
     is_library: bool
     names: dict[str, Variable] = field(default_factory=dict)
-    """What its own names mean: its variables, those behind VAR_EXTERNAL, and the result of a function."""
+    """The meanings of its own names: its variables, those behind VAR_EXTERNAL, and the result of a function."""
     inputs: list[Variable] = field(default_factory=list)
     """VAR_INPUT and VAR_IN_OUT, in the order of their declaration."""
     outputs: list[Variable] = field(default_factory=list)
@@ -83,17 +83,23 @@ class Project:
         self.key = Keys(dialect).__getitem__
         self.names: dict[str, Entity | Pending] = {}
         self.declared_at: dict[str, tuple[str, tree.Place]] = {}
+        self.shadowed: dict[str, Entity] = {}
+        """The meanings of such names in the libraries, if the project has redefined them."""
         self.library_names: set[str] = set()
-        """Names of libraries, which the project may declare anew."""
+        """Names of libraries, which the project may redefine."""
         self.pous: dict[str, Pou] = {}
         self.sources: dict[Pou, PouSource] = {}
         self.globals: dict[str, Variable] = {}
+        self.lists: dict[str, set[str]] = {}
+        """Names of the variables in each named list of global variables, for `list.variable` of today's tools."""
         self.types: dict[str, Type] = {}
         self.defaults: dict[str, InitialValue] = {}
         """Start values of declared types, by name."""
         self.starts: dict[Variable, Start] = {}
         self.compute: Callable[[Start], None] = lambda start: None
         """Works out a start value; set by the checker."""
+        self.depth = 0
+        """Start values that wait for the one that is being worked out."""
         self.tasks: list[program.Task] = []
         self.calls: dict[Pou, dict[Pou, tree.Place]] = {}
         """Which POU calls which, with one place of a call."""
@@ -117,6 +123,19 @@ class Project:
         self.names[name] = entity
         self.declared_at[name] = (file, place)
         self.library_names.discard(name)
+
+    def replace(self, name: str) -> None:
+        """Make a name of a library free for the project; the library itself keeps its own meaning."""
+        self.library_names.discard(name)
+        entity = self.find(name)
+        self.names.pop(name, None)
+        if entity is not None:
+            self.shadowed[name] = entity
+        self.types.pop(name, None)
+        if name in self.pous:
+            self.pous[f"{name}@library"] = self.pous.pop(name)
+        if name in self.globals:
+            self.globals[f"{name}@library"] = self.globals.pop(name)
 
     def where(self, name: str) -> str:
         """Return where a name was declared, for a message."""

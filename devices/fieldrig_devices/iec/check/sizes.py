@@ -3,11 +3,16 @@
 Components follow one another without gaps (`types.py`).  A reference takes 4 bytes; a located variable takes none.
 """
 
+from collections.abc import Iterable
+from typing import Final
+
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
 
-REFERENCE = 4
+REFERENCE: Final = 4
+DEEPEST: Final = 40
+"""Levels of structures and instances in one another; CoDeSys V2.3 has no use for more."""
 
 
 class Sizes:
@@ -15,6 +20,9 @@ class Sizes:
         self._project = project
         self._known: set[Type] = set()
         self._busy: list[StructType | BlockType] = []
+        self._depths: dict[Type, int] = {}
+        self.deep: list[StructType | BlockType] = []
+        """Types with more levels of components than DEEPEST."""
         self.circles: list[StructType | BlockType] = []
         """Types that contain themselves; their size stays 0."""
 
@@ -29,11 +37,22 @@ class Sizes:
         if kind in self._busy:
             self.circles.append(kind)
             return 0
+        if len(self._busy) >= DEEPEST:
+            self.deep.append(kind)
+            return 0
         self._busy.append(kind)
         kind.size = self._structure(kind) if isinstance(kind, StructType) else self.instance(kind.pou)
         self._busy.pop()
         self._known.add(kind)
+        self._depths[kind] = 1 + max((self._depth(part) for part in _parts(kind)), default=0)
+        if self._depths[kind] == DEEPEST + 1:
+            self.deep.append(kind)
         return kind.size
+
+    def _depth(self, kind: Type) -> int:
+        while isinstance(kind, ArrayType):
+            kind = kind.element
+        return self._depths.get(kind, 0) if isinstance(kind, StructType | BlockType) else 0
 
     def _structure(self, kind: StructType) -> int:
         offset = 0
@@ -56,3 +75,10 @@ class Sizes:
         if variable.location is not None:
             return 0
         return REFERENCE if variable.is_reference else self.of(variable.type)
+
+
+def _parts(kind: StructType | BlockType) -> Iterable[Type]:
+    if isinstance(kind, StructType):
+        return [field.type for field in kind.fields.values()]
+    variables = kind.pou.variables.values() if kind.pou is not None else ()
+    return [variable.type for variable in variables if variable.space is Space.INSTANCE and not variable.is_reference]

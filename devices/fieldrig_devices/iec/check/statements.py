@@ -11,6 +11,7 @@ from fieldrig_devices.iec.check.operators import integer_of
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.program import AnyStatement, Constant, Expression
+from fieldrig_devices.iec.tree import NOWHERE
 from fieldrig_devices.iec.types import Elementary, EnumType, SubrangeType, Type
 
 BOOL: Final = Elementary.BOOL
@@ -109,7 +110,8 @@ class Statements:
         selector = self.expressions.expression(node.selector)
         kind: Type | None = selector.type if selector is not None else None
         if selector is not None and (integer_of(selector) is None or kind is None):
-            self.context.say(node.selector, f"{text(node.selector)} is {a(kind)}", "an integer behind CASE")
+            if node.selector.place != NOWHERE:  # otherwise the parser has reported it
+                self.context.say(node.selector, f"{text(node.selector)} is {a(kind)}", "an integer behind CASE")
             kind = None
         labels = _Labels(self, kind)
         made = [(labels.ranges(branch.labels), self.statements(branch.body)) for branch in node.branches]

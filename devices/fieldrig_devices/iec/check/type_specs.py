@@ -24,7 +24,10 @@ from fieldrig_devices.iec.types import (
 )
 
 LONGEST_STRING: Final = 255
-"""As in CoDeSys V2.3, whose string functions know no longer ones."""
+"""The limit of CoDeSys V2.3, whose string functions know no longer strings."""
+
+DEEPEST: Final = 40
+"""Levels of declared types of which each is needed for the one before."""
 
 SHORT_OF_LONG: Final = {Elementary.LWORD: "DWORD", Elementary.LINT: "DINT", Elementary.ULINT: "UDINT"}
 
@@ -35,6 +38,7 @@ class TypeSpecs:
         self._key = project.key
         self._declared: dict[str, tuple[tree.TypeDeclaration, Context]] = {}
         self._busy: set[str] = set()
+        self._depth = 0
         self.structures: list[tuple[StructType, tree.StructSpec, Context]] = []
 
     def add(self, name: str, declaration: tree.TypeDeclaration, context: Context) -> None:
@@ -47,6 +51,10 @@ class TypeSpecs:
     @property
     def names(self) -> Collection[str]:
         return self._declared.keys()
+
+    def forget(self, name: str) -> None:
+        """Forget a declared type of a library, which the project redefines."""
+        self._declared.pop(name, None)
 
     def resolve_all(self) -> None:
         for name, (declaration, context) in self._declared.items():
@@ -63,7 +71,17 @@ class TypeSpecs:
 
     def resolve(self, spec: tree.TypeSpec, context: Context) -> Type:
         """Return the type; UNKNOWN after a message."""
+        if self._depth >= DEEPEST:
+            return self._no(context, spec, f"types are nested more than {DEEPEST} deep", "declare inner types first")
+        self._depth += 1
+        kind = self._of_spec(spec, context)
+        self._depth -= 1
+        return kind
+
+    def _of_spec(self, spec: tree.TypeSpec, context: Context) -> Type:
         match spec:
+            case tree.NamedType(""):  # the parser reported this declaration
+                return UNKNOWN
             case tree.NamedType():
                 return self._named(self._key(spec.name), spec, context)
             case tree.StringSpec():
@@ -199,6 +217,8 @@ class TypeSpecs:
                     "names of enumeration values occur once in the project (PD-359)",
                 )
                 continue
+            if known in project.library_names:
+                project.replace(known)
             entity = Pending(partial(self._value, kind, spec, context, known))
             project.declare(known, entity, context.file, value.place)
 

@@ -36,6 +36,8 @@ class Variables:
         self.lists.append((members, block, file))
         for node in block.variables:
             name = self._project.key(node.name)
+            if block.name:
+                self._project.lists.setdefault(self._project.key(block.name), set()).add(name)
 
             def make(node: tree.Variable = node, name: str = name) -> Variable:
                 made = self._make(node, block, Space.GLOBAL, Section.GLOBAL, None, context)

@@ -3,6 +3,7 @@
 from fieldrig.cli.common import command_group
 from fieldrig_devices.iec.commands.checking import check
 from fieldrig_devices.iec.commands.formatting import fmt
+from fieldrig_devices.iec.commands.running import run
 
 app = command_group()
 
@@ -21,3 +22,4 @@ def iec() -> None:
 
 app.command()(check)
 app.command()(fmt)
+app.command()(run)

@@ -24,7 +24,7 @@ DialectOption = Annotated[
     str,
     typer.Option("--dialect", metavar="DIALECT", help=f"The language rules that apply: {', '.join(DIALECTS)}."),
 ]
-SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut")
+SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tctto")
 
 
 def dialect_named(name: str) -> "Dialect":
@@ -40,8 +40,9 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
     found: list[SourceFile] = []
     for path in paths:
-        inside = sorted(inner for inner in path.rglob("*") if inner.suffix.lower() in SUFFIXES) if path.is_dir() else [path]
-        found += [SourceFile(str(file), read_text(file)) for file in inside]
+        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
+        chosen = [file for file in inside if file.suffix.lower() in SUFFIXES or file == path]
+        found += [SourceFile(str(file), read_text(file)) for file in chosen]
     if not found:
         raise UsageError("there are no source files", f"expected files that end in {', '.join(SUFFIXES)}")
     return found

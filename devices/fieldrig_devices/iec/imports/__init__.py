@@ -42,5 +42,5 @@ def _read(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
 
 
 def _of_today(dialect: Dialect) -> Dialect:
-    """What today's tools write in every file: comments to the end of the line.  Everything else is the project's."""
+    """The dialect with comments to the end of the line, which today's tools write in every file."""
     return replace(dialect, has_line_comments=True)

@@ -41,7 +41,7 @@ def packed(*bits: bool) -> int:
 
 
 FUNCTIONS: Final[Mapping[str, Callable[..., object]]] = {
-    "LENGTH": strings.length,
+    "LENGTH": len,
     "LEFT_OF": strings.left,
     "RIGHT_OF": strings.right,
     "MIDDLE_OF": strings.middle,

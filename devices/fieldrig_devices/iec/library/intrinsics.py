@@ -12,7 +12,7 @@ Source: PacDrive manual 1978 to 2813 (digest 2.3), CoDeSys V2.3 where that is si
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Final
+from typing import Final, TypeGuard
 
 from fieldrig_devices.iec.library import conversions, fixed
 from fieldrig_devices.iec.library.arguments import (
@@ -31,7 +31,7 @@ from fieldrig_devices.iec.library.arguments import (
 from fieldrig_devices.iec.library.overload import Overload
 from fieldrig_devices.iec.library.templates import IMPLEMENTATIONS, REAL_FUNCTIONS, SHIFTS, evaluate, implementation
 from fieldrig_devices.iec.program import Operator
-from fieldrig_devices.iec.types import Elementary, StringType, Type
+from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, PointerType, StringType, SubrangeType, Type
 
 __all__ = [
     "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
@@ -108,9 +108,9 @@ def _overload(name: str, parameters: Sequence[Type], result: Type) -> Overload:
 def _absolute(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
     kind = common(arguments, wanted) if len(arguments) == 1 else None
     base = plain(kind) if kind is not None else None
-    if kind is None or base not in ANY_NUMBER:
+    if not isinstance(base, Elementary) or base not in ANY_NUMBER:
         return _expected(name, "one number", arguments)
-    return _overload(f"{name}.{base}", [kind], kind)
+    return _overload(f"{name}.{base}", [base], base)  # of a subrange, the result may be outside
 
 
 def _real_kind(arguments: Sequence[Argument], wanted: Type | None) -> Elementary | None:
@@ -163,6 +163,11 @@ def _is_integer(argument: Argument) -> bool:
     return kind in ANY_INTEGER or (isinstance(kind, Untyped) and not kind.is_real)
 
 
+def _is_value(kind: Type | None) -> TypeGuard[Type]:
+    """True for a type whose values are in one cell, which is to say no structure, array or instance."""
+    return isinstance(kind, Elementary | StringType | EnumType | SubrangeType | PointerType)
+
+
 def _selection(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
     first: Type = Elementary.BOOL if name == "SEL" else Elementary.DINT
     if name == "SEL" and (len(arguments) != 3 or not widens(arguments[0], first)):
@@ -170,20 +175,22 @@ def _selection(name: str, arguments: Sequence[Argument], wanted: Type | None) ->
     if name == "MUX" and (len(arguments) < 2 or not _is_integer(arguments[0])):
         return _expected(name, "an integer and the values", arguments)
     kind = common(arguments[1:], wanted)
-    if kind is None:
-        return _expected(name, "values of the same type", arguments)
+    if not _is_value(kind):
+        return _expected(name, "elementary values or texts of the same type", arguments)
     return _overload(name, [first, *[kind] * (len(arguments) - 1)], kind)
 
 
 def _move(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
     kind = common(arguments, wanted) if len(arguments) == 1 else None
-    return _overload(name, [kind], kind) if kind is not None else _expected(name, "one value", arguments)
+    if kind is None or isinstance(kind, BlockType):
+        return _expected(name, "one value", arguments)
+    return _overload(name, [kind], kind)
 
 
 def _extreme(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
     kind = common(arguments, wanted)
     count = {"LIMIT": len(arguments) == 3}.get(name, len(arguments) >= 2)
-    if kind is None or not count:
+    if not _is_value(kind) or not count:
         count_text = "three values" if name == "LIMIT" else "at least two values"
         return _expected(name, f"{count_text} of the same kind", arguments)
     return _overload(name, [kind] * len(arguments), kind)
@@ -238,7 +245,8 @@ def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload
     target = _overloaded(name)
     kind = plain(arguments[0]) if len(arguments) == 1 else None
     if name.startswith("TRUNC_") and isinstance(target, Elementary):
-        return _truncate("TRUNC", arguments, target)
+        found = _truncate("TRUNC", arguments, target)
+        return found.replace("TRUNC", name, 1) if isinstance(found, str) else found
     if isinstance(kind, Untyped):
         kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
     if target is None or not isinstance(kind, Elementary | StringType):

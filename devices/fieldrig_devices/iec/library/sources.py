@@ -1,19 +1,39 @@
 """The source text of the standard function blocks.
 
-The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard
-names them R, LD and S1.
+The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard names
+them R, LD and S1.  Edition 3 also has counters for larger types: CTU_DINT and so on.
 """
 
+import re
+from functools import cache
 from importlib.resources import files
+from typing import Final
 
 from fieldrig_devices.iec import library
+from fieldrig_devices.iec.types import Elementary
 
-EDITION_3 = "edition-3"
+EDITION_3: Final = "edition-3"
 """Name of the dialect with the standard's own names."""
+LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.ULINT)
+"""The types that edition 3 has further counters for."""
 
 
-def sources(dialect: str) -> list[tuple[str, str]]:
-    """Return the names and texts of the files for the dialect with this name, in an order that may be compiled."""
-    counters = "counters_edition_3.st" if dialect == EDITION_3 else "counters.st"
-    names = ["standard.st", counters, "util.st"]
-    return [(name, (files(library) / name).read_text(encoding="ascii")) for name in names]
+@cache
+def sources(dialect: str) -> tuple[tuple[str, str], ...]:
+    """Return the names and texts of the files for the dialect with this name."""
+    if dialect != EDITION_3:
+        return tuple((name, _text(name)) for name in ("standard.st", "counters.st", "util.st"))
+    counters = _text("counters_edition_3.st")
+    large = tuple((f"counters_{kind.name.lower()}.st", _counters_of(kind, counters)) for kind in LARGE)
+    return (("standard.st", _text("standard.st")), ("counters.st", counters), *large, ("util.st", _text("util.st")))
+
+
+def _text(name: str) -> str:
+    return (files(library) / name).read_text(encoding="ascii")
+
+
+def _counters_of(kind: Elementary, text: str) -> str:
+    """The counters of the text, which count in INT, for another type."""
+    blocks = re.findall(r"^FUNCTION_BLOCK CT.*?^END_FUNCTION_BLOCK\n", text, re.MULTILINE | re.DOTALL)
+    joined = "\n".join(blocks).replace(": INT;", f": {kind.name};").replace(str(Elementary.INT.high), str(kind.high))
+    return re.sub(r"^FUNCTION_BLOCK (CT\w+)", rf"FUNCTION_BLOCK \1_{kind.name}", joined, flags=re.MULTILINE)

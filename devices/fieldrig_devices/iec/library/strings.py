@@ -10,25 +10,24 @@ LONGEST: Final = 255
 """Length of the arguments and results of these functions."""
 
 
-def length(text: str) -> int:
-    return len(text)
-
-
 def left(text: str, size: int) -> str:
-    return text[: max(size, 0)]
+    return text[:size] if size > 0 else ""
 
 
 def right(text: str, size: int) -> str:
-    return text[max(len(text) - size, 0) :] if size > 0 else ""
+    return text[-size:] if size > 0 else ""
 
 
 def middle(text: str, size: int, position: int) -> str:
     """MID: `size` characters from `position` on."""
-    return text[position - 1 : position - 1 + max(size, 0)] if position > 0 else ""
+    return text[position - 1 : position - 1 + size] if position > 0 and size > 0 else ""
 
 
-def concatenated(*texts: str) -> str:
-    return "".join(texts)[:LONGEST]
+def concatenated(first: str, second: str, *others: str) -> str:
+    text = first + second
+    if others:
+        text += "".join(others)
+    return text if len(text) <= LONGEST else text[:LONGEST]
 
 
 def inserted(text: str, part: str, position: int) -> str:

@@ -9,6 +9,7 @@ from typing import Final
 from fieldrig_devices.iec.layout import STRING_KIND, kind_number, storage
 from fieldrig_devices.iec.library import conversions, intrinsics
 from fieldrig_devices.iec.library.overload import expand
+from fieldrig_devices.iec.lower import texts
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.places import Places
 from fieldrig_devices.iec.lower.values import Stored, Value, constant, of_type
@@ -245,10 +246,13 @@ class Expressions:
 
     def _intrinsic(self, expression: Intrinsic, emitter: Emitter) -> Value:
         found = intrinsics.implementation(expression.name)
-        arguments = [emitter.short(self.value(one, emitter)).text for one in expression.arguments]
+        arguments = [emitter.short(self.value(one, emitter)) for one in expression.arguments]
         emitter.charge(found.cost_ns)
+        own = texts.OWN.get(expression.name)
+        if own is not None and (value := own(arguments, emitter)) is not None:
+            return value
         kind = self._stored(expression)
-        text = found.expand(arguments)
+        text = found.expand([one.text for one in arguments])
         if kind is Elementary.REAL and text.startswith("SINGLE(") and text.endswith(")"):
             return emitter.single(text[len("SINGLE") :], kind)
         return emitter.short(of_type(text, kind))

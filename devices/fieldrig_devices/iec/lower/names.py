@@ -28,7 +28,14 @@ BEGIN: Final = "begin_{}"
 
 _VALUES: Final = frozenset(name for name, one in IMPLEMENTATIONS.items() if not callable(one))
 FIXED: Final = (
-    TABLES | CHECKS | POINTERS | AREAS | PARAMETERS | WAITING | frozenset(IMPLEMENTATIONS) | {*CUTS.values(), "now_ms"}
+    TABLES
+    | CHECKS
+    | POINTERS
+    | AREAS
+    | PARAMETERS
+    | WAITING
+    | frozenset(IMPLEMENTATIONS)
+    | {*CUTS.values(), "now_ms", "LENGTH", "FIND_IN"}
 )
 
 

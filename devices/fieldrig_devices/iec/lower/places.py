@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from fieldrig_devices.iec.layout import AREAS, kind_number, storage
 from fieldrig_devices.iec.lower.emitter import INDENT, Emitter
 from fieldrig_devices.iec.lower.names import AREA_TABLES
+from fieldrig_devices.iec.lower.texts import shortened
 from fieldrig_devices.iec.lower.values import Value, constant, of_type
 from fieldrig_devices.iec.program import (
     Bit,
@@ -25,7 +26,8 @@ from fieldrig_devices.iec.program import (
     Target,
     Variable,
 )
-from fieldrig_devices.iec.types import Elementary, Family, StringType, Type
+from fieldrig_devices.iec.tree import PouKind
+from fieldrig_devices.iec.types import BlockType, Elementary, Family, StringType, Type
 from fieldrig_devices.iec.types import Value as PlainValue
 
 
@@ -73,6 +75,9 @@ class Places:
         owner = pou.owner or pou
         self._base = owner.instance.offset if owner.instance is not None else None
         self._form_of = form_of
+        self._is_program = self._base is not None
+        self.registers: set[str] = set()
+        """The cells that only one text reaches in this POU, for `languages.registers`."""
 
     # ---- addresses
 
@@ -171,7 +176,22 @@ class Places:
             at = emitter.new(str(where))
             number = kind_number(kind)
             return of_type(emitter.new(f"M[{at}] if K[{at}] == {number} else peek({at}, {number})"), kind)
+        self._note(place, where)
         return of_type(f"M[{where}]", kind)
+
+    def _note(self, place: Place, where: Address) -> None:
+        """Note a cell that nothing but its own text reaches: a variable, or a part of one that is no array.
+
+        A block of function reaches its variables by `base`, and might reach them by the name of its instance as well.
+        """
+        if len(where.terms) > 1 or (where.terms and where.terms[0] not in ("base", "frame")):
+            return
+        is_named = not where.terms and not self._is_program
+        depth = 0
+        while isinstance(place, Component):
+            place, depth = place.of, depth + 1
+        if isinstance(place, Cell) and not (is_named and depth > _is_main(place)):
+            self.registers.add(f"M[{where}]")
 
     def _load_area(self, where: AreaAddress, kind: Elementary | StringType, emitter: Emitter) -> Value:
         table = AREA_TABLES[where.area]
@@ -220,6 +240,8 @@ class Places:
             emitter.charge(emitter.costs.access if where.area == "M" else emitter.costs.io)
             self._store_area(where, kind, value, emitter)
             return
+        if not where.is_raw:
+            self._note(place, where)
         self.store_at(where, place.type, value, emitter)
 
     def store_at(self, where: Address, wanted: Type, value: Value, emitter: Emitter) -> None:
@@ -287,6 +309,12 @@ def _kept(cells: str, emitter: Emitter) -> str:
     return cells if cells.isidentifier() else emitter.new(cells)
 
 
+def _is_main(cell: Cell) -> bool:
+    """True for the instance of a program."""
+    kind = cell.variable.type
+    return isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.PROGRAM
+
+
 def _located(place: Located) -> AreaAddress:
     return AreaAddress(place.area, (), place.byte, place.bit)
 
@@ -304,10 +332,7 @@ def _cut_to(kind: Type, value: Value, emitter: Emitter) -> str:
     """Return the text of a value; a string is cut to the length of the target."""
     if not isinstance(kind, StringType) or not isinstance(value.type, StringType):
         return value.text
-    if value.type.length <= kind.length:
-        return value.text
-    name = value.text if value.text.isidentifier() else emitter.new(value.text)
-    return f"{name}[:{kind.length}]"
+    return shortened(value, kind.length, emitter).text
 
 
 def constant_of(value: PlainValue, kind: Type) -> Value:

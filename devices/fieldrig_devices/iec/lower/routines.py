@@ -56,7 +56,7 @@ def lower(
             is_deep = True
     for name, (part, _) in parts.items():
         assembler = part.assembler
-        lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size)
+        lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size, part.registers)
         lowered.code_size += CODE_PER_ROUTINE + round(assembler.cost * CODE_PER_NS)
     lowered.forms, lowered.constants = context.forms, context.constants
     return lowered

@@ -73,6 +73,10 @@ class Statements:
         """Labels that CONTINUE and EXIT jump to."""
         self._labels: dict[str, Label] = {}
 
+    @property
+    def registers(self) -> frozenset[str]:
+        return frozenset(self._places.registers)
+
     # ---- bodies
 
     def prologue(self) -> None:

@@ -17,7 +17,7 @@ def parse(text: str, file: str, dialect: Dialect = EPAS_4) -> tuple[tree.Unit, l
     """Parse a source file as far as possible, and return it with its mistakes in the order of the text."""
     reader = Units(tokens(text, file, dialect), file, dialect)
     unit = reader.unit()
-    return unit, sorted(reader.mistakes)
+    return unit, _in_order(reader.mistakes)
 
 
 def parse_body(
@@ -25,7 +25,7 @@ def parse_body(
 ) -> tuple[tree.Body, list[Mistake]]:
     """Parse a body alone, in the language "ST", "IL" or "SFC"; an empty language takes that of the first line."""
     reader = Units(tokens(text, file, dialect, first_line), file, dialect)
-    return reader.body_alone(language), sorted(reader.mistakes)
+    return reader.body_alone(language), _in_order(reader.mistakes)
 
 
 def parse_declarations(
@@ -33,4 +33,10 @@ def parse_declarations(
 ) -> tuple[tuple[tree.Variables, ...], list[Mistake]]:
     """Parse blocks VAR ... END_VAR alone."""
     reader = Units(tokens(text, file, dialect, first_line), file, dialect)
-    return reader.declarations_alone(), sorted(reader.mistakes)
+    return reader.declarations_alone(), _in_order(reader.mistakes)
+
+
+def _in_order(mistakes: list[Mistake]) -> list[Mistake]:
+    """Return the mistakes in the order of the text, one at each place: that of the parser, which knows more."""
+    found = {(mistake.line, mistake.column): mistake for mistake in mistakes}
+    return sorted(found.values())

@@ -70,7 +70,7 @@ class Cursor:
         self._reported = max(self._reported, last)
         line, column = self.places[last]
         place = Place(line, column + len(self.texts[last]))
-        self.say_at(place, f"{what} is missing behind {self.shown(last)}", what, hint)
+        self.say_at(place, f"{what} is missing behind {self.shown(last)}", "", hint)
 
     # ---- tokens
 

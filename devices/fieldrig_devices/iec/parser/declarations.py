@@ -1,33 +1,32 @@
-"""Types, variables, and their start values.
+"""Declarations of variables and types.
 
-Source: PacDrive manual 757 to 1091.  The start values of an array stand without brackets, as in the manual, or in
-square brackets, as in the standard; both are read in both dialects.
+Source: PacDrive manual 951 to 1091.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.parser.blocks import OUTER
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
-from fieldrig_devices.iec.parser.sections import Bodies
+from fieldrig_devices.iec.parser.initials import RESERVED
+from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
-_RESERVED_TEXT = """
-    BOOL BYTE WORD DWORD LWORD SINT INT DINT LINT USINT UINT UDINT ULINT REAL LREAL TIME DATE TOD DT TIME_OF_DAY
-    DATE_AND_TIME STRING
-    """
-RESERVED: Final = frozenset(_RESERVED_TEXT.split())
-"""Names of types, which nothing else can have."""
-_UNKNOWN: Final = {
-    "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
-    "UNION": "Overlapping data are variables AT the same address.",
-    "EXTENDS": "Types and blocks cannot be derived; declare a variable of the other type in it.",
-}
+_LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
 _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_TYPE"})
 
 
-class Declarations(Bodies):
-    """Reads declarations of variables and types."""
+class Declarations(Types):
+    """Reads declarations of variables and types.
+
+    A variable whose declaration is wrong behind its name is declared with a type without a name, so that the checker
+    does not report it as unknown.
+    """
+
+    _names: Sequence[tuple[str, tree.Place]] = ()
+    """Names of the declaration that is being read."""
 
     # ---- blocks of variables
 
@@ -48,10 +47,11 @@ class Declarations(Bodies):
             self.say(at, "VAR_ACCESS is not supported", "VAR_GLOBAL", "OPC UA and the symbol list show all variables.")
         section = SECTIONS.get(word, tree.Section.GLOBAL)
         attributes = self._attributes()
-        variables = self._variables(is_path=section is tree.Section.CONFIG)
+        variables = self.variables(is_path=section is tree.Section.CONFIG)
         if self.kinds[self.i] == "END_VAR":
             self.i += 1
-            self.accept(";")
+            if not self.is_next_line():
+                self.accept(";")
         else:
             self.say(self.i, f"got {self.shown(self.i)}", f"END_VAR for the {word} in line {self.places[at].line}")
             if self.kinds[self.i] in _ENDS:
@@ -69,7 +69,7 @@ class Declarations(Bodies):
             self.i += 1
         return "RETAIN" in found, "PERSISTENT" in found, "CONSTANT" in found
 
-    def _variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
+    def variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
         """Read declarations up to END_VAR or END_STRUCT."""
         found: list[tree.Variable] = []
         while self.kinds[self.i] not in _ENDS:
@@ -84,6 +84,7 @@ class Declarations(Bodies):
             except UnexpectedError:
                 self._pending[:0] = front
                 self._synchronise_declaration(at)
+                found += [tree.Variable(name, tree.NamedType(""), place=place) for name, place in self._names]
                 continue
             self.gather_from(at)
             declared[0].comments, declared[0].is_spaced = front + self.taken(), is_spaced
@@ -97,13 +98,23 @@ class Declarations(Bodies):
     def _is_outside(self, at: int) -> bool:
         """True if a token shows that END_VAR was forgotten."""
         kind = self.kinds[at]
-        if kind in SECTIONS or kind in ("IF", "CASE", "FOR", "WHILE", "REPEAT", token.NATIVE):
+        if kind in ("IF", "CASE", "FOR", "WHILE", "REPEAT", token.NATIVE):
+            return self.kinds[at + 1] != ":"
+        if kind in SECTIONS:
             return True
         if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "RESOURCE"):
             return True
         if kind.startswith("END_") or kind == token.END:
             return True
-        return kind == token.NAME and self.kinds[at + 1] in (":=", "(", ".", "[") and not self._is_declared(at)
+        if kind != token.NAME or self.kinds[at + 1] not in (":=", "(", ".", "["):
+            return False
+        return not self._is_declared(at) and not self._ends_later(at)
+
+    def _ends_later(self, at: int) -> bool:
+        """True if END_VAR comes before anything that cannot be in a declaration."""
+        while self.kinds[at] not in OUTER:
+            at += 1
+        return self.kinds[at] == "END_VAR"
 
     def _is_declared(self, at: int) -> bool:
         """True if there is a colon in the line of a name, as in a path or in a declaration that is wrong elsewhere."""
@@ -130,7 +141,8 @@ class Declarations(Bodies):
 
     def _variable(self, is_path: bool) -> list[tree.Variable]:
         """Read `a, b AT %QX0.0 : BOOL := TRUE;`."""
-        names = [self._declared_name(is_path)]
+        self._names = []
+        self._names = names = [self._declared_name(is_path)]
         while self.accept(","):
             names.append(self._declared_name(is_path))
         location = None
@@ -139,29 +151,42 @@ class Declarations(Bodies):
                 raise self.unexpected("an address such as %QX1.0")
             location = self.direct(self.texts[self.i], self.i)
             self.i += 1
-        if self.kinds[self.i] in ("=", ":="):
+        if self.kinds[self.i] in (token.NAME, "ARRAY", "POINTER", "STRUCT") and not self.is_next_line():
+            self.missing(":")
+        elif not self.accept(":"):
             raise self.unexpected(": and a type")
-        if self.kinds[self.i] != ":":
-            raise self.unexpected(": and a type")
-        self.i += 1
         spec = self.type_spec()
         initial = self._initial(spec)
         self._end_of_declaration(spec)
         return [tree.Variable(name, spec, initial, location, place=place) for name, place in names]
 
+    def _is_reserved(self, name: str) -> bool:
+        """True for the name of an elementary type; LINT is a name where that type is not known (manual 1284)."""
+        upper = name.upper()
+        return upper in RESERVED and (self.dialect.has_long_types or upper not in _LONG)
+
     def _declared_name(self, is_path: bool) -> tuple[str, tree.Place]:
         at = self.i
         name = self.name("the name of a variable")
-        if name.upper() in RESERVED:
+        if self._is_reserved(name):
             self.say(at, f"{name} is the name of a type", "another name for the variable")
         parts = [name]
         while is_path and self.accept("."):
             parts.append(self.name("the name of a variable"))
-        while self.kinds[self.i] == token.NAME and not self.is_next_line():
+        while self._is_part_of_name():
             parts[-1] += f"_{self.texts[self.i]}"
             self.say(at, f"the name {name} {self.texts[self.i]} has a blank in it", "one word", f"Write {parts[-1]}.")
             self.i += 1
         return ".".join(parts), self.places[at]
+
+    def _is_part_of_name(self) -> bool:
+        """True if a name has a blank in it, as in `Intermediate result : BOOL`."""
+        if self.kinds[self.i] != token.NAME or self.is_next_line():
+            return False
+        at = self.i
+        while self.kinds[at] == token.NAME:
+            at += 1
+        return self.kinds[at] in (":", ",", "AT")
 
     def _initial(self, spec: tree.TypeSpec) -> tree.Initial | None:
         if self.kinds[self.i] == "=":
@@ -182,213 +207,6 @@ class Declarations(Bodies):
         raise self.unexpected(
             ";", "Two declarations are separated by a semicolon." if self.kinds[self.i] == token.NAME else ""
         )
-
-    # ---- start values
-
-    def initial_value(self, spec: tree.TypeSpec | None = None) -> tree.Initial:
-        """Read a start value; several with commas are an array."""
-        at = self.i
-        first = self._element()
-        is_array = isinstance(first, tree.Repeated) or isinstance(spec, tree.ArraySpec)
-        if self.kinds[self.i] != "," and not is_array:
-            return self._one([first], at)
-        if self.kinds[self.i] == "," and isinstance(spec, tree.NamedType) and spec.name.upper() in RESERVED:
-            self._decimal_comma(spec)
-        if self.kinds[self.i] != "," and isinstance(first, tree.ArrayInitial):
-            return first
-        elements = [first]
-        while self.accept(","):
-            elements.append(self._element())
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
-
-    def _decimal_comma(self, spec: tree.NamedType) -> None:
-        hint = ""
-        if self.kinds[self.i - 1] == token.INTEGER and self.kinds[self.i + 1] == token.INTEGER:
-            number = f"{self.texts[self.i - 1]}.{self.texts[self.i + 1]}"
-            hint = f"A decimal fraction is written with a point: {number}."
-        raise self.unexpected(f"; behind the start value of a {spec.name.upper()}", hint)
-
-    def _element(self) -> tree.Initial | tree.Repeated:
-        """Read one start value, `3(value)`, `(field := value)` or `[value, value]`."""
-        at = self.i
-        kinds = self.kinds
-        if kinds[at] == token.INTEGER and kinds[at + 1] == "(":
-            self.enter()
-            count = self._primary(token.INTEGER)
-            self.i += 1
-            values = [self._element()]
-            while self.accept(","):
-                values.append(self._element())
-            self.close(")", at + 1)
-            self.depth -= 1
-            return tree.Repeated(count, self._one(values, at), place=self.places[at])
-        if kinds[at] == "[":
-            return self._array_in_brackets()
-        if kinds[at] == "(" and self._is_identifier(at + 1) and kinds[at + 2] == ":=":
-            return self._struct()
-        return self.expression()
-
-    def _array_in_brackets(self) -> tree.ArrayInitial:
-        at = self.i
-        self.enter()
-        self.i += 1
-        elements = []
-        if self.kinds[self.i] != "]":
-            elements.append(self._element())
-            while self.accept(","):
-                elements.append(self._element())
-        self.close("]", at)
-        self.depth -= 1
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
-
-    def _struct(self) -> tree.StructInitial:
-        at = self.i
-        self.enter()
-        self.i += 1
-        fields = [self._field()]
-        while self.accept(","):
-            fields.append(self._field())
-        self.close(")", at)
-        self.depth -= 1
-        return tree.StructInitial(tuple(fields), place=self.places[at])
-
-    def _field(self) -> tree.FieldInitial:
-        """Read `name := value`; further values with commas are an array, up to the next name with :=."""
-        at = self.i
-        if not self._is_identifier(at):
-            raise self.unexpected("the name of a component with :=")
-        self.i += 1
-        self.expect(":=")
-        elements = [self._element()]
-        while self.kinds[self.i] == "," and not (self._is_identifier(self.i + 1) and self.kinds[self.i + 2] == ":="):
-            self.i += 1
-            elements.append(self._element())
-        return tree.FieldInitial(self.texts[at], self._one(elements, at + 2), place=self.places[at])
-
-    def _one(self, elements: list[tree.Initial | tree.Repeated], at: int) -> tree.Initial:
-        """Return a single value as it is, and several as an array."""
-        first = elements[0]
-        if len(elements) == 1 and not isinstance(first, tree.Repeated):
-            return first
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
-
-    # ---- types
-
-    def type_spec(self) -> tree.TypeSpec:
-        """Read a type."""
-        at = self.i
-        kind = self.kinds[at]
-        place = self.places[at]
-        if kind == token.NAME:
-            return self._named_type()
-        self.enter()
-        try:
-            if kind == "ARRAY":
-                return self._array()
-            if kind == "POINTER":
-                self.i += 1
-                if not self.dialect.has_pointers:
-                    self.say(at, "pointers are not supported", "another type")
-                self.expect("TO")
-                return tree.PointerSpec(self.type_spec(), place=place)
-            if kind == "STRUCT":
-                self.i += 1
-                fields = self._variables()
-                self._end("END_STRUCT", at, "STRUCT", has_semicolon=False)
-                return tree.StructSpec(fields, place=place)
-            if kind == "(":
-                return self._enumeration()
-        finally:
-            self.depth -= 1
-        raise self.unexpected("a type")
-
-    def _named_type(self) -> tree.TypeSpec:
-        at = self.i
-        place = self.places[at]
-        name = self.texts[at]
-        self.i += 1
-        upper = name.upper()
-        if upper in _UNKNOWN:
-            raise self.unexpected("a type", _UNKNOWN[upper], at)
-        if upper == "STRING":
-            return self._string(place)
-        while self.kinds[self.i] == ".":
-            self.i += 1
-            name += f".{self.name('the name of a type')}"
-        if self.kinds[self.i] != "(":
-            return tree.NamedType(name, place=place)
-        opening = self.i
-        self.i += 1
-        low = self.expression()
-        self.expect("..", "A part of an integer type is written INT(0..100).")
-        high = self.expression()
-        self.close(")", opening)
-        return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
-
-    def _string(self, place: tree.Place) -> tree.StringSpec:
-        opening = self.i
-        closing = {"(": ")", "[": "]"}.get(self.kinds[opening])
-        if closing is None:
-            return tree.StringSpec(place=place)
-        self.i += 1
-        length = self.expression()
-        self.close(closing, opening)
-        return tree.StringSpec(length, place=place)
-
-    def _array(self) -> tree.ArraySpec:
-        at = self.i
-        self.i += 1
-        opening = self.i
-        self.expect("[", "An array is written ARRAY[1..10] OF INT.")
-        dimensions = [self._range()]
-        while self.accept(","):
-            dimensions.append(self._range())
-        self.close("]", opening)
-        self.expect("OF")
-        return tree.ArraySpec(tuple(dimensions), self.type_spec(), place=self.places[at])
-
-    def _range(self) -> tree.Range:
-        place = self.places[self.i]
-        low = self.expression()
-        self.expect("..", "The limits of an array are written 1..10.")
-        return tree.Range(low, self.expression(), place=place)
-
-    def _enumeration(self) -> tree.EnumSpec:
-        at = self.i
-        self.i += 1
-        values = [self._enum_value()]
-        while self.accept(","):
-            values.append(self._enum_value())
-        self.close(")", at)
-        return tree.EnumSpec(tuple(values), place=self.places[at])
-
-    def _enum_value(self) -> tree.EnumValue:
-        at = self.i
-        self.gather()
-        front = self.taken()
-        name = self.name("the name of a value")
-        value = None
-        if self.kinds[self.i] == "=":
-            self.say(self.i, "got =", ":=", "A value is written with :=.")
-            self.i += 1
-            value = self.expression()
-        elif self.accept(":="):
-            value = self.expression()
-        self.gather_from(at)
-        if self.kinds[self.i] == ",":  # the remark stands behind the comma or in front of it
-            self.gather()
-        found = tree.EnumValue(name, value, place=self.places[at], comments=front + self.taken())
-        line = self.places[self.i - 1].line
-        following = self.i + 1 if self.kinds[self.i] == "," else self.i
-        behind = self.comments.get(following, [])
-        if behind and self.places[following - 1].line == line:
-            found.remark = " ".join(text for begin, text in behind if begin == line)
-            rest = [(begin, text) for begin, text in behind if begin != line]
-            if rest:
-                self.comments[following] = rest
-            else:
-                del self.comments[following]
-        return found
 
     # ---- TYPE ... END_TYPE
 
@@ -428,10 +246,10 @@ class Declarations(Bodies):
     def _type_declaration(self) -> tree.TypeDeclaration:
         at = self.i
         name = self.name("the name of a type")
-        if name.upper() in RESERVED:
+        if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")
         if self.is_word("EXTENDS"):
-            raise self.unexpected(":", _UNKNOWN["EXTENDS"])
+            raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
         if isinstance(spec, tree.EnumSpec) and self.is_word("INT"):

@@ -9,12 +9,13 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.instructions import BRACKETS, SPELLINGS, SYMBOLS
+from fieldrig_devices.iec.parser.blocks import OUTER
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
-from fieldrig_devices.iec.parser.statements import OUTER, Statements
+from fieldrig_devices.iec.parser.statements import Statements
 
 _KEYWORDS: Final = frozenset({"AND", "OR", "XOR", "MOD", "NOT", "&"})
 _NO_OPERATOR: Final = frozenset({":=", "=", ".", "[", "^", ";", ":", "=>", "("})
-"""What follows a name in ST."""
+"""Tokens that follow a name in ST."""
 
 
 class Instructions(Statements):

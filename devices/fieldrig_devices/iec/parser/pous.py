@@ -1,6 +1,6 @@
 """Programs, function blocks, functions and their actions; and a whole source file.
 
-Source: PacDrive manual 1093 to 1262.  An ACTION stands behind the body of its POU, in front of
+Source: PacDrive manual 1093 to 1262.  An ACTION follows the body of its POU, in front of
 END_PROGRAM or behind it.
 """
 
@@ -68,7 +68,7 @@ class Units(Configurations):
         elif word in _OOP:
             hint = f"{word} is not supported. Use a FUNCTION or a FUNCTION_BLOCK."
         elif kind in (token.NAME, "IF", "CASE", "FOR", "WHILE", "REPEAT"):
-            hint = "Statements stand in a POU, such as PROGRAM name ... END_PROGRAM."
+            hint = "Statements belong into a POU, such as PROGRAM name ... END_PROGRAM."
         raise self.unexpected("PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL or CONFIGURATION", hint)
 
     def _synchronise_unit(self, start: int) -> None:
@@ -161,7 +161,8 @@ class Units(Configurations):
                 if kind is not tree.PouKind.FUNCTION:
                     self.say(self.i, f"a {kind.value} has no result", "VAR_OUTPUT", "Only a FUNCTION has a result.")
                 result = self.type_spec()
-            self.accept(";")
+            if not self.is_next_line():
+                self.accept(";")
         except UnexpectedError:
             line = self.places[at - 1].line
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:

@@ -16,9 +16,9 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.parser.blocks import OUTER
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.instructions import Instructions
-from fieldrig_devices.iec.parser.statements import OUTER
 
 QUALIFIERS: Final = frozenset({"N", "R", "S", "L", "D", "P", "SD", "DS", "SL", "P0", "P1"})
 TIMED: Final = frozenset({"L", "D", "SD", "DS", "SL"})

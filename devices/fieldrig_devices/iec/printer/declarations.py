@@ -1,7 +1,7 @@
 """Declarations, POUs, charts and configurations as text."""
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.parser.declarations import RESERVED
+from fieldrig_devices.iec.parser.initials import RESERVED
 from fieldrig_devices.iec.printer import statements
 from fieldrig_devices.iec.printer.expressions import direct_text
 from fieldrig_devices.iec.printer.expressions import expression_text as text_of

@@ -40,14 +40,14 @@ class Lines:
         self._depth -= levels
 
     def front(self, statement: tree.Statement, is_first: bool = True) -> None:
-        """Add what stands in front of a statement: an empty line and comments."""
+        """Add an empty line and the comments in front of a statement."""
         if statement.is_spaced and not is_first:
             self.add("")
         for comment in statement.comments:
             self.comment(comment)
 
     def behind(self, statement: tree.Statement) -> None:
-        """Add what stands behind a statement: a comment in its last line, and comments at the end of its block."""
+        """Add the comment in the last line of a statement, and those at the end of its block."""
         if statement.remark:
             self.append(f" {statement.remark}")
         for comment in statement.after:

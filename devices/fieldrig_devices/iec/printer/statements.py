@@ -78,6 +78,8 @@ def _call(lines: Lines, call: tree.Call) -> None:
 def _if(lines: Lines, statement: tree.If) -> None:
     for number, branch in enumerate(statement.branches):
         lines.add(f"{'ELSIF' if number else 'IF'} {text_of(branch.condition)} THEN")
+        if branch.remark:
+            lines.append(f" {branch.remark}")
         _block(lines, branch.body)
     if statement.otherwise is not None:
         lines.add("ELSE")
@@ -88,9 +90,13 @@ def _if(lines: Lines, statement: tree.If) -> None:
 def _case(lines: Lines, statement: tree.Case) -> None:
     lines.add(f"CASE {text_of(statement.selector)} OF")
     with lines.indented():
-        for branch in statement.branches:
+        for number, branch in enumerate(statement.branches):
+            if branch.is_spaced and number:
+                lines.add("")
             lines.comments(branch.comments)
             lines.add(f"{', '.join(map(label_text, branch.labels))}:")
+            if branch.remark:
+                lines.append(f" {branch.remark}")
             _block(lines, branch.body)
     if statement.otherwise is not None:
         lines.add("ELSE")

@@ -28,7 +28,7 @@ WINDOW_NS: Final = 100 * MS
 
 
 class Owner(Protocol):
-    """The controller, which is told what happens to its tasks."""
+    """The controller, which learns what happens to its tasks."""
 
     def on_cycle_end(self, task: Task, *, is_quiet: bool) -> None:
         """Called at the end of each cycle; `is_quiet` is true if no task is within a cycle."""
@@ -149,7 +149,7 @@ class Scheduler:
             self._kick()
 
     def resume(self, task: Task) -> None:
-        """Continue a task that stands at a breakpoint; the time that it stood there does not count."""
+        """Continue a task after a breakpoint; the time that it was halted does not count."""
         if task.phase is Phase.HALTED:
             task.begin_ns += self._clock.now_ns() - task.halted_ns
             self._supervise(task)

@@ -42,7 +42,7 @@ class WorkState(Enum):
     WAITING = auto()
     """It waits for `wake`, without taking processor time."""
     STOPPED = auto()
-    """It stands at a breakpoint."""
+    """It has reached a breakpoint."""
     ENDED = auto()
     FAULTED = auto()
 

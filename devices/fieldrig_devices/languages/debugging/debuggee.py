@@ -94,6 +94,10 @@ class Debuggee(Protocol):
     def progress(self) -> str:
         """The work in progress, such as compiling, with a percentage; empty if there is none."""
 
+    @property
+    def problem(self) -> str:
+        """Why the last program was refused, with every mistake on a line; empty if it was loaded."""
+
     def threads(self) -> Sequence[ThreadView]: ...
 
     def stack(self, thread: int) -> Sequence[Frame]:
@@ -129,7 +133,8 @@ class Debuggee(Protocol):
         """Hold a variable at a value, as in `write`, until it is released with None."""
 
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
-        """Load a program, as an online change if `is_online`.  ValueError with every mistake, one a line.
+        """Load a program, as an online change if `is_online`.
 
-        The compiler may need time: `progress` reports it, and a program that does not compile leaves the present one.
+        The compiler may need time, which `progress` reports; a program that does not compile leaves the present one,
+        and `problem` says why.
         """

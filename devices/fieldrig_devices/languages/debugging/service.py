@@ -76,6 +76,7 @@ class DebugService:
             "state": debuggee.state.value,
             "stops": self._stops,
             "progress": debuggee.progress,
+            "problem": debuggee.problem,
             "now_ns": self._clock.now_ns(),
             "threads": [{**asdict(thread), "state": thread.state.value} for thread in debuggee.threads()],
         }

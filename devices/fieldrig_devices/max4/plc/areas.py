@@ -1,8 +1,8 @@
 """The areas %I and %Q: digital inputs and outputs as bits, in the order of the configuration.
 
 Source: PacDrive manual 3048-3050, 6028-6030 (digest PD-070, PD-314): there is no process image; a read gives the
-present level, and a write has its effect at once.  The manual assigns no addresses to the terminals.  Ours: input number
-n (from 0) is bit n of the area, so that the first sixteen inputs are %IX0.0 to %IX0.15, or %IW0; outputs likewise.
+present level, and a write has its effect at once.  The manual assigns no addresses to the terminals.  Ours: input
+number n (from 0) is bit n of the area, so that the first sixteen are %IX0.0 to %IX0.15, or %IW0; outputs likewise.
 """
 
 from collections.abc import Callable, Sequence

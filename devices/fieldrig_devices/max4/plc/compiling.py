@@ -4,19 +4,115 @@ Source: PacDrive manual 6015-6041 (digest PD-310 to PD-318): RETAIN variables ha
 controller has for them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, NoReturn, Self
 
+from fieldrig.background import Report
 from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
-from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.host import Host, Library, Pending
+from fieldrig_devices.iec.program import ConfiguredObject
+from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.max4.plc.container import Container
+from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
 from fieldrig_devices.max4.storage.retain import SIZES, RetainKind
 
+NS_PER_CHARACTER: Final = 5_000
+"""Virtual time that compiling takes, in nanoseconds."""
+
+
+def _absent(*_inputs: Value) -> NoReturn:
+    raise AssertionError("a function of the controller is not called while a program is compiled")
+
+
+@dataclass(frozen=True, slots=True)
+class HostFacts:
+    """The facts about a host that a compiler needs; unlike the host itself, they can be sent to another process."""
+
+    libraries: Sequence[Library]
+    object_types: Mapping[str, ObjectType]
+    objects: Mapping[str, ConfiguredObject]
+    inputs: bytearray
+    outputs: bytearray
+
+    @classmethod
+    def of(cls, host: Host) -> Self:
+        libraries = tuple(
+            Library(
+                library.name,
+                library.text,
+                {name: replace(function, run=_absent) for name, function in library.functions.items()},
+                {name: replace(block, run=_absent, forget=_nothing) for name, block in library.blocks.items()},
+            )
+            for library in host.libraries
+        )
+        return cls(libraries, dict(host.object_types), dict(host.objects), bytearray(), bytearray())
+
+    def read(self, address: int) -> Value:
+        _absent()
+
+    def write(self, address: int, value: Value) -> None:
+        _absent()
+
+    def read_slowly(self, address: int) -> Pending:
+        _absent()
+
+    def write_slowly(self, address: int, value: Value) -> Pending:
+        _absent()
+
+    def on_output(self, byte: int) -> None:
+        _absent()
+
+    def now_ms(self) -> int:
+        _absent()
+
+
+def _nothing() -> None:
+    """There is nothing to forget."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A program that is to be compiled."""
+
+    container: Container
+    facts: HostFacts
+    retain: RetainKind
+    previous: Compiled | None = None
+    """The running program, for an online change."""
+
+    @property
+    def duration_ns(self) -> int:
+        """Virtual time that compiling takes."""
+        return NS_PER_CHARACTER * sum(len(source.text) for source in self.container.files)
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A program that cannot be compiled."""
+
+    mistakes: tuple[Mistake, ...]
+
+    def __str__(self) -> str:
+        return text_of(self.mistakes)
+
+
+def compile_order(order: Order, report: Report) -> Compiled | Refused:
+    """Compile a program in a process beside the controller."""
+    try:
+        return compile_container(order.container, order.facts, order.retain, order.previous, report)
+    except CompileError as wrong:
+        return Refused(tuple(wrong.mistakes))
+
 
 def compile_container(
-    container: Container, host: Host, retain: RetainKind, previous: Compiled | None = None
+    container: Container,
+    host: Host,
+    retain: RetainKind,
+    previous: Compiled | None = None,
+    report: Report = lambda what, done, steps: None,
 ) -> Compiled:
     """Compile the sources; CompileError with all mistakes.  `previous` is the running program for an online change."""
     files = [SourceFile(source.name, source.text) for source in container.files]
@@ -24,7 +120,7 @@ def compile_container(
     if dialect is None:
         known = ", ".join(DIALECTS)
         raise CompileError([Mistake(1, 1, f"the dialect {container.dialect!r} is not known", known)])
-    compiled = compile_project(files, host, dialect, previous=previous)
+    compiled = compile_project(files, host, dialect, previous=previous, on_progress=report)
     _check_retain(compiled, SIZES[retain])
     return compiled
 

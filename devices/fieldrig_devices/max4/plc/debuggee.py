@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
-from fieldrig_devices.max4.plc.container import Container, Source
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -27,7 +27,7 @@ class PlcDebuggee(IecDebuggee):
         self._plc.on_stop = lambda _task: self.on_stop()
 
     @property
-    def program(self) -> LoadedProgram | None:
+    def program(self) -> RetainingProgram | None:
         return self._plc.program
 
     @property
@@ -45,6 +45,14 @@ class PlcDebuggee(IecDebuggee):
         if self._sample is not None:
             self._sample()
 
+    @property
+    def progress(self) -> str:
+        return self._plc.progress
+
+    @property
+    def problem(self) -> str:
+        return self._plc.problem
+
     def start(self) -> None:
         self._powered().operations.do("start")
 
@@ -57,7 +65,7 @@ class PlcDebuggee(IecDebuggee):
             case Reset.WARM:
                 controller.operations.do("reset")
             case Reset.COLD:
-                controller.operations.do("cold start")
+                controller.plc.reset(is_cold=True)
             case Reset.ORIGIN:
                 controller.plc.end()
                 controller.project.store_program(b"")
@@ -67,13 +75,14 @@ class PlcDebuggee(IecDebuggee):
         sources = tuple(Source(name, text) for name, text in files.items())
         container = Container(sources, controller.settings.dialect)
 
-        def write() -> None:
-            controller.project.store_program(container.encode())
+        def on_done(problem: str) -> None:
+            if not problem:
+                controller.operations.write_program(container.encode())
 
         if is_online:
-            controller.plc.change(container, write)
+            controller.plc.change(container, on_done)
         else:
-            controller.plc.download(container, write)
+            controller.plc.download(container, on_done)
 
     def _powered(self) -> "Max4":
         if not self._controller.is_on:

@@ -1,127 +1,50 @@
-"""A program in the memory of the controller: its run time, its tasks on the processor, and its retained values."""
+"""A program in the memory of the MAx-4, with its retained values."""
 
 from collections.abc import Callable
-from functools import partial
-from typing import Protocol
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import Clock
 from fieldrig.store import Store
-from fieldrig_devices.iec import program as ir
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.runtime import Runtime, Start, Thread
-from fieldrig_devices.iec.tasks.programs import Programs
-from fieldrig_devices.iec.tasks.scheduler import Scheduler
-from fieldrig_devices.iec.tasks.task import Task, TaskState
-from fieldrig_devices.iec.thread import Fault
+from fieldrig_devices.iec.loaded import LoadedProgram, Watcher
+from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
 from fieldrig_devices.max4.plc.retain_store import Ram, RetainStore
 
 
-class Watcher(Protocol):
-    """Whom a loaded program tells what happens."""
+class RetainingProgram(LoadedProgram):
+    """A program whose RETAIN variables are stored at the end of each cycle."""
 
-    def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None: ...
-
-    def on_fault(self, task: Task, fault: Fault) -> None: ...
-
-    def on_halt(self, task: Task) -> None: ...
-
-    def on_cycle(self, task: Task) -> None: ...
-
-
-class LoadedProgram:
-    """One program from its download or the boot until the next one."""
+    host: PlcHost
 
     def __init__(
         self, clock: Clock, compiled: Compiled, host: PlcHost, watcher: Watcher, ram: Ram, maps: Store
     ) -> None:
-        self.compiled, self.host = compiled, host
-        self._watcher, self._ram, self._maps = watcher, ram, maps
-        self.runtime = Runtime(compiled, host)
-        self.threads: dict[str, list[Thread]] = {}
-        """The programs of each task, by the name of the task."""
-        self.scheduler = Scheduler(clock, self, [self._task(n, task) for n, task in enumerate(compiled.program.tasks)])
+        super().__init__(clock, compiled, host, watcher)
+        self._ram, self._maps = ram, maps
         self._retain = self._retain_store()
 
     def _retain_store(self) -> RetainStore:
         return RetainStore(self._ram, self._maps, RetainMap(leaves_of(self.compiled.program)), self.runtime.memory)
 
-    def _task(self, number: int, task: ir.Task) -> Task:
-        threads = [self.runtime.thread(pou, number) for pou in task.programs]
-        self.threads[task.name] = threads
-        return Task(
-            task.name,
-            Programs(threads),
-            priority=task.priority,
-            kind=task.kind,
-            interval_ns=round(task.interval_ms * MS),
-            event=None if task.event is None else self._level(task.event),
-        )
-
-    def _level(self, event: ir.Variable) -> Callable[[], bool]:
-        location, memory = event.location, self.runtime.memory
-        if location is None:
-            return lambda: bool(memory[event.offset])
-        area = {"I": self.host.inputs, "Q": self.host.outputs, "M": self.runtime.markers}[location.area]
-        return lambda: bool(area[location.byte] >> max(location.bit, 0) & 1)
-
-    # ---- variables
-
     def warm(self) -> None:
         """Give all variables their start values, and RETAIN variables their retained ones (PD-056)."""
-        self.runtime.initialise(Start.COLD)
+        super().cold()
         self._retain.restore()
 
     def cold(self) -> None:
-        """Give all variables their start values (PD-051)."""
-        self.runtime.initialise(Start.COLD)
+        super().cold()
         self._retain.restore_nothing()
 
-    def renew(self) -> None:
-        """Give all variables but RETAIN variables their start values."""
-        self.runtime.initialise(Start.WARM)
-
-    # ---- online change
-
-    def change(self, compiled: Compiled, on_done: Callable[[], None]) -> None:
-        """Replace the code at the end of a cycle, when no task is within one (PD-225)."""
-        self.scheduler.when_quiet(partial(self._change, compiled, on_done))
-
     def _change(self, compiled: Compiled, on_done: Callable[[], None]) -> None:
-        self.compiled = compiled
-        self.runtime.change(compiled)
-        for task, declared in zip(self.scheduler.tasks, compiled.program.tasks, strict=True):
-            if declared.event is not None:
-                task.event = self._level(declared.event)
-        self._retain = self._retain_store()
-        self._retain.begin()
-        on_done()
+        def begin() -> None:
+            self._retain = self._retain_store()
+            self._retain.begin()
+            on_done()
 
-    # ---- for the scheduler (`scheduler.Owner`)
+        super()._change(compiled, begin)
 
     def on_cycle_end(self, task: Task, *, is_quiet: bool) -> None:
         if is_quiet:
             self._retain.commit()
-        self._watcher.on_cycle(task)
-
-    def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
-        self._watcher.on_transgression(task, elapsed_ns, is_serious=is_serious)
-
-    def on_fault(self, task: Task) -> None:
-        assert isinstance(task.work, Programs)
-        thread = task.work.present
-        assert isinstance(thread, Thread)
-        assert thread.fault is not None, "a faulted thread has a fault"
-        self._watcher.on_fault(task, thread.fault)
-
-    def on_halt(self, task: Task) -> None:
-        self._watcher.on_halt(task)
-
-    # ---- views
-
-    def task(self, name: str) -> Task | None:
-        return next((task for task in self.scheduler.tasks if task.name.casefold() == name.casefold()), None)
-
-    def state(self, task: Task) -> TaskState:
-        return task.state(is_started=self.scheduler.is_started, is_running=self.scheduler.is_running)
+        super().on_cycle_end(task, is_quiet=is_quiet)

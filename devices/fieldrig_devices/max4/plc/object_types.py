@@ -34,7 +34,7 @@ class ObjectTypes:
             names.setdefault(key, node.type_name)
             _extend(members.setdefault(key, {}), node)
         self.types = {key: ObjectType(names[key], tuple(found.values())) for key, found in members.items()}
-        """By the name in small letters."""
+        """Types by the name in small letters."""
         self.objects = {
             node.symbol.casefold(): ConfiguredObject(node.symbol, self._type(node), node.log_adr)
             for node in tree.objects()
@@ -42,9 +42,9 @@ class ObjectTypes:
         }
         """The objects that programs can name, by symbolic name in small letters."""
         self.parameters: dict[int, Parameter] = {}
-        """By the address of their object plus their number in its type."""
+        """Parameters by the address of their object plus their number in its type."""
         self.slow: dict[int, tuple[Object, Parameter]] = {}
-        """Those that go through SERCOS, with their objects."""
+        """The parameters that go through SERCOS, with their objects."""
         for node in tree.objects():
             numbers = members[node.type_name.casefold()]
             for parameter in node.parameters:

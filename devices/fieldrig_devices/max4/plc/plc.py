@@ -3,7 +3,7 @@
 Source: PacDrive manual 3737-3760, 4093-4110, 6430-6436 (digest PD-041, PD-042, PD-051 to PD-056, PD-220, PD-225).  The
 three kinds of start: a boot and a reset are warm, RETAIN variables keep their values; a download and a cold start give
 all variables their start values.  A hot restart in the middle of a cycle does not exist, because the controller has no
-secured real-time clock without a PN-4 module.  Stop and Reset leave outputs and axes as they are.
+secured clock without a PN-4 module.  Stop and Reset leave outputs and axes as they are.
 
 What an online change cannot do is what CoDeSys V2.3 refuses: a changed task configuration.
 """
@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from fieldrig.background import Background, Failure, Job
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
@@ -22,32 +23,46 @@ from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
-from fieldrig_devices.max4.plc.compiling import compile_container, text_of
-from fieldrig_devices.max4.plc.container import Container, container_of
+from fieldrig_devices.max4.plc.compiling import (
+    HostFacts,
+    Order,
+    Refused,
+    compile_container,
+    compile_order,
+    text_of,
+)
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
-from fieldrig_devices.max4.plc.loaded import LoadedProgram
+from fieldrig_devices.max4.plc.loaded import RetainingProgram
 from fieldrig_devices.max4.plc.task_reports import TaskReports, call_hierarchy
-from fieldrig_devices.max4.project import PROGRAM_FILE
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
 
 log = logging.getLogger(__name__)
 
+OnDone = Callable[[str], None]
 NO_PROGRAM: Final = "there is no program to start: expected a download first"
 _EXT: Final = 48
 """Longest external diagnosis of an entry in the log."""
 
 
+def _nothing(_problem: str) -> None:
+    """The result is not needed."""
+
+
 class Plc:
     """The PLC of one controller."""
 
-    def __init__(self, clock: Clock, controller: "Max4") -> None:
-        self._clock, self._controller = clock, controller
-        self.program: LoadedProgram | None = None
+    def __init__(self, clock: Clock, controller: "Max4", background: Background) -> None:
+        self._clock, self._controller, self._background = clock, controller, background
+        self._job: Job | None = None
+        self.progress = ""
+        """The progress of a program that is not loaded yet; empty if there is none."""
+        self.program: RetainingProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
         self.last_fault: Fault | None = None
@@ -100,7 +115,13 @@ class Plc:
             log.warning("%s: %s", PROGRAM_FILE, self.problem)
 
     def end(self) -> None:
-        """Stop for good, at power-off or before a boot."""
+        """End the program, at power-off or before a boot."""
+        if self._job is not None:
+            self._job.cancel()
+        self._job, self.progress = None, ""
+        self._unload()
+
+    def _unload(self) -> None:
         if self.program is not None:
             self.program.scheduler.end()
             self.program = None
@@ -110,43 +131,77 @@ class Plc:
             task.renew()
         self._functions.end()
 
-    def download(self, container: Container, write: Callable[[], None] = lambda: None) -> None:
-        """Stop the program and load this one, whose variables have their start values.
+    def download(self, container: Container, on_done: OnDone = _nothing) -> None:
+        """Compile a program beside the running one; then stop that, and load this with its start values.
 
-        `write` stores the program before, and may refuse with a ValueError.  ValueError, with every mistake on a line,
-        for sources that do not compile.  Either way the present program goes on.
+        `on_done` is called with the mistakes, one a line, if it does not compile: the present program goes on.  It is
+        called with an empty text when the program has been loaded, and has to store it.
         """
         host = self._host()
-        try:
-            compiled = self._compile(container, host)
-        except CompileError as cause:
-            raise ValueError(f"the program does not compile\n{text_of(cause.mistakes)}") from cause
-        write()
-        self._load(compiled, is_cold=True)
-        self._controller.renew_points()
+        order = Order(container, HostFacts.of(host), self._controller.settings.retain)
 
-    def change(self, container: Container, write: Callable[[], None] = lambda: None) -> None:
+        def load(compiled: Compiled) -> None:
+            self._compiled = container, (host.objects, host.object_types), compiled
+            self._load(compiled, is_cold=True)
+            self._controller.renew_points()
+            on_done("")
+
+        self._compile_beside(order, load, on_done)
+
+    def change(self, container: Container, on_done: OnDone = _nothing) -> None:
         """Change the running program at the end of a cycle; its variables keep their values (PD-225).
 
-        `write` stores the program before, and may refuse with a ValueError as well.
+        `on_done` is called as for `download`.  ValueError if there is no program.
         """
         program = self.program
         if program is None:
             raise ValueError("an online change needs a program in the controller: expected a download first")
-        try:
-            compiled = compile_container(
-                container, program.host, self._controller.settings.retain, previous=program.compiled
-            )
-        except CompileError as cause:
-            raise ValueError(f"the program does not compile\n{text_of(cause.mistakes)}") from cause
-        if _task_forms(compiled) != _task_forms(program.compiled):
-            raise ValueError("the task configuration has changed: expected a download, which stops the program")
-        write()
-        program.change(compiled, partial(self._keep, container, program.host, compiled))
+        host = program.host
+        order = Order(container, HostFacts.of(host), self._controller.settings.retain, program.compiled)
 
-    def _keep(self, container: Container, host: PlcHost, compiled: Compiled) -> None:
-        self._compiled = None  # the layout of a changed program is not that of a new one
+        def load(compiled: Compiled) -> None:
+            if self.program is not program:
+                self._refuse("the program has ended before its change", on_done)
+            elif _task_forms(compiled) != _task_forms(program.compiled):
+                self._refuse(
+                    "the task configuration has changed: expected a download, which stops the program", on_done
+                )
+            else:
+                self._compiled = container, (host.objects, host.object_types), compiled
+                self.progress = "waiting for the end of a cycle"
+                program.change(compiled, changed)
+
+        def changed() -> None:
+            self.progress = ""
+            self._controller.renew_points()
+            on_done("")
+
+        self._compile_beside(order, load, on_done)
+
+    def _compile_beside(self, order: Order, load: Callable[[Compiled], None], on_done: OnDone) -> None:
+        def on_compiled(found: Compiled | Refused | Failure) -> None:
+            self._job, self.progress = None, ""
+            if isinstance(found, Compiled):
+                self.problem = ""
+                load(found)
+            else:
+                self._refuse(found.why if isinstance(found, Failure) else str(found), on_done)
+
+        def on_progress(what: str, done: int, steps: int) -> None:
+            self.progress = f"{what} {100 * done // max(steps, 1)} %"
+
+        if self._job is not None:
+            self._job.cancel()
+        self.progress = "compiling 0 %"
+        self._job = self._background.run(compile_order, order, on_compiled, on_progress, virtual_ns=order.duration_ns)
+
+    def _refuse(self, problem: str, on_done: OnDone) -> None:
+        """Report that a program has not been loaded, which leaves the present one."""
+        self.problem = problem
+        log.warning("the program was refused: %s", problem)
         self._controller.renew_points()
+        self._controller.report(Code.PROGRAM_REFUSED, LZS, problem.partition(": ")[0][:_EXT])
+        on_done(problem)
 
     def _host(self) -> PlcHost:
         controller = self._controller
@@ -164,11 +219,10 @@ class Plc:
 
     def _load(self, compiled: Compiled, *, is_cold: bool) -> None:
         controller = self._controller
-        if self.program is not None:
-            self.end()
+        self._unload()
         self._reports.reset()
         host = self._host()
-        self.program = LoadedProgram(
+        self.program = RetainingProgram(
             self._clock, compiled, host, self, controller.ram, controller.disk.section("RETAIN.MAP")
         )
         if is_cold:
@@ -270,9 +324,11 @@ class Plc:
         program = self.program
         if program is None:
             if self.problem:
-                yield "plc/problem", Point(lambda: self.problem, about="why the stored program is not loaded")
+                yield "plc/problem", Point(lambda: self.problem, about="why the last program was not loaded")
             return
-        yield "plc/state", Point(lambda: self._state())
+        yield "plc/state", Point(self._state, about="ready, running, stopped, or error if a task is suspended")
+        yield "plc/progress", Point(lambda: self.progress, about="progress of a download or an online change")
+        yield "plc/problem", Point(lambda: self.problem, about="why the last program was not loaded")
         yield "plc/fault", Point(lambda: self._fault(), about="call hierarchy of the last run-time fault")
         yield "plc/code_size", Point(lambda: self.program.compiled.code_size if self.program else 0, unit="Byte")
         yield "plc/data_size", Point(lambda: self.program.compiled.data_size if self.program else 0, unit="Byte")
@@ -291,13 +347,13 @@ class Plc:
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))
 
-    def _of_task(self, name: str, read: Callable[[LoadedProgram, Task], Value]) -> Value:
+    def _of_task(self, name: str, read: Callable[[RetainingProgram, Task], Value]) -> Value:
         program = self.program
         task = None if program is None else program.task(name)
         return 0 if program is None or task is None else read(program, task)
 
 
-_TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str], ...]] = (
+_TASK_POINTS: Final[tuple[tuple[str, Callable[[RetainingProgram, Task], Value], str], ...]] = (
     ("state", lambda program, task: int(program.state(task)), ""),
     ("load", lambda _, task: task.load_ns // US, "us"),
     ("cycle", lambda _, task: task.cycle_ns // US, "us"),
@@ -308,7 +364,7 @@ _TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str
 
 
 def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
-    """What an online change must leave as it is."""
+    """The task configuration, which an online change must leave as it is."""
     return [
         {
             "name": task.name.casefold(),
@@ -324,5 +380,6 @@ def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
 
 def _wrong(paths: Mapping[str, str], mistake: Mistake) -> Wrong:
     place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
-    expected = f"expected {mistake.expected}" if mistake.expected else mistake.hint
-    return Wrong(place, None, "program", mistake.what, expected)
+    expected = f"expected {mistake.expected}" if mistake.expected else ""
+    remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
+    return Wrong(place, None, "program", mistake.what, remedy)

@@ -113,7 +113,7 @@ class RetainMap:
         self._format = struct.Struct("<" + "".join(leaf.code for leaf in self.leaves))
         self._texts = [number for number, leaf in enumerate(self.leaves) if leaf.code.endswith("s")]
         self.mark = sha256(self.encode()).digest()[:MARK_BYTES]
-        """What tells the values of this program from those of another one."""
+        """The mark that distinguishes the values of this program from those of another one."""
 
     @property
     def size(self) -> int:

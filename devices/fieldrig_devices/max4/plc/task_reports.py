@@ -1,4 +1,4 @@
-"""What happens to the tasks of a program, as diagnoses of the controller.
+"""Reports about the tasks of a program, as diagnoses of the controller.
 
 Source: PacDrive manual 3242-3261, 4056-4121 (digest PD-073, PD-074, PD-101, PD-102).  The external diagnosis of a cycle
 time transgression is "actual cycle time/configured cycle time" in ms, that of a run-time fault the POU and the line;

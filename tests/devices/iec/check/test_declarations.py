@@ -127,8 +127,9 @@ def test_a_structure_may_point_to_itself_but_not_contain_itself() -> None:
 
 
 def test_a_function_block_does_not_contain_itself() -> None:
-    text = "FUNCTION_BLOCK A VAR b : B; END_VAR ; END_FUNCTION_BLOCK FUNCTION_BLOCK B VAR a : A; END_VAR ; END_FUNCTION_BLOCK"
-    assert messages(text) == ["1:1 A contains itself; a type of limited size"]
+    first = "FUNCTION_BLOCK A VAR b : B; END_VAR ; END_FUNCTION_BLOCK"
+    second = "FUNCTION_BLOCK B VAR a : A; END_VAR ; END_FUNCTION_BLOCK"
+    assert messages(first, second) == ["1:1 A contains itself; a type of limited size"]
 
 
 # ---- enumerations
@@ -151,7 +152,10 @@ def test_an_enumeration_counts_from_0_and_may_be_used_like_an_int() -> None:
 def test_the_same_enumeration_value_must_not_be_used_twice() -> None:
     text = f"{TRAFFIC}\nTYPE Color : (blue, white, red); END_TYPE"  # PD-L06
     assert messages(text) == [
-        "2:28 the name red is used already, in 1.st, line 1; names of enumeration values occur once in the project (PD-359)"
+        (
+            "2:28 the name red is used already, in 1.st, line 1; "
+            "names of enumeration values occur once in the project (PD-359)"
+        )
     ]
 
 
@@ -312,7 +316,10 @@ def test_an_external_variable_has_the_type_of_the_global_one() -> None:
 def test_a_function_keeps_nothing_between_calls() -> None:
     text = "FUNCTION F : INT VAR t : TON; END_VAR VAR RETAIN z : INT; END_VAR\nF := 1;\nEND_FUNCTION"
     assert messages(text) == [
-        "1:22 the instance t of TON in a function; VAR_IN_OUT for an instance; a function keeps nothing between calls (PD-354)",
+        (
+            "1:22 the instance t of TON in a function; "
+            "VAR_IN_OUT for an instance; a function keeps nothing between calls (PD-354)"
+        ),
         "1:39 RETAIN in a function; a function keeps nothing between calls (PD-354)",
     ]
 

@@ -1,4 +1,4 @@
-"""What the engineer reads: one message for each mistake, at its place, with what was expected."""
+"""Messages to the engineer: one for each mistake, at its place, with what was expected."""
 
 import pytest
 from iec_check import checked, hints, messages, program
@@ -57,7 +57,7 @@ TYPES = [
     ("IF x THEN ; END_IF", ["3:4 the condition x is an INT; a BOOL"]),
     ("WHILE r DO ; END_WHILE", ["3:7 the condition r is a REAL; a BOOL"]),
     ("x := SQRT(b);", ["3:6 SQRT with BOOL; one number"]),
-    ("x := MAX(b, 3);", ["3:6 MAX with BOOL, the number 3; at least two values"]),
+    ("x := MAX(b, 3);", ["3:6 MAX with BOOL, the number 3; at least two values of the same kind"]),
 ]
 
 CALLS = [

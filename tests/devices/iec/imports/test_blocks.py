@@ -227,3 +227,15 @@ def test_the_order_of_the_author_makes_a_block_use_old_values() -> None:
 
 def test_a_call_without_result_is_a_statement() -> None:
     assert statements(fbd(source("1", "a"), block("2", "LOGTEXT", {"v": "1"}, ""))) == st("LOGTEXT(a);")
+
+
+@pytest.mark.parametrize(
+    "drawn",
+    [
+        fbd(block("2", "TON", {'IN storage="set"': "1"}, "Q", 'instanceName="t1"')),
+        fbd('<inOutVariable localId="3" edgeOut="rising"><expression>x</expression></inOutVariable>'),
+        fbd(block("2", "TON", {}, "Q", 'instanceName="t1"').replace('"Q"', '"Q" edge="falling"')),
+    ],
+)
+def test_modifiers_where_they_have_no_meaning_are_refused(drawn: str) -> None:
+    assert any("at an output or a pin" in message for message in messages(drawn))

@@ -211,7 +211,7 @@ def test_timed_actions_have_a_duration(qualifier: str) -> None:
     drawn = chart(start(), actions, transition("2", "a", "1"), jump("3", "Start", "2"))
     assert body_of(drawn).steps[0].uses == (tree.ActionUse("lamp", qualifier, expression("T#3s")),)
     (message,) = messages(drawn.replace(' duration="T#3s"', ""))
-    assert f"The qualifier {qualifier} has no time; expected a duration" in message
+    assert f"The qualifier {qualifier} needs a time; expected a duration" in message
 
 
 def test_a_qualifier_without_meaning_is_refused() -> None:

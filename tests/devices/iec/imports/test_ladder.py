@@ -4,6 +4,8 @@ import pytest
 from exchange_documents import coil, contact, messages, only_pou, pou, rail, st, statements, tc6
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.networks.functions import height
+from fieldrig_devices.iec.imports.networks.translate import HIGHEST
 
 BOOLS = dict.fromkeys(("a", "b", "c", "m", "n"), "BOOL")
 
@@ -162,3 +164,34 @@ def test_contacts_in_a_circle_are_refused() -> None:
 def test_a_row_of_thousands_of_contacts_is_a_message() -> None:
     row = "".join(contact(str(n), "a", str(n - 1)) for n in range(1, 3_000))
     assert any("elements in a row" in message for message in messages(ladder(row, coil("9999", "m", "2999"))))
+
+
+def rungs_of_two(count: int, *first: str) -> str:
+    """Two contacts, each fed by both contacts in front of it: the number of paths doubles with each pair."""
+    drawn = ""
+    wires = first
+    for n in range(count):
+        drawn += contact(f"{n}a", "a", *wires) + contact(f"{n}b", "b", *wires)
+        wires = (f"{n}a", f"{n}b")
+    return drawn + coil("end", "m", *wires)
+
+
+@pytest.mark.parametrize(("first", "expected"), [(("0",), []), (("gone",), ["gone"]), ((), ["not connected"])])
+def test_the_number_of_paths_does_not_matter(first: tuple[str, ...], expected: list[str]) -> None:
+    found = messages(ladder(rungs_of_two(80, *first)))
+    assert len(found) <= 4
+    assert all(any(part in message for message in found) for part in expected)
+
+
+def test_a_long_row_is_divided_by_hidden_variables() -> None:
+    row = "".join(contact(str(n), "a", str(n - 1)) for n in range(1, 110))
+    found = statements(ladder(row, coil("999", "m", "109")))
+    assert len(found) == 3
+    assert all(height(found_.value) <= HIGHEST + 1 for found_ in found if isinstance(found_, tree.Assign))
+
+
+def test_a_thousand_parallel_branches_are_a_low_tree() -> None:
+    branches = "".join(contact(str(n), "a", "0") for n in range(1, 1_001))
+    (assignment,) = statements(ladder(branches, coil("9999", "m", *map(str, range(1, 1_001)))))
+    assert isinstance(assignment, tree.Assign)
+    assert height(assignment.value) < 20

@@ -1,4 +1,4 @@
-"""What a source file is, and that no document can do harm."""
+"""The form of a source file follows from its content, and no document can do harm."""
 
 import pytest
 from exchange_documents import messages, pou, read, tc6, unit_of

@@ -1,12 +1,30 @@
 """Imported programs run, and do the same as the same program in Structured Text."""
 
+from functools import cache
+
 import pytest
 from exchange_documents import LISTING_57, block, coil, contact, pou, rail, sink, source, tc6
 from hypothesis import given
 from hypothesis import strategies as st
-from iec_program import IecBench, program
+from iec_program import ENOUGH_NS, IecBench, PlainHost, program
+
+from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.runtime import Runtime, Start
+from fieldrig_devices.languages.mistakes import CompileError
 
 BOOLS = dict.fromkeys(("start", "stop", "motor", "lamp", "done"), "BOOL")
+
+
+@cache
+def _compiled(document: str, main: str) -> IecBench:
+    return IecBench(document, main=main)
+
+
+def cold(document: str, main: str = "P") -> IecBench:
+    """A program after a cold start; for many runs of the same program."""
+    found = _compiled(document, main)
+    found.runtime.initialise(Start.COLD)
+    return found
 
 
 def bench(document: str, main: str = "P") -> IecBench:
@@ -51,7 +69,7 @@ SAME_IN_ST = program(
 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12))
 def test_ladder_does_the_same_as_structured_text(inputs: list[tuple[bool, bool]]) -> None:
-    drawn, written = bench(LADDER), IecBench(SAME_IN_ST)
+    drawn, written = cold(LADDER), cold(SAME_IN_ST, "PLC_PRG")
     for start, stop in inputs:
         for running in (drawn, written):
             running["start"], running["stop"] = start, stop
@@ -82,7 +100,7 @@ SMALL = st.integers(-2_000, 2_000)
 
 @given(st.lists(st.tuples(SMALL, SMALL), max_size=8))
 def test_blocks_do_what_their_functions_say(inputs: list[tuple[int, int]]) -> None:
-    running = bench(BLOCKS)
+    running = cold(BLOCKS)
     kept = total = 0
     for a, b in inputs:
         running["a"], running["b"] = a, b
@@ -133,6 +151,37 @@ def test_a_jump_passes_over_a_network() -> None:
     assert running["motor"] is True
 
 
+def test_variables_of_a_named_list_are_reached_with_its_name_and_without() -> None:
+    """TwinCAT and CODESYS V3 write GVL.variable."""
+    gvl = (
+        '<TcPlcObject><GVL Name="GVL_Belt"><Declaration><![CDATA[VAR_GLOBAL speed : INT := 5; END_VAR\n'
+        "VAR_GLOBAL CONSTANT most : INT := 7; END_VAR]]></Declaration></GVL></TcPlcObject>"
+    )
+    main = (
+        '<TcPlcObject><POU Name="MAIN"><Declaration><![CDATA[PROGRAM MAIN VAR x, y : INT; '
+        "list : ARRAY[0..GVL_Belt.most] OF INT; END_VAR]]></Declaration><Implementation><ST><![CDATA["
+        "GVL_Belt.speed := GVL_Belt.speed + gvl_belt.MOST; x := speed; list[7] := x;]]></ST></Implementation></POU>"
+        "</TcPlcObject>"
+    )
+    files = [SourceFile("GVL_Belt.TcGVL", gvl), SourceFile("MAIN.TcPOU", main)]
+    host = PlainHost()
+    compiled = compile_project(files, host)
+    runtime = Runtime(compiled, host)
+    thread = runtime.thread(compiled.program.pous["main"])
+    thread.start()
+    thread.run(ENOUGH_NS)
+    assert [runtime.read(runtime.find(name)) for name in ("speed", "MAIN.x", "MAIN.list[7]")] == [12, 12, 12]
+
+
+def test_messages_of_all_stages_name_the_file_and_the_line() -> None:
+    document = LISTING_57.replace("YVAL + OFFSET;\n    BOTTOM", "YVAL + OFSET;\n    BOTTOM")
+    with pytest.raises(CompileError) as caught:
+        compile_project([SourceFile("example.xml", document)], PlainHost())
+    mistakes = [mistake for mistake in caught.value.mistakes if not mistake.is_note]
+    assert [(mistake.file, mistake.line) for mistake in mistakes] == [("example.xml", 21)]
+    assert "OFSET is not declared" in mistakes[0].what
+
+
 WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
 
 
@@ -158,15 +207,64 @@ def test_parallel_branches_of_a_chart_meet_again() -> None:
         + step("4", "Heat", "3")
         + step("5", "Stir", "3")
         + action("6", "4", "heated := heated + 1;")
-        + action("7", "5", "stirred := stirred + 1;")
+        + action("7", "5", "mixed := mixed + 1;")
         + f'<simultaneousConvergence localId="8">{WIRE.format(4)}{WIRE.format(5)}</simultaneousConvergence>'
-        + transition("9", "heated &gt;= 3 AND stirred &gt;= 3", "8")
+        + transition("9", "heated &gt;= 3 AND mixed &gt;= 3", "8")
     )
-    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "stirred": "INT"})))
+    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "mixed": "INT"})))
     running.cycle(2)
-    assert (running["heated"], running["stirred"]) == (0, 0)
+    assert (running["heated"], running["mixed"]) == (0, 0)
     running["start"] = True
     running.cycle()
     running["start"] = False
     running.cycle(10)
-    assert (running["heated"], running["stirred"]) == (3, 3)
+    assert (running["heated"], running["mixed"]) == (3, 3)
+
+
+COUNTER = """<pou name="{name}" pouType="functionBlock"><interface>
+<inputVars><variable name="Reset"><type><BOOL/></type></variable></inputVars>
+<outputVars><variable name="Out"><type><INT/></type></variable></outputVars>
+<localVars><variable name="Cnt"><type><INT/></type></variable></localVars></interface>{more}<body>{body}</body></pou>"""
+
+
+def _drawn_counter(language: str) -> str:
+    """Cnt := SEL(Reset, Cnt + 1, 17), with Cnt in the loop, and Out behind it."""
+    reset = contact("9", "Reset", "8") if language == "LD" else source("9", "Reset")
+    rail_ = (
+        '<leftPowerRail localId="8"><connectionPointOut formalParameter=""/></leftPowerRail>'
+        if language == "LD"
+        else ""
+    )
+    loop = (
+        '<inOutVariable localId="3" negatedOut="false" negatedIn="false"><connectionPointIn>'
+        '<connection refLocalId="7" formalParameter="OUT"/></connectionPointIn><connectionPointOut/>'
+        "<expression>Cnt</expression></inOutVariable>"
+    )
+    blocks = block("4", "ADD", {"IN1": "6", "IN2": "3"}) + block("7", "SEL", {"G": "9", "IN0": "4.OUT", "IN1": "5"})
+    inside = sink("2", "Out", "3") + loop + blocks + source("5", "17") + source("6", "1") + rail_ + reset
+    return f"<{language}>{inside}</{language}>"
+
+
+BODIES = {
+    "ST": "<ST><xhtml:p><![CDATA[IF Reset THEN Cnt := 17; ELSE Cnt := Cnt + 1; END_IF;\nOut := Cnt;]]></xhtml:p></ST>",
+    "IL": "<IL><xhtml:p><![CDATA[LD Reset\nJMPC ToReset\n\n(* count *)\nLD Cnt\nADD 1\nJMP Save\n\nToReset:\n"
+    "LD 17\n\nSave:\nST Cnt\nST Out\n]]></xhtml:p></IL>",
+    "FBD": _drawn_counter("FBD"),
+    "LD": _drawn_counter("LD"),
+}
+
+
+@given(st.lists(st.booleans(), max_size=10))
+def test_the_same_counter_counts_the_same_in_every_language(resets: list[bool]) -> None:
+    """A project with a function block in each language, as the editors' first example has it."""
+    blocks = "".join(COUNTER.format(name=f"Counter{name}", body=body, more="") for name, body in BODIES.items())
+    instances = {f"c{name}": f'<derived name="Counter{name}"/>' for name in BODIES}
+    calls = "".join(f"c{name}(Reset := reset); " for name in BODIES)
+    text = tc6(pou(f"<ST>{calls}</ST>", variables={"reset": "BOOL", **instances}).replace("<pous>", f"<pous>{blocks}"))
+    running = cold(text)
+    expected = 0
+    for reset in resets:
+        running["reset"] = reset
+        running.cycle()
+        expected = 17 if reset else expected + 1
+        assert {name: running[f"c{name}.Out"] for name in BODIES} == dict.fromkeys(BODIES, expected)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from library_bench import Bench
 
 from fieldrig_devices.iec.library import fixed, intrinsics
 from fieldrig_devices.iec.library.arguments import Argument, Untyped, common, widens
@@ -20,7 +21,20 @@ from fieldrig_devices.iec.library.intrinsics import (
 )
 from fieldrig_devices.iec.library.overload import Overload, expand
 from fieldrig_devices.iec.library.reals import single
-from fieldrig_devices.iec.types import Elementary, EnumType, StringType, SubrangeType, Type, Value
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    Elementary,
+    EnumType,
+    Field,
+    ObjectType,
+    PointerType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+    Value,
+)
 
 N = Untyped
 E = Elementary
@@ -257,6 +271,24 @@ WRONG: list[tuple[str, list[Argument], str]] = [
 ]
 
 
+PAIR = StructType("Pair", {"a": Field("a", E.INT)}, 2)
+
+
+@pytest.mark.parametrize("name", ["SEL", "MUX", "MAX"])
+def test_structures_are_not_selected(name: str) -> None:
+    found = find(name, [E.BOOL if name == "SEL" else E.INT, PAIR, PAIR])
+    assert isinstance(found, str)
+    assert found.endswith("Pair, Pair")
+
+
+def test_structures_are_moved() -> None:
+    assert overload("MOVE", [PAIR]).result is PAIR
+
+
+def test_absolute_value_may_be_outside_the_subrange_of_its_argument() -> None:
+    assert overload("ABS", [SubrangeType(E.INT, -5, 3)]).result is E.INT
+
+
 @pytest.mark.parametrize(("name", "arguments", "message"), WRONG)
 def test_message_says_what_was_expected(name: str, arguments: list[Argument], message: str) -> None:
     assert find(name, arguments) == message
@@ -435,3 +467,59 @@ def test_every_argument_widens_to_the_type_in_common(kinds: list[E | StringType]
     found = common(kinds)
     assert found is None or all(widens(kind, found) for kind in kinds)
     assert found == common(kinds[::-1])
+
+
+EVERY_TYPE: list[Argument] = [
+    *E, TEXT, StringType(255), PAIR, EnumType("color", {"red": 0}), SubrangeType(E.INT, -5, 3), ArrayType(0, 3, E.INT),
+    PointerType(E.INT), BlockType("TON"), ObjectType("MC_4"), *map(N, (0, -1, 300, 70_000, 2**40, 1.5, 2**70)),
+]  # fmt: skip
+EVERY_NAME = sorted(
+    {
+        *fixed.FIXED,
+        *intrinsics.REAL_FUNCTIONS,
+        *intrinsics.SHIFTS,
+        "ABS",
+        "EXPT",
+        "SEL",
+        "MUX",
+        "MOVE",
+        "MAX",
+        "LIMIT",
+        "TRUNC",
+    }
+    | {
+        "INT_TO_BCD",
+        "BCD_TO_DINT",
+        "REAL_TO_INT",
+        "STRING_TO_DT",
+        "TO_STRING",
+        "TO_INT",
+        "TRUNC_DINT",
+        "DT_TO_TOD",
+        "BOGUS",
+    }
+)
+
+
+@settings(max_examples=1_000)
+@given(
+    st.sampled_from(EVERY_NAME),
+    st.lists(st.sampled_from(EVERY_TYPE), max_size=4),
+    st.none() | st.sampled_from([E.INT, E.LREAL, E.TIME, E.WORD, TEXT]),
+)
+def test_every_call_has_an_answer(name: str, arguments: list[Argument], wanted: Type | None) -> None:
+    found = find(name, arguments, wanted)
+    if isinstance(found, str):
+        assert found.startswith(name)
+    else:
+        assert len(found.parameters) == len(arguments)
+        _check_python(found)
+
+
+def test_structures_are_copied_by_move_in_a_program() -> None:
+    bench = Bench(
+        "TYPE Pair : STRUCT a, b : INT; END_STRUCT; END_TYPE\nPROGRAM PLC_PRG\n"
+        "VAR x : Pair; y : Pair := (a := 3, b := 4); END_VAR\nx := MOVE(y);\nEND_PROGRAM\n"
+    )
+    bench.call(0)
+    assert bench.read("PLC_PRG.x.b") == 4

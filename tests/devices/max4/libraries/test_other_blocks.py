@@ -1,6 +1,8 @@
 """Slave cams, MultiCam3, torque cams, positioning functions, splines, and a whole controller."""
 
 from math import pi, sin
+from pathlib import Path
+from typing import Any
 
 import pytest
 from cam_bench import CYCLE_NS, CamBench
@@ -9,6 +11,9 @@ from hypothesis import strategies as st
 from max4_bench import Bench
 
 from fieldrig.clock import S
+from fieldrig.errors import ConfigError
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.tree import Pou
 from fieldrig_devices.max4.axes.axis import Mode
 from fieldrig_devices.max4.libraries.collection import motion_libraries
 from fieldrig_devices.max4.libraries.controller import SystemMotion
@@ -85,6 +90,39 @@ def test_multicam_begins_on_all_axes_or_on_none(bench: CamBench) -> None:
     assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *nobody, True)[0] == -1
     twice = (one, straight, 10.0, one, straight, 10.0, 0, 0, 0.0)
     assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *twice, True)[0] == -1
+
+
+@pytest.mark.manual("PD-196")
+def test_axes_stop_together_in_proportion() -> None:
+    bench = CamBench("one", "two", "three")
+    stop = bench.call("ProfilLoad", "modisin")
+    bench.call("ProfilSetLambda", stop, 0.0)
+    heights = (100.0, 50.0, -25.0)
+    pins = [value for axis, y in zip(bench.axes.values(), heights, strict=True) for value in (axis.log_adr, stop, y)]
+    begins = [bench.place(name) for name in bench.axes]
+    assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 200.0, *pins, True)[0] == 0
+    bench.master.velocity = 500.0
+    bench.run(150)
+    for places in bench.places:
+        shares = [(place - begin) / y for place, begin, y in zip(places, begins, heights, strict=True)]
+        assert shares == pytest.approx([shares[0]] * 3, abs=1e-4)
+    ends = [next(n for n, v in enumerate(bench.speeds(axis)) if n > 5 and v == 0.0) for axis in range(3)]
+    assert max(ends) - min(ends) <= 8  # one increment of the slowest axis takes longer near its rest
+
+
+@pytest.mark.manual("PD-205", "PD-203")
+def test_the_libraries_have_the_names_of_the_manual(bench: CamBench) -> None:
+    assert [library.name for library in bench.libraries] == [
+        "Basic.lib",
+        "VarioCam.lib",
+        "CSpline.lib",
+        "TorqueCam.lib",
+    ]
+    for library in bench.libraries:
+        unit, mistakes = parse(library.text, library.name)
+        assert mistakes == []
+        natives = {pou.name.casefold() for pou in unit.declarations if isinstance(pou, Pou)}
+        assert natives == {*library.functions, *library.blocks}
 
 
 # ---- torque cams
@@ -247,6 +285,20 @@ def test_a_wrong_file_has_no_number() -> None:
 
 
 # ---- on the controller
+
+
+@pytest.mark.manual("PD-185")
+def test_files_of_the_rig_file_are_on_the_flash_disk(tmp_path: Path) -> None:
+    (tmp_path / "lift.cam").write_bytes(FILE)
+    settings: dict[str, Any] = {"simulated": ("Belt",), "files": [str(tmp_path / "lift.cam")]}
+    bench = Bench(**settings)
+    assert bench.max4.disk.read("\\LIFT.CAM") == FILE
+    (tmp_path / "lift.cam").write_bytes(b"0 0\n1 1\n")
+    assert Bench(store=bench.store, **settings).max4.disk.read("\\LIFT.CAM") == b"0 0\n1 1\n"
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "LIFT.CAM").write_bytes(FILE)
+    with pytest.raises(ConfigError, match=r"\\LIFT.CAM is used twice"):
+        Bench(simulated=("Belt",), files=[str(tmp_path / name) for name in ("lift.cam", "other/LIFT.CAM")])
 
 
 @pytest.mark.manual("PD-181", "PD-182")

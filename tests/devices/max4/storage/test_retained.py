@@ -18,7 +18,7 @@ class Killed(Exception):  # noqa: N818
 
 
 class DyingMemory:
-    """Memory whose writer is killed after so many bytes; aligned words are never torn."""
+    """Memory whose writer is killed after a number of bytes; aligned words are never torn."""
 
     def __init__(self, size: int, budget: list[int]) -> None:
         self.data = bytearray(size)

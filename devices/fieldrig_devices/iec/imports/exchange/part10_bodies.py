@@ -161,7 +161,7 @@ class Reader:
                 item.uses = [self._use(action) for action in elements(of, "Action", "ActionAssociation")]
 
     def _unique(self, identifier: str) -> str:
-        """The identifier, with a number behind it if several elements have it or stand in one line."""
+        """The identifier, with a number behind it if several elements have it."""
         found = identifier if identifier not in self.identifiers else f"{identifier} #{len(self.items)}"
         self.identifiers.add(found)
         return found

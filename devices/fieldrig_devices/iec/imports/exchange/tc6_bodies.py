@@ -115,10 +115,27 @@ def _item(of: Element, report: Report) -> Item | None:
         storage=_STORAGES.get(attribute(of, "storage") or attribute(of, "storageIn"), Storage.NONE),
         inputs=[_pin(point) for point in elements(of, "connectionPointIn")],
     )
+    _refuse_modifiers(of, item, report)
     extra = _EXTRA.get(kind)
     if extra is not None:
         extra(of, item, report)
     return item
+
+
+def _refuse_modifiers(of: Element, item: Item, report: Report) -> None:
+    """Edges and storage where no tool draws them: behind a variable, and at the outputs of a block."""
+    outputs = elements(element(of, "outputVariables"), "variable")
+    pins = [*elements(element(of, "inputVariables"), "variable"), *outputs]
+    found = [attribute(of, "edgeOut"), attribute(of, "storageOut")]
+    found += [attribute(pin, "edge") for pin in outputs] + [attribute(pin, "storage") for pin in pins]
+    for modifier in found:
+        if modifier in _EDGES or modifier in _STORAGES:
+            report.mistake(
+                item.line,
+                f"The {item} has the modifier {modifier} at an output or a pin",
+                "edges at inputs, and set or reset at variables and coils",
+                "Use R_TRIG, F_TRIG, SR or RS.",
+            )
 
 
 def _text(of: Element, kind: Kind) -> str:

@@ -17,7 +17,7 @@ from fieldrig_devices.iec.imports.networks.kinds import Kinds
 from fieldrig_devices.iec.imports.networks.translate import Translation
 
 QUALIFIERS: Final = frozenset(("N", "R", "S", "L", "D", "P", "SD", "DS", "SL", "P0", "P1"))
-"""Those of the manual (PD-372 to 374) and of edition 3; the DL of the exchange format has no meaning in either."""
+"""The qualifiers of the manual (PD-372 to 374) and of edition 3; neither defines the DL of the exchange format."""
 TIMED: Final = frozenset(("L", "D", "SD", "DS", "SL"))
 BRANCHES: Final = 1_000
 """Steps or transitions that one divergence may lead to."""
@@ -84,33 +84,33 @@ class Chart:
         """Names of the steps behind each transition, by its identifier."""
         found: dict[str, list[str]] = {}
         steps = {item.text.casefold(): item for item in self.network.items if item.kind is Kind.STEP}
+        forks = self._forks()
         for item in self.network.items:
             if item.kind is Kind.STEP:
                 names = [item.text]
             elif item.kind is Kind.JUMP_STEP:
-                names = self._jump(item, steps)
+                names = self._jump(item, steps, forks)
             else:
                 continue
             for transition in self._before(item, Kind.TRANSITION, _DOWN):
                 found.setdefault(transition.id, []).extend(names)
         return found
 
-    def _jump(self, item: Item, steps: dict[str, Item]) -> list[str]:
+    def _forks(self) -> dict[str, list[str]]:
+        """The steps behind each simultaneous divergence that has a name."""
+        found: dict[str, list[str]] = {}
+        for item in self.network.items:
+            sources = (self.items.get(wire.source) for pin in item.inputs for wire in pin.wires)
+            for fork in sources if item.kind is Kind.STEP else ():
+                if fork is not None and fork.kind is Kind.SIMULTANEOUS_DIVERGENCE and fork.text:
+                    found.setdefault(fork.text.casefold(), []).append(item.text)
+        return found
+
+    def _jump(self, item: Item, steps: dict[str, Item], forks: dict[str, list[str]]) -> list[str]:
         """The steps that a jump leads to: the named one, or those behind the named divergence."""
         if item.text.casefold() in steps:
             return [steps[item.text.casefold()].text]
-        forks = {
-            other.id
-            for other in self.network.items
-            if other.kind is Kind.SIMULTANEOUS_DIVERGENCE
-            and other.text
-            and other.text.casefold() == item.text.casefold()
-        }
-        names = [
-            step.text
-            for step in steps.values()
-            if any(wire.source in forks for pin in step.inputs for wire in pin.wires)
-        ]
+        names = forks.get(item.text.casefold(), [])
         if not names:
             self._mistake(item.line, f"The jump leads to {item.text[:60]}, which is not there", "the name of a step")
         return names
@@ -238,7 +238,7 @@ class Chart:
             return None
         time = self.fragments.expression(use.duration, use.line) if use.duration.strip() else None
         if qualifier in TIMED and time is None:
-            self._mistake(use.line, f"The qualifier {qualifier} has no time", "a duration such as T#3s")
+            self._mistake(use.line, f"The qualifier {qualifier} needs a time", "a duration such as T#3s")
             return None
         name = use.name or self._own_action(step, use)
         if not name:

@@ -86,7 +86,30 @@ def operation(operator: str, values: list[tree.Expression], place: tree.Place) -
     if operator in COMPARISONS and len(values) > 2:
         pairs = [tree.Binary(operator, a, b, place=place) for a, b in pairwise(values)]
         return operation("AND", list[tree.Expression](pairs), place)
+    if operator in ("AND", "OR", "XOR"):
+        return balanced(operator, values, place)
     result = values[0]
     for value in values[1:]:
         result = tree.Binary(operator, result, value, place=place)
     return result
+
+
+def balanced(operator: str, values: list[tree.Expression], place: tree.Place) -> tree.Expression:
+    """An operation whose order does not matter, as a tree that is as low as possible.  Up to 8 stay in a row."""
+    if len(values) == 1:
+        return values[0]
+    middle = len(values) - 1 if len(values) <= 8 else len(values) // 2
+    left, right = balanced(operator, values[:middle], place), balanced(operator, values[middle:], place)
+    return tree.Binary(operator, left, right, place=place)
+
+
+def height(of: tree.Expression | None) -> int:
+    """The levels of a tree of operations and calls; what else is in an expression is small."""
+    match of:
+        case tree.Binary(_, left, right):
+            return 1 + max(height(left), height(right))
+        case tree.Unary(_, operand):
+            return 1 + height(operand)
+        case tree.Call(_, arguments):
+            return 1 + max((height(argument.value) for argument in arguments), default=0)
+    return 1

@@ -138,7 +138,7 @@ class Item:
         return f"{self.kind.value}{name[:60]} (element {self.id})" if self.id else f"{self.kind.value}{name[:60]}"
 
     def pins(self) -> list[Pin]:
-        """What the element consumes."""
+        """The inputs, and the variables that are passed through."""
         return [*self.inputs, *self.in_outs]
 
 

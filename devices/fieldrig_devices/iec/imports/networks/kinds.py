@@ -23,7 +23,7 @@ class Kinds:
     types: dict[str, tree.TypeSpec] = field(default_factory=dict)
 
     def of_pou(self, name: str, blocks: Sequence[tree.Variables], result: tree.TypeSpec | None) -> "Kinds":
-        """What this POU sees: its own variables hide those of the file."""
+        """Return what a POU sees: its own variables hide those of the file."""
         own = {v.name.casefold(): v.type for block in blocks for v in block.variables}
         if result is not None:
             own[name.casefold()] = result

@@ -63,11 +63,14 @@ def _by_titles(items: list[Item]) -> list[list[Item]]:
     """The V3 form: a comment, a label and a title precede the elements of a network, in the order of the document."""
     parts: list[list[Item]] = [[]]
     rails = [item for item in items if item.kind in RAILS]
+    has_elements = False
     for item in items:
         if item.kind in RAILS:
             continue
-        if item.kind in MARKS and any(other.kind not in MARKS for other in parts[-1]):
+        if item.kind in MARKS and has_elements:
             parts.append([])
+            has_elements = False
+        has_elements = has_elements or item.kind not in MARKS
         parts[-1].append(item)
     return [[*rails, *part] for part in parts if part]
 

@@ -22,11 +22,13 @@ from fieldrig_devices.iec.imports.networks.kinds import BOOL, Kinds, consumer_ty
 from fieldrig_devices.iec.imports.networks.order import in_order, join_connectors
 
 IN_A_ROW: Final = 120
-"""Elements that one expression may consist of, one behind the other."""
+"""Elements that may depend on one another, one behind the other."""
+HIGHEST: Final = 40
+"""Levels of an expression; the value of a longer row is put into a hidden variable.  The parser allows 64."""
 
 _ACTORS: Final = (Kind.SINK, Kind.THROUGH, Kind.COIL, Kind.BLOCK, Kind.LABEL, Kind.JUMP, Kind.RETURN)
 _PASSIVE: Final = (Kind.RIGHT_RAIL, Kind.CONNECTOR)
-"""What takes a wire without consuming its value."""
+"""Elements that take a wire without consuming its value."""
 
 
 def translate(
@@ -63,7 +65,7 @@ class Translation:
     out: list[tree.AnyStatement] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
     consumers: dict[str, list[tuple[Item, Pin, Wire]]] = field(default_factory=dict)
-    """What consumes the outputs of an element; right rails do not count."""
+    """The consumers of the outputs of an element; right rails do not count."""
     values: dict[Wire, tree.Expression] = field(default_factory=dict)
     """Values that are calculated once."""
     started: set[str] = field(default_factory=set)
@@ -73,6 +75,10 @@ class Translation:
     loops: dict[Wire, tree.Name] = field(default_factory=dict)
     """Hidden variables for values of the previous cycle."""
     depth: int = 0
+    failed: set[str] = field(default_factory=set)
+    """Contacts and coils whose power has a mistake in front of it, so that it is looked for once only."""
+    is_given_up: bool = False
+    """True after a message that the network is too deep, so that nothing is tried again."""
     order: int = 0
     """The order that the author has set for the element that is executed."""
 
@@ -166,7 +172,7 @@ class Translation:
     # ---- values
 
     def power(self, item: Item) -> tree.Expression | None:
-        """What arrives at a contact, coil, variable, jump or return: several wires are parallel branches."""
+        """Return what arrives at a contact, coil, variable, jump or return: several wires are parallel branches."""
         found = [value for pin in item.inputs if (value := self.input(pin, item)) is not None]
         if not any(pin.wires or pin.expression for pin in item.inputs):
             self._mistake(item.line, f"The input of the {item} is not connected", "a wire from an element or a rail")
@@ -174,8 +180,10 @@ class Translation:
 
     def input(self, pin: Pin, owner: Item) -> tree.Expression | None:
         """The value at a pin, with its negation and edge; None without a wire, or with a message."""
-        if self.depth >= IN_A_ROW:
+        if self.depth >= IN_A_ROW and not self.is_given_up:
+            self.is_given_up = True
             self._mistake(owner.line, f"The {owner} has more than {IN_A_ROW} elements in a row in front of it")
+        if self.is_given_up:
             return None
         self.depth += 1
         try:
@@ -193,7 +201,7 @@ class Translation:
         return self._edge(value, pin.edge, owner)
 
     def value(self, wire: Wire, owner: Item) -> tree.Expression | None:
-        """What flows through the wire."""
+        """Return what flows through the wire."""
         item = self.items.get(wire.source)
         if item is None:
             self._mistake(owner.line, f"The {owner} is connected to element {wire.source[:30]}, which is not there")
@@ -235,6 +243,12 @@ class Translation:
         """The power behind a contact or coil; calculated once if several elements consume it."""
         if Wire(item.id) in self.values:
             return self.values[Wire(item.id)]
+        power = None if item.id in self.failed else self._new_power(item)
+        if power is None:
+            self.failed.add(item.id)
+        return power
+
+    def _new_power(self, item: Item) -> tree.Expression | None:
         if item.kind is Kind.COIL and item.id not in self.finished:
             if item.id in self.started:
                 self._mistake(item.line, f"The {item} is part of a loop of contacts", "a loop through a variable")
@@ -252,7 +266,8 @@ class Translation:
             self.started.discard(item.id)
         if power is None:
             return None
-        if len(self.consumers.get(item.id, ())) > 1 and not isinstance(power, tree.Literal):
+        is_shared = len(self.consumers.get(item.id, ())) > 1 and not isinstance(power, tree.Literal)
+        if is_shared or functions.height(power) > HIGHEST:
             return self._shared(Wire(item.id), "Power", power, BOOL, item)
         return power
 
@@ -363,7 +378,7 @@ class Translation:
             call, enable = tree.Binary("AND", enable, call, place=_place(item)), None
         if result.expression:
             self._written_result(item, enable, call, result)
-        elif self._is_inline(item, wire, enable, extra):
+        elif self._is_inline(item, wire, enable, extra, call):
             self.values[wire] = _negated(call) if result.is_negated else call
         elif (sink := self._only_sink(item)) is not None and enable is not None:
             self.started.add(sink.id)
@@ -381,7 +396,7 @@ class Translation:
         return []
 
     def _consumers(self, item: Item) -> list[tuple[Item, Pin]]:
-        """What consumes the outputs of a block, besides ENO."""
+        """Return the consumers of a block, besides those of ENO."""
         found = self.consumers.get(item.id, [])
         return [(other, pin) for other, pin, wire in found if wire.pin.casefold() != "eno"]
 
@@ -396,6 +411,9 @@ class Translation:
         if operator or unary:
             if len(given) < (1 if unary else 2) or len(given) < len(arguments):
                 self._mistake(item.line, f"An input of the {item} is not connected")
+                return None
+            if operator and len(given) > HIGHEST and operator not in ("AND", "OR", "XOR"):
+                self._mistake(item.line, f"The {item} has {len(given)} inputs", f"at most {HIGHEST}")
                 return None
             if operator:
                 return functions.operation(operator, given, place)
@@ -428,9 +446,12 @@ class Translation:
         self.values[wire] = _negated(name) if pin.is_negated else name
         return name
 
-    def _is_inline(self, item: Item, wire: Wire, enable: tree.Expression | None, extra: list[Pin]) -> bool:
+    def _is_inline(
+        self, item: Item, wire: Wire, enable: tree.Expression | None, extra: list[Pin], call: tree.Expression
+    ) -> bool:
         """True if the call can stand where its result is used."""
-        return enable is None and not extra and len(self._consumers(item)) <= 1 and wire not in self.loops
+        is_low = functions.height(call) <= HIGHEST
+        return is_low and enable is None and not extra and len(self._consumers(item)) <= 1 and wire not in self.loops
 
     def _only_sink(self, item: Item) -> Item | None:
         """The one plain variable that takes the result."""
@@ -579,10 +600,7 @@ def _any(values: list[tree.Expression], line: int) -> tree.Expression:
     """The parallel connection of branches."""
     if any(_is_true(value) for value in values):
         return next(value for value in values if _is_true(value))
-    result = values[0]
-    for value in values[1:]:
-        result = tree.Binary("OR", result, value, place=tree.Place(line, 1))
-    return result
+    return functions.balanced("OR", values, tree.Place(line, 1))
 
 
 def _if(condition: tree.Expression, body: list[tree.AnyStatement], line: int) -> tree.If:

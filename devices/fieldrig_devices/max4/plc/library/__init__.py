@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.iec.host import Library, NativeFunction, Pending, Results
+from fieldrig_devices.max4.libraries.collection import motion_libraries
+from fieldrig_devices.max4.libraries.controller import SystemMotion
 from fieldrig_devices.max4.messages.diagnosis import Sender
 from fieldrig_devices.max4.plc.library.open_files import OpenFiles, disk_name
 from fieldrig_devices.max4.system import System
@@ -37,7 +39,8 @@ class Functions:
 
     def libraries(self, system: System) -> tuple[Library, ...]:
         """The libraries for the objects of a boot."""
-        return (Library("controller", _TEXT, self._functions(system), {}),)
+        motion = motion_libraries(SystemMotion(system, self._controller.disk))
+        return (Library("MAx-4.lib", _TEXT, self._functions(system), {}), *motion)
 
     def end(self) -> None:
         """Close all files without writing them, at the end of the program."""

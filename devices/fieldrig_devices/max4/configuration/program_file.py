@@ -12,6 +12,7 @@ from typing import Final, Self
 
 from fieldrig.untrusted import MalformedError, field, items, read_json
 
+PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 FORMAT: Final = "IEC sources"
 LONGEST: Final = 16 << 20
 """Largest file in bytes."""

@@ -1,0 +1,305 @@
+"""Sequential Function Charts: steps, transitions and actions become statements over hidden variables.
+
+Source: PacDrive manual 1709 to 1842 (digest 2.3), IEC 61131-3 for the control of actions.  In each cycle
+
+1. the actions run: of each active simple step, in the order of the text, its entry action if this is its first cycle,
+   and then its active action; after that the named actions of the IEC steps, in the order of their first use;
+2. the transitions behind active steps are tested, those of the same step by priority and then by the text, so that one
+   step starts one of its alternative branches;
+3. the steps in front of the transitions that hold become inactive, after their exit actions, and those behind become
+   active.  Their actions run in the next cycle.
+
+A step is a variable of its chart with the components x (active) and t (time since its actions began), as in CoDeSys.
+The qualifiers of a named action are combined as in the ACTION_CONTROL block of the standard, where R is stronger than
+all others.  There is no final scan, so that P is executed exactly once (manual 1815).  A BOOL variable may be named
+instead of an action; it is TRUE while the action would run.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.charts import check_chart
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.statements import Statements
+from fieldrig_devices.iec.program import AnyStatement, Pou, Space, Variable
+from fieldrig_devices.iec.tree import Member, Name, PouKind, Section
+from fieldrig_devices.iec.types import Elementary, Field, InitialValue, StructType, Type
+
+STEP: Final = StructType(
+    "SFCStepType",
+    {
+        "x": Field("x", Elementary.BOOL, 0, comment="The step is active."),
+        "t": Field("t", Elementary.TIME, 1, comment="Time since the actions of the step began."),
+        "_x": Field("_x", Elementary.BOOL, 5, comment="The step was active in the last cycle."),
+        "_t": Field("_t", Elementary.TIME, 6, comment="When its actions began."),
+    },
+    10,
+)
+"""The type of steps, with the names that CoDeSys V2.3 gives to the components."""
+
+_TRUE: Final = tree.Literal(tree.LiteralKind.BOOL, True)
+_FALSE: Final = tree.Literal(tree.LiteralKind.BOOL, False)
+
+
+BodyOf = Callable[[Pou, tree.Body], list[AnyStatement]]
+"""Checks the body of an action."""
+
+
+def lower_sfc(body: tree.SfcBody, context: Context, body_of: BodyOf) -> list[AnyStatement]:
+    """Return the statements of one cycle of a chart.  The actions of simple steps become actions of the POU."""
+    if context.owner is not None and context.owner.kind is PouKind.FUNCTION:
+        context.say(body, "a FUNCTION cannot be written in SFC", "ST or IL", "A function has no memory for its steps.")
+        return []
+    if not check_chart(body, context):
+        return []
+    return _Chart(body, context, body_of).cycle()
+
+
+@dataclass(slots=True)
+class _Control:
+    """A named action of IEC steps, with all steps that use it."""
+
+    name: str
+    uses: list[tuple[str, tree.ActionUse]] = field(default_factory=list)
+
+
+class _Chart:
+    def __init__(self, body: tree.SfcBody, context: Context, body_of: BodyOf) -> None:
+        self._steps, self._body_of = body.steps, body_of
+        self._transitions = sorted(body.transitions, key=lambda transition: transition.priority)
+        self._context = context
+        self._made: list[tree.AnyStatement] = []
+        self._place = body.place
+
+    def cycle(self) -> list[AnyStatement]:
+        for step in self._steps:
+            self._declare_step(step)
+        self._sections = {step.name: self._routines(step) for step in self._steps}
+        self._now = self._hidden("now", Elementary.TIME)
+        self._add(_assign(self._now, tree.Call(Name("TIME"), ())))
+        for step in self._steps:
+            self._time(step)
+        for step in self._steps:
+            self._simple_step(step)
+        for control in self._controls():
+            self._action(control)
+        for step in self._steps:
+            self._place = step.place
+            self._add(_assign(_flag(step.name, "_x"), _flag(step.name, "x")))
+        self._test_and_switch()
+        return Statements(self._context).body(self._made)
+
+    # ---- variables
+
+    def _declare_step(self, step: tree.Step) -> None:
+        context, owner = self._context, self._context.owner
+        assert owner is not None
+        initial: dict[str, InitialValue] | None = {"x": True} if step.is_initial else None
+        made = Variable(step.name, STEP, Space.INSTANCE, Section.LOCAL, initial, place=step.place, file=context.file)
+        made.comment = f"Step {step.name}"
+        owner.variables[context.key(step.name)] = made
+        context.names[context.key(step.name)] = made
+
+    def _hidden(self, name: str, kind: Type) -> Name:
+        made = self._context.hidden(name, kind)
+        self._context.names[self._context.key(made.name)] = made
+        return Name(made.name)
+
+    def _routines(self, step: tree.Step) -> dict[str, str]:
+        """Make an action of each action that a simple step has; return their names."""
+        made = {}
+        owner = self._context.owner
+        assert owner is not None
+        for word in ("entry", "active", "exit"):
+            body: tree.Body | None = getattr(step, word)
+            if body is None:
+                continue
+            key = f"{word}.{len(owner.actions)}"
+            name = f"{owner.name}.{step.name}.{word}"
+            action = Pou(owner.kind, name, owner.file, owner.variables, type=owner.type, owner=owner)
+            owner.actions[key] = action
+            action.body = self._body_of(action, body)
+            made[word] = key
+        return made
+
+    # ---- statements
+
+    def _add(self, statement: tree.AnyStatement) -> None:
+        statement.place = self._place
+        self._made.append(statement)
+
+    def _if(self, condition: tree.Expression, *then: tree.AnyStatement) -> None:
+        self._add(_conditional(condition, then, self._place))
+
+    # ---- 1: actions
+
+    def _time(self, step: tree.Step) -> None:
+        """The time of a step counts from the first cycle of its actions."""
+        self._place = step.place
+        begin = _conditional(_not(_flag(step.name, "_x")), (_assign(_flag(step.name, "_t"), self._now),), self._place)
+        elapsed = tree.Binary("-", self._now, _flag(step.name, "_t"))
+        self._if(_flag(step.name, "x"), begin, _assign(_flag(step.name, "t"), elapsed))
+
+    def _simple_step(self, step: tree.Step) -> None:
+        self._place = step.place
+        sections = self._sections[step.name]
+        if "entry" in sections:
+            self._if(self._begins(step.name), _call(sections["entry"]))
+        if "active" in sections:
+            self._if(_flag(step.name, "x"), _call(sections["active"]))
+
+    def _begins(self, step: str) -> tree.Expression:
+        return _and(_flag(step, "x"), _not(_flag(step, "_x")))
+
+    def _controls(self) -> list[_Control]:
+        found: dict[str, _Control] = {}
+        for step in self._steps:
+            for use in step.uses:
+                control = found.setdefault(self._context.key(use.name), _Control(use.name))
+                control.uses.append((step.name, use))
+        return list(found.values())
+
+    def _action(self, control: _Control) -> None:
+        """Compute whether an action runs, and run it (ACTION_CONTROL of the standard)."""
+        self._place = control.uses[0][1].place
+        resets = [_flag(step, "x") for step, use in control.uses if use.qualifier == "R"]
+        is_reset = _any(resets) if resets else None
+        reasons = [self._reason(step, use, is_reset) for step, use in control.uses if use.qualifier != "R"]
+        stored = self._stored(control, is_reset)
+        runs = _any([*reasons, *stored]) if reasons or stored else _FALSE
+        if is_reset is not None:
+            runs = _and(_not(is_reset), runs)
+        action = Name(control.name, place=self._place)
+        owner = self._context.owner
+        if owner is not None and self._context.key(control.name) in owner.actions:
+            self._if(runs, tree.CallStatement(tree.Call(action, (), place=self._place)))
+        else:
+            self._add(_assign(action, runs))
+
+    def _reason(self, step: str, use: tree.ActionUse, is_reset: tree.Expression | None) -> tree.Expression:
+        """Return why an action runs in this cycle, apart from what is stored."""
+        active = _flag(step, "x")
+        time = use.time or _FALSE
+        match use.qualifier:
+            case "L":
+                return _and(active, tree.Binary("<", _flag(step, "t"), time, place=use.place))
+            case "D":
+                return _and(active, tree.Binary(">=", _flag(step, "t"), time, place=use.place))
+            case "P" | "P1":
+                return self._begins(step)
+            case "P0":
+                return _and(_not(active), _flag(step, "_x"))
+            case "SD":
+                return self._delayed(step, use, ">=", is_reset)
+            case "SL":
+                return self._delayed(step, use, "<", is_reset)
+            case "S" | "DS":
+                return _FALSE
+        return active
+
+    def _delayed(
+        self, step: str, use: tree.ActionUse, operator: str, is_reset: tree.Expression | None
+    ) -> tree.Expression:
+        """Store that the step was active, and since when; R clears it."""
+        is_on, begin = self._hidden("on", Elementary.BOOL), self._hidden("begin", Elementary.TIME)
+        self._if(_and(_flag(step, "x"), _not(is_on)), _assign(is_on, _TRUE), _assign(begin, self._now))
+        if is_reset is not None:
+            self._if(is_reset, _assign(is_on, _FALSE))
+        elapsed = tree.Binary("-", self._now, begin)
+        return _and(is_on, tree.Binary(operator, elapsed, use.time or _FALSE, place=use.place))
+
+    def _stored(self, control: _Control, is_reset: tree.Expression | None) -> list[tree.Expression]:
+        """Store an action with S or DS, and clear it with R."""
+        sets: list[tree.Expression] = []
+        for step, use in control.uses:
+            if use.qualifier == "S":
+                sets.append(_flag(step, "x"))
+            elif use.qualifier == "DS":
+                late = tree.Binary(">=", _flag(step, "t"), use.time or _FALSE, place=use.place)
+                sets.append(_and(_flag(step, "x"), late))
+        if not sets:
+            return []
+        stored = self._hidden("stored", Elementary.BOOL)
+        self._if(_any(sets), _assign(stored, _TRUE))
+        if is_reset is not None:
+            self._if(is_reset, _assign(stored, _FALSE))
+        return [stored]
+
+    # ---- 2 and 3: transitions
+
+    def _test_and_switch(self) -> None:
+        fired: list[tuple[tree.Transition, Name]] = []
+        for transition in self._transitions:
+            self._place = transition.place
+            name = self._hidden("fires", Elementary.BOOL)
+            taken = [other for before, other in fired if set(self._keys(before)) & set(self._keys(transition))]
+            enabled = _all([*(_flag(step, "x") for step in transition.sources), *(_not(other) for other in taken)])
+            self._add(_assign(name, _FALSE))
+            self._if(enabled, _assign(name, transition.condition, transition.condition.place))
+            fired.append((transition, name))
+        for transition, name in fired:
+            self._place = transition.place
+            self._if(name, *(statement for step in transition.sources for statement in self._leave(step)))
+        for transition, name in fired:
+            self._place = transition.place
+            self._if(name, *(self._enter(step) for step in transition.targets))
+
+    def _keys(self, transition: tree.Transition) -> list[str]:
+        return [self._context.key(step) for step in transition.sources]
+
+    def _leave(self, step: str) -> list[tree.AnyStatement]:
+        sections = next(
+            found for name, found in self._sections.items() if self._context.key(name) == self._context.key(step)
+        )
+        exit_call = [_call(sections["exit"])] if "exit" in sections else []
+        return [*exit_call, _assign(_flag(step, "x"), _FALSE)]
+
+    def _enter(self, step: str) -> tree.AnyStatement:
+        """Make a step active; one that has just been left begins again."""
+        activate = (_assign(_flag(step, "x"), _TRUE), _assign(_flag(step, "_x"), _FALSE))
+        return _conditional(_not(_flag(step, "x")), activate, self._place)
+
+
+# ---- trees
+
+
+def _flag(step: str, name: str) -> Member:
+    return Member(Name(step), name)
+
+
+def _assign(target: tree.Expression, value: tree.Expression, place: tree.Place = tree.NOWHERE) -> tree.Assign:
+    return tree.Assign(target, value, place=place)
+
+
+def _call(name: str) -> tree.CallStatement:
+    return tree.CallStatement(tree.Call(Name(name), ()))
+
+
+def _conditional(condition: tree.Expression, then: Sequence[tree.AnyStatement], place: tree.Place) -> tree.If:
+    for statement in then:
+        statement.place = place
+    return tree.If((tree.Branch(condition, tuple(then), place=place),), place=place)
+
+
+def _not(of: tree.Expression) -> tree.Expression:
+    return tree.Unary("NOT", of)
+
+
+def _and(left: tree.Expression, right: tree.Expression) -> tree.Expression:
+    return tree.Binary("AND", left, right)
+
+
+def _all(parts: Sequence[tree.Expression]) -> tree.Expression:
+    found = parts[0]
+    for part in parts[1:]:
+        found = _and(found, part)
+    return found
+
+
+def _any(parts: Sequence[tree.Expression]) -> tree.Expression:
+    found = parts[0]
+    for part in parts[1:]:
+        found = tree.Binary("OR", found, part)
+    return found

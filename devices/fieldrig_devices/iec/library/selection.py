@@ -1,0 +1,63 @@
+"""The part of the libraries that a project uses.
+
+Only that part is compiled, so a project pays for what it names, and its own names never disturb a block of a library
+that it does not use.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import fields, is_dataclass, replace
+from typing import Final
+
+from fieldrig_devices.iec.tree import Declaration, Pou, TypeDeclaration, Unit, Variables
+
+_WORD: Final = re.compile(r"[A-Za-z_]\w*")
+DRAWN: Final = frozenset({"r_trig", "f_trig"})
+"""Blocks that drawn programs use without naming them, in contacts and coils for edges."""
+
+
+def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[str]) -> list[Unit]:
+    """Return the libraries with those types and POUs that the texts of the project name, and what these need.
+
+    A type or POU that the project declares takes the place of one of a library.  Global variables all stay.
+    """
+    own = {name for name, _ in _named(project)}
+    known = {name: declared for name, declared in _named(libraries) if name not in own}
+    open_words = set(DRAWN)
+    for text in texts:
+        open_words.update(map(str.casefold, _WORD.findall(text)))
+    for unit in libraries:
+        open_words.update(
+            word for declared in unit.declarations if isinstance(declared, Variables) for word in _words(declared)
+        )
+    used: set[str] = set()
+    while found := open_words & known.keys() - used:
+        used |= found
+        open_words = {word for name in found for word in _words(known[name])}
+    return [replace(unit, declarations=tuple(_kept(unit.declarations, used))) for unit in libraries]
+
+
+def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Pou | TypeDeclaration]]:
+    for unit in units:
+        for declared in unit.declarations:
+            if isinstance(declared, Pou | TypeDeclaration):
+                yield declared.name.casefold(), declared
+
+
+def _kept(declarations: Iterable[Declaration], used: set[str]) -> Iterator[Declaration]:
+    for declared in declarations:
+        if not isinstance(declared, Pou | TypeDeclaration) or declared.name.casefold() in used:
+            yield declared
+
+
+def _words(node: object) -> Iterator[str]:
+    """Yield every text within a tree."""
+    if isinstance(node, str):
+        yield from map(str.casefold, _WORD.findall(node))
+    elif isinstance(node, tuple | list):
+        for part in node:
+            yield from _words(part)
+    elif is_dataclass(node) and not isinstance(node, type):
+        for one in fields(node):
+            if one.compare:  # neither comments nor positions
+                yield from _words(getattr(node, one.name))

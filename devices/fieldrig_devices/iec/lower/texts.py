@@ -1,0 +1,79 @@
+"""String functions as Python of their own, where that is faster than a call of the library's.
+
+The longest possible result is known, so it is cut only where it can be too long.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from fieldrig_devices.iec.library.strings import LONGEST
+from fieldrig_devices.iec.lower.emitter import Emitter
+from fieldrig_devices.iec.lower.values import Value
+from fieldrig_devices.iec.types import Elementary, StringType
+
+FASTER: Final = {"LENGTH": len, "FIND_IN": str.find}
+"""Functions of Python that stand for the library's."""
+
+
+def longest(value: Value) -> int:
+    assert isinstance(value.type, StringType)
+    return value.type.length
+
+
+def shortened(value: Value, length: int, emitter: Emitter) -> Value:
+    """Return a string of at most `length` characters."""
+    if longest(value) <= length:
+        return value
+    name = emitter.new(value.text)
+    emitter.add(f"if LENGTH({name}) > {length}:")
+    emitter.add(f"    {name} = {name}[:{length}]")
+    return Value(name, StringType(length))
+
+
+def _length(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
+    (text,) = arguments
+    return Value(f"LENGTH({text.text})", Elementary.INT, 0, min(longest(text), LONGEST))
+
+
+def _joined(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
+    text = " + ".join(one.text for one in arguments)
+    return shortened(Value(f"({text})", StringType(sum(map(longest, arguments)))), LONGEST, emitter)
+
+
+def _left(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
+    text, size = arguments
+    return _part(text, 0, size.low, emitter) if _is_constant(size) else None
+
+
+def _middle(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
+    text, size, position = arguments
+    is_known = _is_constant(size) and _is_constant(position) and position.low > 0
+    return _part(text, position.low - 1, size.low, emitter) if is_known else None
+
+
+def _part(text: Value, start: int, size: int, emitter: Emitter) -> Value | None:
+    if size < 0:
+        return None
+    name = emitter.new(text.text) if not text.text.isidentifier() else text.text
+    return Value(f"{name}[{start or ''}:{start + size}]", StringType(max(min(size, longest(text)), 1)))
+
+
+def _found(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
+    text, part = arguments
+    if part.text in ("''", '""') or part.text[0] not in "'\"":
+        return None
+    return Value(f"(FIND_IN({text.text}, {part.text}) + 1)", Elementary.INT, 0, LONGEST)
+
+
+def _is_constant(value: Value) -> bool:
+    return value.low == value.high
+
+
+OWN: Final[Mapping[str, Callable[[Sequence[Value], Emitter], Value | None]]] = {
+    "LEN": _length,
+    "CONCAT": _joined,
+    "LEFT": _left,
+    "MID": _middle,
+    "FIND": _found,
+}
+"""By the name of the function; None where the arguments do not allow it."""

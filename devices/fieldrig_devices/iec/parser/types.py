@@ -1,0 +1,140 @@
+"""Types: elementary and declared ones, strings, subranges, arrays, pointers, structures and enumerations.
+
+Source: PacDrive manual 757 to 951.
+"""
+
+from typing import Final
+
+from fieldrig_devices.iec import tokens as token
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.parser.initials import Initials
+
+UNKNOWN: Final = {
+    "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
+    "UNION": "Overlapping data are variables AT the same address.",
+    "EXTENDS": "Types and blocks cannot be derived; declare a variable of the other type in it.",
+}
+
+
+class Types(Initials):
+    """Reads types."""
+
+    def variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
+        """Read the components of a structure, which are declarations."""
+        raise NotImplementedError
+
+    def type_spec(self) -> tree.TypeSpec:
+        """Read a type."""
+        at = self.i
+        kind = self.kinds[at]
+        place = self.places[at]
+        if kind == token.NAME:
+            return self._named_type()
+        self.enter()
+        try:
+            if kind == "ARRAY":
+                return self._array()
+            if kind == "POINTER":
+                self.i += 1
+                if not self.dialect.has_pointers:
+                    self.say(at, "pointers are not supported", "another type")
+                self.expect("TO")
+                return tree.PointerSpec(self.type_spec(), place=place)
+            if kind == "STRUCT":
+                self.i += 1
+                fields = self.variables()
+                self._end("END_STRUCT", at, "STRUCT", has_semicolon=False)
+                return tree.StructSpec(fields, place=place)
+            if kind == "(":
+                return self._enumeration()
+        finally:
+            self.depth -= 1
+        raise self.unexpected("a type")
+
+    def _named_type(self) -> tree.TypeSpec:
+        at = self.i
+        place = self.places[at]
+        name = self.texts[at]
+        self.i += 1
+        upper = name.upper()
+        if upper in UNKNOWN:
+            raise self.unexpected("a type", UNKNOWN[upper], at)
+        if upper == "STRING":
+            return self._string(place)
+        while self.kinds[self.i] == ".":
+            self.i += 1
+            name += f".{self.name('the name of a type')}"
+        if self.kinds[self.i] != "(":
+            return tree.NamedType(name, place=place)
+        opening = self.i
+        self.i += 1
+        low = self.expression()
+        self.expect("..", "A part of an integer type is written INT(0..100).")
+        high = self.expression()
+        self.close(")", opening)
+        return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
+
+    def _string(self, place: tree.Place) -> tree.StringSpec:
+        opening = self.i
+        closing = {"(": ")", "[": "]"}.get(self.kinds[opening])
+        if closing is None:
+            return tree.StringSpec(place=place)
+        self.i += 1
+        length = self.expression()
+        self.close(closing, opening)
+        return tree.StringSpec(length, place=place)
+
+    def _array(self) -> tree.ArraySpec:
+        at = self.i
+        self.i += 1
+        opening = self.i
+        self.expect("[", "An array is written ARRAY[1..10] OF INT.")
+        dimensions = [self._range()]
+        while self.accept(","):
+            dimensions.append(self._range())
+        self.close("]", opening)
+        self.expect("OF")
+        return tree.ArraySpec(tuple(dimensions), self.type_spec(), place=self.places[at])
+
+    def _range(self) -> tree.Range:
+        place = self.places[self.i]
+        low = self.expression()
+        self.expect("..", "The limits of an array are written 1..10.")
+        return tree.Range(low, self.expression(), place=place)
+
+    def _enumeration(self) -> tree.EnumSpec:
+        at = self.i
+        self.i += 1
+        values = [self._enum_value()]
+        while self.accept(","):
+            values.append(self._enum_value())
+        self.close(")", at)
+        return tree.EnumSpec(tuple(values), place=self.places[at])
+
+    def _enum_value(self) -> tree.EnumValue:
+        at = self.i
+        self.gather()
+        front = self.taken()
+        name = self.name("the name of a value")
+        value = None
+        if self.kinds[self.i] == "=":
+            self.say(self.i, "got =", ":=", "A value is written with :=.")
+            self.i += 1
+            value = self.expression()
+        elif self.accept(":="):
+            value = self.expression()
+        self.gather_from(at)
+        if self.kinds[self.i] == ",":  # a remark follows the comma or precedes it
+            self.gather()
+        found = tree.EnumValue(name, value, place=self.places[at], comments=front + self.taken())
+        line = self.places[self.i - 1].line
+        following = self.i + 1 if self.kinds[self.i] == "," else self.i
+        behind = self.comments.get(following, [])
+        if behind and self.places[following - 1].line == line:
+            found.remark = " ".join(text for begin, text in behind if begin == line)
+            rest = [(begin, text) for begin, text in behind if begin != line]
+            if rest:
+                self.comments[following] = rest
+            else:
+                del self.comments[following]
+        return found

@@ -1,0 +1,95 @@
+"""Short routines whose instructions run in place of their calls, so that a call of a small block costs no Python call.
+
+Only the FAST build does this.  A routine qualifies if it is one block with its END as the last instruction, and calls
+at most others that qualify.  It cannot be interrupted then, so nothing ever resumes in the middle of it; a fault in it
+still has its own place.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Final
+
+from fieldrig_devices.languages.blocks import Block, Choice, Node, blocks
+from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Instruction, Routine
+
+MOST: Final = 14  # instructions, with those of inlined calls
+_QUOTES: Final = re.compile(r"""['\"]""")
+_FRAME: Final = re.compile(r"\bframe \+ (\d+)\b|\bframe\b")
+_BASE: Final = re.compile(r"\bbase \+ (\d+)\b|\bbase\b")
+_NUMBER: Final = re.compile(r"(.*?)(?: \+ )?(\d+)")
+
+
+class Inlining:
+    """Finds the calls of a program that can be inlined."""
+
+    def __init__(self, routines: Sequence[Routine], numbers: Mapping[str, int]) -> None:
+        self._routines, self._numbers = routines, numbers
+        self._busy: set[int] = set()
+        self.body: Callable[[int], Block | None] = cache(self._body)
+        self.calls: Callable[[int], dict[int, int]] = cache(self._calls)
+
+    def _calls(self, number: int) -> dict[int, int]:
+        """Return the calls in a routine that are inlined, with the number of instructions that each adds."""
+        if number in self._busy:
+            return {}
+        self._busy.add(number)
+        found = {}
+        for pc, instruction in enumerate(self._routines[number].instructions):
+            if isinstance(instruction, Call) and not instruction.is_checked:
+                called = self._numbers[instruction.routine]
+                if self.body(called) is not None:
+                    found[pc] = self._length(called)
+        self._busy.discard(number)
+        return found
+
+    def _length(self, number: int) -> int:
+        return len(self._routines[number].lines) + sum(self.calls(number).values())
+
+    def _body(self, number: int) -> Block | None:
+        """Return the one block of a routine that can be inlined."""
+        routine = self._routines[number]
+        if len(routine.lines) > MOST or not all(map(_is_plain, routine.instructions[:-1])):
+            return None
+        calls = sum(isinstance(one, Call) for one in routine.instructions)
+        if not isinstance(routine.instructions[-1], End) or len(self.calls(number)) != calls:
+            return None
+        if self._length(number) > MOST:
+            return None
+        found = blocks(routine.instructions, self.calls(number))
+        return found[0] if len(found) == 1 and not _leaves(routine.instructions, found[0].nodes[:-1]) else None
+
+
+def _is_plain(instruction: Instruction) -> bool:
+    match instruction:
+        case Do(python=python):
+            return not any(map(_QUOTES.search, python))
+        case Branch(python=python, condition=condition):
+            return not any(map(_QUOTES.search, (*python, condition)))
+    return not isinstance(instruction, End)
+
+
+def _leaves(instructions: Sequence[Instruction], nodes: Sequence[Node]) -> bool:
+    """True if anything jumps out of these nodes."""
+    for node in nodes:
+        if isinstance(node, Choice):
+            if _leaves(instructions, node.through) or _leaves(instructions, node.jumped):
+                return True
+        elif not isinstance(instructions[node], Do | Call):
+            return True
+    return False
+
+
+def moved(text: str, frame_size: int, base: str) -> str:
+    """Return a callee's text as its caller has to say it: the frame follows the caller's, and `base` is given."""
+    text = _FRAME.sub(lambda match: f"frame + {frame_size + int(match[1] or 0)}", text)
+    return _BASE.sub(lambda match: added(base, int(match[1] or 0)), text)
+
+
+def added(base: str, number: int) -> str:
+    """Return the sum of an expression such as `base + 4` and a number."""
+    match = _NUMBER.fullmatch(base)
+    if match is None:
+        return f"{base} + {number}" if number else base
+    total = int(match[2]) + number
+    return f"{match[1]} + {total}" if match[1] else str(total)

@@ -1,0 +1,214 @@
+"""The task configuration (digest 1.4), and VAR_CONFIG."""
+
+import pytest
+from iec_check import checked, messages, program
+
+from fieldrig_devices.iec.program import Located, Task, TaskKind
+from fieldrig_devices.iec.types import Elementary
+
+PROGRAMS = """
+PROGRAM Belt ; END_PROGRAM
+PROGRAM Lamp ; END_PROGRAM
+VAR_GLOBAL start : BOOL; count : INT; END_VAR
+"""
+
+
+def configuration(inside: str) -> str:
+    return f"CONFIGURATION C RESOURCE R ON PLC\n{inside}\nEND_RESOURCE END_CONFIGURATION"
+
+
+def tasks(inside: str) -> dict[str, Task]:
+    found, mistakes = checked(PROGRAMS, configuration(inside))
+    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
+    return {task.name: task for task in found.tasks}
+
+
+def test_the_three_kinds_of_tasks() -> None:
+    found = tasks(
+        "TASK Cyclic(INTERVAL := T#10ms, PRIORITY := 30); TASK Free(PRIORITY := 31);"
+        "TASK Event(SINGLE := start, PRIORITY := 0);"
+        "PROGRAM a WITH Cyclic : Belt; PROGRAM b WITH Free : Lamp; PROGRAM c WITH Event : Belt;"
+    )
+    assert [(task.kind, task.priority, task.interval_ms) for task in found.values()] == [
+        (TaskKind.CYCLIC, 30, 10.0),
+        (TaskKind.FREE, 31, 0.0),
+        (TaskKind.EVENT, 0, 0.0),
+    ]
+    event = found["Event"].event
+    assert event is not None
+    assert event.name == "start"
+
+
+@pytest.mark.manual("PD-060")
+def test_a_task_runs_several_programs_in_their_order() -> None:
+    found = tasks("TASK T(INTERVAL := T#10ms); PROGRAM a WITH T : Lamp; PROGRAM b WITH T : Belt;")
+    assert [pou.name for pou in found["T"].programs] == ["Lamp", "Belt"]
+
+
+@pytest.mark.manual("PD-033")
+def test_a_task_configuration_that_names_no_program_is_an_error() -> None:
+    assert messages(PROGRAMS, configuration("TASK T(INTERVAL := T#10ms);")) == [
+        "2:1 the task T names no program; PROGRAM ... WITH T : ...; (PD-033)"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("inside", "expected"),
+    [
+        (
+            "TASK T(INTERVAL := T#10ms, PRIORITY := 32); PROGRAM a WITH T : Belt;",
+            "2:40 the priority 32; 0 (highest) to 31 (PD-061)",
+        ),
+        (
+            "TASK T(INTERVAL := T#10ms, PRIORITY := -1); PROGRAM a WITH T : Belt;",
+            "2:40 the priority -1; 0 (highest) to 31 (PD-061)",
+        ),
+        ("TASK T(INTERVAL := 10); PROGRAM a WITH T : Belt;", "2:20 the number 10 is no TIME; TIME"),
+        (
+            "TASK T(INTERVAL := T#0ms); PROGRAM a WITH T : Belt;",
+            "2:20 the interval is 0; a TIME such as T#10ms, or no INTERVAL for a free-running task",
+        ),
+        (
+            "TASK T(SINGLE := count); PROGRAM a WITH T : Belt;",
+            "2:18 count starts an event task; a global BOOL behind SINGLE",
+        ),
+        ("TASK T(SINGLE := nix); PROGRAM a WITH T : Belt;", "2:18 nix is not declared; a global BOOL behind SINGLE"),
+        ("TASK T(); TASK t(); PROGRAM a WITH T : Belt;", "2:11 the task t is declared twice; another name"),
+        ("TASK T(); PROGRAM a WITH T : Belt; PROGRAM b WITH U : Lamp;", "2:36 there is no task U; the name of a TASK"),
+        ("TASK T(); PROGRAM a WITH T : Bell;", "2:11 the program Bell is not declared; the name of a PROGRAM"),
+        ("TASK T(); PROGRAM a WITH T : TON;", "2:11 TON is a FUNCTION_BLOCK; the name of a PROGRAM"),
+    ],
+)
+def test_a_task_is_refused_with_one_message(inside: str, expected: str) -> None:
+    assert messages(PROGRAMS, configuration(inside)) == [expected]
+
+
+@pytest.mark.manual("PD-061")
+@pytest.mark.parametrize("priority", [0, 31])
+def test_priorities_are_0_to_31(priority: int) -> None:
+    found = tasks(f"TASK T(INTERVAL := T#1ms, PRIORITY := {priority}); PROGRAM a WITH T : Belt;")
+    assert found["T"].priority == priority
+
+
+def test_without_a_configuration_plc_prg_runs_every_10_ms() -> None:
+    found, mistakes = checked(PROGRAMS, program("x : INT;"))
+    assert [(task.name, task.interval_ms) for task in found.tasks] == [("PLC_PRG", 10.0)]
+    assert [mistake.is_note for mistake in mistakes] == [True]
+
+
+def test_without_a_configuration_the_only_program_runs() -> None:
+    found, _ = checked("PROGRAM Only ; END_PROGRAM")
+    assert [pou.name for pou in found.tasks[0].programs] == ["Only"]
+
+
+def test_several_programs_without_a_configuration_are_a_mistake() -> None:
+    assert messages(PROGRAMS) == ["2:1 no task runs any of the programs Belt, Lamp; a task configuration"]
+
+
+def test_global_variables_of_the_configuration_are_known_everywhere() -> None:
+    text = (
+        "CONFIGURATION C VAR_GLOBAL g : INT; END_VAR RESOURCE R ON PLC "
+        "TASK T(); PROGRAM a WITH T : PLC_PRG; END_RESOURCE END_CONFIGURATION"
+    )
+    assert messages(program("x : INT;", "x := g;"), text) == []
+
+
+# ---- addresses
+
+
+@pytest.mark.manual("PD-363")
+@pytest.mark.manual("PD-364")
+@pytest.mark.parametrize(
+    ("address", "kind", "place"),
+    [
+        ("%MD48", "DWORD", ("M", 192, -1)),
+        ("%MX5.0", "BOOL", ("M", 10, 0)),  # the first bit of word 5
+        ("%MX5.15", "BOOL", ("M", 11, 7)),
+        ("%QX75", "BOOL", ("Q", 9, 3)),
+        ("%Q75", "BOOL", ("Q", 9, 3)),
+        ("%IW215", "INT", ("I", 430, -1)),
+        ("%QB7", "BYTE", ("Q", 7, -1)),
+        ("%MD3", "REAL", ("M", 12, -1)),
+    ],
+)
+def test_addresses_are_indexed_by_the_unit_of_access(address: str, kind: str, place: tuple[str, int, int]) -> None:
+    found, mistakes = checked(program(f"x AT {address} : {kind};"))
+    assert not [mistake for mistake in mistakes if not mistake.is_note]
+    location = found.pous["plc_prg"].variables["x"].location
+    assert isinstance(location, Located)
+    assert (location.area, location.byte, location.bit) == place
+
+
+@pytest.mark.manual("PD-363")
+@pytest.mark.parametrize(
+    ("declaration", "expected"),
+    [
+        ("x AT %MW3 : DINT;", "the address %MW3 does not have the size of DINT; %MD"),
+        ("x AT %MX3.0 : INT;", "the address %MX3.0 does not have the size of INT; %MW"),
+        ("x AT %MB3 : BOOL;", "the address %MB3 does not have the size of BOOL; %MX"),
+        (
+            "x AT %MX5.16 : BOOL;",
+            (
+                "the address %MX5.16 does not exist in the control configuration; "
+                "%MX with a word and a bit of 0 to 15, or one number"
+            ),
+        ),
+        (
+            "x AT %IW2.5.7.1 : WORD;",
+            (
+                "the address %IW2.5.7.1 does not exist in the control configuration; "
+                "%MX with a word and a bit of 0 to 15, or one number"
+            ),
+        ),
+        (
+            "x AT %MB3 : STRING;",
+            "a variable of type STRING cannot have an address; an elementary type or an array of them",
+        ),
+    ],
+)
+def test_addresses_that_are_refused(declaration: str, expected: str) -> None:
+    assert [message.partition(" ")[2] for message in messages(program(declaration))] == [expected]
+
+
+@pytest.mark.manual("PD-363")
+def test_addresses_may_overlap_and_arrays_have_addresses_too() -> None:
+    text = (
+        "a AT %MB12 : BYTE; b AT %MW6 : WORD; c AT %MD3 : DWORD; d AT %MX6.0 : BOOL; e AT %MB12 : ARRAY[0..3] OF BYTE;"
+    )
+    assert messages(program(text, "e[2] := a; d := TRUE;")) == []
+
+
+def test_inputs_are_only_read() -> None:
+    assert messages(program("x AT %IX3.0 : BOOL;", "x := TRUE; %IB3 := 4;")) == [
+        "3:1 x is an input; a variable that may be written here",
+        "3:12 %IB3 is an input; a variable that may be written here",
+    ]
+
+
+def test_var_config_completes_an_address() -> None:
+    text = program("x AT %Q* : BOOL;", "x := TRUE;")
+    config = "VAR_CONFIG PLC_PRG.x AT %QX3.1 : BOOL; END_VAR"
+    assert [message.partition(" ")[2] for message in messages(text)] == [
+        "the address %Q* of x is incomplete; its address in VAR_CONFIG"
+    ]
+    found, mistakes = checked(text, config)
+    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
+    assert found.pous["plc_prg"].variables["x"].location == Located("Q", 6, 1, Elementary.BOOL)
+
+
+def test_var_config_names_variables_with_an_incomplete_address() -> None:
+    text = program("x AT %Q* : BOOL; y : BOOL;")
+    config = "VAR_CONFIG PLC_PRG.x AT %QX3.1 : BOOL; PLC_PRG.y AT %QX3.2 : BOOL; PLC_PRG.z AT %QX3.3 : BOOL; END_VAR"
+    assert [message.partition(" ")[2] for message in messages(text, config)] == [
+        "PLC_PRG.y has no incomplete address; y AT %I* : BOOL in its POU",
+        "there is no variable PLC_PRG.z; a path PROGRAM.instance.variable",
+    ]
+
+
+def test_one_function_block_has_one_address() -> None:
+    block = "FUNCTION_BLOCK B VAR x AT %Q* : BOOL; END_VAR x := TRUE; END_FUNCTION_BLOCK"
+    config = "VAR_CONFIG PLC_PRG.a.x AT %QX3.1 : BOOL; PLC_PRG.b.x AT %QX3.2 : BOOL; END_VAR"
+    found = messages(block, program("a, b : B;"), config)
+    assert [message.partition(" ")[2] for message in found] == [
+        "x has another address in another instance; one address for a variable of a function block"
+    ]

@@ -1,0 +1,187 @@
+"""The program of the controller in the debugging service: stops, steps, values, trace, download."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from plc_bench import PlcBench, task_of
+
+TEXT = (
+    """\
+FUNCTION Twice : INT
+VAR_INPUT x : INT; END_VAR
+Twice := x * 2;
+END_FUNCTION
+FUNCTION_BLOCK Counter
+VAR_INPUT inc : INT; END_VAR
+VAR_OUTPUT n : INT; END_VAR
+VAR old : INT; END_VAR
+old := n;
+n := n + inc;
+END_FUNCTION_BLOCK
+PROGRAM Main
+VAR c : Counter; a, b : INT; s : STRING; END_VAR
+a := a + 1;
+c(inc := 2);
+b := Twice(a);
+END_PROGRAM
+PROGRAM Other
+VAR n : DINT; END_VAR
+n := n + 1;
+END_PROGRAM
+"""
+    + task_of("Main")
+    + """
+CONFIGURATION d RESOURCE s ON PLC
+TASK U(INTERVAL := T#20ms, PRIORITY := 20);
+PROGRAM q WITH U : Other;
+END_RESOURCE END_CONFIGURATION
+"""
+)
+FILE = "plc.st"
+IN_FUNCTION, IN_BLOCK, FIRST, CALL_BLOCK, CALL_FUNCTION = 3, 9, 14, 15, 16
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> PlcBench:
+    text = TEXT.replace("END_RESOURCE END_CONFIGURATION\n\nCONFIGURATION d RESOURCE s ON PLC\n", "")
+    return PlcBench(tmp_path, text).run(100)
+
+
+def ask(bench: PlcBench, command: str, **keys: Any) -> dict[str, Any]:
+    answer: dict[str, Any] = bench.max4.answer("debug", {"command": command, **keys})
+    return answer
+
+
+def stop_at(bench: PlcBench, line: int, condition: str = "") -> None:
+    breakpoints = [{"line": line, "condition": condition}]
+    assert ask(bench, "breakpoints", file=FILE, breakpoints=breakpoints) == {"lines": [line]}
+    bench.run(40)
+
+
+def place(bench: PlcBench) -> list[tuple[str, int]]:
+    return [(frame["routine"], frame["line"]) for frame in ask(bench, "stack", thread=1)["frames"]]
+
+
+@pytest.mark.manual("PD-222", "PD-221")
+def test_a_breakpoint_stops_its_task_and_the_others_go_on(bench: PlcBench) -> None:
+    stop_at(bench, CALL_BLOCK)
+    state = ask(bench, "state")
+    assert (state["state"], state["stops"]) == ("paused", 1)
+    assert [thread["state"] for thread in state["threads"]] == ["paused", "running"]
+    assert bench.state("T") == 5
+    a, n, timer = bench.value("Main.a"), int(bench.value("Other.n")), int(bench.get("Timer1"))
+    bench.run(100)
+    assert (bench.value("Main.a"), int(bench.value("Other.n"))) == (a, n + 5)
+    assert int(bench.get("Timer1")) == timer + 100, "Timer1 runs while the task stands"
+    ask(bench, "breakpoints", file=FILE, breakpoints=[])
+    ask(bench, "continue")
+    assert bench.run(100).value("Main.a") != a
+
+
+@pytest.mark.parametrize(
+    ("line", "kind", "then"),
+    [
+        (FIRST, "over", [("Main", CALL_BLOCK)]),
+        (CALL_BLOCK, "over", [("Main", CALL_FUNCTION)]),
+        (CALL_BLOCK, "into", [("Counter", IN_BLOCK), ("Main", CALL_BLOCK)]),
+        (CALL_FUNCTION, "into", [("Twice", IN_FUNCTION), ("Main", CALL_FUNCTION)]),
+        (IN_BLOCK, "out", [("Main", CALL_FUNCTION)]),
+    ],
+)
+@pytest.mark.manual("PD-222")
+def test_single_steps(bench: PlcBench, line: int, kind: str, then: list[tuple[str, int]]) -> None:
+    stop_at(bench, line)
+    ask(bench, "step", kind=kind, thread=1)
+    bench.run(5)
+    assert ask(bench, "state")["stops"] == 2
+    assert place(bench) == then
+
+
+@pytest.mark.parametrize("condition", ["a = 25", "Main.a > 24 AND b <> 0", "c.n = a * 2"])
+def test_a_condition(bench: PlcBench, condition: str) -> None:
+    ask(bench, "write", values={"Main.a": 20, "Main.c.n": 40})
+    stop_at(bench, CALL_FUNCTION, condition)
+    bench.run(100)
+    if condition.startswith("c"):
+        assert ask(bench, "state")["stops"] == 1
+    else:
+        assert bench.value("Main.a") == 25
+
+
+def test_names_are_looked_up_where_the_task_stands(bench: PlcBench) -> None:
+    stop_at(bench, IN_BLOCK + 1)
+    block = ask(bench, "read", names=["inc", "old", "c.n", "Main.c.n"], thread=1)["variables"]
+    assert [variable.get("value") for variable in block] == [2, block[3]["value"], None, block[3]["value"]]
+    stop_at(bench, IN_FUNCTION)
+    ask(bench, "breakpoints", file=FILE, breakpoints=[{"line": IN_FUNCTION}])
+    ask(bench, "continue")
+    bench.run(30)
+    (x,) = ask(bench, "read", names=["x + 1"], thread=1)["variables"]
+    assert x["value"] == int(bench.value("Main.a")) + 1
+
+
+def test_the_tree_of_variables(bench: PlcBench) -> None:
+    roots = ask(bench, "variables", path="")["variables"]
+    assert {root["name"]: root["value"] for root in roots} == {"Main": None, "Other": None}
+    inside = ask(bench, "variables", path="Main.c")["variables"]
+    assert [(variable["path"], variable["type"]) for variable in inside] == [
+        ("Main.c.inc", "INT"),
+        ("Main.c.n", "INT"),
+        ("Main.c.old", "INT"),
+    ]
+
+
+def test_values_are_written_as_constants_of_the_language(bench: PlcBench) -> None:
+    written = ask(bench, "write", values={"Main.a": "16#10", "Main.s": "two words"})
+    assert [variable["value"] for variable in written["variables"]] == [16, "two words"]
+    for wrong in ("40000", "b", "1.5", "'x'"):
+        with pytest.raises(ValueError, match=r"Main\.a: expected"):
+            ask(bench, "write", values={"Main.a": wrong})
+
+
+def test_a_forced_variable_keeps_its_value(bench: PlcBench) -> None:
+    assert ask(bench, "force", values={"Main.a": 7})["variables"][0]["is_forced"] is True
+    assert bench.run(50).value("Main.a") == 7
+    assert bench.value("Main.b") == 16
+    ask(bench, "release", names=["Main.a"])
+    assert bench.run(20).value("Main.a") == 9
+
+
+@pytest.mark.manual("PD-224")
+def test_a_trace_has_a_sample_in_every_cycle_of_the_real_time_process(bench: PlcBench) -> None:
+    ask(bench, "record", names=["Main.a", "Other.n"], depth=20, trigger={"name": "Main.a", "level": 12.5})
+    bench.run(200)
+    answer = ask(bench, "samples")
+    assert answer["is_full"]
+    times = [sample[0] for sample in answer["samples"]]
+    assert {after - before for before, after in pairwise(times)} == {4_000_000}
+    assert answer["samples"][0][1] == 13
+
+
+@pytest.mark.manual("PD-225", "PD-220")
+def test_an_online_change_keeps_values_and_a_wrong_program_changes_nothing(bench: PlcBench) -> None:
+    a = int(bench.value("Main.a"))
+    text = bench.file.read_text()
+    ask(bench, "part", file=FILE, text=text.replace("a := a + 1;", "a := a + 100;"), is_first=True)
+    ask(bench, "download", online=True)
+    bench.run(500)
+    assert ask(bench, "state")["problem"] == ""
+    assert int(bench.value("Main.a")) > a + 100
+    ask(bench, "part", file=FILE, text="PROGRAM Main a := ; END_PROGRAM", is_first=True)
+    ask(bench, "download", online=False)
+    bench.run(500)
+    state = ask(bench, "state")
+    assert (state["state"], "plc.st:1:" in state["problem"]) == ("running", True)
+
+
+def test_pause_and_reset(bench: PlcBench) -> None:
+    ask(bench, "pause")
+    a = bench.value("Main.a")
+    assert bench.run(100).value("Main.a") == a
+    assert ask(bench, "state")["state"] == "paused"
+    ask(bench, "continue")
+    assert bench.run(100).value("Main.a") != a
+    ask(bench, "reset", kind="cold")
+    assert (ask(bench, "state")["state"], bench.value("Main.a")) == ("held", 0)

@@ -1,0 +1,395 @@
+"""The life of a program: boot, start, stop, reset, cold start, download, online change, and files that are wrong."""
+
+from pathlib import Path
+
+import pytest
+from max4_bench import Bench
+from plc_bench import PlcBench, task_of
+
+from fieldrig.errors import ConfigError, ControlError
+from fieldrig.store import MemoryStore
+from fieldrig_devices.max4.messages.catalogue import MESSAGES
+from fieldrig_devices.max4.storage.disk import FlashDisk
+
+COUNTER = """
+VAR_GLOBAL RETAIN
+  lKept : DINT := 5;
+END_VAR
+PROGRAM PLC_PRG
+VAR lCount : DINT := 100; END_VAR
+lCount := lCount + 1;
+lKept := lKept + 1;
+END_PROGRAM
+"""
+TASK = task_of("PLC_PRG", 10)
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> PlcBench:
+    """After ten cycles: the program has started at 92 ms."""
+    return PlcBench(tmp_path, COUNTER + TASK, iec_tasks=["Task_1", "Task_2"]).run(187)
+
+
+def power_cycle(bench: PlcBench, days: float = 0.0) -> None:
+    number = bench.fault("max4", what="power_off", days=days)
+    bench.run(5).heal("max4", number).run(107)  # two cycles, at 92 and at 102 ms
+
+
+def test_the_program_counts_once_per_cycle(bench: PlcBench) -> None:
+    assert (bench.value("PLC_PRG.lCount"), bench.value("lKept")) == (110, 15)
+    assert bench.get("plc/task/T/cycles") == 10
+
+
+# ---- commands
+
+
+@pytest.mark.manual("PD-220")
+def test_stop_interrupts_and_start_continues(bench: PlcBench) -> None:
+    bench.do("stop").run(1_000)
+    assert (bench.get("program"), bench.get("plc/state"), bench.get("Task_1.State")) == ("stopped", "stopped", 4)
+    assert bench.value("PLC_PRG.lCount") == 110
+    bench.do("start").run(20)
+    assert bench.value("PLC_PRG.lCount") == 112
+    assert bench.codes()[-1] == 8004
+
+
+@pytest.mark.manual("PD-220", "PD-056")
+def test_reset_ends_the_program_and_keeps_retained_values_only(bench: PlcBench) -> None:
+    bench.do("reset").run(100)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("lKept")) == (100, 15)
+    assert (bench.get("plc/state"), bench.get("Task_1.State")) == ("ready", 1)
+    bench.do("start").run(5)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("lKept")) == (101, 16)
+
+
+@pytest.mark.manual("PD-051")
+def test_a_cold_start_gives_all_variables_their_start_values(bench: PlcBench) -> None:
+    bench.do("cold start").run(5)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("lKept")) == (101, 6)
+    power_cycle(bench)
+    assert bench.value("lKept") == 8
+
+
+@pytest.mark.manual("PD-042")
+def test_without_autostart_it_is_loaded_and_waits(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, COUNTER + TASK, autostart=False).run(500)
+    assert (bench.get("plc/state"), bench.value("PLC_PRG.lCount")) == ("ready", 100)
+    bench.do("start").run(5)
+    assert bench.value("PLC_PRG.lCount") == 101
+
+
+# ---- retained values
+
+
+@pytest.mark.manual("PD-056", "PD-048")
+def test_retained_values_survive_power_off_and_others_begin_anew(bench: PlcBench) -> None:
+    power_cycle(bench, days=7)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("lKept")) == (102, 17)
+    power_cycle(bench, days=7.1)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("lKept")) == (102, 7)
+
+
+@pytest.mark.manual("PD-031")
+def test_retain_init_clears_retained_values_at_a_boot(bench: PlcBench) -> None:
+    bench.set("RetainInit", True).do("save parameters")
+    power_cycle(bench)
+    assert bench.value("lKept") == 7
+
+
+@pytest.mark.manual("PD-049", "PD-050")
+@pytest.mark.parametrize("retain", ["nvram", "ups", "pn4"])
+def test_each_memory_keeps_the_values_over_a_system_reset(tmp_path: Path, retain: str) -> None:
+    bench = PlcBench(tmp_path, COUNTER + TASK, retain=retain).run(187)
+    bench.do("system reset").run(107)
+    assert bench.value("lKept") == 17
+
+
+def test_values_on_the_flash_disk_outlive_a_flat_capacitor(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, COUNTER + TASK, retain="ups").run(187)
+    power_cycle(bench, days=400)
+    assert bench.value("lKept") == 17
+
+
+@pytest.mark.manual("PD-048")
+@pytest.mark.parametrize("ms", range(150, 171))
+def test_a_kill_at_any_instant_leaves_the_values_of_one_cycle(tmp_path: Path, ms: int) -> None:
+    """Two tasks write two values each, which belong together; the process is killed without a stop."""
+    text = """
+    VAR_GLOBAL RETAIN a1, a2, b1, b2 : DINT; sName : STRING(20); END_VAR
+    PROGRAM A
+    a1 := a1 + 1; a2 := 3 * a1; sName := DINT_TO_STRING(a1);
+    END_PROGRAM
+    PROGRAM B
+    VAR i : DINT; END_VAR
+    b1 := b1 + 1;
+    FOR i := 1 TO 30000 DO ; END_FOR; (* some 2 ms *)
+    b2 := 3 * b1;
+    END_PROGRAM
+    CONFIGURATION c RESOURCE r ON PLC
+    TASK TA(INTERVAL := T#1ms, PRIORITY := 1);
+    TASK TB(INTERVAL := T#5ms, PRIORITY := 9);
+    PROGRAM pa WITH TA : A; PROGRAM pb WITH TB : B;
+    END_RESOURCE END_CONFIGURATION
+    """
+    store = MemoryStore()
+    bench = PlcBench(tmp_path, text, store=store).run(ms)
+    before = bench.value("a1")
+    again = PlcBench(tmp_path, text, store=store, autostart=False).run(100)
+    a1, a2, b1, b2 = (again.value(name) for name in ("a1", "a2", "b1", "b2"))
+    assert isinstance(a1, int)
+    assert isinstance(b1, int)
+    assert (a2, b2, again.value("sName")) == (3 * a1, 3 * b1, str(a1))
+    assert a1 + 4 >= int(before)
+
+
+@pytest.mark.manual("PD-315")
+def test_too_many_retained_variables_are_refused_with_the_place(tmp_path: Path) -> None:
+    text = "VAR_GLOBAL RETAIN\n  a : ARRAY[1..200] OF DINT;\n  s : ARRAY[1..4] OF STRING(60);\nEND_VAR\n"
+    with pytest.raises(ConfigError, match="the RETAIN variables need 1044 bytes") as caught:
+        PlcBench(tmp_path, text + COUNTER.replace("RETAIN", "") + TASK)
+    assert f"{tmp_path / 'plc.st'}:3:" in str(caught.value)
+    assert "at most 1024 bytes" in str(caught.value)
+    PlcBench(tmp_path, text + COUNTER.replace("RETAIN", "") + TASK, retain="ups")
+
+
+def test_a_changed_program_gets_the_values_that_have_the_same_name_and_type(tmp_path: Path) -> None:
+    """The program on the disk is changed by an online change, and then the power fails."""
+    bench = PlcBench(tmp_path, COUNTER + TASK).run(187)
+    changed = COUNTER.replace("lKept : DINT := 5;", "nNew : INT := 7; lKept : DINT := 5; sNew : STRING := 'x';")
+    bench.write(changed + TASK).do("online change").run(10)
+    power_cycle(bench)
+    assert (bench.value("lKept"), bench.value("nNew"), bench.value("sNew")) == (18, 7, "x")
+    changed = COUNTER.replace("lKept : DINT := 5;", "lKept : INT := 5;")
+    bench.write(changed + TASK).do("online change").run(10)
+    assert bench.value("lKept") == 6
+
+
+# ---- download
+
+
+@pytest.mark.manual("PD-043", "PD-051")
+def test_a_download_stops_the_program_and_waits_for_its_start(bench: PlcBench) -> None:
+    bench.write(COUNTER.replace(":= 100", ":= 500") + TASK).do("download").run(8_000)
+    assert (bench.get("plc/state"), bench.value("PLC_PRG.lCount"), bench.value("lKept")) == ("ready", 500, 5)
+    bench.do("start").run(5)
+    assert bench.value("PLC_PRG.lCount") == 501
+    power_cycle(bench)
+    assert bench.value("PLC_PRG.lCount") == 502
+
+
+@pytest.mark.manual("PD-033")
+def test_a_download_that_does_not_compile_leaves_the_running_program(bench: PlcBench) -> None:
+    for words in ("download", "online change"):
+        bad = COUNTER.replace("lCount + 1", "lCuont + 1").replace("lKept + 1", "TRUE")
+        bench.write(bad + TASK).do(words).run(1_000)
+        first, second = (line for line in str(bench.get("plc/problem")).splitlines() if "hint" not in line)
+        assert first.startswith("plc.st:7:")
+        assert second.startswith("plc.st:8:")
+        assert bench.log()[0].split("\t")[3:7] == ["LZS", "LZS", "8198", first.partition(": ")[0]]
+    bench.run(6_000)
+    assert (bench.get("plc/state"), bench.value("PLC_PRG.lCount")) == ("running", 910)
+    assert 8010 not in bench.codes()
+    assert bench.get("DiagCode") == 0
+    bench.file.unlink()
+    with pytest.raises(ControlError, match="a source cannot be read"):
+        bench.do("download")
+
+
+def test_compiling_shows_its_progress_and_a_later_download_replaces_it(bench: PlcBench) -> None:
+    bench.write(COUNTER + "(*" + 20_000 * "x" + "*)" + TASK).do("download").run(50)
+    assert bench.get("plc/state") == "running"
+    assert str(bench.get("plc/progress")).endswith("%")
+    bench.write(COUNTER.replace(":= 100", ":= 700") + TASK).do("download").run(50)
+    assert (bench.get("plc/state"), bench.get("plc/progress")) == ("ready", "")
+    bench.run(500)
+    assert bench.value("PLC_PRG.lCount") == 700
+
+
+def test_a_reset_of_the_system_ends_a_download(bench: PlcBench) -> None:
+    bench.write(COUNTER.replace(":= 100", ":= 700") + TASK).do("download").do("system reset").run(8_000)
+    assert bench.value("PLC_PRG.lCount") == 891
+
+
+def test_a_changed_source_in_the_rig_file_begins_with_start_values(tmp_path: Path) -> None:
+    store = MemoryStore()
+    PlcBench(tmp_path, COUNTER + TASK, store=store).run(187)
+    assert PlcBench(tmp_path, COUNTER + TASK, store=store).run(97).value("lKept") == 16
+    assert PlcBench(tmp_path, COUNTER + "(* *)" + TASK, store=store).run(97).value("lKept") == 6
+
+
+# ---- online change
+
+
+@pytest.mark.manual("PD-225")
+def test_an_online_change_takes_effect_between_two_cycles_and_keeps_the_values(bench: PlcBench) -> None:
+    text = COUNTER.replace("lCount + 1", "lCount + 10").replace(
+        "VAR lCount", "VAR aMore : ARRAY[1..5] OF INT; lMore : DINT := 3; lCount"
+    )
+    bench.write(text + TASK).do("online change").run(10)
+    assert (bench.value("PLC_PRG.lCount"), bench.value("PLC_PRG.lMore"), bench.value("lKept")) == (120, 3, 16)
+    assert bench.get("plc/task/T/cycles") == 11
+    bench.do("system reset").run(97)
+    assert bench.value("PLC_PRG.lCount") == 110, "the changed program is stored"
+
+
+@pytest.mark.manual("PD-225")
+def test_an_online_change_waits_for_the_end_of_the_cycle(tmp_path: Path) -> None:
+    text = """
+    PROGRAM PLC_PRG
+    VAR i, lFirst, lSecond : DINT; END_VAR
+    lFirst := lFirst + 1;
+    FOR i := 1 TO 60000 DO ; END_FOR;
+    lSecond := lSecond + 1;
+    END_PROGRAM"""
+    bench = PlcBench(tmp_path, text + task_of("PLC_PRG", 100)).run(93)
+    assert (bench.value("PLC_PRG.lFirst"), bench.value("PLC_PRG.lSecond")) == (1, 0)
+    bench.write(text.replace("+ 1", "+ 1000") + task_of("PLC_PRG", 100)).do("online change").run(50)
+    assert (bench.value("PLC_PRG.lFirst"), bench.value("PLC_PRG.lSecond")) == (1, 1)
+    bench.run(100)
+    assert (bench.value("PLC_PRG.lFirst"), bench.value("PLC_PRG.lSecond")) == (1001, 1001)
+
+
+@pytest.mark.manual("PD-225")
+def test_a_changed_task_configuration_needs_a_download(bench: PlcBench) -> None:
+    bench.write(COUNTER + task_of("PLC_PRG", 20)).do("online change").run(10)
+    assert "the task configuration has changed: expected a download" in str(bench.get("plc/problem"))
+    assert bench.value("PLC_PRG.lCount") == 111
+
+
+# ---- wrong files
+
+
+def test_a_program_that_does_not_compile_is_refused_at_the_start_with_file_line_and_key(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as caught:
+        PlcBench(tmp_path, COUNTER.replace("lCount + 1", "lCuont + 1").replace("lKept + 1", "TRUE") + TASK)
+    first, second = caught.value.mistakes
+    assert first.file.startswith(f"{tmp_path / 'plc.st'}:7:")
+    assert second.file.startswith(f"{tmp_path / 'plc.st'}:8:")
+    assert "program" in first.key
+
+
+@pytest.mark.manual("PD-033")
+def test_a_task_configuration_without_a_program_is_refused(tmp_path: Path) -> None:
+    task = TASK.replace("PROGRAM p WITH T : PLC_PRG;", "")
+    with pytest.raises(ConfigError):
+        PlcBench(tmp_path, COUNTER + task)
+
+
+@pytest.mark.parametrize(
+    "data", [b"PROGRAM PLC_PRG", b"\x00\xff\xfe", b"{}", b'{"format":"IEC sources","dialect":"x","files":[]}',
+             b'{"format":"IEC sources","dialect":"epas-4","files":[{"name":"a.st","text":"PROGRAM"}]}']
+)  # fmt: skip
+def test_a_program_file_with_other_content_is_reported_and_not_started(data: bytes) -> None:
+    store = MemoryStore()
+    Bench(store=store, autostart=True).run(100)
+    FlashDisk(store, 4_000_000).write("\\DEFAULT.PRG", data)
+    bench = Bench(store=store, autostart=True).run(200)
+    assert bench.get("DiagCode") == 4197
+    assert bench.get("DiagExtCode") == "\\DEFAULT.PRG"
+    assert bench.get("program") == "stopped"
+    assert 8004 not in bench.codes()
+    assert bench.get("plc/problem")
+    with pytest.raises(ControlError, match="the stored program cannot be loaded"):
+        bench.do("start")
+
+
+def test_a_controller_without_a_program_has_no_points_of_the_plc() -> None:
+    bench = Bench().run(100)
+    assert not [key for key in bench.max4.points() if key.startswith("plc/")]
+    with pytest.raises(ControlError, match="there is no program to start: expected a download first"):
+        bench.do("start")
+
+
+# ---- IEC Task objects
+
+
+@pytest.mark.manual("PD-029", "PD-072")
+def test_the_first_task_object_observes_the_first_task(tmp_path: Path) -> None:
+    text = "PROGRAM PLC_PRG VAR i : DINT; END_VAR FOR i := 1 TO 1000 DO ; END_FOR; END_PROGRAM"
+    bench = PlcBench(tmp_path, text + TASK, iec_tasks=["Task_1", "Task_2"]).run(187)
+    assert (bench.get("Task_1.State"), bench.get("Task_2.State")) == (3, 0)
+    assert (bench.get("Task_1.Load"), bench.get("Task_1.Cycle")) == (0, 0)
+    bench.set("Task_1.EnableLoad", True)
+    assert bench.get("Task_1.Cycle") == 10_000
+    assert bench.get("Task_1.Load") == bench.get("plc/task/T/load")
+    assert 10 < int(bench.get("Task_1.Load")) < 1_000
+
+
+@pytest.mark.manual("PD-085")
+def test_cycle_load_is_measured_while_a_program_runs(tmp_path: Path) -> None:
+    text = """PROGRAM PLC_PRG VAR i : DINT; END_VAR
+    FOR i := 1 TO 20000 DO ; END_FOR;
+    END_PROGRAM"""
+    bench = PlcBench(tmp_path, text + task_of("PLC_PRG", 10), load={"base_us": 400}).run(1_000)
+    process_percent, task_percent = 100 * 400 / 4_000, 100 * int(bench.get("plc/task/T/cpu")) / 908_000
+    assert task_percent > 5
+    assert bench.get("CycleLoad") == pytest.approx(process_percent + task_percent, abs=3)
+    bench.do("reset").run(10)
+    assert bench.get("CycleLoad") == 10
+
+
+# ---- sizes and numbers
+
+
+@pytest.mark.manual("PD-032")
+def test_code_size_and_data_size_are_shown(tmp_path: Path) -> None:
+    sizes = []
+    for more, statement in (("", ""), ("aMore : ARRAY[1..100] OF INT; sMore : STRING(19);", "aMore[3] := 5;")):
+        text = f"PROGRAM PLC_PRG VAR a : INT; {more} END_VAR\na := a + 1; {statement}\nEND_PROGRAM"
+        bench = PlcBench(tmp_path, text + TASK).run(100)
+        sizes.append((int(bench.get("plc/code_size")), int(bench.get("plc/data_size"))))
+    (code, data), (more_code, more_data) = sizes
+    assert 0 < code < more_code
+    assert more_data == data + 200 + 20
+
+
+def tasks(count: int) -> str:
+    lines = (
+        f"TASK T{n}(INTERVAL := T#20ms, PRIORITY := {n % 32}); PROGRAM I{n} WITH T{n} : P{n};" for n in range(count)
+    )
+    programs = (f"PROGRAM P{n} VAR x : INT; END_VAR x := x + 1; END_PROGRAM" for n in range(count))
+    return "\n".join((*programs, "CONFIGURATION c RESOURCE r ON PLC", *lines, "END_RESOURCE END_CONFIGURATION"))
+
+
+@pytest.mark.manual("PD-063", "PD-310")
+def test_there_are_at_most_64_tasks(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, tasks(64)).run(187)
+    assert {bench.get(f"plc/task/T{number}/cycles") for number in range(64)} == {5}
+    with pytest.raises(ConfigError, match="64"):
+        PlcBench(tmp_path, tasks(65))
+
+
+@pytest.mark.manual("PD-076")
+def test_the_numbers_505_and_506_are_not_used_for_anything_else() -> None:
+    assert not [code for code in MESSAGES if code % 1000 in (505, 506)]
+
+
+def test_a_project_has_several_files_and_a_dialect(tmp_path: Path) -> None:
+    other = tmp_path / "values.st"
+    other.write_text("VAR_GLOBAL lBig : LINT := 16#1_0000_0000; END_VAR // of edition 3\n")
+    main = "PROGRAM PLC_PRG lBig := lBig ** 1 + 1; END_PROGRAM" + TASK
+    settings = {"dialect": "edition-3"}
+    bench = PlcBench(tmp_path, main.replace(" ** 1", ""), files=[other], **settings).run(100)
+    assert bench.value("lBig") == 2**32 + 1
+    with pytest.raises(ConfigError) as caught:
+        PlcBench(tmp_path, main.replace(" ** 1", ""), files=[other])
+    assert str(other) in str(caught.value)
+
+
+@pytest.mark.manual("PD-228")
+def test_active_steps_of_a_chart_are_seen_while_it_runs(tmp_path: Path) -> None:
+    text = """
+    PROGRAM PLC_PRG
+    VAR bGo : BOOL; lCount : DINT; END_VAR
+    INITIAL_STEP Waiting: END_STEP
+    TRANSITION FROM Waiting TO Counting := bGo; END_TRANSITION
+    STEP Counting: Count(N); END_STEP
+    TRANSITION FROM Counting TO Waiting := NOT bGo; END_TRANSITION
+    ACTION Count: lCount := lCount + 1; END_ACTION
+    END_PROGRAM
+    """
+    bench = PlcBench(tmp_path, text + TASK).run(150)
+    assert (bench.value("PLC_PRG.Waiting.x"), bench.value("PLC_PRG.Counting.x")) == (True, False)
+    bench.put("PLC_PRG.bGo", True).run(30)
+    assert (bench.value("PLC_PRG.Waiting.x"), bench.value("PLC_PRG.Counting.x")) == (False, True)
+    assert int(bench.value("PLC_PRG.lCount")) >= 2
