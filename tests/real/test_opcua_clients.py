@@ -61,7 +61,7 @@ def _running(file: Path, ports: dict[str, int]) -> Iterator[tuple[RunningRig, di
 
 
 def client(rig: tuple[RunningRig, dict[str, int]], bus: str, folder: Path, *arguments: str) -> dict[str, Any]:
-    """What the client saw."""
+    """Return the results of the client."""
     node = shutil.which("node")
     if node is None or not (CLIENT.parent / "node_modules" / "node-opcua-client").is_dir():
         pytest.skip("npm's node-opcua-client is not installed: npm ci in tests/real/node")
