@@ -200,15 +200,18 @@ class Statements(Blocks):
         self._end("END_REPEAT", opening, "REPEAT")
         return tree.Repeat(body, until, place=self.places[opening])
 
-    def _for(self) -> tree.For:
+    def _for(self) -> tree.For | tree.While:
         opening = self.i
+        place = self.places[opening]
         self.i += 1
-        variable, first, last, step = self._for_header()
+        header = self._for_header()
         body = self._block(frozenset({"END_FOR"}))
         self._end("END_FOR", opening, "FOR")
-        return tree.For(variable, first, last, step, body, place=self.places[opening])
+        if header is None:  # a loop whose body can be checked
+            return tree.While(ALWAYS, body, place=place)
+        return tree.For(*header, body, place=place)
 
-    def _for_header(self) -> tuple[tree.Expression, tree.Expression, tree.Expression, tree.Expression | None]:
+    def _for_header(self) -> tuple[tree.Expression, tree.Expression, tree.Expression, tree.Expression | None] | None:
         step = None
         try:
             if self.kinds[self.i] != token.NAME:
@@ -228,7 +231,7 @@ class Statements(Blocks):
             self.height = 0
             if not self._skip_to("DO"):
                 self._after_header()
-            return tree.Name(""), ALWAYS, ALWAYS, None
+            return None
         self._header_word("DO")
         return variable, first, last, step
 

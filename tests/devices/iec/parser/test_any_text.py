@@ -1,7 +1,7 @@
 """No text makes the parser raise, and none takes it long: random texts, damaged programs, and deep nesting."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
@@ -63,16 +63,19 @@ def test_the_program_that_is_damaged_below_has_no_mistakes(dialect: object) -> N
     assert parse(PROGRAM, "any.st", dialect)[1] == []  # type: ignore[arg-type]
 
 
+@settings(deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_read(text: str) -> None:
     read(text)
 
 
+@settings(deadline=None)
 @given(st.lists(st.sampled_from(WORDS), max_size=40).map(" ".join), st.sampled_from([EPAS_4, EDITION_3]))
 def test_any_words_are_read(text: str, dialect: object) -> None:
     read(text, dialect)
 
 
+@settings(deadline=None)
 @given(st.integers(0, len(PROGRAM)), st.integers(0, 30), st.sampled_from(["", *WORDS]))
 def test_a_damaged_program_is_read(start: int, length: int, inserted: str) -> None:
     read(f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length :]}")
