@@ -1,4 +1,4 @@
-"""Pointers that see bytes, text constants in generated code, and the limits of memory, against `struct` and the manual."""
+"""Pointers that see bytes, text constants in generated code, and the limits of memory."""
 
 import struct
 
