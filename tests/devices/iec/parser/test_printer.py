@@ -67,7 +67,8 @@ def comments_of(node: object) -> list[str]:
 
 
 def test_a_comment_in_front_of_an_action_stays_there() -> None:
-    text = "PROGRAM a\nVAR\n    x : INT;\nEND_VAR\n\n    LD x\n\n(* what Reset does *)\nACTION Reset:\nEND_ACTION\nEND_PROGRAM\n"
+    declared = "PROGRAM a\nVAR\n    x : INT;\nEND_VAR\n\n    LD x\n\n"
+    text = f"{declared}(* what Reset does *)\nACTION Reset:\nEND_ACTION\nEND_PROGRAM\n"
     unit, mistakes = parse(text, "a.st")
     assert mistakes == []
     (program,) = unit.declarations
