@@ -1,7 +1,7 @@
 """The command `fieldrig debug`: a debugger for the program of a device in a running rig, also in scripts."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import typer
 
@@ -32,15 +32,19 @@ def debug(device: DeviceName, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
     from fieldrig.errors import ControlError
     from fieldrig_devices.languages.debugging.debugger import Debugger
     from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
-    from fieldrig_devices.languages.debugging.questions import asker
+    from fieldrig_devices.languages.debugging.questions import asker, settled
 
     with Client(endpoint) as client:
         ask = asker(client, device)
-        state: Any = ask({"command": "state"})
+        state = settled(ask, moments(None), _quietly)
         debugger = Debugger(ask, typer.echo, moments, SCRIPT_LIMIT_S if is_script() else None)
         typer.echo(f"{device}, {state['language']}; `help` explains the commands")
         debugger.show_place()
         converse(debugger, PROMPT, (ControlError,))
+
+
+def _quietly(_progress: str) -> None:
+    """The work before a session needs no words."""
 
 
 def moments(limit_s: float | None) -> Iterator[object]:

@@ -22,6 +22,9 @@ class NotStoppedError(Exception):
     """The program did not stop in the given time."""
 
 
+EXPECTED: Final[tuple[type[Exception], ...]] = (ValueError, NotStoppedError)
+
+
 class Commands(Protocol):
     """A debugger."""
 
@@ -55,7 +58,7 @@ def _do(debugger: Commands, line: str, refusals: tuple[type[Exception], ...], as
         if as_script:
             raise
         typer.echo()
-    except (ValueError, NotStoppedError, *refusals) as cause:
+    except (*EXPECTED, *refusals) as cause:
         what, _, remedy = str(cause).partition("\n")
         typer.echo(f"error: {what}", err=as_script)
         if remedy:

@@ -37,9 +37,17 @@ def download(
         for at in range(0, len(text) or 1, LARGEST_PART):
             ask({"command": "part", "file": name, "text": text[at : at + LARGEST_PART], "is_first": at == 0})
     ask({"command": "download", "online": is_online})
+    return str(settled(ask, moments, on_progress)["problem"])
+
+
+def settled(ask: Ask, moments: Iterator[object], on_progress: Callable[[str], None]) -> dict[str, Any]:
+    """Wait until the device has done its work in progress, and return its state.
+
+    TimeoutError if it still works after all moments.
+    """
     for _ in moments:
         state = ask({"command": "state"})
         on_progress(state["progress"])
         if not state["progress"]:
-            return str(state["problem"])
+            return state
     raise TimeoutError("the device still compiles the program")
