@@ -1,5 +1,6 @@
 """A controller on a bench that runs IEC programs from texts."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,10 +14,11 @@ from fieldrig_devices.max4.plc.loaded import RetainingProgram
 class PlcBench(Bench):
     """`text` is the program, in a file `plc.st` in `folder`; autostart is on."""
 
-    def __init__(self, folder: Path, text: str, *drives: str, **settings: Any) -> None:
+    def __init__(self, folder: Path, text: str, *drives: str, files: Sequence[Path] = (), **settings: Any) -> None:
+        """`files` are further source files."""
         self.file = folder / "plc.st"
         self.write(text)
-        super().__init__(*drives, program=str(self.file), **{"autostart": True, **settings})
+        super().__init__(*drives, program=[str(self.file), *map(str, files)], **{"autostart": True, **settings})
 
     def write(self, text: str) -> Self:
         """Change the source, which the next download takes."""

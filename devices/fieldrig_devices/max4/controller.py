@@ -236,6 +236,11 @@ class Max4(Device):
     def is_booted(self) -> bool:
         return self._boot.is_finished
 
+    @property
+    def markers(self) -> bytearray | None:
+        program = self.plc.program
+        return None if program is None else program.runtime.markers
+
     def each_cycle(self, action: Callable[[], None]) -> None:
         self._actions.append(action)
 

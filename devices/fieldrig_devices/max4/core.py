@@ -34,6 +34,10 @@ class Controller(Protocol):
     @property
     def is_booted(self) -> bool: ...
 
+    @property
+    def markers(self) -> bytearray | None:
+        """The area %M of the program; None while no program is loaded."""
+
     def each_cycle(self, action: Callable[[], None]) -> None:
         """Call `action` in every cycle of the real-time process, between actual values and set values.
 

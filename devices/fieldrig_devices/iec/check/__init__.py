@@ -1,4 +1,4 @@
-"""From the trees of all source files to the checked program, with all mistakes of the project at once.
+"""The checker: it turns the trees of all source files into the checked program and reports all mistakes at once.
 
     context.py, project.py          what names mean, in a body and in the whole project
     declarations.py                 the order of work for declarations
@@ -6,7 +6,7 @@
     expressions.py                  what the bodies of all languages stand on
       places.py, operators.py, times.py, calls.py, arguments.py, assignable.py, implicit.py, constants.py, untyped.py
     statements.py, blocks.py        Structured Text; il.py and sfc.py are beside it
-    whole.py                        what only the whole project shows: limits, recursion, final sizes
+    whole.py                        the whole project: limits, recursion, final sizes
 
 Source: PacDrive manual 4.2 to 4.3 (digest 1.16, 1.19, 2.2, 2.3).  Where it is silent the rule is that of CoDeSys V2.3,
 and then that of IEC 61131-3; the place of the rule says so.  A mistake has no follow-on mistakes: an unknown name is
@@ -39,7 +39,7 @@ def check(
     """Check the files of a project with those of its libraries.
 
     `library_files` are the names of units that belong to libraries, by default the standard library's and the host's;
-    the project may declare their names anew.  The program may be used if no mistake is more than a note.  Mistakes are
+    the project may redefine their names.  The program may be used if no mistake is more than a note.  Mistakes are
     in the order of files and lines.
     """
     if library_files is None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression | None:
-    """Return the result of a call that stands in an expression; None after a message."""
+    """Return the result of a call in an expression; None after a message."""
     context = of.context
     if not isinstance(node.called, tree.Name):
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))

@@ -1,4 +1,4 @@
-"""Where an expression or statement is: its POU, its file, and what names mean there."""
+"""The surroundings of an expression or statement: its POU, its file, and what names mean there."""
 
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable

@@ -1,4 +1,4 @@
-"""What a project declares, in the order in which it can be worked out: names, types, variables, start values."""
+"""All declarations of a project, in the order of work: names, types, variables, start values."""
 
 from collections.abc import Sequence
 
@@ -30,7 +30,7 @@ class Declarations:
     def declare(self, units: Sequence[tree.Unit]) -> None:
         """Work out all declarations; afterwards only bodies are open.
 
-        The libraries come first, so that the project may declare a name of theirs anew, for itself alone.
+        The libraries come first, so that the project may redefine a name of theirs, for itself alone.
         """
         self._objects()
         objects = set(self._project.names)

@@ -1,4 +1,4 @@
-"""Expressions: from the tree to the checked program, with the type of each and every conversion explicit.
+"""Expressions: from the tree to the checked program, with explicit types and conversions.
 
 `Expressions` is what the bodies of all languages stand on (statements.py, il.py, sfc.py):
 

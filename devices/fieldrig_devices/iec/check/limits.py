@@ -1,4 +1,4 @@
-"""What a project may use: the limits of the MAx-4 as settings (PacDrive manual 6020 to 6058, digest 1.16)."""
+"""The limits of the MAx-4 for a project, as settings (PacDrive manual 6020 to 6058, digest 1.16)."""
 
 from dataclasses import dataclass
 

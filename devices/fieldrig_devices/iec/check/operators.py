@@ -146,13 +146,20 @@ def _meet_literal(
             return _time_and_literal(context, operator, left, right, literal, kind, at)
         fitted = _fitted(literal, kind)
         if fitted is None and (kind.is_integer or kind.is_real):
-            wider = common_type((kind, literal.argument))
+            wider = _wider(operator, kind, literal)
             if isinstance(wider, Elementary):
                 fitted, typed = _fitted(literal, wider), constants.converted(typed, wider)
         if fitted is not None:
             return (fitted, typed) if literal is left else (typed, fitted)
     second = right.type if literal is left else left.type
     return _no(context, operator, left, right, at, _expected(operator), _bool_hint(operator, kind, second, at))
+
+
+def _wider(operator: Operator, kind: Elementary, literal: Untyped) -> object:
+    """The type of both operands where the literal does not fit the other one; for a comparison it holds both values."""
+    if operator in COMPARISONS and isinstance(literal.type, Elementary):
+        return implicit.compared(kind, literal.type)
+    return common_type((kind, literal.argument))
 
 
 def _fitted(literal: Untyped, kind: Elementary) -> Constant | None:
@@ -317,7 +324,7 @@ def _bool_hint(operator: Operator, first: object, second: object, at: tree.Node)
     if BOOL in (first, second) and operator in COMPARISONS and isinstance(at, tree.Binary):
         return _chained(at) or "compare the BOOL with TRUE or FALSE, or use it alone"
     if BOOL in (first, second) and operator in LOGIC:
-        return "comparisons bind more strongly than AND and OR; write a > 1 AND b > 1"
+        return "comparisons bind more strongly than AND or OR; write a > 1 AND b > 1"
     if BOOL in (first, second):
         return "use BOOL_TO_INT(...) for 0 or 1"
     return ""

@@ -1,4 +1,4 @@
-"""What a name or a path such as belt.axis[3].pos means: a place in memory, a constant, a POU or an enumeration."""
+"""The meaning of a name or a path such as belt.axis[3].pos: a place in memory, a constant, a POU or an enumeration."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final

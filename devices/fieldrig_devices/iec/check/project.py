@@ -34,7 +34,7 @@ class Pending:
 
 
 Entity = Variable | Constant | Pou | EnumType
-"""What a name in an expression may mean."""
+"""The possible meanings of a name in an expression."""
 
 
 @dataclass(slots=True, eq=False)
@@ -45,7 +45,7 @@ class PouSource:
     tree: tree.Pou
     is_library: bool
     names: dict[str, Variable] = field(default_factory=dict)
-    """What its own names mean: its variables, those behind VAR_EXTERNAL, and the result of a function."""
+    """The meanings of its own names: its variables, those behind VAR_EXTERNAL, and the result of a function."""
     inputs: list[Variable] = field(default_factory=list)
     """VAR_INPUT and VAR_IN_OUT, in the order of their declaration."""
     outputs: list[Variable] = field(default_factory=list)
@@ -84,9 +84,9 @@ class Project:
         self.names: dict[str, Entity | Pending] = {}
         self.declared_at: dict[str, tuple[str, tree.Place]] = {}
         self.shadowed: dict[str, Entity] = {}
-        """What such names mean in the libraries, if the project has declared them anew."""
+        """The meanings of such names in the libraries, if the project has redefined them."""
         self.library_names: set[str] = set()
-        """Names of libraries, which the project may declare anew."""
+        """Names of libraries, which the project may redefine."""
         self.pous: dict[str, Pou] = {}
         self.sources: dict[Pou, PouSource] = {}
         self.globals: dict[str, Variable] = {}

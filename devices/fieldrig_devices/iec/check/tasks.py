@@ -14,7 +14,7 @@ from fieldrig_devices.iec.types import Elementary
 
 LOWEST_PRIORITY: Final = 31
 DEFAULT_PRIORITY: Final = 16
-"""Of a task that gives none, and of the one that is made if there is no task configuration."""
+"""The priority of a task that gives none, and of the one that is made if there is no task configuration."""
 DEFAULT_INTERVAL_MS: Final = 10.0
 MAIN: Final = "plc_prg"
 """The program that CoDeSys runs if there is no task configuration."""

@@ -24,7 +24,7 @@ from fieldrig_devices.iec.types import (
 )
 
 LONGEST_STRING: Final = 255
-"""As in CoDeSys V2.3, whose string functions know no longer ones."""
+"""The limit of CoDeSys V2.3, whose string functions know no longer strings."""
 
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
@@ -53,7 +53,7 @@ class TypeSpecs:
         return self._declared.keys()
 
     def forget(self, name: str) -> None:
-        """Forget a declared type of a library, which the project declares anew."""
+        """Forget a declared type of a library, which the project redefines."""
         self._declared.pop(name, None)
 
     def resolve_all(self) -> None:

@@ -1,4 +1,4 @@
-"""What only the whole project shows: the limits of section 1.16, recursion, and sizes with hidden variables."""
+"""Checks of the whole project: the limits of section 1.16, recursion, and sizes with hidden variables."""
 
 from collections.abc import Sequence
 

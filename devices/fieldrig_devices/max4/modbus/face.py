@@ -19,6 +19,7 @@ from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus.axis import AxisRegisters
 from fieldrig_devices.max4.modbus.cells import Entry, LiveBits, LiveRegisters
 from fieldrig_devices.max4.modbus.map import Window, controller_entries, inputs, outputs, status_of
+from fieldrig_devices.max4.modbus.markers import MarkerBits, MarkerRegisters
 from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.modbus.port import ModbusPort
 from fieldrig_devices.registers.value import REFUSALS
@@ -34,9 +35,10 @@ class _Unit:
             *Window(controller).entries(),
             *(entry for axis in axes for entry in axis.entries()),
         ]
-        self.holding_registers = LiveRegisters(self.entries, settings.word_order, REFUSALS[settings.refusal])
+        own = LiveRegisters(self.entries, settings.word_order, REFUSALS[settings.refusal])
+        self.holding_registers = MarkerRegisters(own, lambda: controller.markers)
         self.input_registers = self.holding_registers
-        self.coils = LiveBits(outputs(controller))
+        self.coils = MarkerBits(LiveBits(outputs(controller)), lambda: controller.markers)
         self.discrete_inputs = LiveBits(inputs(controller))
 
     def fifo(self, address: int) -> list[int]:

@@ -380,5 +380,6 @@ def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
 
 def _wrong(paths: Mapping[str, str], mistake: Mistake) -> Wrong:
     place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
-    expected = f"expected {mistake.expected}" if mistake.expected else mistake.hint
-    return Wrong(place, None, "program", mistake.what, expected)
+    expected = f"expected {mistake.expected}" if mistake.expected else ""
+    remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
+    return Wrong(place, None, "program", mistake.what, remedy)

@@ -69,7 +69,7 @@ def integer_cases(draw: st.DrawFn, kind: str, depth: int = 4) -> Case:
 
 @pytest.mark.parametrize("kind", RANGES)
 def test_integers_wrap_around_in_their_type(kind: str) -> None:
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=15, deadline=None)
     @given(st.lists(integer_cases(kind), min_size=5, max_size=10))
     def agree(cases: list[Case]) -> None:
         found = variables(
@@ -98,7 +98,7 @@ def real_cases(draw: st.DrawFn, depth: int = 4) -> tuple[str, Fraction]:
     return f"({left} {operator} {right})", single(exact)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(real_cases(), min_size=5, max_size=10))
 def test_reals_are_rounded_to_single_precision_after_each_operation(cases: list[tuple[str, Fraction]]) -> None:
     found = variables(
@@ -125,7 +125,7 @@ def literal_cases(draw: st.DrawFn, depth: int = 4) -> Case:
     return Case(f"({left.text} {operator} {right.text})", value)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(literal_cases())
 def test_literals_alone_are_computed_exactly_and_must_fit_in_the_end(case: Case) -> None:
     found, mistakes = checked(program(f"x : DINT := {case.text};"), with_libraries=False)

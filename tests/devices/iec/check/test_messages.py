@@ -1,4 +1,4 @@
-"""What the engineer reads: one message for each mistake, at its place, with what was expected."""
+"""Messages to the engineer: one for each mistake, at its place, with what was expected."""
 
 import pytest
 from iec_check import checked, hints, messages, program

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -453,7 +454,7 @@ def test_the_sum_of_time_is_conserved_and_overload_repeats_exactly(
     used_us = sum(chunk.used_us for chunk in bench.log)
     assert sum(task.cpu_ns for task in bench.tasks) == used_us * US
     assert scheduler.busy_ns == (used_us + 11 * process_us) * US
-    for before, after in zip(bench.log, bench.log[1:], strict=False):
+    for before, after in pairwise(bench.log):
         assert before.used_us <= 250 or before.used_us * US < SHORTEST_NS
         assert after.begin_us >= before.begin_us + before.used_us
     again = play()
@@ -481,3 +482,58 @@ def test_a_higher_priority_never_waits_for_more_than_a_chunk_of_a_lower_one(
     if sum(tasks[0][2:]) <= interval_us:
         begun = {at // interval_us * interval_us for at in highest}
         assert all(any(at - grid <= 260 for at in highest if at >= grid) for grid in begun)
+
+
+OPERATIONS = ("run", "stop", "start", "reset", "take", "system", "look", "answer", "resume", "fault", "halt")
+
+
+@given(operations=st.lists(st.tuples(st.sampled_from(OPERATIONS), st.integers(1, 3_000)), max_size=60))
+def test_no_sequence_of_events_loses_a_task_or_runs_two_at_a_time(operations: list[tuple[str, int]]) -> None:
+    bench, answers, level, system = Bench(), list[Pending](), [False], SystemWork()
+
+    def ask() -> Pending:
+        answers.append(Pending())
+        return answers[-1]
+
+    bench.task("waits", 100, ask, 400, ms=2, priority=3)
+    victim = bench.task("victim", 700, ms=3, priority=9)
+    bench.task("free", 100, priority=9, kind=TaskKind.FREE)
+    bench.task("event", 50, priority=1, kind=TaskKind.EVENT, event=lambda: level[0])
+    scheduler = bench.start()
+    tcp = Task("TCP/IP", system, priority=5, is_system=True)
+    assert isinstance(victim.work, Burn)
+    for what, number in operations:
+        match what:
+            case "run":
+                bench.run_to(bench.clock.now_ns() / MS + number / 1_000)
+            case "stop":
+                scheduler.stop()
+            case "start":
+                scheduler.start()
+            case "reset":
+                scheduler.reset()
+            case "take":
+                scheduler.take(number * US)
+            case "system":
+                system.add(number * US, lambda: None)
+                scheduler.release(tcp)
+            case "look":
+                level[0] = bool(number % 2)
+                scheduler.look()
+            case "answer" if answers:
+                answers[number % len(answers)].finish()
+            case "resume":
+                scheduler.resume(victim)
+            case "fault" | "halt":
+                victim.work.ends_in = WorkState.FAULTED if what == "fault" else WorkState.STOPPED
+    scheduler.reset()
+    victim.work.ends_in = WorkState.ENDED
+    bench.run_to(bench.clock.now_ns() / MS + 2_000)  # what the system still has to do is done
+    assert not system.is_busy
+    before = {task.name: task.cpu_ns for task in bench.tasks}
+    scheduler.start()
+    bench.run_to(bench.clock.now_ns() / MS + 20)
+    ran = {task.name for task in bench.tasks if task.cpu_ns > before[task.name]}
+    assert ran == {"waits", "victim", "free"}
+    for earlier, later in pairwise(bench.log):
+        assert later.begin_us >= earlier.begin_us + earlier.used_us

@@ -8,6 +8,7 @@ from plc_bench import PlcBench, task_of
 
 from fieldrig.errors import ConfigError, ControlError
 from fieldrig.store import MemoryStore
+from fieldrig_devices.max4.messages.catalogue import MESSAGES
 from fieldrig_devices.max4.storage.disk import FlashDisk
 
 COUNTER = """
@@ -149,6 +150,12 @@ def test_too_many_retained_variables_are_refused_with_the_place(tmp_path: Path) 
     assert f"{tmp_path / 'plc.st'}:3:" in str(caught.value)
     assert "at most 1024 bytes" in str(caught.value)
     PlcBench(tmp_path, text + COUNTER.replace("RETAIN", "") + TASK, retain="ups")
+
+
+def test_a_retained_variable_at_an_address_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="a RETAIN variable without AT") as caught:
+        PlcBench(tmp_path, "VAR_GLOBAL RETAIN\n  w AT %MW3 : WORD;\nEND_VAR\n" + COUNTER + TASK)
+    assert f"{tmp_path / 'plc.st'}:2:" in str(caught.value)
 
 
 def test_a_changed_program_gets_the_values_that_have_the_same_name_and_type(tmp_path: Path) -> None:
@@ -325,3 +332,70 @@ def test_cycle_load_is_measured_while_a_program_runs(tmp_path: Path) -> None:
     assert bench.get("CycleLoad") == pytest.approx(process_percent + task_percent, abs=3)
     bench.do("reset").run(10)
     assert bench.get("CycleLoad") == 10
+
+
+# ---- sizes and numbers
+
+
+@pytest.mark.manual("PD-032")
+def test_code_size_and_data_size_are_shown(tmp_path: Path) -> None:
+    sizes = []
+    for more, statement in (("", ""), ("aMore : ARRAY[1..100] OF INT; sMore : STRING(19);", "aMore[3] := 5;")):
+        text = f"PROGRAM PLC_PRG VAR a : INT; {more} END_VAR\na := a + 1; {statement}\nEND_PROGRAM"
+        bench = PlcBench(tmp_path, text + TASK).run(100)
+        sizes.append((int(bench.get("plc/code_size")), int(bench.get("plc/data_size"))))
+    (code, data), (more_code, more_data) = sizes
+    assert 0 < code < more_code
+    assert more_data == data + 200 + 20
+
+
+def tasks(count: int) -> str:
+    lines = (
+        f"TASK T{n}(INTERVAL := T#20ms, PRIORITY := {n % 32}); PROGRAM I{n} WITH T{n} : P{n};" for n in range(count)
+    )
+    programs = (f"PROGRAM P{n} VAR x : INT; END_VAR x := x + 1; END_PROGRAM" for n in range(count))
+    return "\n".join((*programs, "CONFIGURATION c RESOURCE r ON PLC", *lines, "END_RESOURCE END_CONFIGURATION"))
+
+
+@pytest.mark.manual("PD-063", "PD-310")
+def test_there_are_at_most_64_tasks(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, tasks(64)).run(187)
+    assert {bench.get(f"plc/task/T{number}/cycles") for number in range(64)} == {5}
+    with pytest.raises(ConfigError, match="64"):
+        PlcBench(tmp_path, tasks(65))
+
+
+@pytest.mark.manual("PD-076")
+def test_the_numbers_505_and_506_are_not_used_for_anything_else() -> None:
+    assert not [code for code in MESSAGES if code % 1000 in (505, 506)]
+
+
+def test_a_project_has_several_files_and_a_dialect(tmp_path: Path) -> None:
+    other = tmp_path / "values.st"
+    other.write_text("VAR_GLOBAL lBig : LINT := 16#1_0000_0000; END_VAR // of edition 3\n")
+    main = "PROGRAM PLC_PRG lBig := lBig ** 1 + 1; END_PROGRAM" + TASK
+    settings = {"dialect": "edition-3"}
+    bench = PlcBench(tmp_path, main.replace(" ** 1", ""), files=[other], **settings).run(100)
+    assert bench.value("lBig") == 2**32 + 1
+    with pytest.raises(ConfigError) as caught:
+        PlcBench(tmp_path, main.replace(" ** 1", ""), files=[other])
+    assert str(other) in str(caught.value)
+
+
+@pytest.mark.manual("PD-228")
+def test_active_steps_of_a_chart_are_seen_while_it_runs(tmp_path: Path) -> None:
+    text = """
+    PROGRAM PLC_PRG
+    VAR bGo : BOOL; lCount : DINT; END_VAR
+    INITIAL_STEP Waiting: END_STEP
+    TRANSITION FROM Waiting TO Counting := bGo; END_TRANSITION
+    STEP Counting: Count(N); END_STEP
+    TRANSITION FROM Counting TO Waiting := NOT bGo; END_TRANSITION
+    ACTION Count: lCount := lCount + 1; END_ACTION
+    END_PROGRAM
+    """
+    bench = PlcBench(tmp_path, text + TASK).run(150)
+    assert (bench.value("PLC_PRG.Waiting.x"), bench.value("PLC_PRG.Counting.x")) == (True, False)
+    bench.put("PLC_PRG.bGo", True).run(30)
+    assert (bench.value("PLC_PRG.Waiting.x"), bench.value("PLC_PRG.Counting.x")) == (False, True)
+    assert int(bench.value("PLC_PRG.lCount")) >= 2

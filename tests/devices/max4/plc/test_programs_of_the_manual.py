@@ -173,7 +173,7 @@ END_PROGRAM
 """
 
 
-@pytest.mark.manual("PD-023", "PD-025")
+@pytest.mark.manual("PD-023", "PD-025", "PD-227")
 def test_a_block_enables_the_axis_that_it_received_by_reference(tmp_path: Path) -> None:
     """Listing PD-L50."""
     bench = PlcBench(tmp_path, AXIS + task_of("PLC_PRG"), simulated=("Axis_9", "Axis_10")).run(150)
