@@ -101,22 +101,29 @@ def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Ru
     notes = (function.returns, *(argument.annotation for argument in parts.args))
     if function.decorator_list or parts.defaults or parts.kwonlyargs or parts.vararg or parts.kwarg or any(notes):
         raise ForbiddenPythonError(f"line {function.lineno}: a function has parameters and a body, nothing else")
-    nodes = _parts(function)
-    own = {argument.arg for argument in parts.args}
-    own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    if clash := {name for name in own if name in names}:
-        raise ForbiddenPythonError(f"line {function.lineno}: {', '.join(sorted(clash))} must not be assigned")
     allowed, constants = _allowed(rules)
     harmless = allowed - _EXAMINED
-    called = {node.func for node in nodes if isinstance(node, ast.Call)}
-    for node in nodes:
-        if type(node) in harmless:
+    examined, own, called = list[ast.AST](), {argument.arg for argument in parts.args}, set[ast.AST]()
+    for node in _parts(function):
+        kind = type(node)
+        if kind in harmless:
             continue
-        if type(node) not in allowed:
-            reason = f"{type(node).__name__} is not allowed"
+        if kind not in allowed:
+            line = getattr(node, "lineno", function.lineno)
+            raise ForbiddenPythonError(f"line {line}: {kind.__name__} is not allowed")
+        if isinstance(node, ast.Call):
+            called.add(node.func)
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            own.add(node.id)
         elif isinstance(node, ast.Constant):
-            reason = "" if type(node.value) in constants else f"the constant {node.value!r} is not allowed"
-        elif isinstance(rules, Values) and isinstance(node, ast.Name) and node not in called:
+            if type(node.value) not in constants:
+                raise ForbiddenPythonError(f"line {node.lineno}: the constant {node.value!r} is not allowed")
+        else:
+            examined.append(node)
+    if clash := {name for name in own if name in names}:
+        raise ForbiddenPythonError(f"line {function.lineno}: {', '.join(sorted(clash))} must not be assigned")
+    for node in examined:
+        if isinstance(rules, Values) and isinstance(node, ast.Name) and node not in called:
             reason = "" if node.id in own or node.id in rules.values else f"{node.id} is not a value"
         else:
             reason = _wrong(node, names, own, rules)

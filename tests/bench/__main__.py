@@ -17,6 +17,7 @@ import arp_loop  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
+import iec_language  # noqa: E402
 import modbus  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
@@ -36,6 +37,7 @@ BENCHMARKS = (
     virtual_time,
     arp_language,
     arp_loop,
+    iec_language,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"

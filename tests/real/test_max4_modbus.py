@@ -22,7 +22,22 @@ devices:
     kind: max4
     links: {{modbus: [tcp, com1]}}
     drives: {{belt: {{ring_address: 1, simulated: true}}}}
+    program: {program}
+    autostart: true
 """
+PROGRAM = """
+PROGRAM PLC_PRG
+VAR
+  setpoint AT %MW10 : INT;
+  doubled AT %MW11 : INT;
+  on AT %MX12.0 : BOOL;
+  cycles AT %MD10 : DWORD;
+END_VAR
+doubled := setpoint * 2;
+IF on THEN cycles := cycles + 1; END_IF
+END_PROGRAM
+"""
+MARKERS = 0x8000
 BELT = 1000
 ENABLE, TARGET, SPEED, COMMAND, STATUS, POSITION, DIAG_CODE = 1000, 1002, 1004, 1013, 1023, 1024, 1022
 START, QUIT = 1, 6
@@ -30,9 +45,11 @@ CONTROLLED, REACHED = 0x04, 0x10
 
 
 @pytest.fixture(scope="module")
-def rig() -> Iterator[tuple[RunningRig, int]]:
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningRig, int]]:
     port = free_port()
-    with RunningRig(RIG.format(port=port), None) as rig:
+    program = tmp_path_factory.mktemp("program") / "doubling.st"
+    program.write_text(PROGRAM)
+    with RunningRig(RIG.format(port=port, program=program), None) as rig:
         rig.until_ready()
         until(lambda: rig.value("max4/booted"))
         yield rig, port
@@ -100,3 +117,12 @@ def test_a_foreign_client_moves_an_axis(client: ModbusBaseSyncClient, rig: tuple
     assert (refused.isError(), refused.exception_code) == (True, 4)
     write(client, COMMAND, QUIT)
     assert read(client, DIAG_CODE) == 0
+
+
+@pytest.mark.manual("PD-306")
+def test_a_client_reads_and_sets_variables_of_the_program(client: ModbusBaseSyncClient) -> None:
+    assert not client.write_register(MARKERS + 10, 0x10000 - 21).isError()
+    until(lambda: read(client, MARKERS + 11) == 0x10000 - 42)
+    assert not client.write_coil(MARKERS + 16 * 12, True).isError()
+    until(lambda: read(client, MARKERS + 20) > 0)
+    assert not client.write_coil(MARKERS + 16 * 12, False).isError()

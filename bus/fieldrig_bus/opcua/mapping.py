@@ -56,7 +56,7 @@ TYPES: Final = {
     "TOD": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 86_399_999),
     "ENUM": Mapped(_T.Int32, ua.ObjectIds.Int32, -(2**15), 2**15 - 1),
 }
-"""By the name of the IEC type; an unknown one is shown as a string."""
+"""The mapping of each IEC type; an unknown one is shown as a string."""
 
 UNIT_CODES: Final = {
     "%": "P1", "s": "SEC", "ms": "C26", "us": "B98", "ns": "C47", "min": "MIN", "h": "HUR", "d": "DAY",

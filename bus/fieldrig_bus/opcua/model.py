@@ -29,7 +29,7 @@ class OpcUaModel(BusModel[OpcUaMessage]):
         self._due = [delivery for delivery in self._due if delivery.sender != member]
 
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
-        """Deliver the offers that were made before the server listened; messages themselves say who gets them."""
+        """Deliver the offers that were made before the server listened; messages themselves name their receiver."""
         if member == SERVER:
             for sender, offer in self._offers.values():
                 self._due.append(Delivery(max(self._latest_ns, now_ns), sender, offer, (SERVER,)))

@@ -1,4 +1,4 @@
-"""Samples the values that clients have subscribed to, each at its interval, and nothing while nobody has.
+"""Samples the values that clients have subscribed to, each at its interval, and nothing else.
 
 Monitored items of the same interval are read in one request to each device.
 """

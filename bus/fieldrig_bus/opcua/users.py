@@ -13,7 +13,7 @@ ANYONE: Final = "anonymous"
 
 class Users(UserManager):  # type: ignore[misc]
     def __init__(self, rights: Mapping[str, Right], password: str | None, is_open: bool) -> None:
-        """Without a password, and for clients without a name if `is_open`, anyone may do everything."""
+        """Create the users; with `is_open`, clients without a name may do everything."""
         self._rights, self._password, self._is_open = rights, password, is_open
 
     def get_user(

@@ -1,4 +1,4 @@
-"""What a program costs in processor time and in memory: a stated model, because the manual gives no figures.
+"""The cost of a program in processor time and in memory: a stated model, because the manual gives no figures.
 
 Every operation that the source asks for costs a fixed time, whatever Python makes of it; a library function has its own
 cost (`library/overload.py`, `host.py`).  The defaults are the orders of magnitude of a controller of 2003; `scale` is

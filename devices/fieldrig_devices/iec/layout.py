@@ -1,4 +1,4 @@
-"""Where everything is in memory, and what it contains at first.
+"""The places of all variables in memory, and what they contain at first.
 
 Memory is a list with a cell for each byte; a value is in the cell of its first byte.  From the bottom: a page that
 nothing is in, so that 0 points to nothing; the addresses of %I, %Q and %M, whose contents are elsewhere; the stacks of
@@ -82,13 +82,13 @@ class Slot:
     address: int
     size: int
     form: str
-    """What a variable must be like to keep the place in an online change."""
+    """The form that a variable must have to keep the place in an online change."""
 
 
 @dataclass(slots=True)
 class Layout:
     slots: dict[str, Slot] = field(default_factory=dict)
-    """By the name of the global variable in small letters."""
+    """The slots by the name of the global variable in small letters."""
     end: int = DATA
 
     @property
@@ -184,7 +184,7 @@ class Forms:
 
 
 class Images:
-    """What variables contain at first, cell by cell, and the kinds of their cells."""
+    """The start values of variables, cell by cell, and the kinds of their cells."""
 
     def __init__(self) -> None:
         self._cells: dict[Type, list[Value]] = {}

@@ -1,4 +1,4 @@
-"""What the host implements for programs: native functions and blocks, parameters of objects, and waiting for them."""
+"""The part of programs that the host implements: native functions and blocks, parameters of objects, and waiting for them."""
 
 from collections.abc import Callable
 from functools import partial
@@ -34,11 +34,11 @@ class Natives:
             self._functions |= {**library.functions, **library.blocks}
         self._pous = [compiled.program.pous[name] for name in compiled.code.natives]
         self.wake: Pending | None = None
-        """What the running thread waits for; the thread keeps it while others run."""
+        """The answer that the running thread waits for; the thread keeps it while others run."""
         self._store: Callable[[Results], None] = ignore
 
     def forget(self) -> None:
-        """Tell all native blocks that their instances begin anew."""
+        """Tell all native blocks that their instances begin again."""
         for one in self._functions.values():
             if isinstance(one, NativeBlock):
                 one.forget()
@@ -97,7 +97,7 @@ class Natives:
 
     @property
     def waiting(self) -> Waiting:
-        """What the running thread waits for, and what to do with it; a thread sets it again before it goes on."""
+        """The answer that the running thread waits for, and its use; a thread sets it again before it goes on."""
         return self.wake, self._store
 
     @waiting.setter

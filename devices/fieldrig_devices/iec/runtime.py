@@ -12,6 +12,7 @@ but the retained ones.  An online change keeps the values of all variables that 
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any
+from weakref import WeakSet
 
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host
@@ -40,7 +41,7 @@ class Runtime:
         self.memory = self._memory.cells
         self._forced: dict[str, tuple[Symbol, Value]] = {}
         self._stops: dict[str, set[int]] = {}
-        self.threads: list[Thread] = []
+        self.threads: WeakSet[Thread] = WeakSet()
         self._use(compiled)
         self.initialise(Start.COLD)
 
@@ -69,11 +70,23 @@ class Runtime:
         for variable in self.compiled.program.globals.values():
             if variable.location is None:
                 self._initialise(variable)
-            elif variable.initial is not None:
-                self._write(self._root(variable), variable.initial)  # type: ignore[arg-type]
+        self._initialise_areas()
         for symbol, value in zip(kept, values, strict=True):
             self._write(symbol, value)
         self.natives.forget()
+
+    def _initialise_areas(self) -> None:
+        """Clear the markers, and write the start values of variables with an address, wherever they are declared."""
+        self.markers[:] = bytes(len(self.markers))
+        program = self.compiled.program
+        located = [
+            *program.globals.values(),
+            *(found for pou in program.pous.values() for found in pou.variables.values()),
+        ]
+        for variable in located:
+            if variable.location is not None and isinstance(variable.initial, bool | int | float | str):
+                symbol = Symbol(variable.name, variable.name, variable.type, location=variable.location)
+                self._write(symbol, variable.initial)
 
     def _initialise(self, variable: Variable) -> None:
         cells = self._images.variable(variable)
@@ -82,7 +95,7 @@ class Runtime:
     def thread(self, pou: Pou, task_number: int = 0) -> Thread:
         """Return a thread that runs a program with the stack of a task."""
         thread = Thread(self, pou.name, task_number)
-        self.threads.append(thread)
+        self.threads.add(thread)
         return thread
 
     # ---- values

@@ -52,7 +52,8 @@ def symbol_list(symbols: Symbols, project: str, device: str, application: str = 
     for symbol in sorted(symbols.children(), key=lambda one: one.name.casefold()):
         _node(top, symbols, symbol, types)
     ET.indent(root)
-    return b'<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
+    text = ET.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'.encode()
 
 
 def _tag(name: str) -> str:
@@ -135,25 +136,14 @@ class _Types:
                 self._compound(kind, name, iec)
 
     def _simple(self, name: str, size: int, typeclass: str, iec: str, *, is_swapped: bool, **more: str) -> None:
-        swap = size if is_swapped else 0
-        ET.SubElement(
-            self._parent,
-            _tag("TypeSimple"),
-            name=name,
-            size=str(size),
-            swapsize=str(swap),
-            typeclass=typeclass,
-            iecname=iec,
-            **more,
-        )
+        facts = {"name": name, "size": str(size), "swapsize": str(size if is_swapped else 0)}
+        ET.SubElement(self._parent, _tag("TypeSimple"), {**facts, "typeclass": typeclass, "iecname": iec, **more})
 
     def _array(self, kind: ArrayType, name: str, iec: str) -> None:
         ranges, element = _dimensions(kind)
-        sizes = {"size": str(kind.size), "nativesize": str(kind.size)}
-        base = self.name(element)
-        own = ET.SubElement(
-            self._parent, _tag("TypeArray"), name=name, **sizes, typeclass="Array", iecname=iec, basetype=base
-        )
+        size, base = str(kind.size), self.name(element)
+        facts = {"name": name, "size": size, "nativesize": size, "typeclass": "Array", "iecname": iec, "basetype": base}
+        own = ET.SubElement(self._parent, _tag("TypeArray"), facts)
         for low, high in ranges:
             ET.SubElement(own, _tag("ArrayDim"), minrange=str(low), maxrange=str(high))
 
@@ -174,17 +164,9 @@ class _Types:
             _comment(element, comment)
 
     def _user_defined(self, name: str, size: int, typeclass: str, pou_class: str, iec: str, **more: str) -> ET.Element:
-        return ET.SubElement(
-            self._parent,
-            _tag("TypeUserDef"),
-            name=name,
-            size=str(size),
-            nativesize=str(size),
-            typeclass=typeclass,
-            pouclass=pou_class,
-            iecname=iec,
-            **more,
-        )
+        facts = {"name": name, "size": str(size), "nativesize": str(size), "typeclass": typeclass}
+        facts |= {"pouclass": pou_class, "iecname": iec}
+        return ET.SubElement(self._parent, _tag("TypeUserDef"), {**facts, **more})
 
 
 def _parts(kind: StructType | BlockType) -> Iterator[tuple[str, Type, int, str, str]]:

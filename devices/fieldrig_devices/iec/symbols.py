@@ -27,7 +27,7 @@ class Symbol:
     steps: tuple[int, ...] = (0,)
     """Its address; with more than one number, each but the last leads to a cell with an address to add the next to."""
     location: Located | None = None
-    """Where a variable with AT is; it has no cell."""
+    """The address of a variable with AT; it has no cell."""
 
     @property
     def is_value(self) -> bool:

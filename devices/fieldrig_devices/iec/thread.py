@@ -163,7 +163,7 @@ class Thread:
 
     @property
     def stack(self) -> list[Place]:
-        """Where the thread is, then where its callers go on, innermost first."""
+        """The place of the thread, then those where its callers go on, innermost first."""
         task = self._task
         if task.state in (TaskState.IDLE, TaskState.ENDED):
             return []

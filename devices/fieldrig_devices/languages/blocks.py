@@ -45,7 +45,7 @@ class Block:
 def blocks(instructions: Sequence[Instruction], inlined: Mapping[int, int] = MappingProxyType({})) -> list[Block]:
     """Return the blocks of a routine in order.
 
-    `inlined` are the calls in place of which the callee's instructions run, with the number of these: they need no
+    `inlined` are the calls that the callee's instructions replace, with the number of these: they need no
     leader behind them.
     """
     leaders = _hard_leaders([one if pc not in inlined else _NOTHING for pc, one in enumerate(instructions)])

@@ -16,7 +16,7 @@ class RunError(Exception):
 
 
 CAUGHT: Final = (RunError, ZeroDivisionError, IndexError, OverflowError, ValueError)
-"""What generated code may raise because of the program; everything else is a fault of ours."""
+"""Exceptions that generated code may raise because of the program; everything else is a fault of ours."""
 
 
 def places(code: Code, build: Build, fault: BaseException) -> tuple[list[Activation], int]:

@@ -1,4 +1,4 @@
-"""Short routines whose instructions run in place of their calls, so that a call of a small block costs no Python call.
+"""Short routines whose instructions run instead of their calls, so that a call of a small block costs no Python call.
 
 Only the FAST build does this.  A routine qualifies if it is one block with its END as the last instruction, and calls
 at most others that qualify.  It cannot be interrupted then, so nothing ever resumes in the middle of it; a fault in it
@@ -13,7 +13,7 @@ from typing import Final
 from fieldrig_devices.languages.blocks import Block, Choice, Node, blocks
 from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Instruction, Routine
 
-MOST: Final = 14  # instructions, with those of inlined calls
+MOST: Final = 8  # instructions, with those of inlined calls
 _QUOTES: Final = re.compile(r"""['\"]""")
 _FRAME: Final = re.compile(r"\bframe \+ (\d+)\b|\bframe\b")
 _BASE: Final = re.compile(r"\bbase \+ (\d+)\b|\bbase\b")

@@ -152,7 +152,7 @@ class Code:
         self.names_of_routines = list(routines)
         self.stack_size = stack_size
         self.limit = [0]
-        """Where the stack of the running task ends; set by the task."""
+        """The end of the stack of the running task; set by the task."""
         self.left: list[Left] = []
         """Calls that were in progress when the last run ended, innermost first; the task clears the list."""
         self.entered = Activation(0, 0, 0, 0)

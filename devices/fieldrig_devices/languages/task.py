@@ -7,7 +7,7 @@
 from enum import Enum, auto
 
 from fieldrig_devices.languages import faults
-from fieldrig_devices.languages.resumable import Activation, Code
+from fieldrig_devices.languages.resumable import Activation, Code, Function
 from fieldrig_devices.languages.writer import CALL, DEEP, END, SLICE, STOP, WAIT, Build
 
 
@@ -37,12 +37,15 @@ class Task:
         self.is_watched = False
         """True if the task stops at breakpoints."""
         self.fault: BaseException | None = None
-        """What stopped a task that is FAULTED; its place is the one that faulted."""
+        """The exception that stopped a task that is FAULTED; its place is the one that faulted."""
         self.has_waited = False
         """True if the last run ended at a place that waits."""
         self.unused = 0
         """Budget that was left when it began to wait."""
         self._limit = 0
+        self._build = Build.STEPPED  # the build that can be entered at `pc`, unless `_is_between`
+        self._functions: list[Function] = []
+        self._is_mixed = False  # True if another build may have put places on the stack
         self._is_between = False  # True if `pc` may be a place where the fast builds can't be entered
         self._passed: tuple[int, int] | None = None  # place whose breakpoint is ignored until the task has left it
 
@@ -51,7 +54,7 @@ class Task:
         self.routine, self.pc, self.frame, self.base = self._code.numbers[routine], 0, frame, base
         self._limit = frame + self._code.stack_size
         self.stack.clear()
-        self.state, self._is_between, self._passed = TaskState.READY, False, None
+        self.state, self._is_between, self._is_mixed, self._passed = TaskState.READY, False, False, None
         self.fault = None
 
     def stop(self) -> None:
@@ -71,44 +74,46 @@ class Task:
         slice, so the result is 0 or less then too.
         """
         self.has_waited = False
-        self._code.limit[0] = self._limit
+        code = self._code
+        code.limit[0] = self._limit
         build = Build.WATCHED if self.is_watched else Build.FAST
-        while True:
-            if self._is_between or not self._code.is_leader(self.routine, self.pc, build):
-                budget = self._run_to_a_block(budget, build)
-            if self.state is not TaskState.READY or self.has_waited or budget <= 0:
-                return budget
-            try:
-                budget = self._run(build, budget)
-            except faults.CAUGHT as fault:
-                return self._fail(build, fault)
-
-    def _run(self, build: Build, budget: int) -> int:
-        """Run until the slice ends, or until a routine resumes where the build can't be entered."""
-        functions = self._code.functions(build)
-        left, stack = self._code.left, self.stack
+        if self._is_between or build is not self._build:
+            budget = self._enter(build, budget)
+        if self.state is not TaskState.READY or self.has_waited:
+            return budget
+        functions, left, stack = self._functions, code.left, self.stack
         routine, pc, frame, base = self.routine, self.pc, self.frame, self.base
-        while budget > 0:
-            why, pc, budget = functions[routine](pc, budget, frame, base)
-            if left:  # the task is inside a routine that it has called; innermost first
-                routine, frame, base, _ = left[0]
-                stack += [call.caller for call in reversed(left)]
-                left.clear()
-            if why == END and stack:
-                routine, pc, frame, base = stack.pop()
-                if not self._code.is_leader(routine, pc, build):
+        try:
+            while budget > 0:
+                why, pc, budget = functions[routine](pc, budget, frame, base)
+                if left:  # the task is inside a routine that it has called; innermost first
+                    routine, frame, base, _ = left[0]
+                    stack += [call.caller for call in reversed(left)]
+                    left.clear()
+                if why == END and stack:
+                    routine, pc, frame, base = stack.pop()
+                    if self._is_mixed and not code.is_leader(routine, pc, build):
+                        self._is_between = True
+                        break
+                elif why != SLICE:
+                    if why == WAIT:
+                        self.has_waited, self.unused = True, budget
+                        budget = min(budget, 0)
+                    else:
+                        self.state = AFTER[why]
                     break
-            elif why != SLICE:
-                if why == WAIT:
-                    self.has_waited, self.unused = True, budget
-                    budget = min(budget, 0)
-                else:
-                    self.state = AFTER[why]
-                break
-            # The place is stored before the next routine runs, because a fault may end it.
-            self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
+        except faults.CAUGHT as fault:
+            return self._fail(build, fault)
         self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
-        return budget
+        return self.run(budget) if self._is_between and budget > 0 else budget
+
+    def _enter(self, build: Build, budget: int) -> int:
+        """Run to a place where a build can be entered; return the rest of the budget."""
+        if build is not self._build:
+            self._build, self._functions = build, self._code.functions(build)
+            self._is_mixed = bool(self.stack)
+            self._is_between |= not self._code.is_leader(self.routine, self.pc, build)
+        return self._run_to_a_block(budget, build) if self._is_between else budget
 
     def _fail(self, build: Build, fault: BaseException) -> int:
         """Stop at the place that raised the fault; return what is left of the budget."""
@@ -170,6 +175,7 @@ class Task:
         if why == CALL:
             self.stack.append(Activation(self.routine, self.pc + 1, self.frame, self.base))
             self.routine, self.pc, self.frame, self.base = self._code.entered
+            self._is_mixed = True
         elif why == END and self.stack:
             self.routine, self.pc, self.frame, self.base = self.stack.pop()
         elif why in AFTER:

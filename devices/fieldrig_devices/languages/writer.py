@@ -47,7 +47,7 @@ class Line(NamedTuple):
     text: str
     pc: int
     calls: tuple[tuple[int, int], ...] = ()
-    """For a line of inlined routines: their numbers and their instructions, outermost first."""
+    """The inlined routines that the line belongs to, as their numbers and their instructions, outermost first."""
 
 
 class Callee(NamedTuple):
@@ -91,16 +91,17 @@ class Writer:
     def _block(self, block: Block, indent: str) -> Iterator[Line]:
         part = _BlockWriter(self._number, self._build, self._routines, self._callees, block, self._inlining)
         lines = list(part.lines())
-        texts = [line.text for line in lines]
+        texts: list[str | None] = [line.text for line in lines]
         loads = list[str]()
         if part.registers:
-            loads, texts = kept(texts, part.registers, is_loop=part.is_loop)
+            loads, texts = kept([line.text for line in lines], part.registers, is_loop=part.is_loop)
         yield from (Line(indent + text, block.first) for text in loads)
         if part.is_loop:
             yield Line(f"{indent}while n > 0:", block.first)
             indent += INDENT
         for text, line in zip(texts, lines, strict=True):
-            yield line._replace(text=indent + text)
+            if text is not None:
+                yield line._replace(text=indent + text)
 
 
 class _BlockWriter:

@@ -133,6 +133,92 @@ def test_single_instructions_do_the_same_as_the_whole() -> None:
     assert taken == used
 
 
+ALIASES = """
+TYPE Pair : STRUCT a, b : INT; END_STRUCT END_TYPE
+VAR_GLOBAL shared : Acc; total : INT; END_VAR
+FUNCTION_BLOCK Acc
+VAR_INPUT x : INT; END_VAR
+VAR_OUTPUT sum : INT; END_VAR
+VAR n : INT; END_VAR
+n := n + x;
+shared.x := shared.x + 1;
+sum := sum + shared.x + x + x + n;
+total := total + sum + shared.sum + x + total;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Via
+VAR_IN_OUT v : INT; END_VAR
+v := v + 1; v := v + v;
+END_FUNCTION_BLOCK
+FUNCTION Bump : INT
+VAR_IN_OUT v : INT; END_VAR
+v := v + 3; Bump := v + v;
+END_FUNCTION
+PROGRAM PLC_PRG
+VAR
+  i, x, y, z : INT; p : POINTER TO INT; a : ARRAY[0..3] OF INT; one, two : Pair; own : Acc; via : Via;
+  n AT %MW7 : INT; w : WORD;
+END_VAR
+p := ADR(x);
+FOR i := 0 TO 3 DO
+  x := x + 1; p^ := p^ * 2; y := y + x + x + x;
+END_FOR
+FOR i := 0 TO 3 DO
+  a[1] := a[1] + 1; a[i] := a[i] + 10; z := z + a[1] + a[1] + a[1] + a[3];
+END_FOR
+FOR i := 0 TO 3 DO
+  one.a := one.a + 1; two.a := two.a + 5; one.b := one.a + two.a + one.a; two := one; y := y + two.a + two.b;
+END_FOR
+FOR i := 0 TO 3 DO
+  x := x + 1; via(v := x); y := y + x + x; y := y + Bump(x) + x;
+END_FOR
+FOR i := 0 TO 3 DO
+  shared(x := i); own(x := shared.sum); y := y + shared.sum + own.sum + total;
+END_FOR
+FOR i := 0 TO 3 DO
+  n := n + 1; %MW7 := %MW7 + 2; y := y + n; w.1 := NOT w.1; w := w + 1; w.15 := w > 3;
+END_FOR
+END_PROGRAM
+"""
+
+
+def test_what_is_reached_in_two_ways_is_one_and_the_same() -> None:
+    """The fast build keeps cells in local variables; single instructions read each from memory."""
+    whole, stepped = IecBench(ALIASES), IecBench(ALIASES)
+    for _ in range(3):
+        whole.cycle()
+        stepped.thread.start()
+        while stepped.thread.state is not WorkState.ENDED:
+            stepped.thread.step(Step.INTO)
+            while stepped.thread.state is WorkState.READY:
+                stepped.thread.run(10_000)
+        assert stepped.values() == whole.values()
+        assert [stepped[path] for path in ("total", "shared.sum", "shared.x")] == [
+            whole[path] for path in ("total", "shared.sum", "shared.x")
+        ]
+
+
+def test_a_fault_in_an_inlined_block_has_its_own_place() -> None:
+    text = """FUNCTION_BLOCK Inner
+VAR_INPUT x : INT; END_VAR
+VAR y : INT; END_VAR
+y := y + 1;
+y :=
+ y / x;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Outer
+VAR inner : Inner; END_VAR
+inner(x := 0);
+END_FUNCTION_BLOCK
+"""
+    bench = IecBench(text + program("outer : Outer;", "outer();"))
+    bench.cycle()
+    fault = bench.thread.fault
+    assert fault is not None
+    assert (fault.code, fault.pou, fault.line) == ("division", "Inner", 5)
+    assert [(one.pou, one.line) for one in fault.calls] == [("Outer", 10), ("PLC_PRG", 16)]
+    assert bench["outer.inner.y"] == 1
+
+
 def test_everything_has_the_results_of_python() -> None:
     """The same program written in Python."""
     bench = IecBench(EVERYTHING)

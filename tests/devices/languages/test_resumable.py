@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.languages.blocks import LONGEST
-from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Hold, Instruction, Jump, Pause
+from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Hold, Instruction, Jump, Pause, Routine
 from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.languages.writer import SLICE, Build
@@ -234,3 +234,76 @@ def test_deep_code_compiles(build: Build) -> None:
     code = Code({"A": [*routine, End(3_000)]}, {"chance": abs, "log": abs}, DEEPEST)
     code.compile(build)
     assert code.functions(build)[0](0, 1, 0, 0)[0] == SLICE
+
+
+COSTLY: Routines = {
+    "A": [
+        Branch(1, ("t0 = chance(2)",), "t0", 4, cost=3),
+        Do(2, ("log(2)",), cost=5),
+        Call(3, "B", cost=7, is_checked=False),
+        Jump(4, 5, cost=11),
+        Do(5, ("log(5)",), cost=13),
+        Branch(6, ("t0 = chance(3)",), "t0", 0, cost=17),
+        End(7, cost=19),
+    ],
+    "B": [Branch(8, (), "chance(2)", 2, cost=23), Do(9, ("log(9)",), cost=29), End(10, cost=31)],
+}
+
+
+@pytest.mark.parametrize("is_watched", [False, True])
+@pytest.mark.parametrize("budget", [1, 20, 10_000])
+def test_a_program_costs_the_same_in_every_build_and_in_any_slices(budget: int, is_watched: bool) -> None:
+    stepped = World(COSTLY)
+    expected = 0
+    while stepped.task.state is TaskState.READY:
+        expected += stepped.task.step()
+    world = World(COSTLY)
+    world.task.is_watched = is_watched
+    used = 0
+    while world.task.state is TaskState.READY:
+        used += budget - world.task.run(budget)
+    assert (world.done, used) == (stepped.done, expected)
+
+
+def test_a_short_routine_runs_instead_of_its_call() -> None:
+    code = World(COSTLY).code
+    assert "routine_1(" not in code.source(Build.FAST).split("def routine_1")[0]
+    assert "routine_1(" in code.source(Build.WATCHED).split("def routine_1")[0]
+
+
+def test_a_fault_has_its_place_and_those_of_its_callers() -> None:
+    code = Code(
+        {
+            "A": [Do(1, ("x[0] = 1",)), Call(2, "B"), End(3)],
+            "B": [Do(4, ("x[0] = 2",)), Call(5, "C"), End(6)],
+            "C": [Do(7, ("x[0] = 3",)), Do(8, ("x[0] = 1 // x[1]", "x[0] = 4")), End(9)],
+        },
+        {"x": (table := [0, 0])},
+        DEEPEST + 1,
+    )
+    task = Task(code)
+    task.start("A")
+    task.run(100)
+    assert (task.state, task.line, table) == (TaskState.FAULTED, 8, [3, 0])
+    assert isinstance(task.fault, ZeroDivisionError)
+    assert [(place.routine, code.line(place.routine, place.pc - 1)) for place in task.stack] == [(0, 2), (1, 5)]
+    assert task.run(100) == 100
+
+
+def test_a_fault_that_is_not_the_programs_own_is_not_caught() -> None:
+    def broken() -> None:
+        raise TypeError("ours")
+
+    task = Task(Code({"A": [Do(1, ("broken()",)), End(2)]}, {"broken": broken}, DEEPEST))
+    task.start("A")
+    with pytest.raises(TypeError, match="ours"):
+        task.run(100)
+
+
+def test_a_stack_without_room_for_a_frame_ends_the_task() -> None:
+    routines = {"A": Routine([Call(1, "B"), End(2)], 60), "B": Routine([Do(3, ("x[0] = 1",)), End(4)], 40)}
+    for size, state in ((100, TaskState.ENDED), (99, TaskState.TOO_DEEP)):
+        task = Task(Code(routines, {"x": [0]}, size))
+        task.start("A", frame=1_000)
+        task.run(100)
+        assert task.state is state

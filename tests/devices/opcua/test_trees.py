@@ -7,6 +7,7 @@ from fieldrig.device import Point
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.opcua.message import (
     MOST_NODES,
+    AnyValue,
     Browse,
     Call,
     Find,
@@ -107,7 +108,8 @@ def test_values_are_read_and_written(tree: SymbolsTree) -> None:
 
 
 def test_what_can_t_be_written_is_refused(tree: SymbolsTree) -> None:
-    for path, value in (("PLC_PRG.values", [1]), ("PLC_PRG.small", 11), ("highest", 4)):
+    wrong: list[tuple[str, AnyValue]] = [("PLC_PRG.values", [1]), ("PLC_PRG.small", 11), ("highest", 4)]
+    for path, value in wrong:
         with pytest.raises(ValueError, match="expected"):
             tree.write(path, value)
     with pytest.raises(TypeError):

@@ -146,13 +146,20 @@ def _meet_literal(
             return _time_and_literal(context, operator, left, right, literal, kind, at)
         fitted = _fitted(literal, kind)
         if fitted is None and (kind.is_integer or kind.is_real):
-            wider = common_type((kind, literal.argument))
+            wider = _wider(operator, kind, literal)
             if isinstance(wider, Elementary):
                 fitted, typed = _fitted(literal, wider), constants.converted(typed, wider)
         if fitted is not None:
             return (fitted, typed) if literal is left else (typed, fitted)
     second = right.type if literal is left else left.type
     return _no(context, operator, left, right, at, _expected(operator), _bool_hint(operator, kind, second, at))
+
+
+def _wider(operator: Operator, kind: Elementary, literal: Untyped) -> object:
+    """The type of both operands where the literal does not fit the other one; for a comparison it holds both values."""
+    if operator in COMPARISONS and isinstance(literal.type, Elementary):
+        return implicit.compared(kind, literal.type)
+    return common_type((kind, literal.argument))
 
 
 def _fitted(literal: Untyped, kind: Elementary) -> Constant | None:

@@ -1,4 +1,4 @@
-"""From the checked program to resumable instructions.
+"""Turns the checked program into resumable instructions.
 
 names          what generated Python may use, and what it is called there
 values         the text of a computed value with the range that it can have

@@ -1,4 +1,4 @@
-"""What the routines of one program share while it is lowered: numbers of types, images and native POUs."""
+"""The common part of the routines of one program while it is lowered: numbers of types, images and native POUs."""
 
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.layout import Images

@@ -6,7 +6,7 @@ division, becomes a line of its own; the text that is left never does, and may b
 
 from typing import Final
 
-from fieldrig_devices.iec.layout import STRING_KIND, kind_number, storage
+from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.library import conversions, intrinsics
 from fieldrig_devices.iec.library.overload import expand
 from fieldrig_devices.iec.lower import texts
@@ -25,7 +25,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Unary,
 )
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, StringType, SubrangeType
+from fieldrig_devices.iec.types import Elementary, EnumType, Family, SubrangeType
 
 COMPARE: Final = {
     Operator.EQ: "==",
@@ -43,7 +43,7 @@ ARITHMETIC: Final = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*"}
 class Expressions:
     def __init__(self, places: Places) -> None:
         self._places = places
-        places.value_of = self.value
+        places.value_of, places.raw_of = self.value, self.raw
 
     def value(self, expression: Expression, emitter: Emitter) -> Value:
         """Add the lines that compute an expression, and return its value in the range of its type."""
@@ -277,9 +277,5 @@ def _quotient(text: str, kind: Elementary, sign: str, left: Value, right: Value)
     if sign == "%":
         most = max(abs(right.low), abs(right.high)) - 1
         return Value(text, kind, 0 if left.low >= 0 else -most, most)
-    most = max(abs(left.low), abs(left.high))
+    most = max(abs(left.low), abs(left.high)) // max(right.low, 1)
     return Value(text, kind, 0 if left.low >= 0 and right.low >= 0 else -most, most)
-
-
-def code_of(kind: Stored) -> int:
-    return STRING_KIND if isinstance(kind, StringType) else kind_number(kind)

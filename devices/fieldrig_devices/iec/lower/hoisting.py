@@ -57,7 +57,7 @@ def has_call(node: Expression | Place) -> bool:
 
 
 class Caller(Protocol):
-    """What hoisting needs of the statements."""
+    """The part of the statements that hoisting needs."""
 
     def call(self, call: CallFunction) -> Cell:
         """Make the call; return where its result is until the next call."""

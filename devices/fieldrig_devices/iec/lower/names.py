@@ -40,7 +40,7 @@ FIXED: Final = (
 
 
 def names_of(images: int, natives: int) -> frozenset[str]:
-    """Return all names of a program with so many constant images and native POUs."""
+    """Return all names of a program with these numbers of constant images and native POUs."""
     own = {f"image_{number}" for number in range(images)}
     own |= {name.format(number) for number in range(natives) for name in (NATIVE, BEGIN)}
     return FIXED | own

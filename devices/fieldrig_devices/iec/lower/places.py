@@ -29,6 +29,7 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import BlockType, Elementary, Family, StringType, Type
 from fieldrig_devices.iec.types import Value as PlainValue
+from fieldrig_devices.languages.registers import is_register
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,8 @@ class Places:
     """The places as one POU sees them."""
 
     value_of: Callable[[Expression, Emitter], Value]
+    """Returns the value of an expression; `raw_of` the same, perhaps not cut to its type."""
+    raw_of: Callable[[Expression, Emitter], Value]
 
     def __init__(self, pou: Pou, form_of: Callable[[Type], int]) -> None:
         """`form_of` numbers types that a pointer may point to, for checks at run time."""
@@ -121,17 +124,25 @@ class Places:
 
     def _element(self, place: Element, emitter: Emitter) -> Address | AreaAddress:
         outer = self.address(place.of, emitter)
-        index = self.value_of(place.index, emitter)
-        emitter.charge(emitter.costs.access)
         low, high, stride = place.low, place.high, place.stride
+        index = self._index(place.index, low, high, emitter)
+        emitter.charge(emitter.costs.access)
         if not (low <= index.low and index.high <= high):
-            index = emitter.atom(index)
+            if not is_register(index.text):  # one that may become a local variable needs no other
+                index = emitter.atom(index)
             emitter.add(f"if not {low} <= {index.text} <= {high}:")
             emitter.add(f"{INDENT}outside_array({index.text}, {low}, {high})")
         if index.low == index.high:
             return outer.plus((index.low - low) * stride)
-        text = index.text if index.is_atom else f"({index.text})"
+        text = index.text if index.is_atom or is_register(index.text) else f"({index.text})"
         return outer.plus(-low * stride, text if stride == 1 else f"{stride} * {text}")
+
+    def _index(self, expression: Expression, low: int, high: int, emitter: Emitter) -> Value:
+        """Return an index, without cutting it if what is cut could not become an index of the array."""
+        raw = emitter.short(self.raw_of(expression, emitter))
+        assert isinstance(raw.type, Elementary)
+        span = 1 << raw.type.bits
+        return raw if high - span < raw.low and raw.high < low + span else emitter.cut(raw)
 
     def reference(self, place: Place, emitter: Emitter) -> Value:
         """Return the address of a place as a number, for ADR."""

@@ -68,7 +68,7 @@ def _routine(pou: Pou, context: Context) -> Statements:
 
 
 def _attempt(pou: Pou, context: Context, intermediate: int) -> Statements:
-    """Lower a body with so many bytes for intermediate results in its frame."""
+    """Lower a body with this number of bytes for intermediate results in its frame."""
     part = Statements(context, pou, intermediate)
     part.assembler.line = pou.body[0].line if pou.body else 0
     part.prologue()

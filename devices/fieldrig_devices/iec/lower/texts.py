@@ -76,4 +76,4 @@ OWN: Final[Mapping[str, Callable[[Sequence[Value], Emitter], Value | None]]] = {
     "MID": _middle,
     "FIND": _found,
 }
-"""By the name of the function; None where the arguments do not allow it."""
+"""The Python by the name of the function; None where the arguments do not allow it."""

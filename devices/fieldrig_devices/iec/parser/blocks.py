@@ -50,6 +50,8 @@ class Blocks(Expressions):
         """True if an empty line precedes the present label of a CASE."""
         self._open: list[frozenset[str]] = []
         """The tokens that continue or end each statement that is open, from the outside to the inside."""
+        self._closed: list[tuple[int, int]] = []
+        """The first and last token of each statement that has its end."""
         self._handlers: dict[str, Callable[[], tree.AnyStatement | None]] = {}
 
     # ---- blocks
@@ -151,12 +153,24 @@ class Blocks(Expressions):
     def _end(self, word: str, opening: int, opener: str, has_semicolon: bool = True) -> None:
         """Read END_IF or the like; report it with the line of its beginning if it is missing."""
         if self.kinds[self.i] == word:
+            self._closed.append((opening, self.i))
             self.i += 1
             if has_semicolon and self.kinds[self.i] == ";":
                 self.i += 1
             return
         line, _ = self.places[opening]
-        self.say(self.i, f"got {self.shown(self.i)}", f"{word} for the {opener} in line {line}")
+        self.say(self.i, f"got {self.shown(self.i)}", f"{word} for the {opener} in line {line}", self._suspect(opening))
+
+    def _suspect(self, opening: int) -> str:
+        """Return a hint which statement inside lacks its end, if the indentation shows it."""
+        column = self.places[opening].column
+        for inner, end in self._closed:
+            first, last = self.places[inner], self.places[end]
+            if inner > opening and first.line != last.line and first.column > column == last.column:
+                word = self.texts[inner]
+                seen = f"see the indentation of line {last.line}."
+                return f"{word} in line {first.line} may lack its {self.kinds[end]}: {seen}"
+        return ""
 
     # ---- headers
 

@@ -7,8 +7,10 @@ from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
-DEEPEST_EXPRESSION: Final = 64
-"""Levels of a tree of an expression; a longer one could not be compiled to Python, which has a limit of brackets."""
+DEEPEST_EXPRESSION: Final = 100
+"""Levels of the tree of an expression, so that nothing that follows it meets the limit of recursion of Python."""
+MOST_ALTERNATIVES: Final = 150
+"""ELSIF of one IF, and of those that it is in."""
 DEEPEST_BLOCK: Final = 40
 """Levels of statements, types and initial values in each other."""
 

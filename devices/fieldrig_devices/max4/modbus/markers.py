@@ -56,9 +56,7 @@ class MarkerBits:
         if address < FIRST:
             return self._below.read(address, quantity)
         area, first = _area(self._markers), self._place(address, quantity)
-        packed = sum(
-            1 << place for place in range(quantity) if area[(first + place) // 8] >> (first + place) % 8 & 1
-        )
+        packed = sum(1 << place for place in range(quantity) if area[(first + place) // 8] >> (first + place) % 8 & 1)
         return packed.to_bytes((quantity + 7) // 8, "little")
 
     def write(self, address: int, quantity: int, packed: bytes) -> None:

@@ -126,6 +126,21 @@ def compile_container(
 
 
 def _check_retain(compiled: Compiled, size: int) -> None:
+    program = compiled.program
+    variables = [*program.globals.values(), *(one for pou in program.pous.values() for one in pou.variables.values())]
+    located = [
+        Mistake(
+            one.place.line,
+            one.place.column,
+            f"{one.name} is at an address, and the controller keeps no area of inputs, outputs or markers",
+            "a RETAIN variable without AT",
+            file=one.file,
+        )
+        for one in variables
+        if one.is_retain and one.location is not None
+    ]
+    if located:
+        raise CompileError(located)
     leaves = leaves_of(compiled.program)
     needed = RetainMap(leaves).size
     if needed <= size:

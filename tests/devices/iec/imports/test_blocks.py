@@ -239,3 +239,18 @@ def test_a_call_without_result_is_a_statement() -> None:
 )
 def test_modifiers_where_they_have_no_meaning_are_refused(drawn: str) -> None:
     assert any("at an output or a pin" in message for message in messages(drawn))
+
+
+def test_a_chain_of_thousands_is_a_message_even_deep_inside_of_the_program() -> None:
+    """The caller of the import may itself be far from the bottom of Python's stack."""
+    through = "".join(
+        f'<inOutVariable localId="{n}"><connectionPointIn><connection refLocalId="{n - 1}"/></connectionPointIn>'
+        f"<connectionPointOut/><expression>a</expression></inOutVariable>"
+        for n in range(2, 2_000)
+    )
+    drawn = fbd(source("1", "a"), sink("9999", "b", "1999"), through)
+
+    def deep(levels: int) -> list[str]:
+        return deep(levels - 1) if levels else messages(drawn)
+
+    assert any("elements in a row" in message for message in deep(150))

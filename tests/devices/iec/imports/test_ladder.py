@@ -184,8 +184,8 @@ def test_the_number_of_paths_does_not_matter(first: tuple[str, ...], expected: l
 
 
 def test_a_long_row_is_divided_by_hidden_variables() -> None:
-    row = "".join(contact(str(n), "a", str(n - 1)) for n in range(1, 110))
-    found = statements(ladder(row, coil("999", "m", "109")))
+    row = "".join(contact(str(n), "a", str(n - 1)) for n in range(1, 85))
+    found = statements(ladder(row, coil("999", "m", "84")))
     assert len(found) == 3
     assert all(height(found_.value) <= HIGHEST + 1 for found_ in found if isinstance(found_, tree.Assign))
 

@@ -1,16 +1,20 @@
 """No document makes an import raise: random changes of documents that hold every kind of element."""
 
+import contextlib
 import re
 from collections.abc import Callable
 
 from exchange_documents import block, coil, contact, pou, rail, sink, source, tc6
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from iec_program import PlainHost
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.printer import print_unit
+from fieldrig_devices.languages.mistakes import CompileError
 
 _WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
 
@@ -131,22 +135,38 @@ def _whole_element_away(parts: list[str], at: int, draw: Callable[[int], int]) -
 _CHANGES = (_other_value, _other_value, _whole_element_away, _whole_element_away, _without, _twice, _moved)
 
 
-@given(st.data())
-def test_a_changed_document_is_read_with_messages(data: st.DataObject) -> None:
-    parts = _PARTS.findall(DOCUMENTS[data.draw(st.integers(0, len(DOCUMENTS) - 1))])
+@st.composite
+def changed(draw_: st.DrawFn, most: int) -> str:
+    """A document with some changes."""
+    parts = _PARTS.findall(DOCUMENTS[draw_(st.integers(0, len(DOCUMENTS) - 1))])
 
     def draw(last: int) -> int:
-        return data.draw(st.integers(0, max(0, last)))
+        return draw_(st.integers(0, max(0, last)))
 
-    for _ in range(draw(6)):
-        change = data.draw(st.sampled_from(_CHANGES))
+    for _ in range(draw(most)):
+        change = draw_(st.sampled_from(_CHANGES))
         parts = change(parts, draw(len(parts) - 1), draw) or [""]
-    unit, mistakes = read_source("x.xml", "".join(parts), data.draw(st.sampled_from((EPAS_4, EDITION_3))))
+    return "".join(parts)
+
+
+@settings(deadline=None)
+@given(changed(3))
+def test_a_changed_document_compiles_or_is_refused(document: str) -> None:
+    """The trees that an import makes are sound enough for every stage behind it."""
+    with contextlib.suppress(CompileError):
+        compile_project([SourceFile("x.xml", document)], PlainHost())
+
+
+@settings(deadline=None)
+@given(changed(6), st.sampled_from((EPAS_4, EDITION_3)))
+def test_a_changed_document_is_read_with_messages(document: str, dialect: Dialect) -> None:
+    unit, mistakes = read_source("x.xml", document, dialect)
     assert isinstance(unit, tree.Unit)
     assert all(mistake.file == "x.xml" and mistake.line >= 1 for mistake in mistakes)
     print_unit(unit)  # every tree that an import makes can be written
 
 
+@settings(deadline=None)
 @given(st.text(alphabet=st.characters(codec="utf-8")) | st.text(alphabet="<>/=\"' &;pouTcPlcObject\n"))
 def test_any_text_is_read_with_messages(text: str) -> None:
     read_source("x", text, EPAS_4)

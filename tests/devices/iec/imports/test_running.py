@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 from exchange_documents import LISTING_57, block, coil, contact, pou, rail, sink, source, tc6
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import ENOUGH_NS, IecBench, PlainHost, program
 
@@ -67,6 +67,7 @@ SAME_IN_ST = program(
 )
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12))
 def test_ladder_does_the_same_as_structured_text(inputs: list[tuple[bool, bool]]) -> None:
     drawn, written = cold(LADDER), cold(SAME_IN_ST, "PLC_PRG")
@@ -98,6 +99,7 @@ BLOCKS = tc6(
 SMALL = st.integers(-2_000, 2_000)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(SMALL, SMALL), max_size=8))
 def test_blocks_do_what_their_functions_say(inputs: list[tuple[int, int]]) -> None:
     running = cold(BLOCKS)
@@ -254,6 +256,7 @@ BODIES = {
 }
 
 
+@settings(deadline=None)
 @given(st.lists(st.booleans(), max_size=10))
 def test_the_same_counter_counts_the_same_in_every_language(resets: list[bool]) -> None:
     """A project with a function block in each language, as the editors' first example has it."""

@@ -1,7 +1,7 @@
 """No text makes the parser raise, and none takes it long: random texts, damaged programs, and deep nesting."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
@@ -63,16 +63,19 @@ def test_the_program_that_is_damaged_below_has_no_mistakes(dialect: object) -> N
     assert parse(PROGRAM, "any.st", dialect)[1] == []  # type: ignore[arg-type]
 
 
+@settings(deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_read(text: str) -> None:
     read(text)
 
 
+@settings(deadline=None)
 @given(st.lists(st.sampled_from(WORDS), max_size=40).map(" ".join), st.sampled_from([EPAS_4, EDITION_3]))
 def test_any_words_are_read(text: str, dialect: object) -> None:
     read(text, dialect)
 
 
+@settings(deadline=None)
 @given(st.integers(0, len(PROGRAM)), st.integers(0, 30), st.sampled_from(["", *WORDS]))
 def test_a_damaged_program_is_read(start: int, length: int, inserted: str) -> None:
     read(f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length :]}")
@@ -99,6 +102,14 @@ def test_deep_nesting_ends_in_one_message(head: str, part: str, tail: str) -> No
     body, mistakes = parse_body(f"{head}{part * 5_000}{tail}", "deep.st", "")
     assert [mistake.expected[:7] for mistake in mistakes] == ["at most"]
     assert body is not None
+
+
+def test_many_alternatives_end_in_one_message() -> None:
+    _, mistakes = parse_body(f"IF a THEN ; {'ELSIF b THEN ; ' * 5_000} END_IF;", "deep.st", "ST")
+    assert [mistake.expected for mistake in mistakes] == ["at most 150"]
+    nested = f"IF a THEN ; {'ELSIF b THEN ; ' * 140}"
+    _, mistakes = parse_body(f"{nested * 5}{'END_IF; ' * 5}", "deep.st", "ST")
+    assert {mistake.expected for mistake in mistakes} == {"at most 150"}
 
 
 @pytest.mark.parametrize("part", ["ARRAY[1..2] OF ", "POINTER TO ", "STRUCT a : "])

@@ -178,6 +178,13 @@ def test_a_mistake_has_a_hint(text: str, hint: str) -> None:
     assert hint in [mistake.hint for mistake in mistakes]
 
 
+def test_the_indentation_shows_which_end_is_missing() -> None:
+    text = "IF a THEN\n    IF b THEN\n        x := 1;\n    IF c THEN\n        x := 2;\n    END_IF;\nEND_IF;\ny := 3;"
+    _, (mistake,) = parse_body(text, "test.st", "ST")
+    assert (mistake.line, mistake.expected) == (8, "END_IF for the IF in line 1")
+    assert mistake.hint == "IF in line 2 may lack its END_IF: see the indentation of line 7."
+
+
 def test_what_edition_3_allows_is_no_mistake() -> None:
     text = (
         "x := 2 ** 3; // power\nWHILE a AND_THEN b DO CONTINUE; END_WHILE;\nthere: JMP there; x S= y; (* a (* b *) *)"

@@ -152,6 +152,12 @@ def test_too_many_retained_variables_are_refused_with_the_place(tmp_path: Path) 
     PlcBench(tmp_path, text + COUNTER.replace("RETAIN", "") + TASK, retain="ups")
 
 
+def test_a_retained_variable_at_an_address_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="a RETAIN variable without AT") as caught:
+        PlcBench(tmp_path, "VAR_GLOBAL RETAIN\n  w AT %MW3 : WORD;\nEND_VAR\n" + COUNTER + TASK)
+    assert f"{tmp_path / 'plc.st'}:2:" in str(caught.value)
+
+
 def test_a_changed_program_gets_the_values_that_have_the_same_name_and_type(tmp_path: Path) -> None:
     """The program on the disk is changed by an online change, and then the power fails."""
     bench = PlcBench(tmp_path, COUNTER + TASK).run(187)

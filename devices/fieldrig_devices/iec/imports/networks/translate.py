@@ -21,7 +21,7 @@ from fieldrig_devices.iec.imports.networks.hidden import Hidden
 from fieldrig_devices.iec.imports.networks.kinds import BOOL, Kinds, consumer_type
 from fieldrig_devices.iec.imports.networks.order import in_order, join_connectors
 
-IN_A_ROW: Final = 120
+IN_A_ROW: Final = 90
 """Elements that may depend on one another, one behind the other."""
 HIGHEST: Final = 40
 """Levels of an expression; the value of a longer row is put into a hidden variable.  The parser allows 64."""

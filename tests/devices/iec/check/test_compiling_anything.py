@@ -1,0 +1,84 @@
+"""Whatever a program contains, checking and compiling it ends in a program or in messages."""
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from iec_check import ConfiguredHost
+from iec_trees import UNITS
+
+from fieldrig.clock import VirtualClock
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import check
+from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
+
+PROGRAM = """
+TYPE Form : STRUCT a : ARRAY[1..3] OF INT; b : BOOL; END_STRUCT END_TYPE
+FUNCTION Twice : INT VAR_INPUT x : INT; END_VAR
+LD x
+MUL 2
+ST Twice
+END_FUNCTION
+FUNCTION_BLOCK Counter VAR_INPUT go : BOOL; END_VAR VAR_OUTPUT n : INT; END_VAR
+VAR t : TON; r : BOOL; f : Form; END_VAR
+LD n
+ADD ( 1
+  MUL ( 2
+  SUB 1 )
+)
+Twice
+ST n
+GT 7
+JMPC there
+CALC t(IN := go, PT := T#3s)
+there: LD go
+S r
+RETCN
+LD n
+EXPT 2
+ST f.a[1]
+END_FUNCTION_BLOCK
+PROGRAM PLC_PRG
+VAR c : Counter; out : BOOL; x : INT; r : REAL; END_VAR
+INITIAL_STEP Wait: out(N); run(SD, T#5s); END_STEP
+STEP Work: run(R); ENTRY x := Twice(x) + 1; END_ENTRY ACTIVE LD x
+ ADD 1
+ ST x
+ END_ACTIVE EXIT c(go := TRUE); END_EXIT END_STEP
+TRANSITION FROM Wait TO Work := x > 3 AND Wait.t > T#1s; END_TRANSITION
+TRANSITION FROM (Work) TO (Wait) := TRUE; END_TRANSITION
+ACTION run: r := r * 2.0; c.go := x = 3; END_ACTION
+END_PROGRAM
+"""
+MORE = ["CAL", "LDN", "JMP", "RET", "NOT", "(", ")", "REAL", "STRING", "'a'", "1.5", "^", "%MW3"]
+WORDS = sorted({*PROGRAM.split(), *MORE})
+
+
+def compiled(text: str) -> None:
+    compile_project([SourceFile("any.st", text)], StandaloneHost(VirtualClock()))
+
+
+def mistakes_of(text: str) -> list[Mistake]:
+    try:
+        compiled(text)
+    except CompileError as error:
+        return error.mistakes
+    return []
+
+
+def test_the_program_that_is_damaged_below_compiles() -> None:
+    compiled(PROGRAM)
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.integers(0, len(PROGRAM)), st.integers(0, 20), st.lists(st.sampled_from(WORDS), max_size=3).map(" ".join))
+def test_a_damaged_program_compiles_or_has_messages(start: int, length: int, inserted: str) -> None:
+    text = f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length :]}"
+    assert all(mistake.line for mistake in mistakes_of(text) if not mistake.is_note)
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(UNITS, st.sampled_from([EPAS_4, EDITION_3]))
+def test_any_tree_can_be_checked(unit: tree.Unit, dialect: Dialect) -> None:
+    check([unit], ConfiguredHost(), dialect)

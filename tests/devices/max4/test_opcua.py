@@ -1,0 +1,122 @@
+"""The nodes of a MAx-4 over the bus of the OPC UA server, in virtual time."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fieldrig.clock import MS, S
+from fieldrig.config import from_dict
+from fieldrig.node import LocalNode
+from fieldrig.rig import Rig
+from fieldrig_bus.opcua.message import (
+    Browse,
+    Call,
+    Find,
+    Kind,
+    Nodes,
+    Offer,
+    OpcUaMessage,
+    Outcome,
+    Outcomes,
+    Read,
+    Status,
+    Write,
+)
+from fieldrig_bus.opcua.model import SERVER
+from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.max4.controller import Max4
+
+COUNT = "PROGRAM PLC_PRG VAR count : DINT; speed : REAL; END_VAR count := count + 1; END_PROGRAM"
+
+
+class Bench:
+    """A MAx-4 that runs a program, with this bench as the server of its OPC UA bus."""
+
+    def __init__(self, folder: Path) -> None:
+        (folder / "count.st").write_text(COUNT)
+        device = {"kind": "max4", "links": {"opcua": "ua"}, "program": ["count.st"], "autostart": True}
+        data: dict[str, Any] = {
+            "time": "virtual",
+            "buses": {"ua": {"kind": "opcua.server"}},
+            "devices": {"max4": device},
+        }
+        self.rig = Rig(from_dict(data, folder))
+        self.link = self.rig.attach(SERVER).link("ua")
+        self.heard: list[OpcUaMessage] = []
+        self.link.on_receive(self.heard.append)
+        self.rig.run_until(2 * S)
+
+    @property
+    def max4(self) -> Max4:
+        node = self.rig._nodes["max4"]
+        assert isinstance(node, LocalNode)
+        assert isinstance(node.device, Max4)
+        return node.device
+
+    def ask(self, request: OpcUaMessage) -> OpcUaMessage:
+        self.heard.clear()
+        self.link.send(request)
+        self.rig.run_until(self.rig.now_ns + MS)
+        [answer] = [message for message in self.heard if not isinstance(message, Offer)]
+        return answer
+
+    def children(self, path: str) -> set[str]:
+        answer = self.ask(Browse("max4", 1, path))
+        assert isinstance(answer, Nodes)
+        return {node.path for node in answer.nodes}
+
+    def outcome(self, request: OpcUaMessage) -> Outcome:
+        answer = self.ask(request)
+        assert isinstance(answer, Outcomes)
+        return answer.outcomes[0]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)
+
+
+@pytest.mark.manual("PD-284")
+def test_the_nodes_are_the_program_the_configuration_and_the_methods(bench: Bench) -> None:
+    assert {"PLC_PRG", "PacDriveM", "start()", "stop()", "reset()", "quit()"} <= bench.children("")
+    assert bench.children("PLC_PRG") == {"PLC_PRG.count", "PLC_PRG.speed"}
+    assert "PacDriveM.DiagCode" in bench.children("PacDriveM")
+    answer = bench.ask(Find("max4", 1, "pacdrivem.diagcode"))
+    assert isinstance(answer, Nodes)
+    [node] = answer.nodes
+    assert (node.path, node.kind, node.type, node.is_writable) == ("PacDriveM.DiagCode", Kind.VARIABLE, "UINT", False)
+
+
+def test_a_value_is_that_of_the_instant_of_reading(bench: Bench) -> None:
+    first, second = (bench.outcome(Read("max4", 1, ("PLC_PRG.count",))).value for _ in range(2))
+    bench.rig.run_until(bench.rig.now_ns + S)
+    third = bench.outcome(Read("max4", 1, ("PLC_PRG.count",))).value
+    assert isinstance(first, int)
+    assert isinstance(third, int)
+    assert second in (first, first + 1)
+    assert third - first in (100, 101)  # a program without a task configuration runs every 10 ms
+
+
+def test_variables_and_parameters_are_written(bench: Bench) -> None:
+    assert bench.outcome(Write("max4", 1, "PLC_PRG.speed", 2.5)).status is Status.GOOD
+    assert bench.outcome(Read("max4", 1, ("PLC_PRG.speed",))) == Outcome(Status.GOOD, 2.5)
+    assert bench.outcome(Write("max4", 1, "PacDriveM.DiagCode", 1)).status is Status.NOT_WRITABLE
+
+
+def test_methods_are_the_commands_of_an_operator(bench: Bench) -> None:
+    for path, is_running in (("stop()", False), ("start()", True), ("quit()", True)):
+        assert bench.outcome(Call("max4", 1, path)).status is Status.GOOD
+        assert bench.max4.is_program_running is is_running
+
+
+@pytest.mark.parametrize("is_online", [True, False])
+def test_the_nodes_follow_a_download_and_an_online_change(bench: Bench, is_online: bool) -> None:
+    text = COUNT.replace("speed : REAL;", "speed : REAL; more : BOOL;")
+    bench.heard.clear()
+    plc = bench.max4.plc
+    container = Container((Source("count.st", text),), "epas-4")
+    (plc.change if is_online else plc.download)(container)
+    bench.rig.run_until(bench.rig.now_ns + S)
+    assert [type(message) for message in bench.heard] == [Offer]
+    assert bench.children("PLC_PRG") == {"PLC_PRG.count", "PLC_PRG.speed", "PLC_PRG.more"}
