@@ -25,6 +25,7 @@ from fieldrig.clock import S  # noqa: E402
 from fieldrig.config import from_dict  # noqa: E402
 from fieldrig.rig import Rig  # noqa: E402
 
+EDS = HERE.parents[1] / "configs/eds/io32.eds"
 CONVEYOR = HERE.parents[1] / "configs/conveyor.yaml"
 INTERVALS_MS = (1, 2, 5, 10, 10, 20, 20, 50, 50, 100)
 STATIONS = 16
@@ -199,8 +200,10 @@ def on_cams() -> Rig:
             "autostart": True,
         }
         kinds = {"ring": "ring.virtual", "can": "can.virtual", "modbus": "modbus.virtual", "wires": "wires.virtual"}
+        panel = {"kind": "canopen.node", "node_id": 20, "eds": str(EDS), "links": {"can": "can", "wires": "wires"}}
         buses = {name: {"kind": kind} for name, kind in kinds.items()}
-        rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"max4": controller, **drives}}, HERE))
+        devices = {"max4": controller, "panel": panel, **drives}
+        rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": devices}, HERE))
         rig.run_until(BOOT_NS)
     while rig.get("max4", "ring.state") != "up" or not rig.get("max4", "MasterEncoder.Velocity"):
         rig.run_until(rig.now_ns + S)
