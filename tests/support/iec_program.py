@@ -65,7 +65,10 @@ class IecBench:
         dialect: Dialect = EPAS_4,
         host: PlainHost | None = None,
         main: str = MAIN,
+        name: str = "main.st",
     ) -> None:
+        """`name` is the name of the file, whose ending says what is in it."""
+        self._name = name
         self.host = host or PlainHost()
         self.dialect = dialect
         self.compiled = self.compile(text)
@@ -74,7 +77,7 @@ class IecBench:
         self.thread: Thread = self.runtime.thread(self.compiled.program.pous[main.lower()])
 
     def compile(self, text: str, previous: Compiled | None = None) -> Compiled:
-        return compile_project([SourceFile("main.st", text)], self.host, self.dialect, previous=previous)
+        return compile_project([SourceFile(self._name, text)], self.host, self.dialect, previous=previous)
 
     def cycle(self, cycles: int = 1, budget_ns: int = ENOUGH_NS) -> int:
         """Run whole cycles in slices of a budget; return the processor time that they took."""

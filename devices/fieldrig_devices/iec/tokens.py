@@ -328,7 +328,7 @@ class _Scanner:
     def _junk(self, text: str, position: int) -> None:
         if _TIME_WITHOUT_PREFIX.fullmatch(text):
             self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
-            self._add(INTEGER, "0", position)
+            self._add(TYPED, "T#0ms", position)
         elif text[0].isascii() and text[0].isdigit():
             expected = "a name that begins with a letter or an underscore"
             self._say(position, f"{text} is neither a number nor a name", expected)

@@ -10,7 +10,7 @@ from typing import Final
 
 from fieldrig_devices.iec import literals, tree
 from fieldrig_devices.iec import tokens as token
-from fieldrig_devices.iec.parser.cursor import DEEPEST_EXPRESSION, Cursor
+from fieldrig_devices.iec.parser.cursor import DEEPEST_EXPRESSION, LONGEST_CHAIN, Cursor
 from fieldrig_devices.iec.tree import LiteralKind
 
 RANKS: Final[Mapping[str, int]] = {
@@ -67,15 +67,22 @@ class Expressions(Cursor):
         return self._unknown_operator(left) if kind == token.NAME else left
 
     def _climb(self, left: tree.Expression, weakest: int) -> tree.Expression:
-        """Read operators of at least a rank with their right operands."""
+        """Read operators of at least a rank with their right operands.
+
+        A chain such as a OR b OR c is one level: its tree grows to the left, and is never walked by recursion there.
+        """
         kinds = self.kinds
         height = self.height
         rank = RANKS.get(kinds[self.i], 0)
+        length = 0
+        self._rise()
         while rank >= weakest:
             at = self.i
             operator = kinds[at]
             self.i = at + 1
-            self._rise()
+            length += 1
+            if length > LONGEST_CHAIN:
+                raise self.too_long(LONGEST_CHAIN)
             if operator == "**" and not self.dialect.has_power:
                 self.say(at, "the operator ** is not supported", "EXPT(base, exponent)", "Write EXPT(2, 3) for 2**3.")
             right = self._unary()
