@@ -40,7 +40,7 @@ class SourceText:
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What the compiler finds in a source: its object file, and the meanings of its names."""
+    """The result of a compilation: the object file, and the meanings of the names."""
 
     data: bytes
     equs: dict[str, str]

@@ -1,4 +1,4 @@
-"""The part of programs that the host implements: native functions and blocks, and the parameters of objects."""
+"""The part of programs that the host implements: native functions and blocks, parameters of objects, and waiting."""
 
 from collections.abc import Callable
 from functools import partial

@@ -21,7 +21,7 @@ FARTHEST: Final = 50
 """Lines after a breakpoint in which an instruction is looked for."""
 
 Moments = Callable[[float | None], Iterator[object]]
-"""Yields about 50 times a second, for so many seconds; None means without end."""
+"""Yields about 50 times a second, for a number of seconds; None means without end."""
 
 
 class Debugger:

@@ -17,13 +17,13 @@ _NUMBERS: Final = ("every", "depth", "before")
 
 @dataclass(slots=True)
 class Wanted:
-    """What the words of `trace` ask for."""
+    """A recording as the words of `trace` describe it."""
 
     names: list[str] = field(default_factory=list)
     numbers: dict[str, int] = field(default_factory=dict)
     trigger: dict[str, Any] | None = None
     file: str | None = None
-    """Where CSV goes: a file, an empty text for the screen, None for a table."""
+    """The file for CSV; an empty text for CSV on the screen, None for a table."""
 
     def question(self) -> dict[str, Any]:
         trigger = None if self.trigger is None else {**self.trigger, "before": self.numbers.get("before", 0)}

@@ -2,7 +2,8 @@
 
 A call with bReset begins a new job, which an axis takes at once or after its present cam (lResult 0), or cannot take
 yet (1).  Calls without bReset then try the job again, with the present inputs, until it is taken; after that they only
-show how far it is.  While the axis has no room, such a call answers 1 without a look at its other inputs.  So the first call may have bReset TRUE and all others FALSE, as in the manual's program.
+show how far it is.  While the axis has no room, such a call answers 1 without a look at its other inputs.  So the first
+call may have bReset TRUE and all others FALSE, as in the manual's program.
 
 Besides lResult the outputs are ours: bActive is TRUE while this cam moves the axis, and bDone once it is over.
 """
