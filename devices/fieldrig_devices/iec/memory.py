@@ -181,9 +181,9 @@ class Memory:
         self._check(address, size)
         found = bytearray(size)
         for start, data in self._values(address, size):
-            for offset, one in enumerate(data, start - address):
+            for offset, byte in enumerate(data, start - address):
                 if 0 <= offset < size:
-                    found[offset] = one
+                    found[offset] = byte
         return bytes(found)
 
     def _put_bytes(self, address: int, data: bytes) -> None:
@@ -192,8 +192,8 @@ class Memory:
             table, byte, letter = area
             table[byte : byte + len(data)] = data
             if letter == "Q":
-                for one in range(byte, byte + len(data)):
-                    self._host.on_output(one)
+                for number in range(byte, byte + len(data)):
+                    self._host.on_output(number)
             return
         self._check(address, len(data))
         for start, old in self._values(address, len(data)):

@@ -43,7 +43,7 @@ def _joined(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
         head = _joined(arguments[:MOST_JOINED], emitter)
         assert head is not None
         arguments = (Value(emitter.new(head.text), head.type), *arguments[MOST_JOINED:])
-    text = " + ".join(one.text for one in arguments)
+    text = " + ".join(argument.text for argument in arguments)
     return shortened(Value(f"({text})", StringType(sum(map(longest, arguments)))), LONGEST, emitter)
 
 
