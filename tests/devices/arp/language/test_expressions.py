@@ -3,6 +3,7 @@
 import math
 from fractions import Fraction
 
+import pytest
 from arp_card import ArpBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -151,6 +152,7 @@ def bit(expression: Expression, bits: list[int]) -> int:
     raise AssertionError(expression)
 
 
+@pytest.mark.long
 @MANY
 @given(expression=SINGLE_BITS, bits=BITS)
 def test_a_compiled_bit_expression_is_what_the_model_computes(expression: Expression, bits: list[int]) -> None:
