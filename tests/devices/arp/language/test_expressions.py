@@ -121,6 +121,7 @@ class Model:
         return shifted - 2**32 if shifted >= 2**31 else shifted
 
 
+@pytest.mark.long
 @MANY
 @given(expression=NUMBERS, variables=VARIABLES)
 def test_a_compiled_expression_is_what_the_model_computes(expression: Expression, variables: list[int]) -> None:

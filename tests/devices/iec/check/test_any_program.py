@@ -85,6 +85,7 @@ def test_the_whole_library_has_no_mistake(dialect: Dialect) -> None:
     assert mistakes == []
 
 
+@pytest.mark.long
 @BOTH
 def test_no_program_makes_the_checker_raise(dialect: Dialect) -> None:
     library = [parse(text, name, dialect)[0] for name, text in sources(dialect.name)]
