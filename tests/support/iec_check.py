@@ -13,6 +13,7 @@ from fieldrig_devices.iec.check.limits import MAX_4, Limits
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Library, NativeFunction
+from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import ConfiguredObject, Program, Variable
@@ -69,9 +70,9 @@ def checked(
     host = host or ConfiguredHost()
     files = [*sources(dialect.name), *((library.name, library.text) for library in host.libraries)]
     files = files if with_libraries else []
-    units = [parsed(text, name, dialect) for name, text in files]
-    units += [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
-    return check(units, host, dialect, limits=limits)
+    own = [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
+    libraries = needed([parsed(text, name, dialect) for name, text in files], own, texts)
+    return check([*libraries, *own], host, dialect, limits=limits)
 
 
 def messages(

@@ -80,11 +80,13 @@ def limiter(kind: Type) -> Callable[[Value], Value]:
 
 
 class Memory:
-    def __init__(self, host: Host, areas: Mapping[str, bytearray], images: Images, forms: Sequence[Type]) -> None:
-        """`areas` are the contents of %I, %Q and %M; `forms` are the types that generated code names by number."""
-        self._host, self._areas, self._images, self._forms = host, areas, images, forms
-        self.cells: list[Value] = [0] * DATA
-        self.kinds = bytearray(DATA)
+    def __init__(self, host: Host, areas: Mapping[str, bytearray], images: Images, end: int) -> None:
+        """`areas` are the contents of %I, %Q and %M; the cells reach up to `end`, the end of the program's layout."""
+        self._host, self._areas, self._images = host, areas, images
+        self._forms: Sequence[Type] = ()
+        """The types that generated code names by number."""
+        self.cells: list[Value] = [0] * end
+        self.kinds = bytearray(end)
         """The kinds of values that begin at a cell (`layout.KINDS`); 0 where none begins."""
 
     def grow(self, end: int) -> None:

@@ -91,6 +91,7 @@ def test_a_damaged_program_compiles_or_has_messages(start: int, length: int, ins
     assert all(mistake.line for mistake in mistakes_of(text) if not mistake.is_note)
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(UNITS, st.sampled_from([EPAS_4, EDITION_3]))
 def test_any_tree_can_be_checked(unit: tree.Unit, dialect: Dialect) -> None:

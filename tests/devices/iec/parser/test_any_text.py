@@ -76,6 +76,7 @@ def test_any_words_are_read(text: str, dialect: object) -> None:
     read(text, dialect)
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(st.integers(0, len(PROGRAM)), st.integers(0, 30), st.sampled_from(["", *WORDS]))
 def test_a_damaged_program_is_read(start: int, length: int, inserted: str) -> None:
