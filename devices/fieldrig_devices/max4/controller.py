@@ -75,7 +75,7 @@ class Max4(Device):
         self.disk = FlashDisk(store, settings.disk_bytes)
         self._memory = Memory(store, self.disk, settings.retain, has_battery=settings.retain_battery)
         self.ram, self.ups = self._memory.ram, self._memory.ups
-        self.logger = Logger(self.ram.log, self.disk, lambda: self._boot.now_ms)
+        self.logger = Logger(self.ram.log, self.disk, lambda: self._boot.now_ms())
         self.logger.is_plain = self.version < TIME_STAMPS
         self.reports = Reports(self.logger, settings.language, settings.diagnosis_classes, self._on_diagnosis)
         self._boot = Boot(
@@ -340,9 +340,9 @@ class Max4(Device):
             case "MsgEntries":
                 return len(self.logger)
             case "Timer1":
-                return self._boot.now_ms & 0xFFFF_FFFF
+                return self._boot.now_ms() & 0xFFFF_FFFF
             case "Timer10":
-                return self._boot.now_ms // 10 & 0xFFFF_FFFF
+                return self._boot.now_ms() // 10 & 0xFFFF_FFFF
             case "CycleLoad":
                 measured = self.plc.load_percent
                 return process.load_percent if measured is None else measured
@@ -360,8 +360,8 @@ class Max4(Device):
     # ---- programs, LEDs
 
     @property
-    def now_ms(self) -> int:
-        """Timer1, without its overflow."""
+    def now_ms(self) -> Callable[[], int]:
+        """Return Timer1, without its overflow."""
         return self._boot.now_ms
 
     @property

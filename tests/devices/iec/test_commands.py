@@ -2,10 +2,11 @@
 
 import json
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import CliRunner
 
 from fieldrig_devices.iec.commands import app
 
@@ -27,7 +28,7 @@ END_PROGRAM
 NS = {"s": "http://www.3s-software.com/schemas/Symbolconfiguration.xsd"}
 
 
-def iec(*arguments: object) -> Result:
+def iec(*arguments: object) -> Any:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 

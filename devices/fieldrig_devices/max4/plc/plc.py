@@ -207,7 +207,7 @@ class Plc:
     def _host(self) -> PlcHost:
         controller = self._controller
         libraries = self._functions.libraries(controller.system)
-        return PlcHost(controller.system, libraries, lambda: controller.now_ms, self._on_input)
+        return PlcHost(controller.system, libraries, controller.now_ms, self._on_input)
 
     def _compile(self, container: Container, host: PlcHost) -> Compiled:
         """Compile a program, unless the same one has been compiled for the same objects."""
