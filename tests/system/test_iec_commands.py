@@ -1,9 +1,10 @@
 """`fieldrig iec` and `fieldrig debug` with a MAx-4 and an ARP card in processes of their own, and DAP over stdio.
 
-The DAP client is a small one of our own: no other client that runs without an editor was found.
+The client of the Debug Adapter Protocol is a small one of our own; `tests/real` has a foreign one.
 """
 
 import json
+import shlex
 import subprocess
 from collections.abc import Iterator
 from types import TracebackType
@@ -12,11 +13,13 @@ from xml.etree import ElementTree as ET
 
 import pytest
 from running_rig import PATIENCE_S, AskedRig
+from terminal import Terminal
 
 from fieldrig.live_rig import FIELDRIG
 
 pytestmark = pytest.mark.system
 
+CTRL_C, CTRL_D = "\x03", "\x04"
 COUNT = """\
 FUNCTION Twice : INT
 VAR_INPUT x : INT; END_VAR
@@ -204,6 +207,25 @@ def test_a_script_ends_at_its_first_mistake(machine: Machine) -> None:
     slow = machine.debug("controller", "break 7 if a = -5", "run 0.1")
     assert (slow.returncode, "the program still runs after 0.1 s" in slow.stderr) == (6, True)
     assert machine.debug("nobody", "state").returncode == 6
+
+
+def test_a_terminal_where_ctrl_c_pauses_the_program(machine: Machine) -> None:
+    machine.loaded()
+    line = shlex.join([*FIELDRIG, "debug", "controller", "--control", machine.endpoint])
+    with Terminal(line, machine.folder) as terminal:
+        terminal.until_shown("(debug) ")
+        terminal.type("help\n")
+        terminal.until_shown("To begin")
+        terminal.type("break 7 if a = -5\n")
+        terminal.until_shown("breakpoint at count.st:7")
+        terminal.type("run\n")
+        terminal.until_shown("Ctrl-C pauses it")
+        terminal.type(CTRL_C)
+        terminal.until_shown("PLC_PRG paused")
+        terminal.type("step x\n")
+        terminal.until_shown("expected 1 to 1000")
+        assert terminal.press(CTRL_D) == 0
+        assert "the program continues" in terminal.shown
 
 
 # ---- the Debug Adapter Protocol
