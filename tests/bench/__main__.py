@@ -19,6 +19,7 @@ import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
 import iec_language  # noqa: E402
 import modbus  # noqa: E402
+import plc_on_ring  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
@@ -38,6 +39,7 @@ BENCHMARKS = (
     arp_language,
     arp_loop,
     iec_language,
+    plc_on_ring,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"

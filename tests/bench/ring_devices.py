@@ -5,7 +5,7 @@ settings, so that the start takes a second instead of ten; the cycle is the same
 """
 
 import struct
-from math import sin
+from math import sin, tau
 from typing import Final
 
 from fieldrig.clock import MS, US, Clock, S
@@ -125,17 +125,23 @@ class RunnerSettings(Settings):
     speed: int
     """Increments per second."""
     ramp_s: float = 0.5
+    cam: int = 0
+    """Increments of one cam, an inclined sine line from dwell to dwell; 0 for a motion at one speed."""
 
 
 class Runner(Device):
-    """Brings a ring up as any master does, enables its drives, and sends each a set position that runs at one speed."""
+    """Brings a ring up as any master does, enables its drives, and sends each a set position.
+
+    It runs at one speed, or through one cam after another at this mean speed.
+    """
 
     def __init__(self, clock: Clock, settings: RunnerSettings, ring: Link[RingMessage]) -> None:
         self._way = settings.speed * settings.cycle_us / S * US
         """Increments in a cycle."""
         self._ramp_cycles = round(settings.ramp_s * S / (settings.cycle_us * US))
+        self._cam = settings.cam
         self._running: dict[int, list[float]] = {}
-        """Position, and cycles since the start, by the offset of the set position in the MDT."""
+        """Position, cycles since the start, and first position, by the offset of the set position in the MDT."""
         self.ring = SercosMaster(
             clock,
             ring,
@@ -156,11 +162,12 @@ class Runner(Device):
         ring, running = self.ring, self._running
         if len(running) < len(ring.drives):
             self._enable()
-        values, way, ramp_cycles = ring.command_values, self._way, self._ramp_cycles
+        values, way, ramp_cycles, cam = ring.command_values, self._way, self._ramp_cycles, self._cam
         for place, state in running.items():
             state[1] += 1
             state[0] += way * min(state[1] / ramp_cycles, 1.0)
-            values[place] = (round(state[0]) + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+            at = state[0] if not cam else state[0] - cam / tau * sin((state[0] - state[2]) * tau / cam)
+            values[place] = (round(at) + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
 
     def _enable(self) -> None:
         for address, drive in self.ring.drives.items():
@@ -168,7 +175,7 @@ class Runner(Device):
             if place not in self._running:
                 self.ring.set_commands(address, ENABLED, drive.feedback[0])
                 if drive.status & FOLLOWS:
-                    self._running[place] = [drive.feedback[0], 0]
+                    self._running[place] = [drive.feedback[0], 0, drive.feedback[0]]
 
 
 def prepare(table: IdnTable, settings: RingSettings, address: int) -> None:

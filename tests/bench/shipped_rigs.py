@@ -40,16 +40,23 @@ HOUR_S = 3600
 """Simulated."""
 
 
-def bare_ring() -> Rig:
-    """The drives of the packaging line at the speed of `SPEED`, under a master that does nothing else."""
-    line = load(LINE)
-    drives = {
+def bare_drives() -> dict[str, Any]:
+    """The drives of the packaging line with nothing but their ring."""
+    return {
         name: {"kind": "mc4", "links": {"ring": "ring"}, **_plain(entry.settings)}
-        for name, entry in line.devices.items()
+        for name, entry in load(LINE).devices.items()
         if entry.kind == "mc4"
     }
+
+
+def bare_ring(cam: int = 0) -> Rig:
+    """The drives of the packaging line under a master that does nothing but move them.
+
+    They have the speed `SPEED`, or go through cams of this height in increments at this mean speed.
+    """
+    drives = bare_drives()
     addresses = [drive["ring_address"] for drive in drives.values()]
-    telegrams = {"mdt": [MDT["position"]], "at": AT}
+    telegrams = {"mdt": [MDT["position"]], "at": AT, "cam": cam}
     master = {"kind": "ring_devices:Runner", "addresses": addresses, "cycle_us": 4_000, "speed": SPEED, **telegrams}
     rig = {
         "time": "virtual",

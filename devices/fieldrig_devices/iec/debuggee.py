@@ -167,6 +167,13 @@ class IecDebuggee:
         symbol = self._symbol(path, None)
         self._loaded().runtime.force(symbol, None if value is None else self._typed(symbol, value))
 
+    def forced(self) -> Sequence[Variable]:
+        program = self.program
+        if program is None:
+            return []
+        runtime = program.runtime
+        return [self._shown(runtime, self._symbol(path, None)) for path in runtime.forced]
+
     @staticmethod
     def _shown(runtime: Runtime, symbol: Symbol) -> Variable:
         value: Value | None = None

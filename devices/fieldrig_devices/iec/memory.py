@@ -59,15 +59,24 @@ def decoded(data: bytes, number: int) -> Value:
 
 def limited(value: Value, kind: Type) -> Value:
     """Return a value from the host as one of the type; numbers are cut, strings shortened."""
+    return limiter(kind)(value)
+
+
+def limiter(kind: Type) -> Callable[[Value], Value]:
+    """Return `limited` for one type."""
     stored = storage(kind)
     if isinstance(stored, StringType):
-        return str(value).encode("latin-1", "replace").decode("latin-1")[: stored.length]
+        length = stored.length
+        return lambda value: str(value).encode("latin-1", "replace").decode("latin-1")[:length]
     assert stored is not None
     if stored is Elementary.BOOL:
-        return bool(value)
-    if stored.is_real:
-        return array("f" if stored is Elementary.REAL else "d", [float(value)])[0]
-    return cut(int(value), stored)
+        return bool
+    if stored is Elementary.LREAL:
+        return float
+    if stored is Elementary.REAL:
+        return lambda value: array("f", [float(value)])[0]
+    low, high, number = stored.low, stored.high, stored
+    return lambda value: whole if low <= (whole := int(value)) <= high else cut(whole, number)
 
 
 class Memory:

@@ -1,16 +1,17 @@
-"""The part of programs that the host implements: native functions and blocks, parameters of objects, and waiting for them."""
+"""The part of programs that the host implements: native functions and blocks, parameters of objects, and waiting."""
 
 from collections.abc import Callable
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction, Pending, Results
 from fieldrig_devices.iec.layout import STRING_KIND, storage
 from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
-from fieldrig_devices.iec.memory import BY_NUMBER, Memory, limited
+from fieldrig_devices.iec.memory import BY_NUMBER, Memory, limiter
 from fieldrig_devices.iec.program import Pou, Variable
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import StringType, Type, Value
+from fieldrig_devices.iec.types import StringType, Value
 from fieldrig_devices.languages.faults import RunError
 
 Waiting = tuple[Pending | None, Callable[[Results], None]]
@@ -21,6 +22,8 @@ def ignore(results: Results) -> None:
 
 
 NOTHING: Waiting = (None, ignore)
+_LIMITS: Final = {number: limiter(kind) for number, kind in BY_NUMBER.items()} | {STRING_KIND: limiter(StringType(255))}
+"""What a parameter of the type with this number can be in the program."""
 
 
 class Natives:
@@ -65,30 +68,27 @@ class Natives:
         outputs = [one for one in pou.variables.values() if one.section is Section.OUTPUT]
         if pou.result is not None:
             outputs = [pou.result, *(one for one in outputs if one is not pou.result)]
+        places = [(one.offset, _cells_of(one)) for one in inputs]
+        stores = [(one.offset, limiter(one.type)) for one in outputs]
         is_block, cells = isinstance(known, NativeBlock), self._memory.cells
 
+        def store(base: int, results: Results) -> None:
+            for (offset, limit), value in zip(stores, results, strict=False):
+                cells[base + offset] = limit(value)
+
         def call(base: int) -> None:
-            arguments = [self._argument(one, base) for one in inputs]
+            arguments = [
+                cells[base + offset] if size is None else tuple(cells[base + offset : base + offset + size])
+                for offset, size in places
+            ]
             answer = _asked(known.run, base, *arguments) if is_block else _asked(known.run, *arguments)
-
-            def store(results: Results) -> None:
-                for variable, value in zip(outputs, results, strict=False):
-                    cells[base + variable.offset] = limited(value, variable.type)
-
             if isinstance(answer, Pending):
-                self.wake, self._store = answer, store
+                self.wake, self._store = answer, partial(store, base)
             else:
                 self.wake = None
-                store(answer)
+                store(base, answer)
 
         return call
-
-    def _argument(self, variable: Variable, base: int) -> Any:
-        """Return an argument: a value, the address for a VAR_IN_OUT, or all cells of a structure or array."""
-        address = base + variable.offset
-        if variable.is_reference or storage(variable.type) is not None:
-            return self._memory.cells[address]
-        return tuple(self._memory.cells[address : address + variable.type.size])
 
     # ---- waiting
 
@@ -113,7 +113,7 @@ class Natives:
         pending, self.wake = self.wake, None
         if pending is None or not pending.values:
             raise RunError("native", "the parameter could not be read")
-        return limited(pending.values[0], _kind(number))
+        return _LIMITS[number](pending.values[0])
 
     def _finish(self) -> None:
         """Store the results of a slow call."""
@@ -124,14 +124,20 @@ class Natives:
     # ---- parameters
 
     def _parameter(self, address: int, number: int) -> Value:
-        return limited(_asked(self._host.read, address), _kind(number))
+        return _LIMITS[number](_asked(self._host.read, address))
 
     def _set_parameter(self, address: int, value: Value) -> None:
         _asked(self._host.write, address, value)
 
 
-def _kind(number: int) -> Type:
-    return StringType(255) if number == STRING_KIND else BY_NUMBER[number]
+def _cells_of(variable: Variable) -> int | None:
+    """Return the number of cells of an argument that is a structure or an array.
+
+    None for a value, and for a VAR_IN_OUT, whose argument is the address.
+    """
+    if variable.is_reference or storage(variable.type) is not None:
+        return None
+    return variable.type.size
 
 
 def _asked(ask: Callable[..., Any], *arguments: Any) -> Any:

@@ -68,27 +68,35 @@ class Thread:
         self.is_watched = runtime.has_breakpoints
         """True if the thread stops at breakpoints."""
         self._task = Task(runtime.code)
+        self._entry: tuple[str, int] | None = None
+        """The routine of the program and the address of its variables, once it has been started."""
 
     def reload(self) -> None:
         """Use the code of the runtime after an online change; only between two cycles."""
         self._task = Task(self._runtime.code)
-        self._waiting, self._goal = NOTHING, None
+        self._waiting, self._goal, self._entry = NOTHING, None, None
 
     # ---- running
 
     def start(self) -> None:
         """Begin a cycle.  ValueError if the program is no longer there after an online change."""
-        runtime = self._runtime
-        pou = runtime.compiled.program.pous.get(self.pou.lower())
+        if self._entry is None:
+            self._entry = self._found()
+        self._runtime.write_forced()
+        self._waiting, self._goal = NOTHING, None
+        routine, base = self._entry
+        self._task.start(routine, self._stack, base)
+
+    def _found(self) -> tuple[str, int]:
+        pou = self._runtime.compiled.program.pous.get(self.pou.lower())
         if pou is None or pou.instance is None:
             raise ValueError(f"expected a program of the project, got {self.pou}")
-        runtime.write_forced()
-        self._waiting, self._goal = NOTHING, None
-        self._task.start(self.pou.lower(), self._stack, pou.instance.offset)
+        return self.pou.lower(), pou.instance.offset
 
     @property
     def state(self) -> WorkState:
-        if self.is_waiting:
+        pending = self._waiting[0]
+        if pending is not None and not pending.is_done:
             return WorkState.WAITING
         return WorkState.STOPPED if self._has_stepped else _STATES[self._task.state]
 

@@ -78,7 +78,10 @@ def evaluate(expression: tree.Expression, read: Read) -> Value:
         case tree.Unary(operator=operator, operand=operand):
             return _unary(operator, evaluate(operand, read))
         case tree.Binary(operator=operator, left=left, right=right):
-            return _binary(operator, evaluate(left, read), evaluate(right, read))
+            try:
+                return _binary(operator, evaluate(left, read), evaluate(right, read))
+            except OverflowError as cause:  # an integer beyond the range of LREAL
+                raise ValueError(f"the result of {operator} is too large") from cause
     raise ValueError("expected an expression of variables, constants and operators")
 
 

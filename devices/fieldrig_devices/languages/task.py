@@ -74,17 +74,38 @@ class Task:
         slice, so the result is 0 or less then too.
         """
         self.has_waited = False
-        self._code.limit[0] = self._limit
+        code = self._code
+        code.limit[0] = self._limit
         build = Build.WATCHED if self.is_watched else Build.FAST
+        if self._is_between or build is not self._build:
+            budget = self._enter(build, budget)
+        if self.state is not TaskState.READY or self.has_waited:
+            return budget
+        functions, left, stack = self._functions, code.left, self.stack
+        routine, pc, frame, base = self.routine, self.pc, self.frame, self.base
         try:
-            while budget > 0 and self.state is TaskState.READY and not self.has_waited:
-                if self._is_between or build is not self._build:
-                    budget = self._enter(build, budget)
-                else:
-                    budget = self._run(budget)
+            while budget > 0:
+                why, pc, budget = functions[routine](pc, budget, frame, base)
+                if left:  # the task is inside a routine that it has called; innermost first
+                    routine, frame, base, _ = left[0]
+                    stack += [call.caller for call in reversed(left)]
+                    left.clear()
+                if why == END and stack:
+                    routine, pc, frame, base = stack.pop()
+                    if self._is_mixed and not code.is_leader(routine, pc, build):
+                        self._is_between = True
+                        break
+                elif why != SLICE:
+                    if why == WAIT:
+                        self.has_waited, self.unused = True, budget
+                        budget = min(budget, 0)
+                    else:
+                        self.state = AFTER[why]
+                    break
         except faults.CAUGHT as fault:
             return self._fail(build, fault)
-        return budget
+        self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
+        return self.run(budget) if self._is_between and budget > 0 else budget
 
     def _enter(self, build: Build, budget: int) -> int:
         """Run to a place where a build can be entered; return the rest of the budget."""
@@ -93,33 +114,6 @@ class Task:
             self._is_mixed = bool(self.stack)
             self._is_between |= not self._code.is_leader(self.routine, self.pc, build)
         return self._run_to_a_block(budget, build) if self._is_between else budget
-
-    def _run(self, budget: int) -> int:
-        """Run until the slice ends, or until a routine resumes where the build can't be entered."""
-        functions, left, stack = self._functions, self._code.left, self.stack
-        routine, pc, frame, base = self.routine, self.pc, self.frame, self.base
-        while budget > 0:
-            why, pc, budget = functions[routine](pc, budget, frame, base)
-            if left:  # the task is inside a routine that it has called; innermost first
-                routine, frame, base, _ = left[0]
-                stack += [call.caller for call in reversed(left)]
-                left.clear()
-            if why == END and stack:
-                routine, pc, frame, base = stack.pop()
-                if self._is_mixed and not self._code.is_leader(routine, pc, self._build):
-                    self._is_between = True
-                    break
-            elif why != SLICE:
-                if why == WAIT:
-                    self.has_waited, self.unused = True, budget
-                    budget = min(budget, 0)
-                else:
-                    self.state = AFTER[why]
-                break
-            # The place is stored before the next routine runs, because a fault may end it.
-            self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
-        self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
-        return budget
 
     def _fail(self, build: Build, fault: BaseException) -> int:
         """Stop at the place that raised the fault; return what is left of the budget."""

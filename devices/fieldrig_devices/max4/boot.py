@@ -34,7 +34,6 @@ class Boot:
         self._has_autostart = False
         self.is_finished = False
 
-    @property
     def now_ms(self) -> int:
         """Timer1 in milliseconds; 0 until the clock has started."""
         return 0 if self._zero_ns is None else (self._clock.now_ns() - self._zero_ns) // MS

@@ -1,4 +1,4 @@
-"""Pointers that see bytes, text constants in generated code, and the limits of memory, against `struct` and the manual."""
+"""Pointers that see bytes, text constants in generated code, and the limits of memory."""
 
 import struct
 
@@ -10,13 +10,24 @@ from iec_program import IecBench, program
 from fieldrig_devices.iec.types import Value
 from fieldrig_devices.languages.mistakes import CompileError
 
-FORMATS = {"BOOL": "<?", "SINT": "<b", "BYTE": "<B", "INT": "<h", "WORD": "<H", "DINT": "<i", "UDINT": "<I", "REAL": "<f", "LREAL": "<d", "TIME": "<I"}  # fmt: skip
+FORMATS = {
+    "BOOL": "<?",
+    "SINT": "<b",
+    "BYTE": "<B",
+    "INT": "<h",
+    "WORD": "<H",
+    "DINT": "<i",
+    "UDINT": "<I",
+    "REAL": "<f",
+    "LREAL": "<d",
+    "TIME": "<I",
+}
 DECLARATIONS = "\n".join(f"v_{kind} : {kind};" for kind in FORMATS)
 PACKED = program(
     f"before : DWORD; {DECLARATIONS} after : DWORD; seen : ARRAY[0..31] OF BYTE; i : INT; p : POINTER TO BYTE;"
     f"w : POINTER TO DWORD; place : INT; new, read : DWORD;",
-    f"p := ADR(v_BOOL); FOR i := 0 TO 30 DO seen[i] := p^; p := p + 1; END_FOR"
-    f" w := ADR(v_BOOL) + place; read := w^; IF new <> 0 THEN w^ := new; END_IF",
+    "p := ADR(v_BOOL); FOR i := 0 TO 30 DO seen[i] := p^; p := p + 1; END_FOR"
+    " w := ADR(v_BOOL) + place; read := w^; IF new <> 0 THEN w^ := new; END_IF",
 )
 BENCH = IecBench(PACKED)
 
@@ -32,8 +43,11 @@ def strategy(kind: str) -> st.SearchStrategy[Value]:
 
 
 @settings(max_examples=60, deadline=None)
-@given(values=st.fixed_dictionaries({kind: strategy(kind) for kind in FORMATS}), at=st.integers(0, 27),
-       new=st.integers(1, 2**32 - 1))  # fmt: skip
+@given(
+    values=st.fixed_dictionaries({kind: strategy(kind) for kind in FORMATS}),
+    at=st.integers(0, 27),
+    new=st.integers(1, 2**32 - 1),
+)
 def test_pointers_see_the_bytes_of_all_types(values: dict[str, Value], at: int, new: int) -> None:
     for kind, value in values.items():
         BENCH[f"v_{kind}"] = value
@@ -59,19 +73,46 @@ def test_pointers_see_the_bytes_of_all_types(values: dict[str, Value], at: int, 
 def test_text_constants_of_any_characters_stay_texts(text: bytes) -> None:
     """Quotes, line ends and braces in a text never become code."""
     literal = "'" + "".join(f"${byte:02X}" for byte in text) + "'"
-    bench = IecBench(program("s, t : STRING(50); n : INT; same : BOOL;",
-        f"s := {literal}; t := CONCAT(s, {literal}); n := FIND(t, {literal}); same := s = {literal};"))  # fmt: skip
+    bench = IecBench(
+        program(
+            "s, t : STRING(50); n : INT; same : BOOL;",
+            f"s := {literal}; t := CONCAT(s, {literal}); n := FIND(t, {literal}); same := s = {literal};",
+        )
+    )
     bench.cycle()
     expected = text.decode("latin-1")
     assert (bench["s"], bench["t"], bench["n"], bench["same"]) == (expected, expected * 2, 1, True)
 
 
-NAMES = ["base", "frame", "pc", "n", "M", "K", "F", "why", "leave", "t0", "r0", "print", "None", "class", "lambda", "import", "eval", "open", "exec"]  # fmt: skip
+NAMES = [
+    "base",
+    "frame",
+    "pc",
+    "n",
+    "M",
+    "K",
+    "F",
+    "why",
+    "leave",
+    "t0",
+    "r0",
+    "print",
+    "None",
+    "class",
+    "lambda",
+    "import",
+    "eval",
+    "open",
+    "exec",
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_of_the_generated_code_are_names_like_others(name: str) -> None:
-    text = f"FUNCTION_BLOCK Box VAR_INPUT {name} : INT; END_VAR VAR_OUTPUT out : INT; END_VAR out := {name} + 1; END_FUNCTION_BLOCK\n"  # fmt: skip
+    text = (
+        f"FUNCTION_BLOCK Box VAR_INPUT {name} : INT; END_VAR VAR_OUTPUT out : INT; END_VAR "
+        f"out := {name} + 1; END_FUNCTION_BLOCK\n"
+    )
     body = f"FOR {name} := 1 TO 3 DO box({name} := {name}); sum := sum + box.out + {name}; END_FOR"
     bench = IecBench(text + program(f"{name}, sum : INT; box : Box;", body))
     bench.cycle()

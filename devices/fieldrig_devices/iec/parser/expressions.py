@@ -42,6 +42,8 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
+_INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {LiteralKind.STRING: "", LiteralKind.REAL: 0.0}
+"""The value of a literal that can't be read; 0 for the other kinds."""
 _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "D": (LiteralKind.DATE, literals.day),
     "DATE": (LiteralKind.DATE, literals.day),
@@ -182,7 +184,7 @@ class Expressions(Cursor):
             value = read(text)
         except literals.LiteralError as bad:
             self.say(at, bad.what, bad.expected, bad.hint)
-            value = "" if kind is LiteralKind.STRING else 0
+            value = _INSTEAD.get(kind, 0)
         return tree.Literal(kind, value, self.texts[at], type_name, place=self.places[at])
 
     def _typed(self, text: str, at: int) -> tree.Expression:

@@ -117,7 +117,7 @@ class Units(Configurations):
         body = self.body()
         actions = self.actions
         self.gather()
-        rest = self.taken()
+        rest = () if self.kinds[self.i] == "ACTION" else self.taken()
         while self.kinds[self.i] == "ACTION":
             actions.append(self.action())
         word = f"END_{kind.value}"

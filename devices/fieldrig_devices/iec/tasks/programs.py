@@ -1,7 +1,6 @@
 """The programs of a task, which run one after the other in each of its cycles."""
 
 from collections.abc import Sequence
-from enum import Enum
 from typing import Final, Protocol
 
 from fieldrig_devices.iec.host import Pending
@@ -12,8 +11,7 @@ class Thread(Protocol):
     """A program that runs in slices: `iec.runtime.Thread`."""
 
     @property
-    def state(self) -> Enum:
-        """READY, WAITING, STOPPED, ENDED or FAULTED, as in `WorkState`."""
+    def state(self) -> WorkState: ...
 
     @property
     def wake(self) -> Pending | None: ...
@@ -47,14 +45,15 @@ class Programs:
         self.state = WorkState.READY
 
     def run(self, budget_ns: int) -> int:
+        threads = self.threads
         while True:
-            thread = self.present
+            thread = threads[self._place]
             budget_ns = thread.run(budget_ns)
-            self.state = WorkState[thread.state.name]
-            if self.state is not WorkState.ENDED or self._place == len(self.threads) - 1:
+            state = self.state = thread.state
+            if state is not WorkState.ENDED or self._place == len(threads) - 1:
                 return budget_ns
             self._place += 1
-            self.present.start()
+            threads[self._place].start()
             self.state = WorkState.READY
             if budget_ns <= 0:
                 return budget_ns

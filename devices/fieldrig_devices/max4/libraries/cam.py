@@ -2,7 +2,8 @@
 
 A call with bReset begins a new job, which an axis takes at once or after its present cam (lResult 0), or cannot take
 yet (1).  Calls without bReset then try the job again, with the present inputs, until it is taken; after that they only
-show how far it is.  So the first call may have bReset TRUE and all others FALSE, as in the manual's program.
+show how far it is.  While the axis has no room, such a call answers 1 without a look at its other inputs.  So the first
+call may have bReset TRUE and all others FALSE, as in the manual's program.
 
 Besides lResult the outputs are ours: bActive is TRUE while this cam moves the axis, and bDone once it is over.
 """
@@ -103,18 +104,31 @@ class Jobs:
 
     def __init__(self) -> None:
         self._taken: dict[int, Cam] = {}
+        self._waiting: dict[int, tuple[int, CamFollower]] = {}
+        """The logical address of the axis that a job waits for, and the axis."""
 
     def of(self, address: int, *, is_reset: bool) -> Cam | None:
         """The job that was taken, if this call only looks at it."""
         if is_reset:
             self._taken.pop(address, None)
+            self._waiting.pop(address, None)
         return self._taken.get(address)
+
+    def has_to_wait(self, address: int, axis: int) -> bool:
+        """True while the axis still has no room for a job that waits for it."""
+        waits_for, follower = self._waiting.get(address, (0, None))
+        return follower is not None and waits_for == axis and not follower.has_room
+
+    def wait(self, address: int, axis: int, follower: CamFollower) -> None:
+        self._waiting[address] = axis, follower
 
     def keep(self, address: int, cam: Cam) -> None:
         self._taken[address] = cam
+        self._waiting.pop(address, None)
 
     def clear(self) -> None:
         self._taken.clear()
+        self._waiting.clear()
 
 
 def shown(result: Result, cam: Cam | None = None) -> Results:
@@ -143,15 +157,20 @@ def cam_block(motion: Motion, give: Callable[[CamFollower, Cam, float], Result] 
         taken = jobs.of(address, is_reset=pins.is_reset)
         if taken is not None:
             return shown(Result.TAKEN, taken)
+        if jobs.has_to_wait(address, pins.axis):
+            return shown(Result.WAITING)
         axis = axis_of(motion, pins.axis)
         if isinstance(axis, Result):
             return shown(axis)
         cam = cam_of(motion, pins)
         if isinstance(cam, Result):
             return shown(cam)
-        result = give(motion.follower(axis[0]), cam, axis[1])
+        follower = motion.follower(axis[0])
+        result = give(follower, cam, axis[1])
         if result is Result.TAKEN:
             jobs.keep(address, cam)
+        elif result is Result.WAITING:
+            jobs.wait(address, pins.axis, follower)
         return shown(result, cam)
 
     return NativeBlock(run, cost_ns=8_000, forget=jobs.clear)

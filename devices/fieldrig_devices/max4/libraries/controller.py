@@ -42,6 +42,7 @@ class SystemMotion:
         self._disk = disk
         self.cycle_ns = system.cycle_ns
         self._axes = {axis.log_adr: axis for axis in system.axes.values()}
+        self._feeds = {axis.log_adr: axis.object[FEED] for axis in system.axes.values()}
         process = system.process
         encoders: list[LogicEncoder | MasterEncoder] = [*process.logic_encoders, *process.master_encoders]
         self._encoders: dict[int, Encoder] = {encoder.object.log_adr: encoder for encoder in encoders}
@@ -53,7 +54,7 @@ class SystemMotion:
         return self._encoders.get(address)
 
     def increments_per_unit(self, axis: Axis) -> float:
-        feed = float(axis.object[FEED].value)
+        feed = float(self._feeds[axis.log_adr].value)
         return INCREMENTS / feed if feed else 0.0
 
     def read_file(self, name: str) -> bytes:

@@ -10,6 +10,7 @@ from typing import Final
 from fieldrig_devices.iec.host import NativeBlock, Results
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.libraries.cam import Pins, axis_of, cam_of
+from fieldrig_devices.max4.libraries.follower import CamFollower
 from fieldrig_devices.max4.libraries.motion import Motion
 from fieldrig_devices.max4.libraries.results import Result
 from fieldrig_devices.max4.libraries.track import Cam, Setpos, Stage
@@ -43,6 +44,8 @@ Job = tuple[Axis, Cam, float]
 
 def multi_cam_block(motion: Motion) -> NativeBlock:
     taken: dict[int, list[Cam]] = {}
+    waiting: dict[int, tuple[tuple[int, int, int], list[CamFollower]]] = {}
+    """The logical addresses of the axes that a job waits for, and the axes."""
 
     def jobs_of(encoder: int, length: float, slaves: list[tuple[int, int, float]]) -> list[Job] | Result:
         jobs: list[Job] = []
@@ -63,11 +66,16 @@ def multi_cam_block(motion: Motion) -> NativeBlock:
             jobs.append((axis[0], cam, axis[1]))
         return jobs or Result.NO_AXIS
 
-    def begin(address: int, jobs: list[Job]) -> Result:
+    def has_to_wait(address: int, axes: tuple[int, int, int]) -> bool:
+        wanted, followers = waiting.get(address, ((0, 0, 0), []))
+        return wanted == axes and not all(follower.has_room for follower in followers)
+
+    def begin(address: int, axes: tuple[int, int, int], jobs: list[Job]) -> Result:
         followers = [motion.follower(axis) for axis, _, _ in jobs]
         if len(set(map(id, followers))) < len(followers):
             return Result.NO_AXIS
         if not all(follower.has_room for follower in followers):
+            waiting[address] = axes, followers
             return Result.WAITING
         for follower, (_, cam, scale) in zip(followers, jobs, strict=True):
             follower.take(cam, scale)
@@ -84,14 +92,23 @@ def multi_cam_block(motion: Motion) -> NativeBlock:
     ) -> Results:  # fmt: skip
         if is_reset:
             taken.pop(address, None)
+            waiting.pop(address, None)
+        axes = axis_1, axis_2, axis_3
         if address not in taken:
+            if has_to_wait(address, axes):
+                return int(Result.WAITING), False, False
             slaves = [(axis_1, profile_1, height_1), (axis_2, profile_2, height_2), (axis_3, profile_3, height_3)]
             jobs = jobs_of(encoder, length, slaves)
-            result = jobs if isinstance(jobs, Result) else begin(address, jobs)
+            result = jobs if isinstance(jobs, Result) else begin(address, axes, jobs)
             if result is not Result.TAKEN:
                 return int(result), False, False
+            waiting.pop(address, None)
         stages = [cam.stage for cam in taken[address]]
         is_over = all(stage in (Stage.ENDED, Stage.DROPPED) for stage in stages)
         return int(Result.TAKEN), Stage.ACTIVE in stages, is_over
 
-    return NativeBlock(run, cost_ns=12_000, forget=taken.clear)
+    def forget() -> None:
+        taken.clear()
+        waiting.clear()
+
+    return NativeBlock(run, cost_ns=12_000, forget=forget)

@@ -24,7 +24,7 @@ class PlcHost:
         on_input: Callable[[], None],
     ) -> None:
         """`now_ms` is Timer1; `on_input` is called after each change of a digital input."""
-        self._system, self._now_ms = system, now_ms
+        self._system, self.now_ms = system, now_ms
         self._found = ObjectTypes(system.tree)
         self._parameters = self._found.parameters
         self._areas = Areas(system.terminals, on_input)
@@ -79,6 +79,3 @@ class PlcHost:
     @property
     def outputs(self) -> bytearray:
         return self._areas.outputs
-
-    def now_ms(self) -> int:
-        return self._now_ms()
