@@ -80,7 +80,7 @@ _PATTERN: Final = re.compile(
     | ([0-9](?:_?[0-9])*+(?:\.[0-9](?:_?[0-9])*+(?:E[-+]?[0-9]++)?|E[-+]?[0-9]++)(?!\w))
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
-    | (\{[^{}\n]*+\})
+    | (\{[^{}]*+\})
     | (\(\*.*+)
     | (['"‘’“”´`](?:[ \t\r]*+(?:\)++|[^ \t\r\n]))*?(?=[ \t\r]*+\)*+[ \t\r]*+;?+[ \t\r]*+(?:\n|\Z|\(\*|//)))
     | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
@@ -230,6 +230,7 @@ class _Scanner:
                 self._add(NATIVE, text, position)
             else:
                 self._keep(text)
+                return self._after(text, position) if "\n" in text else None
         elif group == _OPEN_COMMENT:
             self._say(position, "the comment is not closed", "*) at its end")
             self._found.is_cut = True

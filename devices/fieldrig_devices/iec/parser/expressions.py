@@ -301,6 +301,10 @@ class Expressions(Cursor):
             return ()
         found = [self._argument()]
         while self.accept(","):
+            if self.kinds[self.i] == ")":
+                if not self.dialect.allows_trailing_commas:
+                    self.say(self.i - 1, "got , behind the last argument", ")", "Remove this comma.")
+                break
             found.append(self._argument())
         if self.kinds[self.i] == "=" or (self.kinds[self.i] == token.NAME and not self.is_next_line()):
             raise self.unexpected(", or ) in the arguments", "Arguments are separated by commas, and assigned with :=.")
