@@ -52,7 +52,7 @@ GOOD: dict[type, list[Any]] = {
     Browse: [Browse("plc", 1, ""), Browse("plc", 2, "PLC_PRG", 100)],
     Find: [Find("plc", 1, "PLC_PRG.n")],
     Read: [Read("plc", 1, ("a", "b")), Read("plc", 1, ())],
-    Write: [Write("plc", 1, "a", True), Write("plc", 1, "a", [1.5, nan]), Write("plc", 1, "a", "text")],
+    Write: [Write("plc", 1, "a", True), Write("plc", 1, "a", [1.5, inf]), Write("plc", 1, "a", "text")],
     Call: [Call("plc", 1, "start")],
     Nodes: [Nodes(1, (Node("a", "", "a", Kind.VARIABLE, "INT", 3, True, choices=(("red", 0),)),), False)],
     Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],

@@ -51,7 +51,7 @@ def decode(data: bytes) -> OpcUaMessage:
 
 
 def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that can't be on an OPC UA bus: one that would not arrive as it is."""
+    """Raise TypeError or ValueError for a message that would not arrive on an OPC UA bus as it is."""
     if type(message) not in _KINDS.values():
         raise TypeError(f"expected a message of OPC UA, found {type(message).__name__}")
     data = encode(message)
