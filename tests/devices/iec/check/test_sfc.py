@@ -80,6 +80,7 @@ TABLE = [
 ]
 
 
+@pytest.mark.manual("PD-204")
 @pytest.mark.parametrize(("use", "expected", "expected_if_short"), TABLE)
 @pytest.mark.parametrize("is_action", [False, True])
 @pytest.mark.parametrize("is_short", [False, True])

@@ -279,6 +279,7 @@ def check(bench: Bench, at_ms: int, inputs: Mapping[str, Value], outputs: Mappin
     assert found == pytest.approx(dict(outputs), rel=1e-6), f"at {at_ms} ms"
 
 
+@pytest.mark.manual("PD-200")
 @pytest.mark.parametrize(("block", "table"), TIMES, ids=lambda part: part if isinstance(part, str) else "")
 def test_timing_diagram(block: str, table: list[Row]) -> None:
     bench = bench_for(block)

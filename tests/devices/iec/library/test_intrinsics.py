@@ -91,6 +91,7 @@ MANUAL = [
 ]
 
 
+@pytest.mark.manual("PD-386")
 @pytest.mark.parametrize(("result", "expected"), MANUAL)
 def test_examples_of_the_manual(result: Value, expected: Value) -> None:
     assert result == expected

@@ -31,6 +31,7 @@ def test_a_program_saves_resets_and_deletes_the_log(tmp_path: Path) -> None:
     assert "8004" not in lines, "it was saved after the reset"
 
 
+@pytest.mark.manual("PD-201")
 @pytest.mark.manual("PD-119", "PD-117")
 def test_a_program_inserts_entries_into_the_log(tmp_path: Path) -> None:
     text = once("a : DINT := 9;", "a := MsgLogInsert(16#0004, 4711, 'lane 3', 'film torn');")
