@@ -44,6 +44,8 @@ class Dialect:
     in CoDeSys V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
     allows_trailing_commas: bool = False
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
+    allows_changed_inputs: bool = False
+    """A POU may change its own VAR_INPUT, as today's tools allow (manual table 4-6: it cannot)."""
     allows_calls_without_brackets: bool = True
     """`Reset;` calls the action or program Reset, as in CoDeSys V2.3."""
     significant_characters: int = 32
@@ -75,6 +77,7 @@ EDITION_3: Final = Dialect(
     allows_time_overflow=True,
     mixes_integers=False,
     allows_trailing_commas=True,
+    allows_changed_inputs=True,
     allows_calls_without_brackets=False,
     significant_characters=0,
     bit_address_bytes=0,

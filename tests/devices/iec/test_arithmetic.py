@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import IecBench, program
 
-from fieldrig_devices.iec.dialect import EPAS_4
+from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import Value
 
@@ -207,3 +207,17 @@ def test_bit_operations_are_as_wide_as_their_type(kind: str, text: str, a: Value
     bench.cycle()
     assert bench["r"] == expected
     assert type(bench["r"]) is type(expected)
+
+
+def test_a_function_changes_its_own_inputs_and_not_the_variables_of_the_caller() -> None:
+    gcd = """
+        FUNCTION Gcd : DINT
+        VAR_INPUT a, b : DINT; END_VAR
+        VAR t : DINT; END_VAR
+        WHILE b <> 0 DO t := a MOD b; a := b; b := t; END_WHILE;
+        Gcd := a;
+        END_FUNCTION
+        """
+    bench = IecBench(program("x : DINT; y : DINT := 1071;", "x := Gcd(y, 462);") + gcd, EDITION_3)
+    bench.cycle()
+    assert (bench["x"], bench["y"]) == (math.gcd(1071, 462), 1071)

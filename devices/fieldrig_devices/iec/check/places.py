@@ -332,7 +332,8 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
 def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:
     if found.is_constant:
         return f"{found.name} is a constant", "remove CONSTANT from its declaration if it has to change"
-    if found.section is Section.INPUT and not isinstance(found.type, ObjectType):
+    is_input = found.section is Section.INPUT and not isinstance(found.type, ObjectType)
+    if is_input and not context.project.dialect.allows_changed_inputs:
         # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
         return f"{found.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
     if isinstance(found.type, BlockType) and context.owner is not None and found is context.owner.instance:
